@@ -1,0 +1,53 @@
+# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target...)
+#
+# One library target a module: catan_NAME, from all sources of the current folder and those below it. Files that end in
+# _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it may include and
+# link; tests/architecture_test.cpp checks that the sources keep to it.
+function(catan_module name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
+  set(tests ${sources})
+  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  set(compiled ${sources})
+  list(FILTER compiled INCLUDE REGEX "\\.cpp$")
+
+  list(TRANSFORM ARG_DEPENDS PREPEND catan_ OUTPUT_VARIABLE targets)
+  if(compiled)
+    add_library(catan_${name} STATIC ${sources})
+    target_include_directories(catan_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
+    target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
+  else()
+    add_library(catan_${name} INTERFACE)
+    target_include_directories(catan_${name} INTERFACE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
+    target_link_libraries(catan_${name} INTERFACE ${targets} ${ARG_LIBRARIES})
+  endif()
+  set_property(GLOBAL APPEND PROPERTY CATAN_MODULES "${name}:${ARG_DEPENDS}")
+
+  if(BUILD_TESTING AND tests)
+    catan_test(${name}_test SOURCES ${tests} LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
+  endif()
+endfunction()
+
+# catan_test(NAME SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest.
+function(catan_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
+  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300)
+endfunction()
+
+# Writes "module: its dependencies" lines for the architecture test.
+function(catan_write_module_table)
+  get_property(modules GLOBAL PROPERTY CATAN_MODULES)
+  set(text "")
+  foreach(module IN LISTS modules)
+    if(module MATCHES "^[a-z]+:")
+      string(APPEND text "\n${module}")
+    else()
+      string(APPEND text " ${module}")
+    endif()
+  endforeach()
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/modules.txt CONTENT "${text}\n" @ONLY)
+endfunction()

@@ -1,0 +1,45 @@
+// What a session measured so far, beside what was predicted. Times in milliseconds. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace catan {
+
+struct Summary {
+  std::uint64_t count = 0;
+  double mean = 0.0;
+  double p50 = 0.0;
+  double p95 = 0.0;
+  double p99 = 0.0;
+  double max = 0.0;
+};
+
+struct ChainSnapshot {
+  std::vector<std::string> path;
+  Summary response_ms;
+  Summary latency_ms;
+  Summary period_ms;
+  std::optional<double> predicted_response_ms;  // none where no plan was made
+};
+
+struct NodeSnapshot {
+  std::string name;
+  Summary compute_ms;
+  double rate_hz = 0.0;
+};
+
+struct Snapshot {
+  std::string policy;
+  bool real_time = false;             // levels are enforced; else rates only
+  bool warmed_up = false;             // the bootstrap is over; what was measured in it is left out below
+  double source_hz = 0.0;             // rate of the first subchain's head, as planned or hand-set
+  std::uint64_t plans = 0;            // plans that came into force, the bootstrap's included
+  std::vector<ChainSnapshot> chains;  // the objective's response times
+  std::vector<NodeSnapshot> nodes;    // those that are not external
+  std::vector<std::string> notices;
+};
+
+}  // namespace catan

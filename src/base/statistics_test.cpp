@@ -1,0 +1,40 @@
+#include "base/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace catan {
+namespace {
+
+TEST(Percentile, IsBySmallestSampleThatCoversTheShare) {
+  std::vector<double> samples(20);
+  std::iota(samples.begin(), samples.end(), 1.0);
+  EXPECT_EQ(percentile_of_sorted(samples, 95.0), 19.0);
+  EXPECT_EQ(percentile_of_sorted(samples, 95.1), 20.0);
+  EXPECT_EQ(percentile_of_sorted(samples, 5.0), 1.0);
+  EXPECT_EQ(percentile_of_sorted(samples, 100.0), 20.0);
+}
+
+TEST(Percentile, OfOneSampleIsThatSample) {
+  const std::vector<double> one{7.0};
+  EXPECT_EQ(percentile_of_sorted(one, 0.1), 7.0);
+  EXPECT_EQ(percentile_of_sorted(one, 100.0), 7.0);
+}
+
+TEST(Summary, OfNothingIsAllZero) {
+  const SampleSummary summary = summarize({});
+  EXPECT_EQ(summary.count, 0U);
+  EXPECT_EQ(summary.max, 0.0);
+}
+
+TEST(Summary, DoesNotDependOnTheOrder) {
+  const SampleSummary summary = summarize({3.0, 1.0, 2.0, 10.0});
+  EXPECT_EQ(summary.count, 4U);
+  EXPECT_DOUBLE_EQ(summary.mean, 4.0);
+  EXPECT_EQ(summary.p50, 2.0);
+  EXPECT_EQ(summary.max, 10.0);
+}
+
+}  // namespace
+}  // namespace catan

@@ -1,0 +1,22 @@
+// The app file (docs/app-file.md): YAML text -> App. Strict: an unknown or doubled key, a missing unit, a dangling
+// name, a cycle are errors, each with file:line:column, the key, and what would be right; all of them at once.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "graph/app.h"
+
+namespace catan::config {
+
+// `file` names the text in errors. Never throws, whatever the text; kinds: kCaller.
+Result<graph::App> parse_app(std::string_view text, std::string_view file);
+
+// Reads and parses. A file that is not there or cannot be read is kCaller too: the caller named it.
+Result<graph::App> load_app(const std::string& path);
+
+// Whole text of a file, at most 1 MiB. kCaller.
+Result<std::string> read_text(const std::string& path);
+
+}  // namespace catan::config

@@ -1,0 +1,137 @@
+// An application as Catan understands it: graph, objective, order, stealing, scheduler options. A value, made only by
+// `build_app` (build.h), which checks every invariant below; whoever holds an `App` need not check again.
+//
+// Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
+// in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
+// chain of the objective is a path with at least one node that is not external; weights are finite and >= 0; min_rate
+// <= max_rate.
+//
+// Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+
+namespace catan::graph {
+
+// kLatest: a run takes the newest output of each predecessor. kQueue: it takes all since its last run.
+enum class InputKind { kLatest, kQueue };
+
+struct Node {
+  std::string name;
+  InputKind input = InputKind::kLatest;
+  std::vector<std::string> modes;      // names of its modes; empty: one mode
+  bool external = false;               // hardware or another program: no thread of ours, costs nothing
+  bool unscheduled = false;            // runs by itself, above all that is scheduled
+  std::optional<Nanos> period;         // unscheduled nodes: how often they run
+  std::optional<Nanos> output_period;  // emits less often than it runs
+  std::optional<Rate> min_rate;
+  std::optional<Rate> max_rate;
+  std::optional<Rate> fallback_rate;   // hand-set rate of its subchain's head
+  int max_threads = 1;                 // how many cores one run can use
+  std::optional<SubchainId> subchain;  // none: external or unscheduled
+  std::vector<NodeId> predecessors;    // in the order the edges were written
+  std::vector<NodeId> successors;
+};
+
+struct Edge {
+  NodeId from;
+  NodeId to;
+  friend bool operator==(Edge, Edge) = default;
+};
+
+struct Subchain {
+  std::string name;
+  std::vector<NodeId> nodes;  // in the order they run; never empty
+  bool implicit = false;      // one node that no subchain named, under its own name
+
+  NodeId head() const { return nodes.front(); }
+  NodeId tail() const { return nodes.back(); }
+};
+
+enum class Metric { kResponseTime, kPeriod };
+
+// One term of the objective: weight x (a chain's response time | a node's period), in milliseconds.
+struct Term {
+  Metric metric = Metric::kResponseTime;
+  std::vector<NodeId> path;  // kResponseTime: the chain; kPeriod: the one node
+  double weight = 0.0;
+  std::optional<Nanos> max;  // bound on a response time
+};
+
+// One step of a chain as the planner's formulas see it: the longest stretch of consecutive nodes of one subchain, or an
+// unscheduled node by itself. External nodes are no element.
+struct ChainElement {
+  std::optional<SubchainId> subchain;  // none: an unscheduled node
+  std::vector<NodeId> nodes;           // never empty
+};
+
+class Graph {
+ public:
+  std::span<const Node> nodes() const { return nodes_; }
+  std::span<const Edge> edges() const { return edges_; }
+  std::span<const Subchain> subchains() const { return subchains_; }
+  const Node& node(NodeId id) const { return nodes_[id.index()]; }
+  const Subchain& subchain(SubchainId id) const { return subchains_[id.index()]; }
+
+  std::optional<NodeId> find_node(std::string_view name) const;
+  std::optional<SubchainId> find_subchain(std::string_view name) const;
+  bool has_edge(NodeId from, NodeId to) const;
+
+  // All nodes, predecessors before successors; ties in the order written.
+  std::span<const NodeId> topological_order() const { return topological_; }
+
+  // The row of elements of a chain; its length is what the formulas call n. Precondition: `path` follows edges.
+  std::vector<ChainElement> chain_elements(std::span<const NodeId> path) const;
+
+  // "scan -> LM -> LP".
+  std::string path_name(std::span<const NodeId> path) const;
+
+ private:
+  friend class AppBuilder;
+  std::vector<Node> nodes_;
+  std::vector<Edge> edges_;
+  std::vector<Subchain> subchains_;
+  std::vector<NodeId> topological_;
+};
+
+enum class FrameMode { kElastic, kFixed };
+
+struct SchedulerOptions {
+  std::optional<double>
+      slack;  // fraction of a core in [0, 1); none: what the machine needs, 6 % where it cannot be asked
+  FrameMode frames = FrameMode::kElastic;
+  Nanos min_slice = std::chrono::milliseconds{1};
+  int window = 50;           // runs an estimate looks back on, >= 1
+  double percentile = 95.0;  // in (0, 100]
+  Nanos bootstrap = std::chrono::seconds{2};
+  Nanos bootstrap_cost = std::chrono::milliseconds{5};
+  Nanos replan = std::chrono::seconds{1};
+};
+
+constexpr double kDefaultSlack = 0.06;
+
+struct StealOptions {
+  std::vector<SubchainId> priority;  // every subchain once, highest rank first
+  std::vector<SubchainId> off;       // those that never steal
+};
+
+struct App {
+  std::string name;
+  Graph graph;
+  std::vector<Term> objective;
+  std::vector<SubchainId> order;  // every subchain once: the order of slots in a frame
+  StealOptions steal;
+  SchedulerOptions scheduler;
+
+  // The sum of the weights of all terms that a subchain's nodes take part in: its rank where no order was written.
+  double weight_of(SubchainId subchain) const;
+};
+
+}  // namespace catan::graph

@@ -1,0 +1,71 @@
+// What a developer wrote, before it is checked: names are still text, and each value remembers where it stands.
+// `config` fills it from YAML; programs and tests may fill it by hand and leave the places empty. `build_app` (build.h)
+// turns it into an `App` or into the list of everything that is wrong with it.
+//
+// Units: durations are Nanos, rates are Rate. Thread safety: plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "graph/app.h"
+
+namespace catan::graph {
+
+// A value and where it was written.
+template <class T>
+struct At {
+  T value{};
+  Place place;
+};
+using Name = At<std::string>;
+
+struct NodeSpec {
+  Name name;
+  InputKind input = InputKind::kLatest;
+  std::vector<Name> modes;
+  bool external = false;
+  bool unscheduled = false;
+  std::optional<At<Nanos>> period;
+  std::optional<At<Nanos>> output_period;
+  std::optional<At<Rate>> min_rate;
+  std::optional<At<Rate>> max_rate;
+  std::optional<At<Rate>> fallback_rate;
+  std::optional<At<int>> max_threads;
+};
+
+// A row of node names: in `edges` a path stands for its edges.
+struct PathSpec {
+  std::vector<Name> nodes;
+  Place place;
+};
+
+struct SubchainSpec {
+  Name name;
+  std::vector<Name> nodes;
+};
+
+struct TermSpec {
+  Metric metric = Metric::kResponseTime;
+  std::vector<Name> path;  // a response time's nodes in order; a period's one node
+  At<double> weight;
+  std::optional<At<Nanos>> max;
+  Place place;
+};
+
+struct AppSpec {
+  Name name;
+  std::vector<NodeSpec> nodes;
+  std::vector<PathSpec> edges;
+  std::vector<SubchainSpec> subchains;
+  std::vector<TermSpec> objective;
+  std::optional<std::vector<Name>> order;
+  std::optional<std::vector<Name>> steal_priority;
+  std::vector<Name> steal_off;
+  SchedulerOptions scheduler;  // each value's range is checked by whoever reads it
+};
+
+}  // namespace catan::graph

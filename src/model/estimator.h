@@ -1,0 +1,42 @@
+// Estimates a node's compute time from its runs: a percentile over a sliding window, mode by mode (design section 4;
+// paper section 5.3). Pure: it is told of runs and never reads a clock.
+//
+// Units: Nanos in, Millis out. Thread safety: none; one owner.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "base/time.h"
+#include "model/cost.h"
+
+namespace catan::model {
+
+class Estimator {
+ public:
+  // window >= 1 runs; percentile in (0, 100]; `modes` as the node declares them (empty: one mode, without a name).
+  Estimator(int window, double percentile, std::vector<std::string> modes);
+
+  // A run used `cpu` (>= 0) in mode `mode`, an index into the declared modes; an unknown mode counts as the first.
+  void add(Nanos cpu, std::size_t mode);
+
+  // How many runs it has seen in all, since the start.
+  std::size_t count() const { return count_; }
+
+  // Percentile (nearest rank) of each mode's runs, weighted with the mode's frequency. The window holds `window` runs
+  // of each mode, so that a rare mode keeps a percentile of its own; frequencies are those of the last `window` x 10
+  // runs. Precondition: count() > 0.
+  CostProfile profile() const;
+
+ private:
+  int window_;
+  double percentile_;
+  std::vector<std::string> names_;
+  std::vector<std::deque<Nanos>> runs_;  // by mode
+  std::deque<std::size_t> recent_modes_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace catan::model

@@ -1,0 +1,41 @@
+// The planner's formulas, each by itself (design section 4; paper sections 5.1 and 5.2).
+//
+// Units: Millis; slack is a fraction in [0, 1). Thread safety: pure functions.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "base/time.h"
+#include "model/cost.h"
+
+namespace catan::model {
+
+// A subchain that owns k cores, at its best number of threads a node.
+struct OwnedCores {
+  int threads = 1;      // q
+  Millis period{0};     // p(q)
+  Millis execution{0};  // L(q)
+};
+
+// p(q) = max(max_j c^q_j, sum_j c^q_j / floor(k / q)) / (1 - slack), L(q) = sum_j c^q_j; the q in 1..k with the least L
+// + p wins, the smaller q where two are equal. Precondition: cores >= 1.
+OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores, double slack);
+
+// One element of a chain, as planned.
+struct ElementTiming {
+  Millis period{0};                     // p
+  Millis execution{0};                  // L
+  std::optional<Millis> output_period;  // of one of its nodes, where longer than p
+};
+
+struct ChainTiming {
+  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x)
+  Millis period{0};    // max p_x, with output periods
+  Millis response{0};  // latency + period
+};
+
+// Precondition: at least one element.
+ChainTiming chain_timing(std::span<const ElementTiming> elements);
+
+}  // namespace catan::model

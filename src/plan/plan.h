@@ -1,0 +1,99 @@
+// A plan: who gets which cores, how long a slice of them, and how often. A plain value: it can be compared, printed,
+// stored and replayed, and knows nothing of threads. Whoever made it, `validate` (validate.h) proves it against the
+// app; json.h writes and reads it.
+//
+// Units: Millis. Core numbers are indexes into the cores the planner was given, not CPU numbers.
+// Thread safety: plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "graph/app.h"
+
+namespace catan::plan {
+
+enum class Quality { kOptimal, kFeasible };  // kFeasible: see `gap`
+
+struct SubchainPlan {
+  std::vector<int> cores;    // ascending; more than one: it owns them all
+  Millis period{0};          // p
+  Millis execution{0};       // L: from its head's begin to its tail's end
+  std::optional<int> every;  // n: a trigger every n frames; none for a queue node
+  double share = 1.0;        // f = slice / compute time
+  Millis slice{0};           // CPU time in each frame
+  int threads = 1;           // q
+
+  friend bool operator==(const SubchainPlan&, const SubchainPlan&) = default;
+};
+
+struct Slot {
+  SubchainId subchain;
+  Millis offset{0};
+  Millis slice{0};
+  std::optional<int> every;
+  int phase = 0;
+
+  friend bool operator==(const Slot&, const Slot&) = default;
+};
+
+struct CorePlan {
+  Millis frame{0};
+  Millis frame_min{0};  // elastic frames never come faster than this
+  graph::FrameMode frames = graph::FrameMode::kElastic;
+  std::vector<Slot> slots;
+  Millis idle{0};
+
+  friend bool operator==(const CorePlan&, const CorePlan&) = default;
+};
+
+// One response-time term of the objective, as predicted. In the order of the objective.
+struct ChainPlan {
+  std::vector<NodeId> path;
+  Millis response{0};
+  Millis latency{0};
+  Millis period{0};
+  double weight = 0.0;
+
+  friend bool operator==(const ChainPlan&, const ChainPlan&) = default;
+};
+
+// One period term of the objective, as predicted.
+struct NodePlan {
+  NodeId node;
+  Millis period{0};
+  double weight = 0.0;
+
+  friend bool operator==(const NodePlan&, const NodePlan&) = default;
+};
+
+// A bound that could not hold as asked.
+struct RelaxedBound {
+  std::string key;  // which bound, as in "objective[0].max" or "nodes.GL.min_rate"
+  Millis asked{0};  // as a response time or a period
+  Millis planned{0};
+
+  friend bool operator==(const RelaxedBound&, const RelaxedBound&) = default;
+};
+
+struct Plan {
+  std::string planner;  // which one made it: "joint", "two-stage"
+  Quality quality = Quality::kOptimal;
+  double gap = 0.0;  // proven distance from the optimum, as a fraction of the objective
+  Millis solve_time{0};
+  double objective = 0.0;  // the weighted sum, in ms
+  double slack = 0.0;      // fraction of a core left to ordinary threads
+  double relax_factor = 1.0;
+  std::vector<RelaxedBound> relaxed;
+  std::vector<SubchainPlan> subchains;  // by SubchainId
+  std::vector<CorePlan> cores;          // by core number
+  std::vector<ChainPlan> chains;
+  std::vector<NodePlan> nodes;
+
+  friend bool operator==(const Plan&, const Plan&) = default;
+};
+
+}  // namespace catan::plan

@@ -1,0 +1,57 @@
+// What happens in a run of an application, as plain values: what the runtime (or the simulator) reports, the lineage
+// follows (lineage.h) and the record stores (writer.h).
+//
+// Run numbers count from 1 for each node, without gaps. Units: in the types. Thread safety: plain values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+
+namespace catan::record {
+
+// The runs of one predecessor that a run took as input: first..last, inclusive. A *latest* input takes one.
+struct Consumed {
+  NodeId predecessor;
+  std::uint64_t first = 0;
+  std::uint64_t last = 0;
+  friend bool operator==(const Consumed&, const Consumed&) = default;
+};
+
+struct Run {
+  NodeId node;
+  std::uint64_t number = 0;
+  TimePoint begin{};
+  TimePoint end{};
+  Nanos cpu{0};                    // all of the node's threads added up
+  std::uint32_t mode = 0;          // index into the node's modes
+  bool emitted = true;             // false: it ran, but gave no output to its successors
+  std::vector<Consumed> consumed;  // predecessors that had given nothing yet are left out
+  friend bool operator==(const Run&, const Run&) = default;
+};
+
+struct Trigger {
+  SubchainId subchain;
+  std::uint64_t number = 0;  // counts from 1 for each subchain
+  TimePoint due{};           // when the plan wanted it
+  TimePoint sent{};
+};
+
+// A plan came into force.
+struct PlanChange {
+  TimePoint at{};
+  std::string reason;  // "bootstrap", "measured", "periodic"
+  std::string json;
+};
+
+// Anything a reader of the record must know: a level refused, reports lost, a watchdog that fired.
+struct Notice {
+  TimePoint at{};
+  std::string kind;    // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed"
+  std::string detail;  // for people
+};
+
+}  // namespace catan::record

@@ -1,0 +1,47 @@
+// Writes the record of a run: one SQLite file, schema in docs/record-schema.md. The caller is a thread at the ordinary
+// level that may block on the disk; nodes never do.
+//
+// Events are gathered in a transaction that `flush` ends: a process that is killed loses at most what came since.
+// Thread safety: none; one owner.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "record/events.h"
+
+namespace catan::record {
+
+// What is known when a run starts.
+struct Header {
+  std::string scheduler;  // "catan", "default", "rate:30"
+  os::CpuSet cpus;
+  os::HostFacts host;
+  bool real_time = false;  // false: rates only
+  TimePoint started{};
+  std::string started_utc;  // ISO 8601
+  std::string note;         // free text, as "slowdown 2.0"
+};
+
+class Writer {
+ public:
+  // Makes a new file; one that exists is kCaller (nothing recorded is ever overwritten), one that cannot be made
+  // kEnvironment.
+  static Result<std::unique_ptr<Writer>> create(const std::string& path, const graph::App& app, const Header& header);
+  virtual ~Writer() = default;
+
+  virtual void add(const Run& run) = 0;
+  virtual void add(const Trigger& trigger) = 0;
+  virtual void add(const PlanChange& change) = 0;
+  virtual void add(const Notice& notice) = 0;
+
+  // Commits. The first failure (a full disk) is returned, and later calls return it again without writing.
+  virtual Status flush() = 0;
+  // Commits, marks the record as complete with the time it ended, closes the file.
+  virtual Status close(TimePoint ended, const os::HostFacts& host) = 0;
+};
+
+}  // namespace catan::record
