@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-namespace catan {
+namespace ctn {
 
 // A position in a text. `line` and `column` count from 1; 0 means "not known".
 struct Place {
@@ -106,4 +106,4 @@ class [[nodiscard]] Result {
 struct Done {};
 using Status = Result<Done>;
 
-}  // namespace catan
+}  // namespace ctn

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace catan {
+namespace ctn {
 
 class ChannelBase;
 
@@ -32,4 +32,4 @@ class Run {
   std::vector<ChannelBase*> written_;  // channels to publish when the run ends
 };
 
-}  // namespace catan
+}  // namespace ctn

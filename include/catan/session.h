@@ -1,9 +1,9 @@
 // An application in one process, scheduled by Catan.
 //
-//   auto session = catan::Session::open("app.yaml", options);        // reads the app file, asks the machine what it
+//   auto session = ctn::Session::open("app.yaml", options);        // reads the app file, asks the machine what it
 //   grants auto& frames = session->channel<Image>("camera", "detect");      // one channel an edge
-//   session->node("camera", [&](catan::Run& run) { frames.write(run, grab()); });
-//   session->node("detect", [&](catan::Run& run) { if (auto* f = frames.read(run)) look(*f); });
+//   session->node("camera", [&](ctn::Run& run) { frames.write(run, grab()); });
+//   session->node("detect", [&](ctn::Run& run) { if (auto* f = frames.read(run)) look(*f); });
 //   session->start();   ...   session->stop();
 //
 // Each scheduled node has a thread that Catan makes; its function is called once a run: a head's on its trigger,
@@ -32,7 +32,7 @@
 #include "catan/run.h"
 #include "catan/snapshot.h"
 
-namespace catan {
+namespace ctn {
 
 struct SessionOptions {
   std::string policy = "catan";
@@ -89,4 +89,4 @@ class Session {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace catan
+}  // namespace ctn

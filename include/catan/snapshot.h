@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace catan {
+namespace ctn {
 
 struct Summary {
   std::uint64_t count = 0;
@@ -42,4 +42,4 @@ struct Snapshot {
   std::vector<std::string> notices;
 };
 
-}  // namespace catan
+}  // namespace ctn

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace catan {
+namespace ctn {
 
 template <class Tag>
 class Id {
@@ -23,9 +23,9 @@ class Id {
 using NodeId = Id<struct NodeTag>;
 using SubchainId = Id<struct SubchainTag>;
 
-}  // namespace catan
+}  // namespace ctn
 
 template <class Tag>
-struct std::hash<catan::Id<Tag>> {
-  std::size_t operator()(catan::Id<Tag> id) const noexcept { return id.index(); }
+struct std::hash<ctn::Id<Tag>> {
+  std::size_t operator()(ctn::Id<Tag> id) const noexcept { return id.index(); }
 };

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace catan {
+namespace ctn {
 
 std::string to_string(const Problem& problem) {
   std::string text = problem.place.file;
@@ -26,4 +26,4 @@ std::string Error::message() const {
   return text;
 }
 
-}  // namespace catan
+}  // namespace ctn

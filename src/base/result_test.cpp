@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace catan {
+namespace ctn {
 namespace {
 
 TEST(Problem, NamesPlaceKeyFaultAndMend) {
@@ -26,4 +26,4 @@ TEST(Result, HoldsAValueOrAllProblems) {
 }
 
 }  // namespace
-}  // namespace catan
+}  // namespace ctn

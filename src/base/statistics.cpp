@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace catan {
+namespace ctn {
 
 double percentile_of_sorted(std::span<const double> sorted, double percent) {
   assert(!sorted.empty() && percent > 0.0 && percent <= 100.0);
@@ -28,4 +28,4 @@ SampleSummary summarize(std::vector<double> samples) {
           .max = samples.back()};
 }
 
-}  // namespace catan
+}  // namespace ctn

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace catan {
+namespace ctn {
 
 // Precondition: `sorted` ascending and not empty, 0 < percent <= 100.
 double percentile_of_sorted(std::span<const double> sorted, double percent);
@@ -24,4 +24,4 @@ struct SampleSummary {
 
 SampleSummary summarize(std::vector<double> samples);
 
-}  // namespace catan
+}  // namespace ctn

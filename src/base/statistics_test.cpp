@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-namespace catan {
+namespace ctn {
 namespace {
 
 TEST(Percentile, IsBySmallestSampleThatCoversTheShare) {
@@ -37,4 +37,4 @@ TEST(Summary, DoesNotDependOnTheOrder) {
 }
 
 }  // namespace
-}  // namespace catan
+}  // namespace ctn

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <ratio>
 
-namespace catan {
+namespace ctn {
 
 using Nanos = std::chrono::nanoseconds;
 using Millis = std::chrono::duration<double, std::milli>;
@@ -50,4 +50,4 @@ class Rate {
   double hertz_;
 };
 
-}  // namespace catan
+}  // namespace ctn

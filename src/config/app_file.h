@@ -8,7 +8,7 @@
 #include "base/result.h"
 #include "graph/app.h"
 
-namespace catan::config {
+namespace ctn::config {
 
 // `file` names the text in errors. Never throws, whatever the text; kinds: kCaller.
 Result<graph::App> parse_app(std::string_view text, std::string_view file);
@@ -19,4 +19,4 @@ Result<graph::App> load_app(const std::string& path);
 // Whole text of a file, at most 1 MiB. kCaller.
 Result<std::string> read_text(const std::string& path);
 
-}  // namespace catan::config
+}  // namespace ctn::config

@@ -8,10 +8,10 @@
 #include "graph/app.h"
 #include "model/cost.h"
 
-namespace catan::config {
+namespace ctn::config {
 
 // Every node that is neither external nor unscheduled must have a cost; unscheduled ones may (default 0).
 Result<model::CostTable> parse_costs(std::string_view text, std::string_view file, const graph::App& app);
 Result<model::CostTable> load_costs(const std::string& path, const graph::App& app);
 
-}  // namespace catan::config
+}  // namespace ctn::config

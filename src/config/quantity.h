@@ -6,7 +6,7 @@
 #include "base/result.h"
 #include "base/time.h"
 
-namespace catan::config {
+namespace ctn::config {
 
 // "8.33ms", "20us", "1.5 s", "100ns". Zero is a duration; a negative one is none. At most 10 days.
 Result<Nanos> parse_duration(std::string_view text);
@@ -15,4 +15,4 @@ Result<Rate> parse_rate(std::string_view text);
 // "6%" -> 0.06. In [0, 1).
 Result<double> parse_percentage(std::string_view text);
 
-}  // namespace catan::config
+}  // namespace ctn::config

@@ -18,7 +18,7 @@
 #include "base/ids.h"
 #include "base/time.h"
 
-namespace catan::graph {
+namespace ctn::graph {
 
 // kLatest: a run takes the newest output of each predecessor. kQueue: it takes all since its last run.
 enum class InputKind { kLatest, kQueue };
@@ -134,4 +134,4 @@ struct App {
   double weight_of(SubchainId subchain) const;
 };
 
-}  // namespace catan::graph
+}  // namespace ctn::graph

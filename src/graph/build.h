@@ -5,10 +5,10 @@
 #include "graph/app.h"
 #include "graph/spec.h"
 
-namespace catan::graph {
+namespace ctn::graph {
 
 // All that is wrong is reported at once, in the order it was written; nothing is half-built. Errors are of kind
 // kCaller.
 Result<App> build_app(const AppSpec& spec);
 
-}  // namespace catan::graph
+}  // namespace ctn::graph

@@ -13,7 +13,7 @@
 #include "base/time.h"
 #include "graph/app.h"
 
-namespace catan::graph {
+namespace ctn::graph {
 
 // A value and where it was written.
 template <class T>
@@ -68,4 +68,4 @@ struct AppSpec {
   SchedulerOptions scheduler;  // each value's range is checked by whoever reads it
 };
 
-}  // namespace catan::graph
+}  // namespace ctn::graph

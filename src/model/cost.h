@@ -12,7 +12,7 @@
 #include "base/time.h"
 #include "graph/app.h"
 
-namespace catan::model {
+namespace ctn::model {
 
 struct ModeCost {
   std::string name;          // empty: the node has but one mode
@@ -59,4 +59,4 @@ class CostTable {
   std::vector<CostProfile> profiles_;
 };
 
-}  // namespace catan::model
+}  // namespace ctn::model

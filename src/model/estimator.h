@@ -12,7 +12,7 @@
 #include "base/time.h"
 #include "model/cost.h"
 
-namespace catan::model {
+namespace ctn::model {
 
 class Estimator {
  public:
@@ -39,4 +39,4 @@ class Estimator {
   std::size_t count_ = 0;
 };
 
-}  // namespace catan::model
+}  // namespace ctn::model

@@ -9,7 +9,7 @@
 #include "base/time.h"
 #include "model/cost.h"
 
-namespace catan::model {
+namespace ctn::model {
 
 // A subchain that owns k cores, at its best number of threads a node.
 struct OwnedCores {
@@ -38,4 +38,4 @@ struct ChainTiming {
 // Precondition: at least one element.
 ChainTiming chain_timing(std::span<const ElementTiming> elements);
 
-}  // namespace catan::model
+}  // namespace ctn::model

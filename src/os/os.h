@@ -19,7 +19,7 @@
 #include "base/result.h"
 #include "base/time.h"
 
-namespace catan::os {
+namespace ctn::os {
 
 // Kernel thread and process numbers.
 enum class ThreadId : std::int32_t {};
@@ -139,4 +139,4 @@ class Os {
   virtual HostFacts host_facts() = 0;
 };
 
-}  // namespace catan::os
+}  // namespace ctn::os

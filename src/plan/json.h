@@ -8,7 +8,7 @@
 #include "graph/app.h"
 #include "plan/plan.h"
 
-namespace catan::plan {
+namespace ctn::plan {
 
 // One JSON document, indented by one space, numbers such that reading them back gives the same bits.
 std::string to_json(const Plan& plan, const graph::App& app);
@@ -17,4 +17,4 @@ std::string to_json(const Plan& plan, const graph::App& app);
 // not. The plan is well formed but not validated.
 Result<Plan> from_json(std::string_view text, const graph::App& app, std::string_view file);
 
-}  // namespace catan::plan
+}  // namespace ctn::plan

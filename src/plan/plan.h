@@ -14,7 +14,7 @@
 #include "base/time.h"
 #include "graph/app.h"
 
-namespace catan::plan {
+namespace ctn::plan {
 
 enum class Quality { kOptimal, kFeasible };  // kFeasible: see `gap`
 
@@ -96,4 +96,4 @@ struct Plan {
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
-}  // namespace catan::plan
+}  // namespace ctn::plan

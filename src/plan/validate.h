@@ -6,7 +6,7 @@
 #include "model/cost.h"
 #include "plan/plan.h"
 
-namespace catan::plan {
+namespace ctn::plan {
 
 // What a plan claims and the costs it was made for must agree: every subchain has its cores and no core two owners;
 // slices, offsets and frames add up; periods, response times and the objective follow from the formulas (to one part in
@@ -14,4 +14,4 @@ namespace catan::plan {
 // from a file.
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count);
 
-}  // namespace catan::plan
+}  // namespace ctn::plan

@@ -11,7 +11,7 @@
 #include "model/cost.h"
 #include "plan/plan.h"
 
-namespace catan::planner {
+namespace ctn::planner {
 
 struct Request {
   int cores = 1;                        // >= 1; 0 is an error
@@ -21,4 +21,4 @@ struct Request {
 // Errors (kCaller): no cores; an app that needs what the planner cannot do; rates that cannot be met together.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
 
-}  // namespace catan::planner
+}  // namespace ctn::planner

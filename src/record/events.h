@@ -11,7 +11,7 @@
 #include "base/ids.h"
 #include "base/time.h"
 
-namespace catan::record {
+namespace ctn::record {
 
 // The runs of one predecessor that a run took as input: first..last, inclusive. A *latest* input takes one.
 struct Consumed {
@@ -54,4 +54,4 @@ struct Notice {
   std::string detail;  // for people
 };
 
-}  // namespace catan::record
+}  // namespace ctn::record

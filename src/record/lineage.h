@@ -21,7 +21,7 @@
 #include "graph/app.h"
 #include "record/events.h"
 
-namespace catan::record {
+namespace ctn::record {
 
 struct ChainSample {
   std::uint64_t source_run = 0;
@@ -52,4 +52,4 @@ class ChainTracker {
   // (private members are the implementation's to choose)
 };
 
-}  // namespace catan::record
+}  // namespace ctn::record

@@ -13,7 +13,7 @@
 #include "os/os.h"
 #include "record/events.h"
 
-namespace catan::record {
+namespace ctn::record {
 
 // What is known when a run starts.
 struct Header {
@@ -44,4 +44,4 @@ class Writer {
   virtual Status close(TimePoint ended, const os::HostFacts& host) = 0;
 };
 
-}  // namespace catan::record
+}  // namespace ctn::record
