@@ -92,6 +92,7 @@ Status Engine::open_record(TimePoint start, TimePoint warm_from, std::unique_ptr
   header.cpus = cpus_;
   header.host = os_.host_facts();
   header.real_time = enforcer_->real_time();
+  if (plan_) header.slack = slack_;
   header.started = start;
   header.warm_up = warm_from - start;
   header.started_utc = header.host.utc;
