@@ -83,17 +83,18 @@ std::string finish(std::string svg, const Figure& figure, const std::string& scr
   replace_all(svg, "url(#", "url(#" + prefix);
   replace_all(svg, fmt::format("font-family=\"{}:Bold\"", kFontName), fmt::format("font-weight=\"600\" {}", kFonts));
   replace_all(svg, fmt::format("font-family=\"{}\"", kFontName), kFonts);
+  replace_all(svg, "color='white'", "display='none'");  // a halo around points, which shows on any other ground
   erase_titles(svg);
   replace_all(svg, "<title>Gnuplot</title>", "<title>" + escaped(figure.title) + "</title>");
-  const std::size_t start = svg.find("<svg");
   if (use == SvgUse::kInline) {
     replace_all(svg, "stroke='rgb(228, 231, 234)'", "stroke='currentColor' stroke-opacity='0.14'");  // kGridColour
     for (const char* ink : {"rgb(31,35,40)", "rgb( 31,  35,  40)"})
       replace_all(svg, ink, "currentColor");  // kInkColour
-    svg.erase(0, start);
+    replace_all(svg, "color=\"black\"", "color=\"currentColor\"");
+    svg.erase(0, svg.find("<svg"));
     return svg.insert(4, " role=\"img\"");
   }
-  const std::size_t body = svg.find('>', start) + 1;
+  const std::size_t body = svg.find('>', svg.find("<svg")) + 1;
   return svg.insert(body, "\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>");
 }
 
