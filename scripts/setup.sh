@@ -85,8 +85,8 @@ if [[ $(id -u) != 0 ]]; then
   if command -v sudo >/dev/null && { [[ -t 0 ]] || sudo -n true 2>/dev/null; }; then
     as_root=(sudo)
   else
-    say "these packages are missing, and installing them needs root (no usable sudo here): ${wanted[*]}"
-    say "As root: apt-get install --no-install-recommends ${keep_doc_data[*]@Q} ${reinstall:+--reinstall }${wanted[*]}"
+    say "packages are missing, and installing them needs root (there is no sudo that works here). As root:"
+    say "  apt-get install --no-install-recommends -o '${keep_doc_data[1]}' ${reinstall:+--reinstall }${wanted[*]}"
     exit 1
   fi
 fi
