@@ -48,11 +48,11 @@ scheduler: { bootstrap: 500ms, replan: 200ms }
         app_file_, {.policy = policy, .cpus = {cpu}, .record = record_file_, .note = {}, .on_notice = {}});
     if (!session) return session;
     Channel<int>& channel = session->channel<int>("sense", "act");
-    session->node("sense", [this, &channel](Run& run) {
+    session->node("sense", [this, &channel](ctn::Run& run) {
       burn(milliseconds{5});
       channel.write(run, static_cast<int>(run.number()));
     });
-    session->node("act", [this, &channel](Run& run) {
+    session->node("act", [this, &channel](ctn::Run& run) {
       const int* value = channel.read(run);
       if (value == nullptr || *value <= 0) ++surprises_;
       level_.store(*os_->level(os_->current_thread()));

@@ -22,11 +22,12 @@ rc::Gen<std::string> any_name(int nodes) {
 // A path over rising numbers is no cycle; one in twenty is any path.
 std::string any_path(int nodes) {
   std::set<int> steps;
-  const int length = *rc::gen::inRange(1, 5);
+  const int length = *rc::gen::inRange(2, 6);
   for (int i = 0; i < length; ++i) steps.insert(*rc::gen::inRange(0, nodes));
+  if (steps.size() < 2 && nodes > 1) steps.insert({0, nodes - 1});
   std::string path;
   for (const int step : steps) path += "n" + std::to_string(step) + " ";
-  if (*rc::gen::inRange(0, 20) == 0) path += *any_name(nodes);
+  if (*rc::gen::inRange(0, 40) == 0) path += *any_name(nodes);
   return path;
 }
 
@@ -34,9 +35,9 @@ NodeSpec any_node(int index) {
   NodeSpec node;
   node.name.value = "n" + std::to_string(index);
   const int kind = *rc::gen::inRange(0, 10);
-  node.external = kind == 0;
-  node.unscheduled = kind == 1;
-  const auto sometimes = [] { return *rc::gen::inRange(0, 12) == 0; };
+  node.external = kind == 8;
+  node.unscheduled = kind == 9;
+  const auto sometimes = [] { return *rc::gen::inRange(0, 60) == 0; };
   if (node.unscheduled != sometimes()) node.period = At<Nanos>{Nanos{*rc::gen::inRange(0, 1'000'000)}, {}};
   if (sometimes()) node.output_period = At<Nanos>{std::chrono::milliseconds{5}, {}};
   if (sometimes()) node.min_rate = At<Rate>{Rate{*rc::gen::inRange(1, 100) * 1.0}, {}};
@@ -52,11 +53,11 @@ AppSpec any_spec() {
   spec.name.value = "any";
   const int nodes = *rc::gen::inRange(1, 9);
   for (int i = 0; i < nodes; ++i) spec.nodes.push_back(any_node(i));
-  const int paths = *rc::gen::inRange(0, 6);
+  const int paths = *rc::gen::inRange(0, nodes / 2 + 1);
   for (int i = 0; i < paths; ++i) spec.edges.push_back({split(any_path(nodes)), {}});
   // Mostly subchains and terms that follow an edge.
   const auto known_path = [&] {
-    if (paths == 0 || *rc::gen::inRange(0, 10) == 0) return split(*any_name(nodes));
+    if (paths == 0 || *rc::gen::inRange(0, 6) == 0) return split(*any_name(nodes));
     return spec.edges[static_cast<std::size_t>(*rc::gen::inRange(0, paths))].nodes;
   };
   const int subchains = *rc::gen::inRange(0, 3);
@@ -64,7 +65,7 @@ AppSpec any_spec() {
     spec.subchains.push_back(
         {{*rc::gen::inRange(0, 6) == 0 ? *any_name(nodes) : "s" + std::to_string(i), {}}, known_path()});
   }
-  const int terms = *rc::gen::inRange(1, 4);
+  const int terms = *rc::gen::inRange(1, 3);
   for (int i = 0; i < terms; ++i) {
     TermSpec term = response("", *rc::gen::inRange(0, 5));
     term.path = known_path();

@@ -28,7 +28,8 @@ struct FakeOs::Task {
   ThreadId id{};
   std::string name;
   bool ended = false;
-  TimePoint wake_at{};  // can run from then on; kNever: someone must wake it
+  TimePoint wake_at{};        // can run from then on; kNever: someone must wake it
+  std::uint64_t yielded = 0;  // not 0: it could have gone on; the least has been waiting longest
   const std::atomic<std::uint32_t>* word = nullptr;
   const Task* joining = nullptr;
   std::optional<TimePoint> burning_since;
@@ -117,7 +118,9 @@ FakeOs::Task* FakeOs::find(ThreadId thread) {
 }
 
 FakeOs::Task* FakeOs::next_task() {
-  const auto rank = [](const Task& task) { return std::tuple(task.wake_at, -static_cast<int>(task.level), task.id); };
+  const auto rank = [](const Task& task) {
+    return std::tuple(task.wake_at, -static_cast<int>(task.level), task.yielded, task.id);
+  };
   Task* next = nullptr;
   for (const auto& task : tasks_) {
     if (task->ended || task->wake_at == kNever) continue;
@@ -143,6 +146,7 @@ void FakeOs::give_up(Task& task, Lock& lock) {
 
 void FakeOs::block_until(Task& task, TimePoint wake_at, Lock& lock) {
   task.wake_at = std::max(wake_at, now_);
+  task.yielded = wake_at > now_ ? 0 : ++yields_;
   give_up(task, lock);
 }
 
@@ -302,13 +306,16 @@ CpuSet FakeOs::usable(const Task& task) const {
 }
 
 Status FakeOs::apply_affinity(Task& task, const CpuSet& cpus) {
-  const CpuSet before = std::exchange(task.cpus, cpus);
+  CpuSet before = std::exchange(task.cpus, cpus);
+  if (usable(task).empty()) {
+    task.cpus = std::move(before);
+  } else {
+    changes_.push_back({now_, task.id, std::nullopt, usable(task)});
+  }
   const CpuSet found = usable(task);
-  if (found.empty()) task.cpus = before;
-  if (found != before) changes_.push_back({now_, task.id, std::nullopt, usable(task)});
   if (found == cpus) return Done{};
   return Error::environment(fmt::format("cannot bind to CPUs {} thread {}: it may use CPUs {}", to_string(cpus),
-                                        static_cast<int>(task.id), to_string(usable(task))),
+                                        static_cast<int>(task.id), to_string(found)),
                             fmt::format("name CPUs that are online ({})", to_string(topology_.online())));
 }
 

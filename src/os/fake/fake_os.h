@@ -28,7 +28,7 @@ Topology fake_topology(int count);
 
 class FakeOs : public Os {
  public:
-  // What was done to a thread, in order; failed calls are not listed.
+  // What was done to a thread, in order; calls that changed nothing are not listed.
   struct Change {
     TimePoint at;
     ThreadId thread;
@@ -99,6 +99,7 @@ class FakeOs : public Os {
   Task* running_ = nullptr;
   TimePoint now_{};
   int hand_overs_in_place_ = 0;  // since time last went on
+  std::uint64_t yields_ = 0;
   Topology topology_;
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;

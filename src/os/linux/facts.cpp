@@ -39,7 +39,7 @@ std::optional<KernelVersion> kernel_version(const LinuxRoots& roots) {
 }
 
 double unused_fraction(std::int64_t runtime, std::int64_t period) {
-  return std::clamp(1.0 - static_cast<double>(runtime) / static_cast<double>(period), 0.0, 1.0);
+  return std::clamp(static_cast<double>(period - runtime) / static_cast<double>(period), 0.0, 1.0);
 }
 
 // The largest of all CPUs, where debugfs can be read.

@@ -57,6 +57,9 @@ long futex(const std::atomic<std::uint32_t>& word, int operation, std::uint32_t 
   std::abort();
 }
 
+// Larger numbers would encode other clocks. The kernel's own limit is lower (2^22).
+constexpr int kMaxThreadNumber = (1 << 28) - 1;
+
 // The kernel's number for the CPU clock of one thread: its complement, "per thread" and "as scheduled".
 clockid_t cpu_clock_of(ThreadId thread) {
   const auto bits = ~static_cast<std::uint32_t>(thread) << 3U | 4U | 2U;
@@ -144,7 +147,7 @@ Nanos LinuxOs::thread_cpu_time() {
 
 Result<Nanos> LinuxOs::thread_cpu_time(ThreadId thread) {
   timespec time{};
-  if (static_cast<int>(thread) > 0) {
+  if (static_cast<int>(thread) > 0 && static_cast<int>(thread) <= kMaxThreadNumber) {
     if (::clock_gettime(cpu_clock_of(thread), &time) == 0) return to_nanos(time);
     if (const auto found = read_schedstat(roots_, thread)) return *found;
   }
