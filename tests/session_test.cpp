@@ -2,6 +2,7 @@
 // Bounds are generous: other programs run on this machine too.
 #include <catan/session.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -34,6 +35,11 @@ scheduler: { bootstrap: 500ms, replan: 200ms }
   void TearDown() override {
     std::filesystem::remove(app_file_);
     std::filesystem::remove(record_file_);
+  }
+
+  static std::string file(const std::string& ending) {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    return ::testing::TempDir() + "catan-" + test->name() + std::to_string(::getpid()) + ending;
   }
 
   void burn(Nanos duration) const {
@@ -71,8 +77,8 @@ scheduler: { bootstrap: 500ms, replan: 200ms }
   }
 
   std::unique_ptr<os::Os> os_ = os::make_linux_os();
-  std::string app_file_ = ::testing::TempDir() + "catan-session-test.yaml";
-  std::string record_file_ = ::testing::TempDir() + "catan-session-test.db";
+  std::string app_file_ = file(".yaml");
+  std::string record_file_ = file(".db");
   std::atomic<int> surprises_{0};
   std::atomic<os::Level> level_{os::Level::kOrdinary};
 };
