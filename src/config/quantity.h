@@ -1,6 +1,7 @@
 // Quantities with units, as the app file, the cost file and the command line write them.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "base/result.h"
@@ -14,5 +15,10 @@ Result<Nanos> parse_duration(std::string_view text);
 Result<Rate> parse_rate(std::string_view text);
 // "6%" -> 0.06. In [0, 1).
 Result<double> parse_percentage(std::string_view text);
+
+// The inverse: parsing what they print gives the same value. The largest unit in which it is a short decimal.
+std::string format_duration(Nanos duration);  // precondition: >= 0
+std::string format_rate(Rate rate);
+std::string format_percentage(double fraction);
 
 }  // namespace ctn::config

@@ -1,11 +1,14 @@
 // Compute-time profiles: what one run of each node costs, as a value that the planner reads. They come from a cost file
-// (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`.
+// (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`. A node whose cost depends on
+// what it finds to do has modes, each with its own cost; one that runs on several cores may have a measured time for
+// each number of threads.
 //
 // Units: Millis of CPU time, all threads of the node added up, for one run. Thread safety: plain values.
 #pragma once
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/ids.h"
@@ -18,6 +21,8 @@ struct ModeCost {
   std::string name;          // empty: the node has but one mode
   double probability = 1.0;  // in [0, 1]; those of a node add up to 1
   Millis cost{0};            // percentile of this mode's runs
+
+  friend bool operator==(const ModeCost&, const ModeCost&) = default;
 };
 
 class CostProfile {
@@ -38,6 +43,8 @@ class CostProfile {
   const std::vector<ModeCost>& modes() const { return modes_; }
   const std::map<int, Millis>& by_threads() const { return by_threads_; }
 
+  friend bool operator==(const CostProfile&, const CostProfile&) = default;
+
  private:
   std::vector<ModeCost> modes_{ModeCost{}};
   std::map<int, Millis> by_threads_;
@@ -46,7 +53,7 @@ class CostProfile {
 // One profile a node, indexed by NodeId. External nodes cost nothing.
 class CostTable {
  public:
-  // Every node that is not external costs `initial`.
+  // Every node that is not external costs `initial`, unscheduled ones too.
   CostTable(const graph::Graph& graph, Millis initial);
 
   const CostProfile& operator[](NodeId node) const { return profiles_[node.index()]; }

@@ -1,11 +1,13 @@
 // Estimates a node's compute time from its runs: a percentile over a sliding window, mode by mode (design section 4;
 // paper section 5.3). Pure: it is told of runs and never reads a clock.
 //
+// Adding a run costs the same however long the window is, since it happens at every run of every node; sorting is left
+// to profile(), which is asked for once per re-planning.
+//
 // Units: Nanos in, Millis out. Thread safety: none; one owner.
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <string>
 #include <vector>
 
@@ -27,15 +29,24 @@ class Estimator {
 
   // Percentile (nearest rank) of each mode's runs, weighted with the mode's frequency. The window holds `window` runs
   // of each mode, so that a rare mode keeps a percentile of its own; frequencies are those of the last `window` x 10
-  // runs. Precondition: count() > 0.
+  // runs. One entry a declared mode, in their order; a mode that has not occurred has probability 0 and cost 0.
+  // Precondition: count() > 0.
   CostProfile profile() const;
 
  private:
-  int window_;
+  // The last `capacity` values, in no order that matters.
+  template <class T>
+  struct Ring {
+    std::vector<T> values;
+    std::size_t oldest = 0;  // what the next value replaces, once full
+  };
+
+  std::size_t window_;
   double percentile_;
   std::vector<std::string> names_;
-  std::vector<std::deque<Nanos>> runs_;  // by mode
-  std::deque<std::size_t> recent_modes_;
+  std::vector<Ring<Nanos>> runs_;  // by mode
+  Ring<std::size_t> recent_modes_;
+  std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_
   std::size_t count_ = 0;
 };
 

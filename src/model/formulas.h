@@ -18,8 +18,12 @@ struct OwnedCores {
   Millis execution{0};  // L(q)
 };
 
-// p(q) = max(max_j c^q_j, sum_j c^q_j / floor(k / q)) / (1 - slack), L(q) = sum_j c^q_j; the q in 1..k with the least L
-// + p wins, the smaller q where two are equal. Precondition: cores >= 1.
+// With k cores and q threads a node: p(q) = max(max_j c^q_j, sum_j c^q_j / floor(k / q)) / (1 - slack) and L(q) = sum_j
+// c^q_j. Precondition: 1 <= threads <= cores.
+OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
+                            int threads, double slack);
+
+// The q in 1..k with the least L(q) + p(q); the smaller q where two are equal. Precondition: cores >= 1.
 OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores, double slack);
 
 // One element of a chain, as planned.

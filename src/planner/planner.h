@@ -1,7 +1,9 @@
 // From an app, what its nodes cost, and a number of cores, to a plan. Pure and deterministic: values in, plan out.
 //
-// At present it plans apps of one subchain, which owns all cores it can use; a second subchain is refused with an error
-// that says so.
+// At present it plans apps of one subchain, which owns all cores that it can use (owned.h); a second subchain is
+// refused with an error that says so.
+//
+// What it makes satisfies `plan::validate`. It reads no clock: `Plan::solve_time` is left 0, for the caller to fill in.
 //
 // Units: see plan.h. Thread safety: pure functions.
 #pragma once
@@ -13,12 +15,16 @@
 
 namespace ctn::planner {
 
+// As many as Linux can name in an affinity mask of default size.
+constexpr int kMostCores = 1024;
+
 struct Request {
-  int cores = 1;                        // >= 1; 0 is an error
+  int cores = 1;                        // 1 to kMostCores
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
 };
 
-// Errors (kCaller): no cores; an app that needs what the planner cannot do; rates that cannot be met together.
+// Errors (kCaller): no cores or too many; slack out of range; an app that needs what the planner cannot do; exact rates
+// that cannot be met, with how much is missing.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
 
 }  // namespace ctn::planner

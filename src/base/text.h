@@ -1,0 +1,25 @@
+// Text for messages: quoting what a user wrote, and guessing what was meant.
+//
+// Thread safety: pure functions.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace ctn {
+
+// Fit for one line of a terminal: control characters as \xNN.
+std::string printable(std::string_view text);
+
+// 'text', printable, long text cut off by "...".
+std::string quote(std::string_view text);
+
+// "'a', 'b' and 'c'"; of more than eight only the first, and how many more.
+std::string quote_list(std::span<const std::string> names);
+
+// The candidate nearest to `word` by edits, if near enough to be what was meant; the first of several.
+std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace ctn

@@ -1,0 +1,54 @@
+#include "config/app_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "config/app_reader.h"
+#include "config/problems.h"
+#include "config/yaml.h"
+#include "graph/build.h"
+
+namespace ctn::config {
+
+Result<graph::App> parse_app(std::string_view text, std::string_view file) {
+  const auto root = parse_yaml(text, file, "docs/app-file.md");
+  if (!root) return root.error();
+  Problems problems;
+  AppReader reader(*root, problems);
+  const graph::AppSpec spec = reader.read();
+  if (!reader.complete()) return std::move(problems).to_error();
+  auto app = graph::build_app(spec);
+  if (!app) problems.merge(app.error());
+  if (!problems.empty()) return std::move(problems).to_error();
+  return app;
+}
+
+Result<graph::App> load_app(const std::string& path) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  return parse_app(*text, path);
+}
+
+Result<std::string> read_text(const std::string& path) {
+  const auto fault = [&](std::string what, std::string mend) {
+    return Error(ErrorKind::kCaller, {{{path, 0, 0}, "", std::move(what), std::move(mend)}});
+  };
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return fault("is a directory", "name a file");
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return fault(fmt::format("cannot be read: {}", std::strerror(errno)), "check the path and its rights");
+  std::string text(kMostBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return fault(fmt::format("cannot be read: {}", std::strerror(errno)), "check the file");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMostBytes)
+    return fault(fmt::format("has more than {} bytes", kMostBytes), "is it the right file?");
+  return text;
+}
+
+}  // namespace ctn::config

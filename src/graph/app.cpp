@@ -1,0 +1,61 @@
+#include "graph/app.h"
+
+#include <algorithm>
+
+namespace ctn::graph {
+
+std::optional<NodeId> Graph::find_node(std::string_view name) const {
+  const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const Node& node) { return node.name == name; });
+  if (found == nodes_.end()) return std::nullopt;
+  return NodeId(static_cast<std::size_t>(found - nodes_.begin()));
+}
+
+std::optional<SubchainId> Graph::find_subchain(std::string_view name) const {
+  const auto found = std::find_if(subchains_.begin(), subchains_.end(),
+                                  [&](const Subchain& subchain) { return subchain.name == name; });
+  if (found == subchains_.end()) return std::nullopt;
+  return SubchainId(static_cast<std::size_t>(found - subchains_.begin()));
+}
+
+bool Graph::has_edge(NodeId from, NodeId to) const {
+  const auto& successors = node(from).successors;
+  return std::find(successors.begin(), successors.end(), to) != successors.end();
+}
+
+std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) const {
+  std::vector<ChainElement> elements;
+  bool continues = false;  // the node before on the path was of the last element
+  for (const NodeId id : path) {
+    const Node& current = node(id);
+    if (current.external) {
+      continues = false;
+      continue;
+    }
+    const bool joins = continues && current.subchain && elements.back().subchain == current.subchain;
+    if (!joins) elements.push_back({current.subchain, {}});
+    elements.back().nodes.push_back(id);
+    continues = true;
+  }
+  return elements;
+}
+
+std::string Graph::path_name(std::span<const NodeId> path) const {
+  std::string text;
+  for (const NodeId id : path) {
+    if (!text.empty()) text += " -> ";
+    text += node(id).name;
+  }
+  return text;
+}
+
+double App::weight_of(SubchainId subchain) const {
+  double sum = 0.0;
+  for (const Term& term : objective) {
+    const bool part =
+        std::any_of(term.path.begin(), term.path.end(), [&](NodeId id) { return graph.node(id).subchain == subchain; });
+    if (part) sum += term.weight;
+  }
+  return sum;
+}
+
+}  // namespace ctn::graph

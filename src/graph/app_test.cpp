@@ -1,0 +1,118 @@
+#include "graph/app.h"
+
+#include <gmock/gmock.h>
+
+#include "graph/build.h"
+#include "graph/spec_text.h"
+
+namespace ctn::graph {
+namespace {
+
+using testing::ElementsAre;
+using namespace std::chrono_literals;
+
+App navigation() {
+  AppSpec spec = spec_of({"scan", "LM", "LP", "GL", "GM", "GP", "NC", "base"},
+                         {"scan LM LP base", "scan GL GM GP NC LP", "GL GP", "GL NC"});
+  node(spec, "base").external = true;
+  spec.subchains = {subchain("local", "scan LM LP")};
+  spec.objective = {response("scan LM LP base", 1.0), period("GL", 0.5), response("GL NC LP base", 0.005)};
+  auto app = build_app(spec);
+  EXPECT_TRUE(app.ok()) << app.error().message();
+  return std::move(*app);
+}
+
+std::vector<NodeId> path(const App& app, const std::string& names) {
+  std::vector<NodeId> ids;
+  for (const Name& name : split(names)) ids.push_back(*app.graph.find_node(name.value));
+  return ids;
+}
+
+std::vector<std::string> names(const App& app, const std::vector<SubchainId>& ids) {
+  std::vector<std::string> result;
+  for (const SubchainId id : ids) result.push_back(app.graph.subchain(id).name);
+  return result;
+}
+
+TEST(Graph, FindsByName) {
+  const App app = navigation();
+  EXPECT_EQ(app.graph.node(*app.graph.find_node("GL")).name, "GL");
+  EXPECT_EQ(app.graph.find_node("gl"), std::nullopt);
+  EXPECT_EQ(app.graph.subchain(*app.graph.find_subchain("local")).nodes.size(), 3U);
+  EXPECT_EQ(app.graph.find_subchain("scan"), std::nullopt);
+  EXPECT_TRUE(app.graph.has_edge(*app.graph.find_node("GL"), *app.graph.find_node("NC")));
+  EXPECT_FALSE(app.graph.has_edge(*app.graph.find_node("NC"), *app.graph.find_node("GL")));
+}
+
+TEST(Graph, SharedEdgesOfPathsAreOneEdge) { EXPECT_EQ(navigation().graph.edges().size(), 10U); }
+
+TEST(Graph, NodesThatNoSubchainNamesAreSubchainsThemselves) {
+  const App app = navigation();
+  const Subchain& local = app.graph.subchain(*app.graph.find_subchain("local"));
+  EXPECT_FALSE(local.implicit);
+  EXPECT_EQ(app.graph.node(local.head()).name, "scan");
+  EXPECT_EQ(app.graph.node(local.tail()).name, "LP");
+  EXPECT_TRUE(app.graph.subchain(*app.graph.find_subchain("GM")).implicit);
+  EXPECT_EQ(app.graph.find_subchain("base"), std::nullopt);
+}
+
+TEST(Graph, SortsPredecessorsFirstThenAsWritten) {
+  const App app = navigation();
+  EXPECT_EQ(app.graph.path_name(app.graph.topological_order()), "scan -> LM -> GL -> GM -> GP -> NC -> LP -> base");
+}
+
+TEST(ChainElements, AStretchOfOneSubchainIsOneElement) {
+  const App app = navigation();
+  const auto elements = app.graph.chain_elements(path(app, "scan LM LP base"));
+  ASSERT_EQ(elements.size(), 1U);
+  EXPECT_EQ(elements[0].nodes, path(app, "scan LM LP"));
+  EXPECT_EQ(app.graph.chain_elements(path(app, "GL GM GP NC LP base")).size(), 5U);
+}
+
+TEST(ChainElements, ASubchainEnteredAgainCountsAgain) {
+  AppSpec spec = spec_of({"A", "X", "B", "C"}, {"A B C", "A X C"});
+  spec.subchains = {subchain("S", "A B C")};
+  spec.objective = {response("A X C", 1.0)};
+  const auto app = build_app(spec);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  const auto elements = app->graph.chain_elements(app->objective[0].path);
+  ASSERT_EQ(elements.size(), 3U);
+  EXPECT_EQ(elements[0].subchain, elements[2].subchain);
+}
+
+TEST(ChainElements, AnExternalNodeIsNoneAndEndsAStretch) {
+  AppSpec spec = spec_of({"A", "X", "B"}, {"A B", "A X B"});
+  node(spec, "X").external = true;
+  spec.subchains = {subchain("S", "A B")};
+  spec.objective = {response("A X B", 1.0), response("A B", 1.0)};
+  const auto app = build_app(spec);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  EXPECT_EQ(app->graph.chain_elements(app->objective[0].path).size(), 2U);
+  EXPECT_EQ(app->graph.chain_elements(app->objective[1].path).size(), 1U);
+}
+
+TEST(ChainElements, UnscheduledNodesAreOneEach) {
+  AppSpec spec = spec_of({"IMU", "Int", "Warp"}, {"IMU Int Warp"});
+  node(spec, "IMU").unscheduled = node(spec, "Int").unscheduled = true;
+  node(spec, "IMU").period = At<Nanos>{5ms, {}};
+  spec.objective = {response("IMU Int Warp", 1.0)};
+  const auto app = build_app(spec);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  const auto elements = app->graph.chain_elements(app->objective[0].path);
+  ASSERT_EQ(elements.size(), 3U);
+  EXPECT_EQ(elements[0].subchain, std::nullopt);
+  EXPECT_TRUE(elements[2].subchain.has_value());
+  EXPECT_EQ(app->graph.node(*app->graph.find_node("Int")).period, 5ms) << "it runs with the IMU";
+}
+
+TEST(App, RanksByWeightThenAsWritten) {
+  const App app = navigation();
+  EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("local")), 1.005);
+  EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("GL")), 0.505);
+  EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("GM")), 0.0);
+  EXPECT_THAT(names(app, app.order), ElementsAre("local", "GL", "NC", "GM", "GP"));
+  EXPECT_EQ(app.steal.priority, app.order);
+}
+
+}  // namespace
+}  // namespace ctn::graph

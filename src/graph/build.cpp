@@ -1,0 +1,55 @@
+#include "graph/build.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "base/text.h"
+#include "graph/app_builder.h"
+
+namespace ctn::graph {
+
+Result<App> AppBuilder::build() {
+  app_.name = spec_.name.value;
+  app_.scheduler = spec_.scheduler;
+  if (!app_.name.empty()) check_name(spec_.name, "app", "app");
+  add_nodes();
+  add_edges();
+  check_cycles();
+  if (problems_.empty()) sort_topologically();
+  complete_periods();
+  add_subchains();
+  add_objective();
+  add_order();
+  if (problems_.empty()) return std::move(app_);
+  std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
+    return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);
+  });
+  return Error(ErrorKind::kCaller, std::move(problems_));
+}
+
+void AppBuilder::problem(const Place& place, std::string_view key, std::string_view what, std::string_view mend) {
+  // Names may hold anything before they are found to be none.
+  problems_.push_back({place, printable(key), printable(what), printable(mend)});
+}
+
+// Guessing costs time for each candidate; a text with this many mistakes is not one that was misspelt.
+std::string AppBuilder::guess(std::string_view word, const std::vector<std::string>& candidates,
+                              std::string otherwise) const {
+  constexpr std::size_t kMostGuesses = 200;
+  if (problems_.size() > kMostGuesses) return otherwise;
+  const auto meant = nearest(word, candidates);
+  return meant ? fmt::format("did you mean {}?", quote(*meant)) : otherwise;
+}
+
+std::optional<NodeId> AppBuilder::resolve_node(const Name& name, const std::string& key) {
+  if (const auto found = node_index_.find(name.value); found != node_index_.end()) return found->second;
+  problem(name.place, key, fmt::format("there is no node {}", quote(name.value)),
+          guess(name.value, node_names_, "add it to nodes"));
+  return std::nullopt;
+}
+
+Result<App> build_app(const AppSpec& spec) { return AppBuilder(spec).build(); }
+
+}  // namespace ctn::graph

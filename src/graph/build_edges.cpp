@@ -1,0 +1,147 @@
+// Edges: paths to edges, cycles, the topological order, and what follows along edges.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+
+#include "base/text.h"
+#include "graph/app_builder.h"
+
+namespace ctn::graph {
+
+void AppBuilder::add_edges() {
+  for (std::size_t i = 0; i < spec_.edges.size(); ++i) add_path(i);
+  for (const WrittenEdge& written : written_edges_) {
+    app_.graph.edges_.push_back(written.edge);
+    app_.graph.nodes_[written.edge.from.index()].successors.push_back(written.edge.to);
+    app_.graph.nodes_[written.edge.to.index()].predecessors.push_back(written.edge.from);
+  }
+}
+
+// Paths may share edges, as two chains with one beginning do; a path all of whose edges were written before says
+// nothing, and is more likely a slip than meant.
+void AppBuilder::add_path(std::size_t index) {
+  const PathSpec& path = spec_.edges[index];
+  const std::string key = fmt::format("edges[{}]", index);
+  if (path.nodes.size() < 2) {
+    problem(path.place, key, "a path needs two nodes or more", "write it as in scan -> LM");
+    for (const Name& name : path.nodes) {
+      if (const auto known = node_index_.find(name.value); known != node_index_.end()) open_ends_.insert(known->second);
+    }
+    return;
+  }
+  bool adds = false;
+  const WrittenEdge* earlier = nullptr;
+  std::optional<NodeId> from;
+  for (std::size_t i = 0; i < path.nodes.size(); ++i) {
+    const auto to = resolve_node(path.nodes[i], key);
+    if (from && to && *from == *to) {
+      problem(path.nodes[i].place, key, fmt::format("an edge leads from {} to itself", quote(path.nodes[i].value)),
+              "remove it: a node that needs its own last output can keep it");
+      adds = true;
+    } else if (from && to) {
+      const auto [place, fresh] = edge_index_.try_emplace({*from, *to}, written_edges_.size());
+      if (fresh) {
+        written_edges_.push_back({{*from, *to}, index, path.nodes[i].place});
+      } else {
+        earlier = &written_edges_[place->second];
+      }
+      adds = adds || fresh;
+    } else if (i > 0) {
+      adds = true;  // an unknown node was reported; what the path would have added is not known
+      if (from || to) open_ends_.insert(from ? *from : *to);
+    }
+    from = to;
+  }
+  if (!adds && earlier != nullptr) {
+    problem(
+        path.place, key,
+        fmt::format("this path adds no edge: all of them were written before, the last in edges[{}]", earlier->path),
+        "remove it");
+  }
+}
+
+// Depth first, without recursion; an edge that leads back into the current trail closes a cycle.
+void AppBuilder::check_cycles() {
+  enum class Mark { kNew, kOnTrail, kDone };
+  const std::size_t count = app_.graph.nodes_.size();
+  std::vector<Mark> marks(count, Mark::kNew);
+  std::vector<std::size_t> next(count, 0);
+  for (std::size_t root = 0; root < count; ++root) {
+    if (marks[root] != Mark::kNew) continue;
+    std::vector<NodeId> trail{NodeId(root)};
+    marks[root] = Mark::kOnTrail;
+    while (!trail.empty()) {
+      const NodeId from = trail.back();
+      const auto& successors = app_.graph.node(from).successors;
+      if (next[from.index()] == successors.size()) {
+        marks[from.index()] = Mark::kDone;
+        trail.pop_back();
+        continue;
+      }
+      const NodeId to = successors[next[from.index()]++];
+      if (marks[to.index()] == Mark::kOnTrail) {
+        report_cycle(trail, written_edges_[edge_index_.at({from, to})]);
+      } else if (marks[to.index()] == Mark::kNew) {
+        marks[to.index()] = Mark::kOnTrail;
+        trail.push_back(to);
+      }
+    }
+  }
+}
+
+void AppBuilder::report_cycle(const std::vector<NodeId>& trail, const WrittenEdge& closing) {
+  constexpr std::ptrdiff_t kMostNamed = 10;
+  auto step = std::find(trail.rbegin(), trail.rend(), closing.edge.to).base() - 1;
+  std::string cycle;
+  for (std::ptrdiff_t named = 0; step != trail.end() && named < kMostNamed; ++step, ++named) {
+    cycle += name_of(*step) + " -> ";
+  }
+  if (step != trail.end()) cycle += "... -> ";
+  problem(closing.place, fmt::format("edges[{}]", closing.path),
+          fmt::format("the edges form a cycle: {}{}", cycle, name_of(closing.edge.to)),
+          "remove one of its edges: information flows one way, from sources to sinks");
+}
+
+// Precondition: no cycle.
+void AppBuilder::sort_topologically() {
+  std::vector<std::size_t> missing;
+  std::priority_queue<NodeId, std::vector<NodeId>, std::greater<>> ready;
+  for (const Node& node : app_.graph.nodes_) {
+    if (node.predecessors.empty()) ready.push(NodeId(missing.size()));
+    missing.push_back(node.predecessors.size());
+  }
+  while (!ready.empty()) {
+    const NodeId id = ready.top();
+    ready.pop();
+    app_.graph.topological_.push_back(id);
+    for (const NodeId successor : app_.graph.node(id).successors) {
+      if (--missing[successor.index()] == 0) ready.push(successor);
+    }
+  }
+}
+
+// An unscheduled node without a period runs whenever an unscheduled predecessor has: as often as the fastest of them.
+void AppBuilder::complete_periods() {
+  auto& nodes = app_.graph.nodes_;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!nodes[i].unscheduled || nodes[i].period) continue;
+    const auto& before = nodes[i].predecessors;
+    if (std::any_of(before.begin(), before.end(), [&](NodeId id) { return nodes[id.index()].unscheduled; })) continue;
+    problem(node_specs_[i]->name.place, fmt::format("nodes.{}.period", nodes[i].name),
+            "an unscheduled node that no other unscheduled node feeds needs a period",
+            "add period: 5ms, say: how often it runs");
+  }
+  for (const NodeId id : app_.graph.topological_) {
+    Node& node = nodes[id.index()];
+    if (!node.unscheduled || node.period) continue;
+    for (const NodeId before : node.predecessors) {
+      const Node& predecessor = nodes[before.index()];
+      if (!predecessor.unscheduled || !predecessor.period) continue;
+      node.period = node.period ? std::min(*node.period, *predecessor.period) : *predecessor.period;
+    }
+  }
+}
+
+}  // namespace ctn::graph

@@ -1,0 +1,244 @@
+// What build_app refuses, by section of the spec, and how it says so. The exact messages with places are in
+// tests/malformed; here is what can be had only by hand, and one case for each check.
+#include "graph/build.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "graph/spec_text.h"
+
+namespace ctn::graph {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+AppSpec good_spec() {
+  AppSpec spec = spec_of({"scan", "LM", "LP", "GL", "base", "imu"}, {"scan LM LP base", "scan GL LP", "imu LM"});
+  node(spec, "base").external = true;
+  node(spec, "imu").unscheduled = true;
+  node(spec, "imu").period = At<Nanos>{5ms, {}};
+  spec.subchains = {subchain("local", "scan LM LP")};
+  spec.objective = {response("scan LM LP base", 1.0)};
+  return spec;
+}
+
+std::string errors_of(const AppSpec& spec) {
+  const auto app = build_app(spec);
+  if (app.ok()) return "";
+  EXPECT_EQ(app.error().kind(), ErrorKind::kCaller);
+  return app.error().message();
+}
+
+At<Rate> hertz(double rate) { return {Rate{rate}, {}}; }
+
+TEST(BuildApp, TakesWhatIsRight) { EXPECT_EQ(errors_of(good_spec()), ""); }
+
+TEST(BuildApp, RefusesAnEmptySpec) {
+  EXPECT_EQ(errors_of({}),
+            "nodes: the app has no nodes; name every node under nodes\n"
+            "objective: the app has no objective, so that no plan is better than another; add a response_time or a "
+            "period with its weight");
+}
+
+TEST(BuildApp, ReportsAllInOrderOfPlace) {
+  AppSpec spec = good_spec();
+  node(spec, "scan").period = At<Nanos>{5ms, {"a.yaml", 9, 1}};
+  spec.edges.push_back({{{"scan", {"a.yaml", 3, 1}}, {"LX", {"a.yaml", 3, 9}}}, {"a.yaml", 3, 1}});
+  spec.objective[0].weight = {-1.0, {"a.yaml", 3, 5}};
+  EXPECT_EQ(errors_of(spec),
+            "a.yaml:3:5: objective[0].weight: weight -1 is no number from 0 up; write 0 or more: what one millisecond "
+            "counts\n"
+            "a.yaml:3:9: edges[3]: there is no node 'LX'; did you mean 'LM'?\n"
+            "a.yaml:9:1: nodes.scan.period: period is for unscheduled nodes; Catan chooses that of this one; add "
+            "unscheduled: true if it runs by itself, or bound it by min_rate and max_rate");
+}
+
+TEST(BuildNodes, RefusesDoubledAndImpossibleNames) {
+  AppSpec spec = good_spec();
+  spec.nodes.push_back(spec.nodes[0]);
+  spec.nodes.emplace_back().name.value = "";
+  spec.nodes.emplace_back().name.value = "a -> b";
+  spec.nodes.emplace_back().name.value = std::string(101, 'x');
+  EXPECT_THAT(
+      errors_of(spec),
+      AllOf(HasSubstr("nodes.scan: there are two nodes 'scan'"), HasSubstr("nodes[7]: the name of this node is empty"),
+            HasSubstr("'a -> b' is no name for this node"), HasSubstr("the name is 101 characters long")));
+}
+
+TEST(BuildNodes, RefusesKeysThatTheKindHasNot) {
+  AppSpec spec = good_spec();
+  node(spec, "base").max_rate = hertz(1);
+  node(spec, "base").unscheduled = true;
+  node(spec, "imu").min_rate = hertz(1);
+  node(spec, "imu").fallback_rate = hertz(1);
+  node(spec, "imu").max_threads = At<int>{2, {}};
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("nodes.base: the node is both external and unscheduled"),
+                                     HasSubstr("nodes.imu.min_rate: an unscheduled node runs by itself"),
+                                     HasSubstr("nodes.imu.fallback_rate:"), HasSubstr("nodes.imu.max_threads:")));
+  node(spec, "base").unscheduled = false;
+  node(spec, "base").modes = split("a b");
+  node(spec, "base").input = InputKind::kQueue;
+  node(spec, "base").output_period = At<Nanos>{1ms, {}};
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("nodes.base.max_rate:"), HasSubstr("nodes.base.modes:"),
+                                     HasSubstr("nodes.base.input:"), HasSubstr("nodes.base.output_period:")));
+}
+
+TEST(BuildNodes, RefusesValuesOutOfRange) {
+  AppSpec spec = good_spec();
+  node(spec, "GL").max_threads = At<int>{0, {}};
+  node(spec, "GL").output_period = At<Nanos>{0ms, {}};
+  node(spec, "GL").min_rate = hertz(60);
+  node(spec, "GL").max_rate = hertz(50);
+  node(spec, "GL").modes = split("skip match skip");
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("0 threads are out of range"), HasSubstr("output_period must be more"),
+                                     HasSubstr("min_rate (60Hz) is above max_rate (50Hz)"),
+                                     HasSubstr("nodes.GL.modes[2]: mode 'skip' is named twice")));
+}
+
+TEST(BuildEdges, NamesTheCycle) {
+  AppSpec spec = good_spec();
+  spec.edges.push_back({split("LP GL"), {}});
+  EXPECT_THAT(errors_of(spec), HasSubstr("the edges form a cycle: LP -> GL -> LP; remove one of its edges"));
+  spec.edges.push_back({split("LP scan"), {}});
+  EXPECT_THAT(errors_of(spec), HasSubstr("the edges form a cycle: scan -> LM -> LP -> scan"));
+}
+
+TEST(BuildEdges, RefusesLoopsStubsAndRepeats) {
+  AppSpec spec = good_spec();
+  spec.edges.push_back({split("GL GL"), {}});
+  spec.edges.push_back({split("GL"), {}});
+  spec.edges.push_back({split("scan LM LP"), {}});
+  EXPECT_THAT(
+      errors_of(spec),
+      AllOf(HasSubstr("edges[3]: an edge leads from 'GL' to itself"), HasSubstr("edges[4]: a path needs two"),
+            HasSubstr("edges[5]: this path adds no edge: all of them were written before, the last in edges[0]")));
+}
+
+TEST(BuildEdges, AskForThePeriodOfAnUnscheduledSource) {
+  AppSpec spec = good_spec();
+  node(spec, "imu").period.reset();
+  EXPECT_THAT(errors_of(spec),
+              HasSubstr("nodes.imu.period: an unscheduled node that no other unscheduled node feeds needs"));
+}
+
+TEST(BuildSubchains, RefusesWhatIsNoPath) {
+  AppSpec spec = good_spec();
+  spec.subchains = {subchain("a", "LM scan"), subchain("b", "GL nowhere"), subchain("c", ""), subchain("d", "LP LP")};
+  EXPECT_THAT(errors_of(spec),
+              AllOf(HasSubstr("no edge leads from 'LM' to 'scan'; write scan before LM: the edge leads that way"),
+                    HasSubstr("subchains.b: there is no node 'nowhere'"), HasSubstr("subchains.c: the subchain has no"),
+                    HasSubstr("subchains.d: node 'LP' is named twice")));
+  spec.subchains = {subchain("a", "scan LP")};
+  EXPECT_THAT(errors_of(spec), HasSubstr("no edge leads from 'scan' to 'LP'; add scan -> LP to edges, or split"));
+}
+
+TEST(BuildSubchains, RefusesSharedExternalAndUnscheduledNodes) {
+  AppSpec spec = good_spec();
+  spec.subchains.push_back(subchain("a", "imu LM"));
+  spec.subchains.push_back(subchain("b", "LP base"));
+  EXPECT_THAT(errors_of(spec),
+              AllOf(HasSubstr("node 'imu' is unscheduled, so it can be in no subchain"),
+                    HasSubstr("node 'LM' is in subchain 'local' too"), HasSubstr("node 'base' is external")));
+}
+
+TEST(BuildSubchains, RefusesClashesOfNames) {
+  AppSpec spec = good_spec();
+  spec.subchains[0].name.value = "GL";
+  EXPECT_THAT(errors_of(spec), HasSubstr("subchains.GL: node 'GL' is a subchain of that name already"));
+  spec = good_spec();
+  spec.subchains.push_back(subchain("local", "GL"));
+  EXPECT_THAT(errors_of(spec), HasSubstr("there are two subchains 'local'"));
+  spec = good_spec();
+  spec.subchains[0].name.value = "scan";
+  EXPECT_EQ(errors_of(spec), "") << "a subchain may be called after one of its own nodes";
+}
+
+TEST(BuildSubchains, RefusesAnAppWithNothingToSchedule) {
+  AppSpec spec = spec_of({"a"}, {});
+  node(spec, "a").external = true;
+  EXPECT_THAT(errors_of(spec), HasSubstr("every node is external or unscheduled"));
+}
+
+TEST(BuildSubchains, RatesOfOneSubchainMustAgree) {
+  AppSpec spec = good_spec();
+  node(spec, "LP").max_rate = hertz(50);
+  node(spec, "scan").min_rate = hertz(50);
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "LM").min_rate = hertz(51);
+  EXPECT_THAT(errors_of(spec), HasSubstr("nodes.LM.min_rate: 51Hz is above the max_rate of 'LP' (50Hz)"));
+}
+
+TEST(BuildSubchains, FallbackRatesBelongToHeads) {
+  AppSpec spec = good_spec();
+  node(spec, "scan").fallback_rate = hertz(30);
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "LM").fallback_rate = hertz(30);
+  EXPECT_THAT(errors_of(spec), HasSubstr("only the head of a subchain has a rate of its own; 'LM' runs with 'scan' in "
+                                         "subchain 'local'; move it to nodes.scan"));
+  node(spec, "LM").fallback_rate.reset();
+  node(spec, "scan").max_rate = hertz(20);
+  EXPECT_THAT(errors_of(spec), HasSubstr("fallback_rate (30Hz) is above max_rate (20Hz)"));
+}
+
+TEST(BuildObjective, RefusesPathsThatAreNone) {
+  AppSpec spec = good_spec();
+  spec.objective = {response("scan LP", 1.0), response("base", 1.0), response("", 1.0), response("scan LM LPP", 1.0)};
+  EXPECT_THAT(errors_of(spec),
+              AllOf(HasSubstr("objective[0].response_time: no edge leads from 'scan' to 'LP'"),
+                    HasSubstr("objective[1].response_time: every node of the path is external"),
+                    HasSubstr("objective[2].response_time: the path has no nodes"),
+                    HasSubstr("objective[3].response_time: there is no node 'LPP'; did you mean 'LP'?")));
+}
+
+TEST(BuildObjective, RefusesPeriodsThatAreNotOurs) {
+  AppSpec spec = good_spec();
+  spec.objective = {period("imu", 1.0), period("base", 1.0), period("scan LM", 1.0), period("GL", 1.0)};
+  spec.objective[3].max = At<Nanos>{20ms, {}};
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("node 'imu' is unscheduled: its period is not Catan's to choose"),
+                                     HasSubstr("node 'base' is external"), HasSubstr("a period is that of one node"),
+                                     HasSubstr("objective[3].max: max bounds a response time; a period is bounded by a "
+                                               "rate; write min_rate: 50Hz in nodes.GL")));
+}
+
+TEST(BuildObjective, RefusesBadNumbersAndRepeats) {
+  AppSpec spec = good_spec();
+  spec.objective.push_back(spec.objective[0]);
+  spec.objective.push_back(period("GL", std::numeric_limits<double>::quiet_NaN()));
+  spec.objective.push_back(period("LM", std::numeric_limits<double>::infinity()));
+  spec.objective[1].max = At<Nanos>{0ms, {}};
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("objective[1]: objective[0] is about the same; keep one"),
+                                     HasSubstr("max must be more than 0"), HasSubstr("weight nan is no number"),
+                                     HasSubstr("weight inf is no number")));
+}
+
+TEST(BuildOrder, RankingsNameEverySubchainOnce) {
+  AppSpec spec = good_spec();
+  spec.order = split("local");
+  spec.steal_priority = split("GL local GL");
+  spec.steal_off = split("GL GL LM imu loca");
+  EXPECT_THAT(errors_of(spec),
+              AllOf(HasSubstr("order: 'GL' is not ranked; name every subchain once, or leave order out"),
+                    HasSubstr("steal.priority[2]: subchain 'GL' is named twice"),
+                    HasSubstr("steal.off[1]: subchain 'GL' is named twice"),
+                    HasSubstr("steal.off[2]: node 'LM' is part of subchain 'local'; write local"),
+                    HasSubstr("steal.off[3]: node 'imu' is in no subchain"),
+                    HasSubstr("steal.off[4]: there is no subchain 'loca'; did you mean 'local'?")));
+}
+
+TEST(BuildOrder, KeepsWhatWasWritten) {
+  AppSpec spec = good_spec();
+  spec.order = split("GL local");
+  spec.steal_off = split("GL");
+  const auto app = build_app(spec);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  EXPECT_EQ(app->graph.subchain(app->order[0]).name, "GL");
+  EXPECT_EQ(app->graph.subchain(app->steal.priority[0]).name, "local");
+  EXPECT_EQ(app->steal.off, std::vector{*app->graph.find_subchain("GL")});
+}
+
+}  // namespace
+}  // namespace ctn::graph

@@ -1,0 +1,52 @@
+#include "model/evaluate.h"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace ctn::model {
+namespace {
+
+std::optional<Millis> longest_output_period(const graph::Graph& graph, std::span<const NodeId> nodes) {
+  std::optional<Millis> longest;
+  for (const NodeId id : nodes) {
+    const std::optional<Nanos>& period = graph.node(id).output_period;
+    if (period) longest = std::max(longest.value_or(Millis{0}), to_millis(*period));
+  }
+  return longest;
+}
+
+ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElement& element, const CostTable& costs,
+                               std::span<const SubchainTiming> subchains) {
+  ElementTiming timing;
+  if (element.subchain) {
+    const SubchainTiming& subchain = subchains[element.subchain->index()];
+    timing.period = subchain.period;
+    timing.execution = subchain.execution;
+  } else {
+    const NodeId node = element.nodes.front();
+    timing.period = evaluate_period(graph, node, subchains);
+    timing.execution = costs[node].single_thread();
+  }
+  timing.output_period = longest_output_period(graph, element.nodes);
+  return timing;
+}
+
+}  // namespace
+
+ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
+                           std::span<const SubchainTiming> subchains) {
+  std::vector<ElementTiming> elements;
+  for (const graph::ChainElement& element : graph.chain_elements(path)) {
+    elements.push_back(evaluate_element(graph, element, costs, subchains));
+  }
+  return chain_timing(elements);
+}
+
+Millis evaluate_period(const graph::Graph& graph, NodeId node, std::span<const SubchainTiming> subchains) {
+  const graph::Node& described = graph.node(node);
+  if (described.subchain) return subchains[described.subchain->index()].period;
+  return to_millis(described.period.value_or(Nanos{0}));
+}
+
+}  // namespace ctn::model

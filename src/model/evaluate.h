@@ -1,0 +1,32 @@
+// From each subchain's period and execution time to what the developer asked about: the timing of a chain, the period
+// of a node. The one place where chains are put together from subchains; the planner and the plan's check both use it.
+//
+// Units: Millis. Thread safety: pure functions.
+#pragma once
+
+#include <span>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "model/formulas.h"
+
+namespace ctn::model {
+
+struct SubchainTiming {
+  Millis period{0};     // p
+  Millis execution{0};  // L
+};
+
+// An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
+// has its own period and its cost. Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph
+// with at least one node that is not external.
+ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
+                           std::span<const SubchainTiming> subchains);
+
+// How often a node runs: its subchain's p, or an unscheduled node's own period. Not how often it emits: `output_period`
+// has no part in it. Precondition: the node is not external.
+Millis evaluate_period(const graph::Graph& graph, NodeId node, std::span<const SubchainTiming> subchains);
+
+}  // namespace ctn::model

@@ -1,0 +1,44 @@
+#include "model/formulas.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace ctn::model {
+
+OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
+                            int threads, double slack) {
+  assert(1 <= threads && threads <= cores && slack >= 0.0 && slack < 1.0);
+  Millis longest{0};
+  Millis sum{0};
+  for (const NodeId node : graph.subchain(subchain).nodes) {
+    const Millis cost = costs[node].with_threads(threads, graph.node(node).max_threads);
+    longest = std::max(longest, cost);
+    sum += cost;
+  }
+  return {threads, std::max(longest, sum / (cores / threads)) / (1.0 - slack), sum};
+}
+
+OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
+                       double slack) {
+  assert(cores >= 1);
+  OwnedCores best = owned_cores_with(graph, subchain, costs, cores, 1, slack);
+  for (int threads = 2; threads <= cores; ++threads) {
+    const OwnedCores other = owned_cores_with(graph, subchain, costs, cores, threads, slack);
+    if (other.execution + other.period < best.execution + best.period) best = other;
+  }
+  return best;
+}
+
+ChainTiming chain_timing(std::span<const ElementTiming> elements) {
+  assert(!elements.empty());
+  ChainTiming timing;
+  for (const ElementTiming& element : elements) {
+    if (&element != &elements.front()) timing.latency += element.period;
+    timing.latency += element.execution;
+    timing.period = std::max(timing.period, std::max(element.period, element.output_period.value_or(Millis{0})));
+  }
+  timing.response = timing.latency + timing.period;
+  return timing;
+}
+
+}  // namespace ctn::model

@@ -1,0 +1,48 @@
+#include "plan/limits.h"
+
+#include <fmt/format.h>
+
+namespace ctn::plan {
+namespace {
+
+bool has_exact_rate(const graph::Node& node) {
+  return node.min_rate && node.max_rate && *node.min_rate == *node.max_rate;
+}
+
+}  // namespace
+
+PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain) {
+  PeriodLimits limits;
+  for (const NodeId id : graph.subchain(subchain).nodes) {
+    const graph::Node& node = graph.node(id);
+    if (node.max_rate && node.max_rate->period() > limits.least) {
+      limits.least = node.max_rate->period();
+      limits.capped = id;
+    }
+    if (has_exact_rate(node) && !limits.exact) {
+      limits.exact = node.max_rate->period();
+      limits.exact_of = id;
+    }
+  }
+  return limits;
+}
+
+std::vector<SoftBound> soft_bounds(const graph::App& app) {
+  std::vector<SoftBound> bounds;
+  for (std::size_t term = 0; term < app.objective.size(); ++term) {
+    if (!app.objective[term].max) continue;
+    bounds.push_back({fmt::format("objective[{}].max", term), to_millis(*app.objective[term].max), {}, term});
+  }
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
+    const graph::Node& node = app.graph.nodes()[index];
+    if (!node.subchain || !node.min_rate || has_exact_rate(node)) continue;
+    bounds.push_back({fmt::format("nodes.{}.min_rate", node.name), node.min_rate->period(), NodeId{index}, {}});
+  }
+  return bounds;
+}
+
+bool takes_batches(const graph::Graph& graph, SubchainId subchain) {
+  return graph.node(graph.subchain(subchain).head()).input == graph::InputKind::kQueue;
+}
+
+}  // namespace ctn::plan

@@ -1,0 +1,45 @@
+// What an app asks of the period of each subchain, gathered from its nodes, and which bounds may give way.
+//
+// A node's `max_rate` is a hard cap, and `min_rate` equal to it an exact rate (a display): the period is then given. A
+// `min_rate` by itself and the `max` of a response time are bounds that may be relaxed, all by one factor.
+//
+// Units: Millis. Thread safety: pure functions.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "graph/app.h"
+
+namespace ctn::plan {
+
+struct PeriodLimits {
+  Millis least{0};                 // p may be no shorter: the lowest max_rate of the nodes; 0: no cap
+  std::optional<NodeId> capped;    // whose max_rate that is
+  std::optional<Millis> exact;     // p must be just this
+  std::optional<NodeId> exact_of;  // whose rate that is; the first node's where several ask for one
+};
+
+// Whether the limits contradict each other is the caller's to see: `least` and `exact` are both as asked.
+PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain);
+
+// A bound that may be relaxed: on a node's period (its min_rate) or on the response time of an objective's term.
+struct SoftBound {
+  std::string key;  // as in RelaxedBound
+  Millis asked{0};
+  std::optional<NodeId> node;       // of a min_rate
+  std::optional<std::size_t> term;  // of a max: index into the objective
+};
+
+// Response times first, in the order of the objective, then nodes in theirs.
+std::vector<SoftBound> soft_bounds(const graph::App& app);
+
+// A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average
+// rate.
+bool takes_batches(const graph::Graph& graph, SubchainId subchain);
+
+}  // namespace ctn::plan

@@ -1,0 +1,33 @@
+// What follows from the subchains of a plan by the formulas of the model: chains, nodes, the objective, and which
+// bounds do not hold. Whoever makes a plan fills it in with this; `validate` compares with it.
+//
+// Units: Millis. Thread safety: pure functions.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "graph/app.h"
+#include "model/cost.h"
+#include "plan/plan.h"
+
+namespace ctn::plan {
+
+// Two figures are the same if they differ by no more than one part in this.
+constexpr double kTolerance = 1e-9;
+
+struct Prediction {
+  std::vector<ChainPlan> chains;
+  std::vector<NodePlan> nodes;
+  double objective = 0.0;
+  double relax_factor = 1.0;          // the least by which all bounds would have to be scaled to hold
+  std::vector<RelaxedBound> relaxed;  // those that do not hold as asked
+};
+
+// Precondition: one entry a subchain of the app.
+Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains);
+
+// Puts the prediction for `plan.subchains` into the plan.
+void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs);
+
+}  // namespace ctn::plan

@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "plan/json.h"
+
+namespace ctn::plan {
+namespace {
+
+using Json = nlohmann::ordered_json;  // keys in the order written: a person reads them too
+
+Json every_json(const std::optional<int>& every) { return every ? Json(*every) : Json(nullptr); }
+
+Json relaxed_json(const Plan& plan) {
+  Json bounds = Json::array();
+  for (const RelaxedBound& bound : plan.relaxed) {
+    bounds.push_back({{"bound", bound.key}, {"asked_ms", bound.asked.count()}, {"planned_ms", bound.planned.count()}});
+  }
+  return {{"factor", plan.relax_factor}, {"bounds", std::move(bounds)}};
+}
+
+Json subchain_json(const SubchainPlan& subchain) {
+  return {{"cores", subchain.cores},
+          {"period_ms", subchain.period.count()},
+          {"execution_ms", subchain.execution.count()},
+          {"every", every_json(subchain.every)},
+          {"share", subchain.share},
+          {"slice_ms", subchain.slice.count()},
+          {"threads", subchain.threads}};
+}
+
+Json core_json(const CorePlan& core, std::size_t number, const graph::Graph& graph) {
+  Json slots = Json::array();
+  for (const Slot& slot : core.slots) {
+    slots.push_back({{"subchain", graph.subchain(slot.subchain).name},
+                     {"offset_ms", slot.offset.count()},
+                     {"slice_ms", slot.slice.count()},
+                     {"every", every_json(slot.every)},
+                     {"phase", slot.phase}});
+  }
+  return {{"core", number},
+          {"frame_ms", core.frame.count()},
+          {"frame_min_ms", core.frame_min.count()},
+          {"frames", core.frames == graph::FrameMode::kFixed ? "fixed" : "elastic"},
+          {"slots", std::move(slots)},
+          {"idle_ms", core.idle.count()}};
+}
+
+Json chain_json(const ChainPlan& chain, const graph::Graph& graph) {
+  Json path = Json::array();
+  for (const NodeId node : chain.path) path.push_back(graph.node(node).name);
+  return {{"path", std::move(path)},
+          {"response_time_ms", chain.response.count()},
+          {"latency_ms", chain.latency.count()},
+          {"period_ms", chain.period.count()},
+          {"weight", chain.weight}};
+}
+
+}  // namespace
+
+std::string to_json(const Plan& plan, const graph::App& app) {
+  Json document = {{"app", app.name},
+                   {"planner", plan.planner},
+                   {"status", plan.quality == Quality::kOptimal ? "optimal" : "feasible"},
+                   {"gap", plan.gap},
+                   {"solve_ms", plan.solve_time.count()},
+                   {"objective", plan.objective},
+                   {"slack", plan.slack},
+                   {"relaxed", relaxed_json(plan)},
+                   {"subchains", Json::object()},
+                   {"cores", Json::array()},
+                   {"chains", Json::array()},
+                   {"nodes", Json::array()}};
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    document["subchains"][app.graph.subchain(SubchainId{i}).name] = subchain_json(plan.subchains[i]);
+  }
+  for (std::size_t i = 0; i < plan.cores.size(); ++i) {
+    document["cores"].push_back(core_json(plan.cores[i], i, app.graph));
+  }
+  for (const ChainPlan& chain : plan.chains) document["chains"].push_back(chain_json(chain, app.graph));
+  for (const NodePlan& node : plan.nodes) {
+    document["nodes"].push_back(
+        {{"node", app.graph.node(node.node).name}, {"period_ms", node.period.count()}, {"weight", node.weight}});
+  }
+  return document.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace ctn::plan

@@ -1,0 +1,34 @@
+// What all subcommands share: exit codes, and how errors are shown.
+//
+// A subcommand is one file with one function, `void add_NAME_command(CLI::App& cli, int& exit_code)`: it adds the
+// command and its options, with a callback that does the work and sets `exit_code`. Declare it below, call it in
+// main.cpp. Data go to stdout, everything else to stderr.
+#pragma once
+
+#include <string_view>
+
+#include "base/result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace ctn::tool {
+
+constexpr int kSuccess = 0;
+constexpr int kFailure = 1;  // the machine said no
+constexpr int kMistake = 2;  // the user's mistake
+
+// Prints every problem on stderr, one a line, and gives the exit code of its kind.
+int report_error(const Error& error);
+
+// For what the user should know but need not mend; on stderr.
+void note(std::string_view text);
+
+// Prints on stdout. Whether all of it could be written is checked once, by main.
+void print(std::string_view text);
+
+void add_check_command(CLI::App& cli, int& exit_code);
+void add_plan_command(CLI::App& cli, int& exit_code);
+
+}  // namespace ctn::tool

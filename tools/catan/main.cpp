@@ -1,0 +1,73 @@
+// catan: the command line. See command.h for how a subcommand is added.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "base/text.h"
+#include "command.h"
+
+namespace ctn::tool {
+namespace {
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  catan check app.yaml\n"
+    "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
+    "\n"
+    "'catan COMMAND --help' says more about a command.\n"
+    "Exit code: 0 success, 1 failure at run time, 2 a mistake in a file or on the command line.";
+
+int report_usage(const CLI::App& cli, const CLI::ParseError& error, int argc, char** argv) {
+  const bool names_command = argc > 1 && argv[1][0] != '-';
+  if (names_command && cli.get_subcommands().empty()) {
+    std::vector<std::string> commands;
+    for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
+    const auto meant = nearest(argv[1], commands);
+    note(fmt::format("there is no command {}; {}", quote(argv[1]),
+                     meant ? fmt::format("did you mean {}?", quote(*meant)) : "see catan --help"));
+    return kMistake;
+  }
+  const auto chosen = cli.get_subcommands();
+  note(fmt::format("{}; see catan {}--help", error.what(), chosen.empty() ? "" : chosen.front()->get_name() + " "));
+  return kMistake;
+}
+
+// A full disk or a closed pipe must not look like success.
+int check_output(int exit_code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.flush()) return exit_code;
+  return report_error(Error::environment("the output could not be written", "check where stdout goes"));
+}
+
+int run(int argc, char** argv) {
+  CLI::App cli{"Catan schedules the CPUs of sense-react applications while they run.", "catan"};
+  cli.footer(kFooter);
+  cli.set_version_flag("--version", "catan " CATAN_VERSION);
+  cli.require_subcommand(1);
+  int exit_code = kSuccess;
+  add_check_command(cli, exit_code);
+  add_plan_command(cli, exit_code);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // --help and --version come this way too.
+    exit_code = error.get_exit_code() == 0 ? cli.exit(error) : report_usage(cli, error, argc, argv);
+  }
+  return check_output(exit_code);
+}
+
+}  // namespace
+}  // namespace ctn::tool
+
+int main(int argc, char** argv) {
+  try {
+    return ctn::tool::run(argc, argv);
+  } catch (const std::exception& exception) {
+    ctn::tool::note(fmt::format("this is a bug in catan: {}", exception.what()));
+    return ctn::tool::kFailure;
+  }
+}

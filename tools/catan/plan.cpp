@@ -1,0 +1,87 @@
+// catan plan: what Catan would do with an app on a number of cores.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "command.h"
+#include "config/app_file.h"
+#include "config/cost_file.h"
+#include "config/quantity.h"
+#include "plan/json.h"
+#include "plan_text.h"
+#include "planner/planner.h"
+
+namespace ctn::tool {
+namespace {
+
+constexpr int kMostCores = 1024;
+
+struct Options {
+  std::string app;
+  std::string costs;
+  std::string slack;
+  std::string planner = "joint";
+  int cores = 1;
+  bool json = false;
+};
+
+Result<model::CostTable> costs_of(const graph::App& app, const std::string& file) {
+  if (!file.empty()) return config::load_costs(file, app);
+  note(fmt::format(
+      "no cost file: every node is taken to cost {} (scheduler.bootstrap_cost); --costs FILE gives real ones",
+      config::format_duration(app.scheduler.bootstrap_cost)));
+  return model::CostTable(app.graph, to_millis(app.scheduler.bootstrap_cost));
+}
+
+Result<double> slack_of(const graph::App& app, const std::string& text) {
+  if (text.empty()) return app.scheduler.slack.value_or(graph::kDefaultSlack);
+  const auto slack = config::parse_percentage(text);
+  if (slack) return *slack;
+  Problem problem = slack.error().problems().front();
+  problem.key = "--slack";
+  return Error(ErrorKind::kCaller, {std::move(problem)});
+}
+
+int make(const Options& options) {
+  const auto app = config::load_app(options.app);
+  if (!app) return report_error(app.error());
+  const auto slack = slack_of(*app, options.slack);
+  if (!slack) return report_error(slack.error());
+  const auto costs = costs_of(*app, options.costs);
+  if (!costs) return report_error(costs.error());
+  const auto plan = planner::make_plan(*app, *costs, {options.cores, *slack});
+  if (!plan) return report_error(plan.error());
+  print(options.json ? plan::to_json(*plan, *app) : plan_text(*plan, *app));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& cli, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = cli.add_subcommand("plan", "Plan cores, slices and rates for an app");
+  command->footer(
+      "Examples:\n"
+      "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
+      "  catan plan app.yaml --cores 2 --costs costs.yaml --json > plan.json\n"
+      "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
+  command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
+  command->add_option("--cores", options->cores, "How many cores the app gets")
+      ->check(CLI::Range(1, kMostCores))
+      ->capture_default_str();
+  command->add_option("--costs", options->costs, "Compute times (docs/cost-file.md); else scheduler.bootstrap_cost")
+      ->type_name("FILE");
+  command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
+      ->type_name("PCT");
+  // Both find the same plan for the apps that can be planned so far: those of one subchain.
+  command->add_option("--planner", options->planner, "How cores are allocated")
+      ->check(CLI::IsMember({"joint", "two-stage"}))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print one JSON document");
+  command->callback([options, &exit_code] { exit_code = make(*options); });
+}
+
+}  // namespace ctn::tool

@@ -1,0 +1,76 @@
+#include "plan_text.h"
+
+#include <fmt/format.h>
+
+#include "table.h"
+
+namespace ctn::tool {
+namespace {
+
+std::string ms(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
+std::string every_text(const std::optional<int>& every) { return every ? fmt::format("{}", *every) : "-"; }
+
+std::string head(const plan::Plan& plan, const graph::App& app) {
+  const bool optimal = plan.quality == plan::Quality::kOptimal;
+  return fmt::format("{} on {} core{}: {}, objective {:.6g}ms\n{}, slack {:.3g}%, solved in {}\n", app.name,
+                     plan.cores.size(), plan.cores.size() == 1 ? "" : "s",
+                     optimal ? "optimal" : fmt::format("at most {:.3g}% from the optimum", plan.gap * 100.0),
+                     plan.objective, plan.planner, plan.slack * 100.0, ms(plan.solve_time));
+}
+
+std::string subchains_text(const plan::Plan& plan, const graph::App& app) {
+  Table table({"subchain", "nodes", "cores", "rate", "period", "execution", "slice", "share", "every", "threads"});
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    const plan::SubchainPlan& entry = plan.subchains[i];
+    const graph::Subchain& subchain = app.graph.subchain(SubchainId(i));
+    table.add({subchain.name, app.graph.path_name(subchain.nodes), fmt::format("{}", fmt::join(entry.cores, ",")),
+               entry.period.count() > 0 ? fmt::format("{:.2f}Hz", 1000.0 / entry.period.count()) : "-",
+               ms(entry.period), ms(entry.execution), ms(entry.slice), fmt::format("{:.3g}", entry.share),
+               every_text(entry.every), fmt::format("{}", entry.threads)});
+  }
+  return table.text();
+}
+
+std::string cores_text(const plan::Plan& plan, const graph::App& app) {
+  Table table({"core", "frame", "at least", "frames", "slots (offset + slice)", "idle"});
+  for (std::size_t i = 0; i < plan.cores.size(); ++i) {
+    const plan::CorePlan& core = plan.cores[i];
+    std::vector<std::string> slots;
+    for (const plan::Slot& slot : core.slots) {
+      slots.push_back(
+          fmt::format("{} {:.3f} + {}", app.graph.subchain(slot.subchain).name, slot.offset.count(), ms(slot.slice)));
+    }
+    table.add({fmt::format("{}", i), ms(core.frame), core.frame_min.count() > 0 ? ms(core.frame_min) : "",
+               core.frames == graph::FrameMode::kElastic ? "elastic" : "fixed",
+               fmt::format("{}", fmt::join(slots, " | ")), ms(core.idle)});
+  }
+  return table.text();
+}
+
+std::string terms_text(const plan::Plan& plan, const graph::App& app) {
+  Table table({"weight", "of", "value", "latency", "period", "path"});
+  for (const plan::ChainPlan& chain : plan.chains) {
+    table.add({fmt::format("{:.6g}", chain.weight), "response time", ms(chain.response), ms(chain.latency),
+               ms(chain.period), app.graph.path_name(chain.path)});
+  }
+  for (const plan::NodePlan& node : plan.nodes) {
+    table.add({fmt::format("{:.6g}", node.weight), "period", ms(node.period), "", "", app.graph.node(node.node).name});
+  }
+  return table.text();
+}
+
+std::string relaxed_text(const plan::Plan& plan) {
+  if (plan.relaxed.empty()) return "";
+  Table table({"bound", "asked", "planned"});
+  for (const plan::RelaxedBound& bound : plan.relaxed) table.add({bound.key, ms(bound.asked), ms(bound.planned)});
+  return fmt::format("\nnot all bounds can hold: relaxed by a factor of {:.4g}\n{}", plan.relax_factor, table.text());
+}
+
+}  // namespace
+
+std::string plan_text(const plan::Plan& plan, const graph::App& app) {
+  return fmt::format("{}\nsubchains\n{}\ncores\n{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
+                     cores_text(plan, app), terms_text(plan, app), relaxed_text(plan));
+}
+
+}  // namespace ctn::tool
