@@ -62,11 +62,12 @@ Status write_header(sqlite::Database& database, const Header& header) {
 Status lay_out(sqlite::Database& database, const graph::App& app, const Header& header) {
   // A rollback journal, not a write-ahead log: after a kill the one file is the record, and copying it copies all of
   // it. The price is that a reader and a commit wait for each other; a batch a second makes that cheap.
-  const std::string prepare = fmt::format(
-      "PRAGMA journal_mode = DELETE; PRAGMA synchronous = FULL; PRAGMA application_id = {}; PRAGMA user_version = {}; "
-      "BEGIN EXCLUSIVE;",
+  // All in one transaction, so that there is never half a schema.
+  const std::string begin = fmt::format(
+      "PRAGMA journal_mode = DELETE; PRAGMA synchronous = FULL; BEGIN EXCLUSIVE; PRAGMA application_id = {}; "
+      "PRAGMA user_version = {};",
       kApplicationId, kSchemaVersion);
-  if (auto done = database.execute(prepare); !done) return done;
+  if (auto done = database.execute(begin); !done) return done;
   if (auto done = database.execute(kSchema); !done) return done;
   if (auto done = write_app(database, app); !done) return done;
   if (auto done = write_header(database, header); !done) return done;

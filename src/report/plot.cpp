@@ -20,6 +20,9 @@ using File = std::unique_ptr<FILE, CloseFile>;
 
 const char* const kMend = "install it: apt-get install gnuplot-nox";
 
+const char* const kFonts =
+    "font-family=\"Inter, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif\"";
+
 std::string read_all(FILE* file) {
   std::string text;
   char buffer[1 << 14];
@@ -55,6 +58,17 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
   }
 }
 
+// gnuplot titles each group with the expression it was drawn from, which browsers show as a tooltip.
+void erase_titles(std::string& svg) {
+  constexpr std::string_view kStart = "<title>$";
+  constexpr std::string_view kEnd = "</title>";
+  for (std::size_t at = svg.find(kStart); at != std::string::npos; at = svg.find(kStart, at)) {
+    const std::size_t end = svg.find(kEnd, at);
+    if (end == std::string::npos) return;
+    svg.erase(at, end + kEnd.size() - at);
+  }
+}
+
 // Several figures of one page must not share ids.
 std::string unique_prefix(const std::string& script) {
   return fmt::format("f{:x}-", std::hash<std::string>{}(script)&0xffffffffU);
@@ -67,18 +81,20 @@ std::string finish(std::string svg, const Figure& figure, const std::string& scr
     replace_all(svg, fmt::format("xlink:href={}#", quote), fmt::format("xlink:href={}#{}", quote, prefix));
   }
   replace_all(svg, "url(#", "url(#" + prefix);
-  replace_all(svg, fmt::format("font-family=\"{}\"", kFontName),
-              "font-family=\"Inter, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif\"");
+  replace_all(svg, fmt::format("font-family=\"{}:Bold\"", kFontName), fmt::format("font-weight=\"600\" {}", kFonts));
+  replace_all(svg, fmt::format("font-family=\"{}\"", kFontName), kFonts);
+  replace_all(svg, "color='white'", "display='none'");  // a halo around points, which shows on any other ground
+  erase_titles(svg);
   replace_all(svg, "<title>Gnuplot</title>", "<title>" + escaped(figure.title) + "</title>");
-  const std::size_t start = svg.find("<svg");
   if (use == SvgUse::kInline) {
-    replace_all(svg, fmt::format("stroke='{}'", kGridColour), "stroke='currentColor' stroke-opacity='0.14'");
-    replace_all(svg, fmt::format("\"{}\"", kInkColour), "\"currentColor\"");
-    replace_all(svg, fmt::format("'{}'", kInkColour), "'currentColor'");
-    svg.erase(0, start);
+    replace_all(svg, "stroke='rgb(228, 231, 234)'", "stroke='currentColor' stroke-opacity='0.14'");  // kGridColour
+    for (const char* ink : {"rgb(31,35,40)", "rgb( 31,  35,  40)"})
+      replace_all(svg, ink, "currentColor");  // kInkColour
+    replace_all(svg, "color=\"black\"", "color=\"currentColor\"");
+    svg.erase(0, svg.find("<svg"));
     return svg.insert(4, " role=\"img\"");
   }
-  const std::size_t body = svg.find('>', start) + 1;
+  const std::size_t body = svg.find('>', svg.find("<svg")) + 1;
   return svg.insert(body, "\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>");
 }
 

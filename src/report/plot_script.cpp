@@ -17,7 +17,7 @@ constexpr double kCharacter = 0.56 * kFont;  // mean width of one
 constexpr double kRow = 20.0;                // of the legend or of marker labels
 constexpr double kLeft = 66.0;
 constexpr double kRight = 22.0;
-constexpr double kBottom = 54.0;
+constexpr double kBottom = 60.0;
 constexpr double kSample = 24.0;  // a legend's piece of line
 constexpr double kGap = 20.0;     // between entries of a legend
 
@@ -123,7 +123,7 @@ class PanelScript {
     double top = cell_.top + 8.0;
     if (!panel_.title.empty()) {
       label(panel_.title, screen(cell_.left + kLeft, top + 10.0), "left",
-            fmt::format(" font '{}:Bold,{}'", kFontName, kTitleFont));
+            fmt::format(" font '{}:Bold,{}' tc rgb '{}'", kFontName, kTitleFont, kInkColour));
       top += 28.0;
     }
     top = write_legend(top);
@@ -279,7 +279,7 @@ class PanelScript {
                            (area_.left + area_.width) / figure_.width);
     script_ += fmt::format("set tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
                            1.0 - area_.top / figure_height_, 1.0 - (area_.top + area_.height) / figure_height_);
-    label(panel_.x.label, screen(area_.left + 0.5 * area_.width, area_.top + area_.height + 40.0), "center");
+    label(panel_.x.label, screen(area_.left + 0.5 * area_.width, area_.top + area_.height + 44.0), "center");
     label(panel_.y.label, screen(cell_.left + 14.0, area_.top + 0.5 * area_.height), "center",
           fmt::format(" rotate by 90 tc rgb '{}'", kInkColour));
     write_axis('x', x_);
@@ -367,8 +367,8 @@ std::string plot_script(const Figure& figure) {
       "set encoding utf8\n"
       "set terminal svg size {},{} fixed noenhanced font '{},{}' rounded\n"
       "unset key\nset border 1 lc rgb '{}' lw 1.2\nset tics out nomirror scale 0.6,0.3 tc rgb '{}'\n"
-      "set ytics scale 0\nset format '%g'\nset grid ytics lc rgb '{}' lw 1 dashtype solid\n"
-      "set errorbars 0.8\nset multiplot\n",
+      "set ytics scale 0\nset format '%g'\nset grid ytics lt 1 lc rgb '{}' lw 1 dashtype solid\n"
+      "set errorbars 0.8\nset pointintervalbox 0\nset multiplot\n",
       figure.width, figure_height, kFontName, kFont, kInkColour, kInkColour, kGridColour);
   for (std::size_t i = 0; i < figure.panels.size(); ++i) {
     const double offset = static_cast<double>(i);

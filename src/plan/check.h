@@ -1,0 +1,55 @@
+// What the parts of `validate` have in common. Internal to the module.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "plan/plan.h"
+
+namespace ctn::plan {
+
+// Equal to one part in 1 / kTolerance, or, near 0, to a millionth of a nanosecond.
+bool same(double a, double b);
+inline bool same(Millis a, Millis b) { return same(a.count(), b.count()); }
+inline bool at_least(Millis a, Millis b) { return a >= b || same(a, b); }
+
+// Collects what is wrong with a plan, each under its path in the plan's JSON.
+class Check {
+ public:
+  Check(const Plan& checked, const graph::App& for_app, const model::CostTable& at_costs)
+      : plan(checked), app(for_app), costs(at_costs) {}
+
+  void problem(std::string key, std::string what);
+  // Notes a problem unless the figure is what the formulas say it must be.
+  void expect(const std::string& key, double planned, double must_be, const char* why);
+  void expect(const std::string& key, Millis planned, Millis must_be, const char* why) {
+    expect(key, planned.count(), must_be.count(), why);
+  }
+
+  bool ok() const { return problems_.empty(); }
+  std::vector<Problem> take_problems() { return std::move(problems_); }
+
+  std::string subchain_key(SubchainId id, const char* field) const;
+  static std::string core_key(std::size_t core, const char* field);
+  static std::string slot_key(std::size_t core, std::size_t slot, const char* field);
+
+  const Plan& plan;
+  const graph::App& app;
+  const model::CostTable& costs;
+
+ private:
+  std::vector<Problem> problems_;
+};
+
+// The steps, in their order; each relies on those before having found nothing.
+void check_shape(Check& check, int core_count);
+void check_cores(Check& check);     // who has which core
+void check_groups(Check& check);    // owned and shared cores by their formulas
+void check_rates(Check& check);     // caps and exact rates
+void check_promises(Check& check);  // chains, nodes, objective, relaxed bounds
+
+}  // namespace ctn::plan

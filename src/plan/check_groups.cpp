@@ -1,0 +1,179 @@
+// Who has which core, and what each core group's formula makes of it (docs/architecture.md; the planner's model).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "model/formulas.h"
+#include "plan/check.h"
+#include "plan/limits.h"
+#include "plan/predict.h"
+
+namespace ctn::plan {
+namespace {
+
+using Members = std::vector<SubchainId>;
+
+std::vector<Members> members_by_core(const Plan& plan) {
+  std::vector<Members> members(plan.cores.size());
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    for (const int core : plan.subchains[i].cores) members[static_cast<std::size_t>(core)].emplace_back(i);
+  }
+  return members;
+}
+
+bool is_shared(const Members& members) { return members.size() > 1; }
+
+// A core that nobody shares is no turn-taking: its frame is empty.
+void check_no_frame(Check& check, std::size_t number) {
+  const CorePlan& core = check.plan.cores[number];
+  if (!core.slots.empty()) check.problem(Check::core_key(number, "slots"), "a core that is not shared has no slots");
+  check.expect(Check::core_key(number, "frame_ms"), core.frame, Millis{0}, "a core that is not shared");
+  check.expect(Check::core_key(number, "frame_min_ms"), core.frame_min, Millis{0}, "a core that is not shared");
+  check.expect(Check::core_key(number, "idle_ms"), core.idle, Millis{0}, "a core that is not shared");
+}
+
+// Every slot is of a member, every member has one, and they stand in the app's order, one after the other.
+void check_slots(Check& check, std::size_t number, const Members& members) {
+  const CorePlan& core = check.plan.cores[number];
+  std::vector<SubchainId> expected;
+  std::copy_if(check.app.order.begin(), check.app.order.end(), std::back_inserter(expected),
+               [&](SubchainId id) { return std::find(members.begin(), members.end(), id) != members.end(); });
+  std::vector<SubchainId> planned;
+  for (const Slot& slot : core.slots) planned.push_back(slot.subchain);
+  if (planned != expected) {
+    std::string names;
+    for (const SubchainId id : expected) names += (names.empty() ? "" : ", ") + check.app.graph.subchain(id).name;
+    check.problem(Check::core_key(number, "slots"), fmt::format("the slots of this core must be: {}", names));
+    return;
+  }
+  Millis offset{0};
+  for (std::size_t i = 0; i < core.slots.size(); ++i) {
+    const Slot& slot = core.slots[i];
+    const SubchainPlan& subchain = check.plan.subchains[slot.subchain.index()];
+    check.expect(Check::slot_key(number, i, "offset_ms"), slot.offset, offset, "the sum of the slices before");
+    check.expect(Check::slot_key(number, i, "slice_ms"), slot.slice, subchain.slice, "the subchain's plan");
+    if (slot.every != subchain.every) check.problem(Check::slot_key(number, i, "every"), "the subchain's differs");
+    offset += slot.slice;
+  }
+  check.expect(Check::core_key(number, "frame_ms"), core.frame, (offset + core.idle) / (1.0 - check.plan.slack),
+               "slices, idle time and slack");
+  if (!at_least(core.frame, core.frame_min)) {
+    check.problem(Check::core_key(number, "frame_min_ms"), "the shortest frame is longer than the frame");
+  }
+}
+
+bool needs_fixed_frames(const graph::App& app, const Members& members) {
+  return app.scheduler.frames == graph::FrameMode::kFixed ||
+         std::any_of(members.begin(), members.end(),
+                     [&](SubchainId id) { return period_limits(app.graph, id).exact.has_value(); });
+}
+
+void check_shared_core(Check& check, std::size_t number, const Members& members) {
+  const CorePlan& core = check.plan.cores[number];
+  check_slots(check, number, members);
+  const bool fixed = core.frames == graph::FrameMode::kFixed;
+  if (fixed != needs_fixed_frames(check.app, members)) {
+    check.problem(Check::core_key(number, "frames"),
+                  fixed ? "frames are elastic where the app does not say otherwise and no rate is exact"
+                        : "frames are fixed where the app says so or a rate is exact");
+  }
+  if (fixed) return;
+  for (const SubchainId id : members) {
+    const Millis least = check.plan.subchains[id.index()].share * period_limits(check.app.graph, id).least;
+    if (at_least(core.frame_min, least)) continue;
+    check.problem(Check::core_key(number, "frame_min_ms"),
+                  fmt::format("frames of {} ms would break a max_rate of subchain {}, which needs {} ms",
+                              core.frame_min.count(), check.app.graph.subchain(id).name, least.count()));
+  }
+}
+
+void check_share(Check& check, SubchainId id) {
+  const SubchainPlan& subchain = check.plan.subchains[id.index()];
+  const Millis cost = check.costs.subchain_total(check.app.graph, id);
+  check.expect(check.subchain_key(id, "slice_ms"), subchain.slice, subchain.share * cost, "share x compute time");
+  if (subchain.every.has_value() == takes_batches(check.app.graph, id)) {
+    check.problem(check.subchain_key(id, "every"),
+                  subchain.every ? "a queue node's rate is an average: it has none" : "only a queue node goes without");
+  } else if (subchain.every) {
+    check.expect(check.subchain_key(id, "share"), subchain.share, 1.0 / *subchain.every, "a run every n frames");
+  }
+}
+
+void check_sharing_subchain(Check& check, SubchainId id) {
+  const SubchainPlan& subchain = check.plan.subchains[id.index()];
+  const CorePlan& core = check.plan.cores[static_cast<std::size_t>(subchain.cores.front())];
+  check.expect(check.subchain_key(id, "period_ms"), subchain.period, core.frame / subchain.share, "frame / share");
+  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, subchain.period, "the period");
+  if (subchain.threads != 1) check.problem(check.subchain_key(id, "threads"), "on a shared core there is but 1");
+  const Millis least = to_millis(check.app.scheduler.min_slice);
+  if (!at_least(subchain.slice, least) && subchain.share < 1.0 - kTolerance) {
+    check.problem(check.subchain_key(id, "slice_ms"),
+                  fmt::format("{} ms are less than min_slice ({} ms), and not a whole run either",
+                              subchain.slice.count(), least.count()));
+  }
+}
+
+void check_owning_subchain(Check& check, SubchainId id) {
+  const SubchainPlan& subchain = check.plan.subchains[id.index()];
+  const int cores = static_cast<int>(subchain.cores.size());
+  if (subchain.threads > cores) {
+    check.problem(check.subchain_key(id, "threads"),
+                  fmt::format("{} threads a node are more than its {} cores", subchain.threads, cores));
+    return;
+  }
+  const model::OwnedCores owned =
+      model::owned_cores_with(check.app.graph, id, check.costs, cores, subchain.threads, check.plan.slack);
+  const PeriodLimits limits = period_limits(check.app.graph, id);
+  check.expect(check.subchain_key(id, "share"), subchain.share, 1.0, "owning its cores");
+  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, owned.execution, "the cost of its nodes");
+  if (!limits.exact) {
+    check.expect(check.subchain_key(id, "period_ms"), subchain.period, std::max(owned.period, limits.least),
+                 "the cost of its nodes on its cores, or a max_rate,");
+  } else if (!at_least(subchain.period, owned.period)) {
+    check.problem(check.subchain_key(id, "period_ms"),
+                  fmt::format("{} ms are too short: its nodes need {} ms on its cores", subchain.period.count(),
+                              owned.period.count()));
+  }
+}
+
+}  // namespace
+
+void check_cores(Check& check) {
+  const std::vector<Members> members = members_by_core(check.plan);
+  const bool sharing = std::any_of(members.begin(), members.end(), is_shared);
+  for (std::size_t core = 0; core < members.size(); ++core) {
+    if (members[core].empty() && sharing) {
+      check.problem(fmt::format("cores[{}]", core), "nobody has this core, while others are shared");
+    }
+    if (!is_shared(members[core])) continue;
+    for (const SubchainId id : members[core]) {
+      if (check.plan.subchains[id.index()].cores.size() == 1) continue;
+      check.problem(check.subchain_key(id, "cores"),
+                    fmt::format("it has several cores, and shares core {}: it may own cores or share one", core));
+    }
+  }
+}
+
+void check_groups(Check& check) {
+  const std::vector<Members> members = members_by_core(check.plan);
+  for (std::size_t core = 0; core < members.size(); ++core) {
+    if (is_shared(members[core])) {
+      check_shared_core(check, core, members[core]);
+    } else {
+      check_no_frame(check, core);
+    }
+  }
+  for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
+    const SubchainId id{i};
+    check_share(check, id);
+    if (is_shared(members[static_cast<std::size_t>(check.plan.subchains[i].cores.front())])) {
+      check_sharing_subchain(check, id);
+    } else {
+      check_owning_subchain(check, id);
+    }
+  }
+}
+
+}  // namespace ctn::plan

@@ -1,0 +1,315 @@
+// Strict reading of a plan: each value is looked at where the schema expects it, each problem is noted under its JSON
+// path, and reading goes on, so that all problems are reported at once.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "plan/json.h"
+
+namespace ctn::plan {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kMend = "write it as docs/plan-schema.md says, or make the plan again";
+
+std::string child(const std::string& path, std::string_view key) {
+  return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
+}
+
+class Reader {
+ public:
+  Reader(const graph::App& app, std::string_view file) : app_(app), file_(file) {}
+
+  Result<Plan> read(std::string_view text) {
+    Plan plan;
+    if (const std::optional<Json> document = parse(text)) read_plan(*document, plan);
+    if (!problems_.empty()) return Error(ErrorKind::kCaller, std::move(problems_));
+    return plan;
+  }
+
+ private:
+  void problem(std::string key, std::string what, std::string mend = kMend) {
+    problems_.push_back({{file_, 0, 0}, std::move(key), std::move(what), std::move(mend)});
+  }
+
+  // JSON lets a key occur twice, and the library would keep the last in silence.
+  std::optional<Json> parse(std::string_view text) {
+    struct Open {
+      std::set<std::string> keys;
+      std::string last;
+    };
+    std::vector<Open> open;  // the objects around what is being read
+    const auto watch = [&](int, Json::parse_event_t event, Json& value) {
+      if (event == Json::parse_event_t::object_start) open.emplace_back();
+      if (event == Json::parse_event_t::object_end) open.pop_back();
+      if (event != Json::parse_event_t::key) return true;
+      open.back().last = value.get<std::string>();
+      if (open.back().keys.insert(open.back().last).second) return true;
+      std::string path;
+      for (const Open& object : open) path = child(path, object.last);
+      problem(std::move(path), "the key is there twice in one object", "keep one");
+      return true;
+    };
+    try {
+      return Json::parse(text, watch);
+    } catch (const Json::parse_error& error) {
+      syntax_problem(text, error.byte, "the text is not JSON");
+    } catch (const Json::out_of_range&) {
+      syntax_problem(text, 0, "a number is too large");
+    }
+    return std::nullopt;
+  }
+
+  void syntax_problem(std::string_view text, std::size_t byte, std::string what) {
+    Place place{file_, 0, 0};
+    if (byte > 0) {
+      const std::string_view before = text.substr(0, std::min(byte - 1, text.size()));
+      place.line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+      place.column = static_cast<int>(before.size() - (before.rfind('\n') + 1)) + 1;
+    }
+    problems_.push_back({std::move(place), "", std::move(what), kMend});
+  }
+
+  // Whether `value` is an object; that it has just these keys is checked on the way.
+  bool object(const Json& value, const std::string& path, std::initializer_list<std::string_view> keys) {
+    if (!value.is_object()) {
+      problem(path, fmt::format("this is {}, not an object", value.type_name()));
+      return false;
+    }
+    for (const auto& [key, unused] : value.items()) {
+      if (std::find(keys.begin(), keys.end(), key) == keys.end()) problem(child(path, key), "unknown key", "remove it");
+    }
+    for (const std::string_view key : keys) {
+      if (!value.contains(key)) problem(child(path, key), "the key is missing");
+    }
+    return true;
+  }
+
+  // The member, or none (already reported by `object`).
+  static const Json* member(const Json& value, std::string_view key) {
+    const auto found = value.find(key);
+    return found == value.end() ? nullptr : &*found;
+  }
+
+  void read_number(const Json& parent, const std::string& path, std::string_view key, double& out) {
+    const Json* value = member(parent, key);
+    if (!value) return;
+    if (!value->is_number() || !std::isfinite(value->get<double>()) || value->get<double>() < 0.0) {
+      problem(child(path, key), fmt::format("{} is no number from 0 up", shown(*value)));
+      return;
+    }
+    out = value->get<double>();
+  }
+
+  void read_millis(const Json& parent, const std::string& path, std::string_view key, Millis& out) {
+    double number = 0.0;
+    read_number(parent, path, key, number);
+    out = Millis{number};
+  }
+
+  std::optional<int> whole(const Json& value, const std::string& path) {
+    if (value.is_number_integer() && value >= 0 && value <= INT_MAX) return value.get<int>();
+    problem(path, fmt::format("{} is no whole number from 0 up", shown(value)));
+    return std::nullopt;
+  }
+
+  void read_int(const Json& parent, const std::string& path, std::string_view key, int& out) {
+    if (const Json* value = member(parent, key)) out = whole(*value, child(path, key)).value_or(0);
+  }
+
+  void read_every(const Json& parent, const std::string& path, std::optional<int>& out) {
+    const Json* value = member(parent, "every");
+    if (value && !value->is_null()) out = whole(*value, child(path, "every"));
+  }
+
+  std::string read_text(const Json& parent, const std::string& path, std::string_view key) {
+    const Json* value = member(parent, key);
+    if (!value) return {};
+    if (value->is_string()) return value->get<std::string>();
+    problem(child(path, key), fmt::format("{} is no text", shown(*value)));
+    return {};
+  }
+
+  // Calls `each(element, path)` for the elements of the array under `key`.
+  template <class Each>
+  void read_array(const Json& parent, const std::string& path, std::string_view key, Each each) {
+    const Json* value = member(parent, key);
+    if (!value) return;
+    const std::string here = child(path, key);
+    if (!value->is_array()) return problem(here, fmt::format("this is {}, not an array", value->type_name()));
+    for (std::size_t i = 0; i < value->size(); ++i) each((*value)[i], fmt::format("{}[{}]", here, i));
+  }
+
+  NodeId node_named(const Json& name, const std::string& path) {
+    const auto found = name.is_string() ? app_.graph.find_node(name.get<std::string>()) : std::nullopt;
+    if (!found) problem(path, fmt::format("{} is no node of app '{}'", shown(name), app_.name));
+    return found.value_or(NodeId{});
+  }
+
+  // Arrays and objects by their kind only: a text may nest them deeper than writing them out could follow.
+  static std::string shown(const Json& value) {
+    if (value.is_structured()) return fmt::format("this {}", value.type_name());
+    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (text.size() > 60) text = text.substr(0, 57) + "...";
+    return text;
+  }
+
+  void read_plan(const Json& value, Plan& plan);
+  void read_relaxed(const Json& parent, Plan& plan);
+  void read_subchains(const Json& parent, Plan& plan);
+  void read_subchain(const Json& value, const std::string& path, SubchainPlan& subchain);
+  void read_core(const Json& value, const std::string& path, Plan& plan);
+  void read_slot(const Json& value, const std::string& path, CorePlan& core);
+  void read_chain(const Json& value, const std::string& path, Plan& plan);
+  void read_node(const Json& value, const std::string& path, Plan& plan);
+
+  const graph::App& app_;
+  std::string file_;
+  std::vector<Problem> problems_;
+};
+
+void Reader::read_plan(const Json& value, Plan& plan) {
+  if (!object(value, "",
+              {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
+               "chains", "nodes"})) {
+    return;
+  }
+  if (const std::string app = read_text(value, "", "app"); value.contains("app") && app != app_.name) {
+    problem("app", fmt::format("the plan is for app '{}', not for '{}'", app, app_.name), "give the plan of this app");
+  }
+  plan.planner = read_text(value, "", "planner");
+  const std::string status = read_text(value, "", "status");
+  if (value.contains("status") && status != "optimal" && status != "feasible") {
+    problem("status", fmt::format("there is no status '{}'", status), "write optimal or feasible");
+  }
+  plan.quality = status == "feasible" ? Quality::kFeasible : Quality::kOptimal;
+  read_number(value, "", "gap", plan.gap);
+  read_millis(value, "", "solve_ms", plan.solve_time);
+  read_number(value, "", "objective", plan.objective);
+  read_number(value, "", "slack", plan.slack);
+  read_relaxed(value, plan);
+  read_subchains(value, plan);
+  read_array(value, "", "cores", [&](const Json& e, const std::string& path) { read_core(e, path, plan); });
+  read_array(value, "", "chains", [&](const Json& e, const std::string& path) { read_chain(e, path, plan); });
+  read_array(value, "", "nodes", [&](const Json& e, const std::string& path) { read_node(e, path, plan); });
+}
+
+void Reader::read_relaxed(const Json& parent, Plan& plan) {
+  const Json* value = member(parent, "relaxed");
+  if (!value || !object(*value, "relaxed", {"factor", "bounds"})) return;
+  read_number(*value, "relaxed", "factor", plan.relax_factor);
+  read_array(*value, "relaxed", "bounds", [&](const Json& element, const std::string& path) {
+    if (!object(element, path, {"bound", "asked_ms", "planned_ms"})) return;
+    RelaxedBound bound;
+    bound.key = read_text(element, path, "bound");
+    read_millis(element, path, "asked_ms", bound.asked);
+    read_millis(element, path, "planned_ms", bound.planned);
+    plan.relaxed.push_back(std::move(bound));
+  });
+}
+
+void Reader::read_subchains(const Json& parent, Plan& plan) {
+  plan.subchains.resize(app_.graph.subchains().size());
+  const Json* value = member(parent, "subchains");
+  if (!value) return;
+  if (!value->is_object()) return problem("subchains", fmt::format("this is {}, not an object", value->type_name()));
+  for (const auto& [name, element] : value->items()) {
+    const std::string path = child("subchains", name);
+    if (const auto id = app_.graph.find_subchain(name)) {
+      read_subchain(element, path, plan.subchains[id->index()]);
+    } else {
+      problem(path, fmt::format("app '{}' has no such subchain", app_.name));
+    }
+  }
+  for (const graph::Subchain& subchain : app_.graph.subchains()) {
+    if (!value->contains(subchain.name)) problem(child("subchains", subchain.name), "the subchain is missing");
+  }
+}
+
+void Reader::read_subchain(const Json& value, const std::string& path, SubchainPlan& subchain) {
+  if (!object(value, path, {"cores", "period_ms", "execution_ms", "every", "share", "slice_ms", "threads"})) return;
+  read_array(value, path, "cores", [&](const Json& element, const std::string& here) {
+    if (const auto core = whole(element, here)) subchain.cores.push_back(*core);
+  });
+  read_millis(value, path, "period_ms", subchain.period);
+  read_millis(value, path, "execution_ms", subchain.execution);
+  read_every(value, path, subchain.every);
+  read_number(value, path, "share", subchain.share);
+  read_millis(value, path, "slice_ms", subchain.slice);
+  read_int(value, path, "threads", subchain.threads);
+}
+
+void Reader::read_core(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"core", "frame_ms", "frame_min_ms", "frames", "slots", "idle_ms"})) return;
+  CorePlan core;
+  int number = -1;
+  read_int(value, path, "core", number);
+  if (value.contains("core") && number != static_cast<int>(plan.cores.size())) {
+    problem(child(path, "core"), fmt::format("core {} stands where core {} belongs", number, plan.cores.size()),
+            "list every core once, from 0 up");
+  }
+  read_millis(value, path, "frame_ms", core.frame);
+  read_millis(value, path, "frame_min_ms", core.frame_min);
+  const std::string frames = read_text(value, path, "frames");
+  if (value.contains("frames") && frames != "elastic" && frames != "fixed") {
+    problem(child(path, "frames"), fmt::format("there are no '{}' frames", frames), "write elastic or fixed");
+  }
+  core.frames = frames == "fixed" ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
+  read_array(value, path, "slots", [&](const Json& e, const std::string& here) { read_slot(e, here, core); });
+  read_millis(value, path, "idle_ms", core.idle);
+  plan.cores.push_back(std::move(core));
+}
+
+void Reader::read_slot(const Json& value, const std::string& path, CorePlan& core) {
+  if (!object(value, path, {"subchain", "offset_ms", "slice_ms", "every", "phase"})) return;
+  Slot slot;
+  const std::string name = read_text(value, path, "subchain");
+  const auto id = app_.graph.find_subchain(name);
+  if (value.contains("subchain") && !id) {
+    problem(child(path, "subchain"), fmt::format("app '{}' has no subchain '{}'", app_.name, name));
+  }
+  slot.subchain = id.value_or(SubchainId{});
+  read_millis(value, path, "offset_ms", slot.offset);
+  read_millis(value, path, "slice_ms", slot.slice);
+  read_every(value, path, slot.every);
+  read_int(value, path, "phase", slot.phase);
+  core.slots.push_back(slot);
+}
+
+void Reader::read_chain(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"path", "response_time_ms", "latency_ms", "period_ms", "weight"})) return;
+  ChainPlan chain;
+  read_array(value, path, "path",
+             [&](const Json& e, const std::string& here) { chain.path.push_back(node_named(e, here)); });
+  read_millis(value, path, "response_time_ms", chain.response);
+  read_millis(value, path, "latency_ms", chain.latency);
+  read_millis(value, path, "period_ms", chain.period);
+  read_number(value, path, "weight", chain.weight);
+  plan.chains.push_back(std::move(chain));
+}
+
+void Reader::read_node(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"node", "period_ms", "weight"})) return;
+  NodePlan node;
+  if (const Json* name = member(value, "node")) node.node = node_named(*name, child(path, "node"));
+  read_millis(value, path, "period_ms", node.period);
+  read_number(value, path, "weight", node.weight);
+  plan.nodes.push_back(node);
+}
+
+}  // namespace
+
+Result<Plan> from_json(std::string_view text, const graph::App& app, std::string_view file) {
+  return Reader(app, file).read(text);
+}
+
+}  // namespace ctn::plan
