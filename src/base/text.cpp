@@ -45,10 +45,8 @@ std::size_t whole_characters(std::string_view text, std::size_t length) {
 
 }  // namespace
 
-std::string quote(std::string_view text) {
-  const bool cut = text.size() > kMostQuoted;
-  if (cut) text = text.substr(0, whole_characters(text, kMostQuoted));
-  std::string result = "'";
+std::string printable(std::string_view text) {
+  std::string result;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7F) {
@@ -57,7 +55,13 @@ std::string quote(std::string_view text) {
       result += c;
     }
   }
-  return result + (cut ? "...'" : "'");
+  return result;
+}
+
+std::string quote(std::string_view text) {
+  const bool cut = text.size() > kMostQuoted;
+  if (cut) text = text.substr(0, whole_characters(text, kMostQuoted));
+  return fmt::format("'{}{}'", printable(text), cut ? "..." : "");
 }
 
 std::string quote_list(std::span<const std::string> names) {

@@ -10,7 +10,10 @@
 
 namespace ctn {
 
-// 'text', fit for one line of a terminal: control characters as \xNN, long text cut off by "...".
+// Fit for one line of a terminal: control characters as \xNN.
+std::string printable(std::string_view text);
+
+// 'text', printable, long text cut off by "...".
 std::string quote(std::string_view text);
 
 // "'a', 'b' and 'c'"; of more than eight only the first, and how many more.

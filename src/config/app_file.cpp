@@ -15,7 +15,7 @@
 namespace ctn::config {
 
 Result<graph::App> parse_app(std::string_view text, std::string_view file) {
-  const auto root = parse_yaml(text, file);
+  const auto root = parse_yaml(text, file, "docs/app-file.md");
   if (!root) return root.error();
   Problems problems;
   AppReader reader(*root, problems);

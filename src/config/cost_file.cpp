@@ -79,7 +79,11 @@ std::optional<model::CostProfile> CostReader::read_profile(const Value& value, c
     return model::CostProfile::constant(to_millis(cost->value));
   }
   constexpr std::string_view kMend = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
-  if (!expect(value, ValueKind::kMap, key, kMend, problems_)) return std::nullopt;
+  if (value.kind != ValueKind::kMap) {
+    problems_.add(value.place, key, fmt::format("a duration belongs here, not {}", describe(value)),
+                  std::string(kMend));
+    return std::nullopt;
+  }
   const MapReader map(value, key, kCostKeys, problems_);
   const Value* threads = map.find("threads");
   const Value* modes = map.find("modes");
@@ -106,7 +110,7 @@ std::optional<model::CostProfile> CostReader::read_threads(const Value& value, c
     whole = whole && threads && cost;
     if (!threads || !cost) continue;
     if (!elapsed.try_emplace(threads->value, to_millis(cost->value)).second) {
-      problems_.add(entry->place, entry_key, fmt::format("{} threads were given before", threads->value),
+      problems_.add(entry->place, entry_key, fmt::format("the time with {} threads was given before", threads->value),
                     "keep one of them");
     }
   }
@@ -143,7 +147,7 @@ std::optional<model::CostProfile> CostReader::read_modes(const Value& value, con
                   "give every mode that the app declares, with probability 0 if it never happens");
     return std::nullopt;
   }
-  if (!whole) return std::nullopt;
+  if (!whole || costs.size() < value.entries.size()) return std::nullopt;  // a doubled mode was reported
   if (std::abs(sum - 1.0) > kSumTolerance) {
     problems_.add(value.place, key, fmt::format("the probabilities add up to {:.4g}", sum), "make them add up to 1");
     return std::nullopt;
@@ -194,7 +198,7 @@ void CostReader::report_missing_nodes() {
 }  // namespace
 
 Result<model::CostTable> parse_costs(std::string_view text, std::string_view file, const graph::App& app) {
-  const auto root = parse_yaml(text, file);
+  const auto root = parse_yaml(text, file, "docs/cost-file.md");
   if (!root) return root.error();
   Problems problems;
   model::CostTable table = CostReader(*root, app, problems).read();

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <span>
 
@@ -64,7 +65,7 @@ bool same_letters(std::string_view a, std::string_view b) {
 // The number in the units' base. `what` and `example` are for the errors: "a duration", "20ms"; `usual` is the unit
 // that a bare number most likely lacks.
 Result<double> parse(std::string_view text, std::span<const Unit> units, std::string_view what,
-                     std::string_view example, std::string_view usual) {
+                     std::string_view example, std::string (*with_unit)(const std::string& number)) {
   const std::string mend = fmt::format("write it as in {}", example);
   const auto parts = split(text);
   if (!parts) {
@@ -74,8 +75,8 @@ Result<double> parse(std::string_view text, std::span<const Unit> units, std::st
     return Error::caller(fmt::format("{} is not {}", quote(text), what), mend);
   }
   if (parts->unit.empty()) {
-    return Error::caller(fmt::format("{} has no unit", quote(text)),
-                         parts->number_text.size() > 20 ? mend : fmt::format("write {}{}", parts->number_text, usual));
+    const std::string number(parts->number_text);
+    return Error::caller(fmt::format("{} has no unit", quote(text)), number.size() > 20 ? mend : with_unit(number));
   }
   for (const Unit& unit : units) {
     if (parts->unit == unit.name) return parts->number * unit.factor;
@@ -99,7 +100,8 @@ std::string decimal(double value) {
 }  // namespace
 
 Result<Nanos> parse_duration(std::string_view text) {
-  const auto nanos = parse(text, kDurationUnits, "a duration", "20ms (units: ns, us, ms, s)", "ms");
+  const auto nanos = parse(text, kDurationUnits, "a duration", "20ms (units: ns, us, ms, s)",
+                           [](const std::string& number) { return fmt::format("write {0}ms (or {0}s)", number); });
   if (!nanos) return nanos.error();
   if (*nanos > kLongestNanos) return Error::caller(fmt::format("{} is more than 10 days", quote(text)), "write less");
   const Nanos whole{std::llround(*nanos)};
@@ -110,7 +112,8 @@ Result<Nanos> parse_duration(std::string_view text) {
 }
 
 Result<Rate> parse_rate(std::string_view text) {
-  const auto hertz = parse(text, kRateUnits, "a rate", "50Hz (units: Hz, kHz)", "Hz");
+  const auto hertz = parse(text, kRateUnits, "a rate", "50Hz (units: Hz, kHz)",
+                           [](const std::string& number) { return fmt::format("write {}Hz", number); });
   if (!hertz) return hertz.error();
   if (*hertz < kLowestHertz || *hertz > kHighestHertz) {
     return Error::caller(fmt::format("{} is out of range", quote(text)), "write a rate from 0.00001Hz to 1000kHz");
@@ -119,7 +122,10 @@ Result<Rate> parse_rate(std::string_view text) {
 }
 
 Result<double> parse_percentage(std::string_view text) {
-  const auto percent = parse(text, kPercentUnits, "a percentage", "6%", "%");
+  const auto percent = parse(text, kPercentUnits, "a percentage", "6%", [](const std::string& number) {
+    const double value = std::strtod(number.c_str(), nullptr);
+    return value > 0.0 && value < 1.0 ? fmt::format("write {:.6g}%", value * 100.0) : fmt::format("write {}%", number);
+  });
   if (!percent) return percent.error();
   if (*percent >= 100.0) return Error::caller(fmt::format("{} is out of range", quote(text)), "write less than 100%");
   return *percent / 100.0;

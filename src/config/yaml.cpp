@@ -159,10 +159,11 @@ class TreeBuilder : public YAML::EventHandler {
   bool has_root_ = false;
 };
 
-Error syntax_error(const YAML::Exception& exception, std::string_view file) {
+Error syntax_error(const YAML::Exception& exception, std::string_view file, std::string_view help) {
   Place place{std::string(file), 1, 1};
   if (!exception.mark.is_null()) place = {std::string(file), exception.mark.line + 1, exception.mark.column + 1};
-  return {ErrorKind::kCaller, {{place, "", "this is not YAML: " + exception.msg, "see docs/app-file.md for examples"}}};
+  return {ErrorKind::kCaller,
+          {{place, "", "this is not YAML: " + exception.msg, fmt::format("see {} for examples", help)}}};
 }
 
 }  // namespace
@@ -181,7 +182,7 @@ std::string describe(const Value& value) {
   return "";
 }
 
-Result<Value> parse_yaml(std::string_view text, std::string_view file) {
+Result<Value> parse_yaml(std::string_view text, std::string_view file, std::string_view help) {
   const std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   if (auto problem = check_text(text, file)) return Error(ErrorKind::kCaller, {std::move(*problem)});
@@ -191,12 +192,13 @@ Result<Value> parse_yaml(std::string_view text, std::string_view file) {
     TreeBuilder builder(text, file);
     while (parser.HandleNextDocument(builder)) {
     }
-    if (builder.has_root()) return builder.take_root();
-    return Error(ErrorKind::kCaller, {{{std::string(file), 1, 1}, "", "the file is empty", "see docs/app-file.md"}});
+    if (Value root = builder.take_root(); root.kind != ValueKind::kNull) return root;
+    return Error(ErrorKind::kCaller,
+                 {{{std::string(file), 1, 1}, "", "the file is empty", fmt::format("see {}", help)}});
   } catch (const Refused& refused) {
     return Error(ErrorKind::kCaller, {refused.problem});
   } catch (const YAML::Exception& exception) {
-    return syntax_error(exception, file);
+    return syntax_error(exception, file, help);
   } catch (const std::exception& exception) {
     return Error(ErrorKind::kCaller, {{{std::string(file), 1, 1}, "", "this is not YAML", exception.what()}});
   }

@@ -39,7 +39,7 @@ struct Entry {
 // "a map", "a list", "nothing" or "'text'": what an error says was found.
 std::string describe(const Value& value);
 
-// Never throws. Errors: kCaller, one problem.
-Result<Value> parse_yaml(std::string_view text, std::string_view file);
+// `help` is the page that describes the format. Never throws. Errors: kCaller, one problem.
+Result<Value> parse_yaml(std::string_view text, std::string_view file, std::string_view help);
 
 }  // namespace ctn::config

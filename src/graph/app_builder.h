@@ -7,6 +7,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -38,6 +39,7 @@ class AppBuilder {
   void check_values(const NodeSpec& spec, const std::string& key);
   void check_modes(const NodeSpec& spec, const std::string& key);
   bool check_name(const Name& name, const std::string& key, std::string_view of_what);
+  static bool is_name(const Name& name);
 
   // build_edges.cpp
   void add_edges();
@@ -65,9 +67,13 @@ class AppBuilder {
   std::optional<SubchainId> resolve_subchain(const Name& name, const std::string& key);
 
   std::optional<NodeId> resolve_node(const Name& name, const std::string& key);
-  void problem(const Place& place, std::string key, std::string what, std::string mend);
+  void problem(const Place& place, std::string_view key, std::string_view what, std::string_view mend);
   std::string guess(std::string_view word, const std::vector<std::string>& candidates, std::string otherwise) const;
   bool has_edge(NodeId from, NodeId to) const { return edge_index_.contains({from, to}); }
+  // An edge that is missing may be the one that was misspelt: then it was reported.
+  bool lacks_edge(NodeId from, NodeId to) const {
+    return !has_edge(from, to) && !open_ends_.contains(from) && !open_ends_.contains(to);
+  }
   const std::string& name_of(NodeId id) const { return app_.graph.node(id).name; }
 
   const AppSpec& spec_;
@@ -78,6 +84,7 @@ class AppBuilder {
   std::unordered_map<std::string_view, NodeId> node_index_;
   std::vector<WrittenEdge> written_edges_;
   std::map<std::pair<NodeId, NodeId>, std::size_t> edge_index_;  // into written_edges_
+  std::set<NodeId> open_ends_;                                   // whose neighbour in a path is not known
   std::vector<std::string> subchain_names_;                      // by SubchainId
   SubchainNames subchain_index_;
 };

@@ -29,8 +29,9 @@ Result<App> AppBuilder::build() {
   return Error(ErrorKind::kCaller, std::move(problems_));
 }
 
-void AppBuilder::problem(const Place& place, std::string key, std::string what, std::string mend) {
-  problems_.push_back({place, std::move(key), std::move(what), std::move(mend)});
+void AppBuilder::problem(const Place& place, std::string_view key, std::string_view what, std::string_view mend) {
+  // Names may hold anything before they are found to be none.
+  problems_.push_back({place, printable(key), printable(what), printable(mend)});
 }
 
 // Guessing costs time for each candidate; a text with this many mistakes is not one that was misspelt.

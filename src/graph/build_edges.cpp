@@ -26,7 +26,9 @@ void AppBuilder::add_path(std::size_t index) {
   const std::string key = fmt::format("edges[{}]", index);
   if (path.nodes.size() < 2) {
     problem(path.place, key, "a path needs two nodes or more", "write it as in scan -> LM");
-    for (const Name& name : path.nodes) resolve_node(name, key);
+    for (const Name& name : path.nodes) {
+      if (const auto known = node_index_.find(name.value); known != node_index_.end()) open_ends_.insert(known->second);
+    }
     return;
   }
   bool adds = false;
@@ -48,6 +50,7 @@ void AppBuilder::add_path(std::size_t index) {
       adds = adds || fresh;
     } else if (i > 0) {
       adds = true;  // an unknown node was reported; what the path would have added is not known
+      if (from || to) open_ends_.insert(from ? *from : *to);
     }
     from = to;
   }
@@ -126,7 +129,7 @@ void AppBuilder::complete_periods() {
     if (!nodes[i].unscheduled || nodes[i].period) continue;
     const auto& before = nodes[i].predecessors;
     if (std::any_of(before.begin(), before.end(), [&](NodeId id) { return nodes[id.index()].unscheduled; })) continue;
-    problem(node_specs_[i]->name.place, "nodes." + nodes[i].name,
+    problem(node_specs_[i]->name.place, fmt::format("nodes.{}.period", nodes[i].name),
             "an unscheduled node that no other unscheduled node feeds needs a period",
             "add period: 5ms, say: how often it runs");
   }

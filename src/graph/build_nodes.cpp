@@ -37,6 +37,11 @@ Node to_node(const NodeSpec& spec) {
 
 }  // namespace
 
+bool AppBuilder::is_name(const Name& name) {
+  return !name.value.empty() && name.value.size() <= kLongestName &&
+         std::all_of(name.value.begin(), name.value.end(), is_name_character);
+}
+
 bool AppBuilder::check_name(const Name& name, const std::string& key, std::string_view of_what) {
   if (name.value.empty()) {
     problem(name.place, key, fmt::format("the name of this {} is empty", of_what), "give it a name");
@@ -47,7 +52,7 @@ bool AppBuilder::check_name(const Name& name, const std::string& key, std::strin
             fmt::format("use at most {}", kLongestName));
     return false;
   }
-  if (!std::all_of(name.value.begin(), name.value.end(), is_name_character)) {
+  if (!is_name(name)) {
     problem(name.place, key, fmt::format("{} is no name for this {}", quote(name.value), of_what),
             "use letters, digits, '_', '-', '.' and '/'");
     return false;
@@ -59,7 +64,7 @@ void AppBuilder::add_nodes() {
   if (spec_.nodes.empty()) problem(spec_.name.place, "nodes", "the app has no nodes", "name every node under nodes");
   for (std::size_t i = 0; i < spec_.nodes.size(); ++i) {
     const NodeSpec& spec = spec_.nodes[i];
-    const std::string key = spec.name.value.empty() ? fmt::format("nodes[{}]", i) : "nodes." + spec.name.value;
+    const std::string key = is_name(spec.name) ? "nodes." + spec.name.value : fmt::format("nodes[{}]", i);
     if (!check_name(spec.name, key, "node") && spec.name.value.empty()) continue;
     if (node_index_.contains(spec.name.value)) {
       problem(spec.name.place, key, fmt::format("there are two nodes {}", quote(spec.name.value)),

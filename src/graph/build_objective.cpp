@@ -78,6 +78,7 @@ bool AppBuilder::check_term_path(const TermSpec& spec, const std::vector<NodeId>
   for (std::size_t i = 1; i < path.size(); ++i) {
     if (has_edge(path[i - 1], path[i])) continue;
     connected = false;
+    if (!lacks_edge(path[i - 1], path[i])) continue;
     problem(spec.path[i].place, key,
             fmt::format("no edge leads from {} to {}", quote(name_of(path[i - 1])), quote(name_of(path[i]))),
             fmt::format("add {} -> {} to edges, or correct the path", name_of(path[i - 1]), name_of(path[i])));

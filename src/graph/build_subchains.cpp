@@ -9,8 +9,9 @@
 namespace ctn::graph {
 
 void AppBuilder::add_subchains() {
-  for (const SubchainSpec& spec : spec_.subchains) {
-    const std::string key = "subchains." + spec.name.value;
+  for (std::size_t i = 0; i < spec_.subchains.size(); ++i) {
+    const SubchainSpec& spec = spec_.subchains[i];
+    const std::string key = is_name(spec.name) ? "subchains." + spec.name.value : fmt::format("subchains[{}]", i);
     check_name(spec.name, key, "subchain");
     const SubchainId id(app_.graph.subchains_.size());
     const bool fresh = subchain_index_.try_emplace(spec.name.value, id).second;
@@ -65,7 +66,7 @@ void AppBuilder::check_subchain_path(const SubchainSpec& spec, const std::string
     const Name& to = spec.nodes[i];
     const NodeId from_id = node_index_.at(from.value);
     const NodeId to_id = node_index_.at(to.value);
-    if (has_edge(from_id, to_id)) continue;
+    if (!lacks_edge(from_id, to_id)) continue;
     problem(to.place, key, fmt::format("no edge leads from {} to {}", quote(from.value), quote(to.value)),
             has_edge(to_id, from_id)
                 ? fmt::format("write {} before {}: the edge leads that way", to.value, from.value)

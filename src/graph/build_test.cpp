@@ -121,7 +121,8 @@ TEST(BuildEdges, RefusesLoopsStubsAndRepeats) {
 TEST(BuildEdges, AskForThePeriodOfAnUnscheduledSource) {
   AppSpec spec = good_spec();
   node(spec, "imu").period.reset();
-  EXPECT_THAT(errors_of(spec), HasSubstr("nodes.imu: an unscheduled node that no other unscheduled node feeds needs"));
+  EXPECT_THAT(errors_of(spec),
+              HasSubstr("nodes.imu.period: an unscheduled node that no other unscheduled node feeds needs"));
 }
 
 TEST(BuildSubchains, RefusesWhatIsNoPath) {

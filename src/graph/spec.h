@@ -18,7 +18,7 @@ namespace ctn::graph {
 // A value and where it was written.
 template <class T>
 struct At {
-  T value{};
+  T value;
   Place place;
 };
 using Name = At<std::string>;
@@ -51,7 +51,7 @@ struct SubchainSpec {
 struct TermSpec {
   Metric metric = Metric::kResponseTime;
   std::vector<Name> path;  // a response time's nodes in order; a period's one node
-  At<double> weight;
+  At<double> weight{};
   std::optional<At<Nanos>> max;
   Place place;
 };
