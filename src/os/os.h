@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -37,7 +38,8 @@ class CpuSet {
   CpuSet(std::initializer_list<int> cpus) : CpuSet(std::vector<int>(cpus)) {}
   explicit CpuSet(std::vector<int> cpus);
 
-  const std::vector<int>& cpus() const { return cpus_; }
+  const std::vector<int>& cpus() const& { return cpus_; }
+  std::vector<int> cpus() && { return std::move(cpus_); }  // a loop over a temporary's CPUs would dangle otherwise
   bool empty() const { return cpus_.empty(); }
   std::size_t size() const { return cpus_.size(); }
   bool contains(int cpu) const;
@@ -75,6 +77,7 @@ struct RealTimeFacts {
 
 // Facts for the record of a run; empty where unknown.
 struct HostFacts {
+  std::string utc;  // the wall clock when asked, ISO 8601 to the second; for readers only, nothing is computed from it
   std::string kernel;
   std::string cpu_model;
   std::string governor;

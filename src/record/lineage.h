@@ -5,16 +5,23 @@
 //   latency(k)       = end of that output - begin of i(k)
 //   response time(k) = end of that output - begin of i(k-1), i(k-1) being the source run before it that reached the end
 //   period(k)        = end of that output - end of i(k-1)'s output
-// Source runs that were dropped on the way count for nothing. (Design section 1; paper section 3.3.) A run of a queue
-// node descends from every run in its batch; its newest is passed on with it.
+// Source runs that were dropped on the way, or overtaken by a newer one, count for nothing. A run of a queue node
+// descends from every run in its batch, and so does whatever uses its output: all of them reach the end with it. A run
+// that emitted nothing is no one's input, and at the chain's end it is no output.
 //
-// Units: Nanos. Thread safety: none; one owner. Memory: bounded; a run that is consumed more than `kHorizon` runs later
-// counts as dropped.
+// How: each node of the chain keeps which runs of the node before it its last kHorizon runs consumed. An output is
+// traced back through them, stopping at runs that an earlier output was traced to; so a run is visited once, however
+// often it is used.
+//
+// Units: Nanos. Thread safety: none; one owner. Memory: kHorizon runs of each node of the chain. A source run that
+// reaches the end only after one of the chain's nodes has run kHorizon times more counts as dropped.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/time.h"
@@ -30,26 +37,58 @@ struct ChainSample {
   Nanos latency{0};
   std::optional<Nanos> period;    // none for the first
   std::optional<Nanos> response;  // none for the first
+  friend bool operator==(const ChainSample&, const ChainSample&) = default;
 };
 
 class ChainTracker {
  public:
-  static constexpr std::size_t kHorizon = 4096;
+  static constexpr std::size_t kHorizon = 8192;  // 8 s of a node that runs at 1 kHz
 
-  // `path` as in the objective; external nodes in it are passed over.
+  // `path` as in the objective; external nodes in it are passed over. Where one stands between two nodes of ours,
+  // nobody can report what was consumed through it: the later node is taken to have consumed what the earlier one had
+  // emitted by the time it began (the newest output; all since its last run, for a queue node).
   ChainTracker(const graph::Graph& graph, std::span<const NodeId> path);
 
   // Takes the next run; runs of one node in the order of their numbers, and a run after those it consumed. Returns the
-  // samples that it completes, oldest first: none or one, more only where a queue node batched.
+  // samples that it completes, oldest first: none or one, more only where a queue node batched. Runs of nodes that are
+  // not in the chain are passed over. Runs that never came count as dropped; nothing that comes is harmful.
   std::vector<ChainSample> add(const Run& run);
 
  private:
-  struct Origin {  // the source runs that a run descends from, newest last
-    std::uint64_t number = 0;
+  // What must be known of a run until all that descends from it is settled.
+  struct Step {
+    std::uint64_t number = 0;  // 0: none yet
+    std::uint64_t first = 0;   // consumed runs of the node before; 0: none. Unused for the chain's source
+    std::uint64_t last = 0;
+    TimePoint begin{};
+    TimePoint end{};
+    bool emitted = false;
+    bool traced = false;  // an output was traced to it already: all it descends from is settled
+  };
+  struct Stage {  // one node of the chain
+    NodeId node;
+    bool behind_external = false;  // what it consumed is inferred
+    bool queue = false;
+    std::uint64_t newest = 0;
+    std::uint64_t taken = 0;  // behind_external: the newest run of the stage before that it took
+    std::vector<Step> steps;  // by number modulo kHorizon; grows as needed up to it
+
+    Step* find(std::uint64_t number);
+    Step& put(std::uint64_t number);
+  };
+  struct Range {
     std::uint64_t first = 0;
     std::uint64_t last = 0;
   };
-  // (private members are the implementation's to choose)
+
+  Range consumed(std::size_t stage, const Run& run);
+  Range inferred(std::size_t stage, const Run& run);
+  std::vector<const Step*> trace_to_source(const Step& output);
+  ChainSample sample(const Step& source, TimePoint end);
+
+  std::vector<Stage> stages_;
+  std::vector<std::optional<std::size_t>> stage_of_;  // by NodeId
+  std::optional<ChainSample> previous_;
 };
 
 }  // namespace ctn::record

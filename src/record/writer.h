@@ -1,11 +1,16 @@
 // Writes the record of a run: one SQLite file, schema in docs/record-schema.md. The caller is a thread at the ordinary
 // level that may block on the disk; nodes never do.
 //
-// Events are gathered in a transaction that `flush` ends: a process that is killed loses at most what came since.
-// Thread safety: none; one owner.
+// Events are gathered in memory, and `flush` writes them in one transaction: a process that is killed loses at most
+// what came since, and leaves one readable file unless the kill hit a flush; then a journal lies beside it, from which
+// the first reader puts the file in order (reader.h). Other programs may read the file meanwhile; one that holds it for
+// long delays a flush, and the events wait in memory.
+//
+// Units: nanoseconds of the monotonic clock. Thread safety: none; one owner.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/result.h"
@@ -20,8 +25,10 @@ struct Header {
   std::string scheduler;  // "catan", "default", "rate:30"
   os::CpuSet cpus;
   os::HostFacts host;
-  bool real_time = false;  // false: rates only
+  bool real_time = false;       // false: rates only
+  std::optional<double> slack;  // fraction of a core that plans leave to ordinary threads; none: no plans are made
   TimePoint started{};
+  Nanos warm_up{0};         // what happens in it after `started` is not what the run is measured by
   std::string started_utc;  // ISO 8601
   std::string note;         // free text, as "slowdown 2.0"
 };
@@ -38,9 +45,11 @@ class Writer {
   virtual void add(const PlanChange& change) = 0;
   virtual void add(const Notice& notice) = 0;
 
-  // Commits. The first failure (a full disk) is returned, and later calls return it again without writing.
+  // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done
+  // unasked, too, when much has gathered. A node's run number that is added twice is a failure.
   virtual Status flush() = 0;
-  // Commits, marks the record as complete with the time it ended, closes the file.
+  // Commits, marks the record as complete with the time it ended, closes the file. What is added later is ignored; a
+  // second call returns what the first did.
   virtual Status close(TimePoint ended, const os::HostFacts& host) = 0;
 };
 

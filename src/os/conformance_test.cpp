@@ -1,0 +1,507 @@
+// What os.h promises, checked on every implementation. A new port adds its line at the end of this file.
+//
+// On a real system nothing here fails for being slow: bounds are lower ones, and upper ones only keep a broken
+// implementation from hanging. Tests that raise a thread do so for a few calls, under a guard that gives the level
+// back.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+
+#include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
+#include "os/linux/linux_os.h"
+#include "os/os.h"
+#include "os/scheduling_guard.h"
+
+namespace ctn::os {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanos kPatience = 60s;
+
+class Platform {
+ public:
+  virtual ~Platform() = default;
+  virtual Os& os() = 0;
+  // Consumes at least that much CPU time on the calling thread.
+  virtual void work(Nanos cpu_time) = 0;
+};
+
+class LinuxPlatform : public Platform {
+ public:
+  Os& os() override { return *os_; }
+  void work(Nanos cpu_time) override {
+    const Nanos end = os_->thread_cpu_time() + cpu_time;
+    const TimePoint give_up = os_->now() + kPatience;
+    while (os_->thread_cpu_time() < end && os_->now() < give_up) continue;
+  }
+
+ private:
+  std::unique_ptr<Os> os_ = make_linux_os();
+};
+
+class FakePlatform : public Platform {
+ public:
+  Os& os() override { return os_; }
+  void work(Nanos cpu_time) override { os_.burn(cpu_time); }
+
+ protected:
+  FakeOs& fake() { return os_; }
+
+ private:
+  FakeOs os_;
+};
+
+class FakeWithoutPermission : public FakePlatform {
+ public:
+  FakeWithoutPermission() {
+    RealTimeFacts facts;
+    facts.why_not = "this machine is made up, and strict";
+    facts.reserved_by = "nothing";
+    fake().set_real_time_facts(facts);
+  }
+};
+
+template <class Inner>
+class FaultyPlatform : public Platform {
+ public:
+  Os& os() override { return os_; }
+  void work(Nanos cpu_time) override { inner_.work(cpu_time); }
+
+ private:
+  Inner inner_;
+  FaultyOs os_{inner_.os()};
+};
+
+struct Port {
+  const char* name;
+  std::unique_ptr<Platform> (*make)();
+};
+
+template <class Kind>
+std::unique_ptr<Platform> make_platform() {
+  return std::make_unique<Kind>();
+}
+
+// A thread that waits until the end of the scope, for others to act upon.
+class Parked {
+ public:
+  explicit Parked(Os& os) : os_(os) {
+    thread_ = os.spawn("parked", [this] {
+      id_ = static_cast<std::uint32_t>(os_.current_thread());
+      os_.wake(id_);
+      os_.wait(stop_, 0, os_.now() + kPatience);
+    });
+    os.wait(id_, 0, os.now() + kPatience);
+  }
+  ~Parked() { end(); }
+  Parked(const Parked&) = delete;
+  Parked& operator=(const Parked&) = delete;
+
+  ThreadId id() const { return static_cast<ThreadId>(id_.load()); }
+
+  void end() {
+    stop_ = 1;
+    os_.wake(stop_);
+    thread_->join();
+  }
+
+ private:
+  Os& os_;
+  std::atomic<std::uint32_t> id_{0};
+  std::atomic<std::uint32_t> stop_{0};
+  std::unique_ptr<Thread> thread_;
+};
+
+class OsConformance : public testing::TestWithParam<Port> {
+ protected:
+  Os& os() { return platform_->os(); }
+  void work(Nanos cpu_time) { platform_->work(cpu_time); }
+  TimePoint soon() { return os().now() + kPatience; }
+
+  bool is_listed(ThreadId thread) {
+    const auto found = os().threads(os().current_process());
+    return found.ok() && std::find(found->begin(), found->end(), thread) != found->end();
+  }
+
+  // A system may list a thread for a moment after it has been joined.
+  void await_gone(ThreadId thread) {
+    for (const TimePoint end = soon(); is_listed(thread) && os().now() < end;) os().sleep_until(os().now() + 1ms);
+    ASSERT_FALSE(is_listed(thread));
+  }
+
+  ThreadId gone_thread() {
+    Parked parked(os());
+    parked.end();
+    await_gone(parked.id());
+    return parked.id();
+  }
+
+ private:
+  std::unique_ptr<Platform> platform_ = GetParam().make();
+};
+
+#define SKIP_WITHOUT_REAL_TIME()                                                             \
+  if (const RealTimeFacts facts = os().real_time_facts(); !facts.permitted) {                \
+    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not; \
+  }
+
+#define EXPECT_ENVIRONMENT_ERROR(call)                            \
+  do {                                                            \
+    const auto result = (call);                                   \
+    ASSERT_FALSE(result.ok());                                    \
+    EXPECT_EQ(result.error().kind(), ErrorKind::kEnvironment);    \
+    EXPECT_FALSE(result.error().problems().front().mend.empty()); \
+  } while (false)
+
+// ---- Time
+// ------------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, TimeNeverGoesBack) {
+  TimePoint last = os().now();
+  for (int i = 0; i < 1000; ++i) {
+    const TimePoint time = os().now();
+    ASSERT_GE(time, last);
+    last = time;
+  }
+}
+
+TEST_P(OsConformance, SleepIsNotEarly) {
+  const TimePoint deadline = os().now() + 3ms;
+  os().sleep_until(deadline);
+  EXPECT_GE(os().now(), deadline);
+}
+
+TEST_P(OsConformance, SleepUntilThePastReturns) {
+  os().sleep_until(os().now() - 1s);
+  os().sleep_until(TimePoint{Nanos{-5}});
+  os().sleep_until(os().now());
+}
+
+TEST_P(OsConformance, CpuTimeCountsWorkNotSleep) {
+  const Nanos start = os().thread_cpu_time();
+  work(5ms);
+  const Nanos worked = os().thread_cpu_time();
+  EXPECT_GE(worked - start, 5ms);
+  os().sleep_until(os().now() + 50ms);
+  EXPECT_LT(os().thread_cpu_time() - worked, 50ms);
+}
+
+TEST_P(OsConformance, CpuTimeOfAnotherThread) {
+  std::atomic<std::uint32_t> id{0};
+  std::atomic<std::uint32_t> stop{0};
+  const auto worker = os().spawn("worker", [&] {
+    work(5ms);
+    id = static_cast<std::uint32_t>(os().current_thread());
+    os().wake(id);
+    os().wait(stop, 0, soon());
+  });
+  os().wait(id, 0, soon());
+  const auto used = os().thread_cpu_time(ThreadId{static_cast<std::int32_t>(id.load())});
+  stop = 1;
+  os().wake(stop);
+  ASSERT_TRUE(used.ok()) << used.error().message();
+  EXPECT_GE(*used, 5ms);
+}
+
+TEST_P(OsConformance, CpuTimeOfItselfByNumber) {
+  work(2ms);
+  const Nanos before = os().thread_cpu_time();
+  const auto by_number = os().thread_cpu_time(os().current_thread());
+  ASSERT_TRUE(by_number.ok());
+  EXPECT_GE(*by_number, before);
+  EXPECT_LE(*by_number, os().thread_cpu_time());
+}
+
+// ---- Waiting
+// ---------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, WaitReturnsAtOnceWhenTheWordDiffers) {
+  const std::atomic<std::uint32_t> word{1};
+  EXPECT_EQ(os().wait(word, 0, kNever), WaitResult::kChanged);
+  EXPECT_EQ(os().wait(word, 0, os().now() - 1s), WaitResult::kChanged);
+}
+
+TEST_P(OsConformance, WaitTimesOutNotEarly) {
+  const std::atomic<std::uint32_t> word{7};
+  const TimePoint deadline = os().now() + 3ms;
+  EXPECT_EQ(os().wait(word, 7, deadline), WaitResult::kTimedOut);
+  EXPECT_GE(os().now(), deadline);
+  EXPECT_EQ(os().wait(word, 7, os().now() - 1s), WaitResult::kTimedOut);
+  EXPECT_EQ(os().wait(word, 7, TimePoint{Nanos{-5}}), WaitResult::kTimedOut);
+}
+
+TEST_P(OsConformance, WakeReachesAllWaiters) {
+  std::atomic<std::uint32_t> word{0};
+  std::array<WaitResult, 3> results{WaitResult::kTimedOut, WaitResult::kTimedOut, WaitResult::kTimedOut};
+  std::vector<std::unique_ptr<Thread>> waiters;
+  for (WaitResult& result : results) {
+    waiters.push_back(os().spawn("waiter", [&] { result = os().wait(word, 0, soon()); }));
+  }
+  os().sleep_until(os().now() + 5ms);
+  word = 1;
+  os().wake(word);
+  for (const auto& waiter : waiters) waiter->join();
+  EXPECT_THAT(results, testing::Each(WaitResult::kChanged));
+}
+
+TEST_P(OsConformance, WaitWithoutADeadlineIsWoken) {
+  std::atomic<std::uint32_t> word{0};
+  WaitResult result = WaitResult::kTimedOut;
+  const auto waiter = os().spawn("waiter", [&] { result = os().wait(word, 0, kNever); });
+  os().sleep_until(os().now() + 2ms);
+  word = 1;
+  os().wake(word);
+  waiter->join();
+  EXPECT_EQ(result, WaitResult::kChanged);
+}
+
+TEST_P(OsConformance, WakeWithoutAChangeIsAbsorbed) {
+  const std::atomic<std::uint32_t> word{0};
+  const TimePoint deadline = os().now() + 30ms;
+  WaitResult result = WaitResult::kChanged;
+  TimePoint returned{};
+  const auto waiter = os().spawn("waiter", [&] {
+    result = os().wait(word, 0, deadline);
+    returned = os().now();
+  });
+  for (int i = 0; i < 5; ++i) {
+    os().sleep_until(os().now() + 2ms);
+    os().wake(word);
+  }
+  waiter->join();
+  EXPECT_EQ(result, WaitResult::kTimedOut);
+  EXPECT_GE(returned, deadline);
+}
+
+// ---- Threads
+// ---------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, ThreadsAreListedWhileTheyLive) {
+  Parked parked(os());
+  const ThreadId self = os().current_thread();
+  EXPECT_NE(parked.id(), self);
+  EXPECT_EQ(os().current_thread(), self);
+  const auto live = os().threads(os().current_process());
+  ASSERT_TRUE(live.ok()) << live.error().message();
+  EXPECT_TRUE(std::is_sorted(live->begin(), live->end()));
+  EXPECT_THAT(*live, testing::IsSupersetOf({self, parked.id()}));
+  parked.end();
+  await_gone(parked.id());
+}
+
+TEST_P(OsConformance, ProcessThatIsGoneHasNoThreads) {
+  EXPECT_ENVIRONMENT_ERROR(os().threads(ProcessId{0x3fffffff}));
+  EXPECT_ENVIRONMENT_ERROR(os().threads(ProcessId{0}));
+  EXPECT_ENVIRONMENT_ERROR(os().threads(ProcessId{-1}));
+}
+
+TEST_P(OsConformance, HandleJoinsWhenItGoes) {
+  bool done = false;
+  {
+    const auto thread = os().spawn("a name that is longer than a kernel takes", [&] {
+      os().sleep_until(os().now() + 2ms);
+      done = true;
+    });
+  }
+  EXPECT_TRUE(done);
+}
+
+TEST_P(OsConformance, JoiningTwiceIsHarmless) {
+  const auto thread = os().spawn("", [] {});
+  thread->join();
+  thread->join();
+}
+
+TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
+  const auto saved = os().save_scheduling(os().current_thread());
+  const auto cpus = os().affinity(os().current_thread());
+  ASSERT_TRUE(saved.ok() && cpus.ok());
+  for (const ThreadId gone : {gone_thread(), ThreadId{0}, ThreadId{-1}, ThreadId{0x3fffffff}}) {
+    SCOPED_TRACE(static_cast<int>(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().thread_cpu_time(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().set_level(gone, Level::kOrdinary));
+    EXPECT_ENVIRONMENT_ERROR(os().level(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().set_affinity(gone, *cpus));
+    EXPECT_ENVIRONMENT_ERROR(os().affinity(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().save_scheduling(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().restore_scheduling(gone, *saved));
+  }
+}
+
+// ---- Levels
+// ----------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, OrdinaryNeedsNoPermission) {
+  Parked parked(os());
+  const Status set = os().set_level(parked.id(), Level::kOrdinary);
+  ASSERT_TRUE(set.ok()) << set.error().message();
+  const auto level = os().level(parked.id());
+  ASSERT_TRUE(level.ok());
+  EXPECT_EQ(*level, Level::kOrdinary);
+}
+
+TEST_P(OsConformance, EveryLevelIsWhatWasSet) {
+  SKIP_WITHOUT_REAL_TIME();
+  Parked parked(os());
+  SchedulingGuard guard(os(), parked.id());
+  for (const Level level :
+       {Level::kDispatcher, Level::kBackground, Level::kActive, Level::kUnscheduled, Level::kOrdinary}) {
+    const Status set = os().set_level(parked.id(), level);
+    ASSERT_TRUE(set.ok()) << set.error().message();
+    const auto found = os().level(parked.id());
+    ASSERT_TRUE(found.ok()) << found.error().message();
+    EXPECT_EQ(*found, level) << to_string(level);
+  }
+}
+
+TEST_P(OsConformance, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
+  if (os().real_time_facts().permitted) GTEST_SKIP() << "needs a process that may not set real-time levels";
+  Parked parked(os());
+  EXPECT_ENVIRONMENT_ERROR(os().set_level(parked.id(), Level::kActive));
+  EXPECT_EQ(os().level(parked.id()).value(), Level::kOrdinary);
+}
+
+TEST_P(OsConformance, ThreadOfARaisedThreadStartsOrdinary) {
+  SKIP_WITHOUT_REAL_TIME();
+  std::optional<Level> made;
+  const auto maker = os().spawn("maker", [&] {
+    SchedulingGuard guard(os(), os().current_thread());
+    if (!os().set_level(os().current_thread(), Level::kActive).ok()) return;
+    const auto child = os().spawn("child", [&] {
+      const auto level = os().level(os().current_thread());
+      if (level.ok()) made = *level;
+    });
+    child->join();
+  });
+  maker->join();
+  EXPECT_EQ(made, Level::kOrdinary);
+}
+
+TEST_P(OsConformance, SavedSchedulingComesBack) {
+  SKIP_WITHOUT_REAL_TIME();
+  Parked parked(os());
+  const auto before = os().save_scheduling(parked.id());
+  ASSERT_TRUE(before.ok()) << before.error().message();
+  ASSERT_FALSE(before->affinity.empty());
+  {
+    SchedulingGuard guard(os(), parked.id());
+    ASSERT_TRUE(guard.status().ok());
+    ASSERT_TRUE(os().set_level(parked.id(), Level::kUnscheduled).ok());
+    ASSERT_TRUE(os().set_affinity(parked.id(), CpuSet{before->affinity.cpus().back()}).ok());
+    EXPECT_NE(os().save_scheduling(parked.id()).value(), *before);
+  }
+  SavedScheduling after = os().save_scheduling(parked.id()).value();
+  if (!before->reset_on_fork) after.reset_on_fork = false;  // not every process may clear it
+  EXPECT_EQ(after, *before);
+}
+
+TEST_P(OsConformance, GuardRestoresOnce) {
+  Parked parked(os());
+  const CpuSet before = os().affinity(parked.id()).value();
+  const CpuSet first{before.cpus().front()};
+  SchedulingGuard guard(os(), parked.id());
+  ASSERT_TRUE(os().set_affinity(parked.id(), first).ok());
+  EXPECT_TRUE(guard.restore().ok());
+  EXPECT_EQ(os().affinity(parked.id()).value(), before);
+  ASSERT_TRUE(os().set_affinity(parked.id(), first).ok());
+  EXPECT_TRUE(guard.restore().ok());
+  EXPECT_EQ(os().affinity(parked.id()).value(), first);
+}
+
+TEST_P(OsConformance, GuardOfAThreadThatIsGoneDoesNothing) {
+  SchedulingGuard guard(os(), gone_thread());
+  EXPECT_FALSE(guard.status().ok());
+  EXPECT_TRUE(guard.restore().ok());
+}
+
+// ---- CPUs
+// ------------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, AffinityIsWhatWasSetAndIsInherited) {
+  Parked parked(os());
+  const CpuSet all = os().affinity(parked.id()).value();
+  for (const int cpu : all.cpus()) {
+    const Status set = os().set_affinity(parked.id(), CpuSet{cpu});
+    ASSERT_TRUE(set.ok()) << set.error().message();
+    EXPECT_EQ(os().affinity(parked.id()).value(), CpuSet{cpu});
+  }
+  ASSERT_TRUE(os().set_affinity(parked.id(), all).ok());
+
+  SchedulingGuard guard(os(), os().current_thread());
+  const CpuSet last{all.cpus().back()};
+  ASSERT_TRUE(os().set_affinity(os().current_thread(), last).ok());
+  Parked child(os());
+  EXPECT_EQ(os().affinity(child.id()).value(), last);
+}
+
+TEST_P(OsConformance, AffinityThatCannotBeIsRefused) {
+  Parked parked(os());
+  const CpuSet before = os().affinity(parked.id()).value();
+  const Status none = os().set_affinity(parked.id(), CpuSet{});
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().kind(), ErrorKind::kCaller);
+  const Status negative = os().set_affinity(parked.id(), CpuSet{-1, 0});
+  ASSERT_FALSE(negative.ok());
+  EXPECT_EQ(negative.error().kind(), ErrorKind::kCaller);
+  EXPECT_ENVIRONMENT_ERROR(os().set_affinity(parked.id(), CpuSet{60000}));
+  EXPECT_EQ(os().affinity(parked.id()).value(), before);
+  // A part of what was asked is not what was asked.
+  EXPECT_ENVIRONMENT_ERROR(os().set_affinity(parked.id(), CpuSet{before.cpus().front(), 60000}));
+}
+
+TEST_P(OsConformance, TopologyHoldsTheCpusThatThreadsUse) {
+  const auto topology = os().topology();
+  ASSERT_TRUE(topology.ok()) << topology.error().message();
+  EXPECT_TRUE(std::is_sorted(topology->cpus.begin(), topology->cpus.end(),
+                             [](const Cpu& a, const Cpu& b) { return a.number < b.number; }));
+  const CpuSet online = topology->online();
+  EXPECT_FALSE(online.empty());
+  const CpuSet used = os().affinity(os().current_thread()).value();
+  EXPECT_THAT(online.cpus(), testing::IsSupersetOf(used.cpus()));
+}
+
+// ---- Facts
+// -----------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, RealTimeFactsAreTrue) {
+  const RealTimeFacts facts = os().real_time_facts();
+  EXPECT_GE(facts.reserved, 0.0);
+  EXPECT_LT(facts.reserved, 1.0);
+  EXPECT_FALSE(facts.reserved_by.empty());
+  EXPECT_EQ(facts.permitted, facts.why_not.empty());
+  Parked parked(os());
+  SchedulingGuard guard(os(), parked.id());
+  EXPECT_EQ(os().set_level(parked.id(), Level::kDispatcher).ok(), facts.permitted);
+}
+
+TEST_P(OsConformance, AskingForFactsLeavesTheCallerAlone) {
+  const auto before = os().save_scheduling(os().current_thread());
+  os().real_time_facts();
+  EXPECT_EQ(os().save_scheduling(os().current_thread()).value(), before.value());
+}
+
+TEST_P(OsConformance, HostFactsNameTheSystem) {
+  const HostFacts facts = os().host_facts();
+  EXPECT_FALSE(facts.kernel.empty());
+  EXPECT_EQ(facts.cpu_count, static_cast<int>(os().topology().value().online().size()));
+  EXPECT_GE(facts.steal, Nanos{0});
+}
+
+constexpr std::array<Port, 5> kPorts = {{
+    {"Linux", make_platform<LinuxPlatform>},
+    {"Fake", make_platform<FakePlatform>},
+    {"FakeWithoutPermission", make_platform<FakeWithoutPermission>},
+    {"FaultyOverLinux", make_platform<FaultyPlatform<LinuxPlatform>>},
+    {"FaultyOverFake", make_platform<FaultyPlatform<FakePlatform>>},
+}};
+
+INSTANTIATE_TEST_SUITE_P(Ports, OsConformance, testing::ValuesIn(kPorts),
+                         [](const testing::TestParamInfo<Port>& port) { return std::string(port.param.name); });
+
+}  // namespace
+}  // namespace ctn::os

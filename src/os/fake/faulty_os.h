@@ -1,0 +1,103 @@
+// Any operating system, failing on order: for tests of what happens when the machine says no, or is late.
+//
+//   FaultyOs os(inner);
+//   os.fail_next(Call::kSetLevel, 2, refused());   // the next two calls, then all is as `inner` again
+//   os.ignore_next(Call::kSetLevel, 1);            // the system says yes and does nothing: read-back finds it
+//   os.delay_next(Call::kWait, 3, 5ms);            // the next three return 5 ms late
+//   os.lose_thread(thread); os.lose_cpu(1);        // for good
+//
+// Orders for one call are met in the order given, each as often as said; without any, everything passes through.
+// Thread safety: as os.h, orders included.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "os/os.h"
+
+namespace ctn::os {
+
+enum class Call {
+  kThreadCpuTime,  // of another thread
+  kWait,
+  kSleepUntil,
+  kThreads,
+  kSetLevel,
+  kLevel,
+  kSetAffinity,
+  kAffinity,
+  kSaveScheduling,
+  kRestoreScheduling,
+  kTopology,
+};
+
+// What a system without the privilege answers.
+Error refused();
+
+class FaultyOs : public Os {
+ public:
+  // `inner` outlives this.
+  explicit FaultyOs(Os& inner) : inner_(inner) {}
+
+  // Precondition: a call that can fail (not kWait, not kSleepUntil); count > 0.
+  void fail_next(Call call, int count, Error error = refused());
+  // Precondition: kSetLevel or kSetAffinity; count > 0. The call leaves everything as it is, reads back, and so fails
+  // unless what was asked is what was.
+  void ignore_next(Call call, int count);
+  // Precondition: kWait or kSleepUntil; count > 0; late > 0.
+  void delay_next(Call call, int count, Nanos late);
+  // From now on every call about the thread fails as if it had ended, and it is listed no more.
+  void lose_thread(ThreadId thread);
+  // From now on the CPU is offline in the topology, and affinities that name it are refused.
+  void lose_cpu(int cpu);
+
+  TimePoint now() override { return inner_.now(); }
+  Nanos thread_cpu_time() override { return inner_.thread_cpu_time(); }
+  Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
+  void wake(const std::atomic<std::uint32_t>& word) override { inner_.wake(word); }
+  void sleep_until(TimePoint deadline) override;
+  ProcessId current_process() override { return inner_.current_process(); }
+  ThreadId current_thread() override { return inner_.current_thread(); }
+  Result<std::vector<ThreadId>> threads(ProcessId process) override;
+  std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override {
+    return inner_.spawn(name, std::move(body));
+  }
+  Status set_level(ThreadId thread, Level level) override;
+  Result<Level> level(ThreadId thread) override;
+  Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
+  Result<CpuSet> affinity(ThreadId thread) override;
+  Result<SavedScheduling> save_scheduling(ThreadId thread) override;
+  Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override;
+  Result<Topology> topology() override;
+  RealTimeFacts real_time_facts() override { return inner_.real_time_facts(); }
+  HostFacts host_facts() override { return inner_.host_facts(); }
+
+ private:
+  struct Order {
+    int count = 0;
+    std::optional<Error> error;
+    bool ignore = false;
+    Nanos late{0};
+  };
+
+  void add(Call call, Order order);
+  // The order that this call has to meet, if any; counts it as met.
+  std::optional<Order> next(Call call);
+  // Why a call about a thread fails, if it does.
+  std::optional<Error> lost(ThreadId thread) const;
+  std::optional<Error> lost(const CpuSet& cpus) const;
+  void be_late(Call call);
+
+  Os& inner_;
+  mutable std::mutex mutex_;
+  std::map<Call, std::deque<Order>> orders_;
+  std::set<ThreadId> lost_threads_;
+  std::set<int> lost_cpus_;
+};
+
+}  // namespace ctn::os

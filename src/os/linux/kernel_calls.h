@@ -1,0 +1,33 @@
+// The kernel's calls about one thread's scheduling, bare: each returns 0 or an errno value. Virtual, so that a test can
+// play a kernel that refuses, or that says yes and does nothing.
+//
+// Thread safety: every call from any thread.
+#pragma once
+
+#include <sys/types.h>
+
+#include "os/os.h"
+
+namespace ctn::os {
+
+struct SchedulingPolicy {
+  int policy = 0;  // SCHED_OTHER, SCHED_FIFO, ...
+  int priority = 0;
+  bool reset_on_fork = false;
+  friend bool operator==(const SchedulingPolicy&, const SchedulingPolicy&) = default;
+};
+
+class KernelCalls {
+ public:
+  virtual ~KernelCalls() = default;
+  virtual int set_policy(pid_t thread, const SchedulingPolicy& policy);
+  virtual int get_policy(pid_t thread, SchedulingPolicy& policy);
+  virtual int set_nice(pid_t thread, int nice);
+  virtual int get_nice(pid_t thread, int& nice);
+  // CPUs that are not there are ignored by the kernel as long as one is. Precondition: no negative number.
+  virtual int set_affinity(pid_t thread, const CpuSet& cpus);
+  // Of the CPUs the thread may use, those that are online.
+  virtual int get_affinity(pid_t thread, CpuSet& cpus);
+};
+
+}  // namespace ctn::os

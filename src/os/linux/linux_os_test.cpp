@@ -1,0 +1,221 @@
+// What is promised on Linux beyond os.h, on the machine as it is.
+#include "os/linux/linux_os.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <new>
+#include <thread>
+
+#include "os/linux/fabricated_tree.h"
+#include "os/linux/kernel_calls.h"
+#include "os/scheduling_guard.h"
+
+namespace ctn::os {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanos kPatience = 60s;
+
+using Word = std::atomic<std::uint32_t>;
+
+// Words in memory that a forked child shares.
+struct SharedWords {
+  Word child_ready{0};
+  Word stop{0};
+};
+
+class SharedMemory {
+ public:
+  SharedMemory() {
+    void* const memory =
+        ::mmap(nullptr, sizeof(SharedWords), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    words_ = memory == MAP_FAILED ? nullptr : new (memory) SharedWords;
+  }
+  ~SharedMemory() {
+    if (words_) ::munmap(words_, sizeof(SharedWords));
+  }
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+  SharedWords* operator->() const { return words_; }
+  explicit operator bool() const { return words_ != nullptr; }
+
+ private:
+  SharedWords* words_ = nullptr;
+};
+
+class LinuxOsTest : public testing::Test {
+ protected:
+  TimePoint soon() { return os_->now() + kPatience; }
+
+  std::unique_ptr<Os> os_ = make_linux_os();
+};
+
+TEST_F(LinuxOsTest, WordsMayBeSharedBetweenProcesses) {
+  SharedMemory words;
+  ASSERT_TRUE(words);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    words->child_ready = 1;
+    os_->wake(words->child_ready);
+    const bool woken = os_->wait(words->stop, 0, soon()) == WaitResult::kChanged;
+    ::_exit(woken ? 0 : 1);
+  }
+  EXPECT_EQ(os_->wait(words->child_ready, 0, soon()), WaitResult::kChanged);
+  os_->sleep_until(os_->now() + 5ms);
+  words->stop = 1;
+  os_->wake(words->stop);
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+// A server schedules the threads of other processes.
+TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
+  SharedMemory words;
+  ASSERT_TRUE(words);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const TimePoint give_up = soon();
+    while (os_->thread_cpu_time() < 30ms && os_->now() < give_up) continue;
+    words->child_ready = 1;
+    os_->wake(words->child_ready);
+    os_->wait(words->stop, 0, soon());
+    ::_exit(0);
+  }
+  EXPECT_EQ(os_->wait(words->child_ready, 0, soon()), WaitResult::kChanged);
+  os_->sleep_until(os_->now() + 20ms);  // its clock is up to date once it has blocked
+  const auto threads = os_->threads(ProcessId{child});
+  const auto used = os_->thread_cpu_time(ThreadId{child});
+  const Status set = os_->set_level(ThreadId{child}, Level::kOrdinary);
+  words->stop = 1;
+  os_->wake(words->stop);
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  ASSERT_TRUE(threads.ok());
+  EXPECT_THAT(*threads, testing::Contains(ThreadId{child}));  // a sanitizer adds its own
+  EXPECT_TRUE(set.ok());
+  ASSERT_TRUE(used.ok()) << used.error().message();
+  EXPECT_GE(*used, 25ms);
+  EXPECT_FALSE(os_->threads(ProcessId{child}).ok());
+}
+
+TEST_F(LinuxOsTest, ChildOfAForkHasItsOwnNumber) {
+  os_->current_thread();
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) ::_exit(static_cast<pid_t>(os_->current_thread()) == ::getpid() ? 0 : 1);
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(LinuxOsTest, NamesAreCutWhereTheKernelDoes) {
+  std::string name;
+  os_->spawn("perception.detector",
+             [&] {
+               const auto self = std::to_string(static_cast<int>(os_->current_thread()));
+               name = read_line("/proc/self/task/" + self + "/comm").value_or("");
+             })
+      ->join();
+  EXPECT_EQ(name, "perception.dete");
+}
+
+// Libraries make threads of their own from a node's thread.
+TEST_F(LinuxOsTest, ThreadsThatLibrariesMakeStartOrdinary) {
+  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
+    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+  }
+  std::optional<Level> made;
+  std::thread([&] {
+    SchedulingGuard guard(*os_, os_->current_thread());
+    if (!os_->set_level(os_->current_thread(), Level::kBackground).ok()) return;
+    std::thread([&] {
+      const auto level = os_->level(os_->current_thread());
+      if (level.ok()) made = *level;
+    }).join();
+  }).join();
+  EXPECT_EQ(made, Level::kOrdinary);
+}
+
+TEST_F(LinuxOsTest, SpawnIsOrdinaryEvenUnderAForeignRealTimePriority) {
+  KernelCalls kernel;
+  std::optional<Level> made;
+  int error = 0;
+  std::thread([&] {
+    const auto self = static_cast<pid_t>(os_->current_thread());
+    error = kernel.set_policy(self, {SCHED_FIFO, 1, false});
+    if (error != 0) return;
+    const auto child = os_->spawn("child", [&] {
+      const auto level = os_->level(os_->current_thread());
+      if (level.ok()) made = *level;
+    });
+    child->join();
+    kernel.set_policy(self, {SCHED_OTHER, 0, false});
+  }).join();
+  if (error != 0) GTEST_SKIP() << "needs the permission to set real-time levels";
+  EXPECT_EQ(made, Level::kOrdinary);
+}
+
+TEST_F(LinuxOsTest, NiceSurvivesAllLevels) {
+  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
+    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+  }
+  KernelCalls kernel;
+  std::optional<SavedScheduling> before;
+  std::optional<SavedScheduling> after;
+  int nice_between = 0;
+  std::thread([&] {
+    const ThreadId self = os_->current_thread();
+    kernel.set_nice(static_cast<pid_t>(self), 7);
+    before = os_->save_scheduling(self).value();
+    {
+      SchedulingGuard guard(*os_, self);
+      static_cast<void>(os_->set_level(self, Level::kActive));
+      static_cast<void>(os_->set_level(self, Level::kOrdinary));
+      kernel.get_nice(static_cast<pid_t>(self), nice_between);
+    }
+    after = os_->save_scheduling(self).value();
+    after->reset_on_fork = before->reset_on_fork;  // not every process may clear it
+  }).join();
+  EXPECT_EQ(nice_between, 7);
+  EXPECT_EQ(before, after);
+}
+
+TEST_F(LinuxOsTest, ThreadsOfAMadeUpProcess) {
+  FabricatedTree tree;
+  for (const char* entry : {"12/stat", "7/stat", "odd/stat", "130/stat"}) {
+    tree.write(std::string("proc/7/task/") + entry, "");
+  }
+  tree.write("proc/8/task/none", "");
+  const auto os = make_linux_os(tree.roots());
+  EXPECT_THAT(os->threads(ProcessId{7}).value(), testing::ElementsAre(ThreadId{7}, ThreadId{12}, ThreadId{130}));
+  EXPECT_FALSE(os->threads(ProcessId{8}).ok());
+}
+
+TEST_F(LinuxOsTest, RealTimeFactsHoldForThisMachine) {
+  const RealTimeFacts facts = os_->real_time_facts();
+  RecordProperty("permitted", facts.permitted ? "yes" : facts.why_not);
+  RecordProperty("reserved_by", facts.reserved_by);
+  EXPECT_THAT(facts.reserved_by, testing::AnyOf("fair server", "fair server (assumed default)", "throttling",
+                                                "throttling (assumed default)", "nothing"));
+}
+
+TEST_F(LinuxOsTest, SurvivesAMachineWithoutProcAndSys) {
+  const auto os = make_linux_os({"/nowhere/sys", "/nowhere/proc"});
+  EXPECT_FALSE(os->topology().ok());
+  EXPECT_FALSE(os->threads(os->current_process()).ok());
+  EXPECT_EQ(os->host_facts().cpu_model, "");
+  EXPECT_GT(os->real_time_facts().reserved, 0.0);
+  EXPECT_TRUE(os->thread_cpu_time(os->current_thread()).ok());
+}
+
+}  // namespace
+}  // namespace ctn::os

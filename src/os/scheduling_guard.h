@@ -1,0 +1,41 @@
+// Gives a thread back its scheduling on every way out of a scope.
+//
+//   SchedulingGuard guard(os, thread);          // remembers policy, priority, nice and affinity
+//   if (!guard.status().ok()) return guard.status();
+//   os.set_level(thread, Level::kActive); ...   // undone at the end of the scope, or by guard.restore()
+//
+// A thread that has ended by then needs nothing, so the destructor ignores errors: who wants them calls restore().
+// Thread safety: one guard is used by one thread at a time; the guarded thread may be another.
+#pragma once
+
+#include <utility>
+
+#include "os/os.h"
+
+namespace ctn::os {
+
+class SchedulingGuard {
+ public:
+  // `os` outlives the guard.
+  SchedulingGuard(Os& os, ThreadId thread) : os_(os), thread_(thread), saved_(os.save_scheduling(thread)) {}
+  ~SchedulingGuard() { static_cast<void>(restore()); }
+  SchedulingGuard(const SchedulingGuard&) = delete;
+  SchedulingGuard& operator=(const SchedulingGuard&) = delete;
+
+  // Whether the scheduling could be saved. If not, nothing will be restored.
+  Status status() const { return saved_.ok() ? Status(Done{}) : Status(saved_.error()); }
+
+  // Restores now; the destructor then does nothing. Does nothing the second time.
+  Status restore() {
+    if (!saved_.ok() || std::exchange(restored_, true)) return Done{};
+    return os_.restore_scheduling(thread_, saved_.value());
+  }
+
+ private:
+  Os& os_;
+  ThreadId thread_;
+  Result<SavedScheduling> saved_;
+  bool restored_ = false;
+};
+
+}  // namespace ctn::os

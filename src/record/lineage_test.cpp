@@ -1,0 +1,296 @@
+#include "record/lineage.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "graph/build.h"
+
+namespace ctn::record {
+namespace {
+
+using std::chrono::milliseconds;
+
+struct TestNode {
+  std::string name;
+  bool queue = false;
+  bool external = false;
+};
+
+// A path of nodes, each a subchain of its own.
+graph::App path_app(const std::vector<TestNode>& nodes) {
+  graph::AppSpec spec;
+  spec.name.value = "test";
+  graph::PathSpec path;
+  for (const TestNode& node : nodes) {
+    graph::NodeSpec written;
+    written.name.value = node.name;
+    written.input = node.queue ? graph::InputKind::kQueue : graph::InputKind::kLatest;
+    written.external = node.external;
+    spec.nodes.push_back(written);
+    path.nodes.push_back({node.name, {}});
+  }
+  if (nodes.size() > 1) spec.edges.push_back(path);
+  graph::TermSpec term;
+  term.path = path.nodes;
+  term.weight.value = 1.0;
+  spec.objective.push_back(term);
+  auto app = graph::build_app(spec);
+  EXPECT_TRUE(app.ok()) << (app ? "" : app.error().message());
+  return *app;
+}
+
+TimePoint at(int ms) { return TimePoint{milliseconds{ms}}; }
+
+// A tracker over a path, fed with runs of nodes by name; times in ms.
+class Chain {
+ public:
+  explicit Chain(const std::vector<TestNode>& nodes) : app_(path_app(nodes)), tracker_(app_.graph, path()) {}
+
+  std::vector<NodeId> path() const { return app_.objective.front().path; }
+  NodeId id(const std::string& name) const { return *app_.graph.find_node(name); }
+
+  // The next run of a node; it consumed runs first..last of the node before, 0: nothing.
+  std::vector<ChainSample> run(const std::string& name, int begin, int end, std::uint64_t first = 0,
+                               std::uint64_t last = 0, bool emitted = true) {
+    Run run;
+    run.node = id(name);
+    run.number = ++count_[name];
+    run.begin = at(begin);
+    run.end = at(end);
+    run.emitted = emitted;
+    if (first > 0) {
+      run.consumed.push_back({app_.graph.node(run.node).predecessors.front(), first, last == 0 ? first : last});
+    }
+    return tracker_.add(run);
+  }
+
+ private:
+  graph::App app_;
+  ChainTracker tracker_;
+  std::map<std::string, std::uint64_t> count_;
+};
+
+ChainSample first_sample(std::uint64_t source, int begin, int end) {
+  return {source, at(begin), at(end), milliseconds{end - begin}, std::nullopt, std::nullopt};
+}
+ChainSample sample(std::uint64_t source, int begin, int end, int period, int response) {
+  return {source, at(begin), at(end), milliseconds{end - begin}, milliseconds{period}, milliseconds{response}};
+}
+using Samples = std::vector<ChainSample>;
+
+TEST(ChainTracker, FollowsALinearChain) {
+  Chain chain({{"a"}, {"b"}, {"c"}});
+  EXPECT_EQ(chain.run("a", 0, 2), Samples{});
+  EXPECT_EQ(chain.run("b", 2, 5, 1), Samples{});
+  EXPECT_EQ(chain.run("c", 5, 6, 1), Samples{first_sample(1, 0, 6)});
+  chain.run("a", 10, 12);
+  chain.run("b", 12, 16, 2);
+  EXPECT_EQ(chain.run("c", 16, 18, 2), Samples{sample(2, 10, 18, 12, 18)});
+}
+
+TEST(ChainTracker, SkipsInputsThatWereOverwritten) {
+  Chain chain({{"a"}, {"b"}});
+  chain.run("a", 0, 1);
+  EXPECT_EQ(chain.run("b", 1, 3, 1), Samples{first_sample(1, 0, 3)});
+  chain.run("a", 10, 11);
+  chain.run("a", 20, 21);
+  // Number 2 was dropped, so the world was last looked at in run 1.
+  EXPECT_EQ(chain.run("b", 21, 25, 3), Samples{sample(3, 20, 25, 22, 25)});
+}
+
+TEST(ChainTracker, CountsTheFirstOutputThatUsedAnInput) {
+  Chain chain({{"a"}, {"b"}});
+  chain.run("a", 0, 1);
+  EXPECT_EQ(chain.run("b", 1, 2, 1).size(), 1U);
+  EXPECT_EQ(chain.run("b", 3, 4, 1), Samples{});
+  EXPECT_EQ(chain.run("b", 5, 6, 1), Samples{});
+  chain.run("a", 6, 7);
+  EXPECT_EQ(chain.run("b", 7, 8, 2), Samples{sample(2, 6, 8, 6, 8)});
+}
+
+TEST(ChainTracker, GivesASampleForEachInputOfABatch) {
+  Chain chain({{"a"}, {"q", true}, {"c"}});
+  chain.run("a", 0, 1);
+  chain.run("a", 10, 11);
+  chain.run("a", 20, 21);
+  EXPECT_EQ(chain.run("q", 21, 30, 1, 3), Samples{});
+  EXPECT_EQ(chain.run("c", 30, 35, 1),
+            (Samples{first_sample(1, 0, 35), sample(2, 10, 35, 0, 35), sample(3, 20, 35, 0, 25)}));
+}
+
+TEST(ChainTracker, RunsThatEmitNothingAreNoInputAndNoOutput) {
+  Chain chain({{"a"}, {"q", true}});
+  chain.run("a", 0, 1);
+  chain.run("a", 10, 11, 0, 0, false);
+  chain.run("a", 20, 21);
+  EXPECT_EQ(chain.run("q", 21, 22, 1, 3, false), Samples{}) << "no output";
+  chain.run("a", 30, 31);
+  EXPECT_EQ(chain.run("q", 31, 40, 4), Samples{first_sample(4, 30, 40)}) << "what the silent run took is lost";
+  chain.run("a", 41, 42, 0, 0, false);
+  chain.run("a", 43, 44);
+  EXPECT_EQ(chain.run("q", 45, 50, 5, 6), Samples{sample(6, 43, 50, 10, 20)}) << "run 5 emitted nothing";
+}
+
+TEST(ChainTracker, PassesOverExternalNodesAtTheEnds) {
+  Chain chain({{"sensor", false, true}, {"a"}, {"b"}, {"base", false, true}});
+  chain.run("a", 0, 1);
+  EXPECT_EQ(chain.run("b", 1, 3, 1), Samples{first_sample(1, 0, 3)});
+}
+
+TEST(ChainTracker, InfersWhatPassedThroughAnExternalNode) {
+  Chain chain({{"a"}, {"bus", false, true}, {"b"}});
+  chain.run("a", 0, 2);
+  chain.run("a", 10, 12);
+  EXPECT_EQ(chain.run("b", 11, 13), Samples{first_sample(1, 0, 13)}) << "run 2 had not ended when b began";
+  EXPECT_EQ(chain.run("b", 13, 14), Samples{sample(2, 10, 14, 1, 14)});
+  EXPECT_EQ(chain.run("b", 15, 16), Samples{});
+}
+
+TEST(ChainTracker, MayStartAndEndAmidTheGraph) {
+  const graph::App app = path_app({{"a"}, {"b"}, {"c"}, {"d"}});
+  const std::vector<NodeId> middle{NodeId{1}, NodeId{2}};
+  ChainTracker tracker(app.graph, middle);
+  EXPECT_TRUE(tracker.add({.node = NodeId{0}, .number = 1, .begin = at(0), .end = at(1), .consumed = {}}).empty());
+  EXPECT_TRUE(
+      tracker.add({.node = NodeId{1}, .number = 1, .begin = at(1), .end = at(2), .consumed = {{NodeId{0}, 1, 1}}})
+          .empty());
+  const auto samples =
+      tracker.add({.node = NodeId{2}, .number = 1, .begin = at(2), .end = at(4), .consumed = {{NodeId{1}, 1, 1}}});
+  EXPECT_EQ(samples, Samples{first_sample(1, 1, 4)});
+}
+
+TEST(ChainTracker, OneNodeIsItsOwnSourceAndEnd) {
+  Chain chain({{"a"}, {"base", false, true}});
+  EXPECT_EQ(chain.run("a", 0, 2), Samples{first_sample(1, 0, 2)});
+  EXPECT_EQ(chain.run("a", 10, 13), Samples{sample(2, 10, 13, 11, 13)});
+}
+
+TEST(ChainTracker, CrossesFromAFastSubchainIntoASlowOne) {
+  Chain chain({{"a"}, {"b"}, {"slow"}});
+  for (int i = 0; i < 10; ++i) {
+    chain.run("a", 10 * i, 10 * i + 2);
+    chain.run("b", 10 * i + 2, 10 * i + 4, static_cast<std::uint64_t>(i + 1));
+  }
+  EXPECT_EQ(chain.run("slow", 34, 60, 4), Samples{first_sample(4, 30, 60)});
+  EXPECT_EQ(chain.run("slow", 65, 95, 7), Samples{sample(7, 60, 95, 35, 65)});
+}
+
+TEST(ChainTracker, CountsAsDroppedWhatLiesBeyondTheHorizon) {
+  Chain chain({{"a"}, {"b"}});
+  for (std::size_t i = 0; i <= ChainTracker::kHorizon; ++i) chain.run("a", static_cast<int>(i), static_cast<int>(i));
+  EXPECT_EQ(chain.run("b", 10000, 10001, 1), Samples{});
+  EXPECT_EQ(chain.run("b", 10002, 10003, 2), Samples{first_sample(2, 1, 10003)});
+}
+
+TEST(ChainTracker, IsNotHarmedByRunsThatMakeNoSense) {
+  Chain chain({{"a"}, {"q", true}});
+  EXPECT_EQ(chain.run("q", 0, 1, 1, ~std::uint64_t{0}), Samples{});
+  EXPECT_EQ(chain.run("q", 1, 2, 7, 3), Samples{});
+  chain.run("a", 2, 3);
+  EXPECT_EQ(chain.run("q", 3, 4, 1, ~std::uint64_t{0}).size(), 1U);
+  const graph::App app = path_app({{"a"}});
+  ChainTracker tracker(app.graph, std::vector<NodeId>{NodeId{0}});
+  EXPECT_TRUE(tracker.add({.node = NodeId{9}, .number = 1, .consumed = {}}).empty());
+  EXPECT_TRUE(tracker.add({.node = NodeId{0}, .number = 0, .consumed = {}}).empty());
+}
+
+// A random history of a path: nodes run concurrently, take what was emitted before they began, some in batches.
+struct History {
+  std::vector<TestNode> nodes;
+  std::vector<Run> runs;  // by end, predecessors first
+};
+
+History random_history() {
+  History history;
+  const int length = *rc::gen::inRange(1, 6);
+  for (int i = 0; i < length; ++i) {
+    const bool inner = i > 0 && i + 1 < length && !history.nodes.back().external;
+    const bool external = inner && *rc::gen::inRange(0, 5) == 0;
+    const bool queue = !external && *rc::gen::inRange(0, 3) == 0;
+    history.nodes.push_back({std::string(1, static_cast<char>('a' + i)), queue, external});
+  }
+  std::vector<TimePoint> busy_until(history.nodes.size());
+  std::vector<std::uint64_t> taken(history.nodes.size());
+  std::vector<std::vector<Run>> of(history.nodes.size());
+  TimePoint now = at(0);
+  for (int step = *rc::gen::inRange(0, 150); step > 0; --step) {
+    now += milliseconds{*rc::gen::inRange(0, 4)};
+    const auto node = *rc::gen::inRange<std::size_t>(0, history.nodes.size());
+    if (history.nodes[node].external || busy_until[node] > now) continue;
+    Run run{.node = NodeId{node}, .number = of[node].size() + 1, .begin = now, .consumed = {}};
+    run.end = busy_until[node] = now + milliseconds{*rc::gen::inRange(0, 12)};
+    run.emitted = *rc::gen::inRange(0, 6) != 0;
+    const std::size_t before = node > 0 && history.nodes[node - 1].external ? node - 2 : node - 1;
+    if (node > 0) {
+      std::uint64_t newest = 0;
+      for (const Run& earlier : of[before]) {
+        if (earlier.emitted && earlier.end <= now) newest = earlier.number;
+      }
+      const bool queue = history.nodes[node].queue;
+      if (newest > (queue ? taken[node] : 0)) {
+        run.consumed.push_back({NodeId{before}, queue ? taken[node] + 1 : newest, newest});
+      }
+      taken[node] = newest;
+    }
+    of[node].push_back(run);
+  }
+  for (const auto& runs : of) history.runs.insert(history.runs.end(), runs.begin(), runs.end());
+  std::stable_sort(history.runs.begin(), history.runs.end(), [](const Run& a, const Run& b) { return a.end < b.end; });
+  return history;
+}
+
+// By the definitions: every run's source runs as a set, each source run's output as the first that has it.
+Samples by_definition(const History& history) {
+  std::map<std::pair<NodeId, std::uint64_t>, std::pair<bool, std::set<std::uint64_t>>> sources;  // emitted, from where
+  std::map<std::uint64_t, TimePoint> begins;
+  std::map<std::uint64_t, TimePoint> outputs;
+  const NodeId last{history.nodes.size() - 1};
+  for (const Run& run : history.runs) {
+    auto& [emitted, from] = sources[{run.node, run.number}];
+    emitted = run.emitted;
+    if (run.node == NodeId{0}) {
+      begins[run.number] = run.begin;
+      from = {run.number};
+    }
+    for (const Consumed& input : run.consumed) {
+      for (std::uint64_t number = input.first; number <= input.last; ++number) {
+        const auto& [gave, their] = sources[{input.predecessor, number}];
+        if (gave) from.insert(their.begin(), their.end());
+      }
+    }
+    if (run.node != last || !run.emitted) continue;
+    for (const std::uint64_t source : from) outputs.emplace(source, run.end);
+  }
+  Samples samples;
+  for (const auto& [source, end] : outputs) {
+    const TimePoint begin = begins[source];
+    ChainSample sample{source, begin, end, end - begin, std::nullopt, std::nullopt};
+    if (!samples.empty()) {
+      sample.period = end - samples.back().end;
+      sample.response = end - samples.back().begin;
+    }
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+RC_GTEST_PROP(ChainTrackerProperty, AgreesWithTheDefinitions, ()) {
+  const History history = random_history();
+  const graph::App app = path_app(history.nodes);
+  ChainTracker tracker(app.graph, app.objective.front().path);
+  Samples samples;
+  for (Run run : history.runs) {
+    // What was taken through an external node is not reported.
+    std::erase_if(run.consumed,
+                  [&](const Consumed& input) { return !app.graph.has_edge(input.predecessor, run.node); });
+    for (const ChainSample& sample : tracker.add(run)) samples.push_back(sample);
+  }
+  RC_ASSERT(samples == by_definition(history));
+}
+
+}  // namespace
+}  // namespace ctn::record

@@ -1,0 +1,345 @@
+#include "record/reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "record/app_tables.h"
+#include "record/cells.h"
+#include "record/meta.h"
+#include "record/schema.h"
+#include "record/sqlite.h"
+
+namespace ctn::record {
+namespace {
+
+constexpr std::chrono::milliseconds kWait{5000};  // for a writer's commit
+constexpr int kLongestValue = 64 << 20;           // bytes of one value: far above what a writer writes
+
+const char* const kMendNoRecord = "name a file that `catan run --record FILE` made";
+
+Status readable(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "rbe");
+  if (file != nullptr) {
+    std::fclose(file);
+    return Done{};
+  }
+  const std::string what = fmt::format("{} cannot be read: {}", path, std::strerror(errno));
+  if (errno == ENOENT || errno == ENOTDIR) return Error::caller(what, kMendNoRecord);
+  return Error::environment(what, "get the permission to read it");
+}
+
+// Opens a file of which nothing is known yet: neither its schema nor its size is trusted.
+Result<sqlite::Database> open_guarded(const std::string& path, int flags) {
+  auto database = sqlite::Database::open(path, flags);
+  if (!database) return database;
+  database->wait_at_most(kWait);
+  sqlite3* handle = database->handle();
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValue);
+  if (auto done = database->execute("PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0"); !done) return done.error();
+  return database;
+}
+
+Result<std::int64_t> one_integer(sqlite::Database& database, const std::string& sql) {
+  auto rows = database.prepare(sql);
+  if (!rows) return rows.error();
+  const Result<bool> row = rows->next();
+  if (!row) return row.error();
+  return *row && rows->type(0) == SQLITE_INTEGER ? rows->integer(0) : 0;
+}
+
+// Puts the file in order where a writer was killed in the middle of a flush: only a connection that may write can.
+Status roll_back_journal(const std::string& path) {
+  auto database = open_guarded(path, SQLITE_OPEN_READWRITE);
+  if (!database) return database.error();
+  const auto version = one_integer(*database, "PRAGMA user_version");
+  if (!version) return version.error();
+  return Done{};
+}
+
+Result<sqlite::Database> open_record(const std::string& path) {
+  if (auto done = readable(path); !done) return done.error();
+  auto database = open_guarded(path, SQLITE_OPEN_READONLY);
+  if (!database) return database;
+  const auto version = one_integer(*database, "PRAGMA user_version");
+  if (version) return database;
+  const int code = database->code() & 0xff;
+  if (code != SQLITE_READONLY && code != SQLITE_CANTOPEN) return version.error();
+  if (auto done = roll_back_journal(path); !done) {
+    return Error::environment(path +
+                                  ": the process that wrote this record was killed in the middle of a write, and the " +
+                                  "file cannot be put in order: " + done.error().problems().front().what,
+                              "copy the file and the one ending in '-journal' to where they may be written");
+  }
+  return open_guarded(path, SQLITE_OPEN_READONLY);
+}
+
+Status check_version(sqlite::Database& database) {
+  const auto application = one_integer(database, "PRAGMA application_id");
+  if (!application) return application.error();
+  if (*application != kApplicationId) return Error::caller(database.path() + " is no Catan record", kMendNoRecord);
+  const auto version = one_integer(database, "PRAGMA user_version");
+  if (!version) return version.error();
+  if (*version > kSchemaVersion) {
+    return Error::caller(
+        fmt::format("{} was made by a newer version of Catan (its schema is {}, this one reads up to {})",
+                    database.path(), *version, kSchemaVersion),
+        "read it with that version");
+  }
+  if (*version < 1) return Error::caller(database.path() + " is no Catan record", kMendNoRecord);
+  return Done{};
+}
+
+using Tables = std::map<std::string, std::set<std::string>>;
+
+Result<Tables> tables_of(sqlite::Database& database) {
+  auto rows = database.prepare(
+      "SELECT s.name, c.name FROM sqlite_schema AS s, pragma_table_xinfo(s.name) AS c WHERE s.type = 'table' "
+      "AND s.sql LIKE 'CREATE TABLE%' AND c.hidden = 0");
+  if (!rows) return rows.error();
+  Tables tables;
+  while (true) {
+    const Result<bool> row = rows->next();
+    if (!row) return row.error();
+    if (!*row) return tables;
+    tables[rows->text(0)].insert(rows->text(1));
+  }
+}
+
+// The file's tables are plain ones with the columns that a writer makes, and maybe more.
+Status check_tables(sqlite::Database& database) {
+  auto model = sqlite::Database::open(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_MEMORY);
+  if (!model) return model.error();
+  if (auto done = model->execute(kSchema); !done) return done;
+  const auto expected = tables_of(*model);
+  if (!expected) return expected.error();
+  const auto found = tables_of(database);
+  if (!found) return found.error();
+  for (const auto& [table, columns] : *expected) {
+    const auto match = found->find(table);
+    if (match == found->end()) {
+      return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kMendNoRecord);
+    }
+    for (const std::string& column : columns) {
+      if (match->second.contains(column)) continue;
+      return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
+                           kMendNoRecord);
+    }
+  }
+  return Done{};
+}
+
+Result<Header> read_header(const sqlite::Database& database, const Meta& meta) {
+  const auto cpus = os::parse_cpu_list(meta.text("cpus").value_or(""));
+  const auto started = meta.duration("started_ns");
+  const auto warm_up = meta.duration("warm_up_ns");
+  const auto steal = meta.duration("host_steal_ns");
+  const auto cpu_count = meta.integer("host_cpu_count");
+  const auto real_time = meta.integer("real_time");
+  if (!cpus || !started || !warm_up || !steal || !cpu_count || !real_time || *cpu_count < 0 ||
+      *cpu_count > std::numeric_limits<int>::max()) {
+    return damaged(database, "meta");
+  }
+  Header header;
+  header.scheduler = meta.text("scheduler").value_or("");
+  header.cpus = *cpus;
+  header.host = {.utc = meta.text("started_utc").value_or(""),
+                 .kernel = meta.text("host_kernel").value_or(""),
+                 .cpu_model = meta.text("host_cpu_model").value_or(""),
+                 .governor = meta.text("host_governor").value_or(""),
+                 .clock_source = meta.text("host_clock_source").value_or(""),
+                 .cpu_count = static_cast<int>(*cpu_count),
+                 .steal = *steal};
+  header.real_time = *real_time != 0;
+  header.slack = meta.real("slack");
+  header.started = TimePoint{*started};
+  header.warm_up = *warm_up;
+  header.started_utc = meta.text("started_utc").value_or("");
+  header.note = meta.text("note").value_or("");
+  return header;
+}
+
+Result<Ending> read_ending(sqlite::Database& database, const Meta& meta, const Header& header) {
+  Ending ending;
+  ending.complete = meta.integer("complete") == 1;
+  if (ending.complete) {
+    const auto ended = meta.duration("ended_ns");
+    const auto steal = meta.duration("host_steal_end_ns");
+    if (!ended || !steal || TimePoint{*ended} < header.started) return damaged(database, "meta");
+    ending.ended = TimePoint{*ended};
+    ending.stolen = std::max(*steal - header.host.steal, Nanos{0});
+    return ending;
+  }
+  ending.ended = header.started;
+  for (const char* last : {"SELECT max(end_ns) FROM runs", "SELECT max(sent_ns) FROM triggers",
+                           "SELECT max(at_ns) FROM plans", "SELECT max(at_ns) FROM notices"}) {
+    const auto time = one_integer(database, last);
+    if (!time) return time.error();
+    ending.ended = std::max(ending.ended, TimePoint{Nanos{std::clamp(*time, std::int64_t{0}, kTimeLimit)}});
+  }
+  return ending;
+}
+
+// Runs with equal ends, as they come from the file: hands them on such that what is consumed comes first.
+class TieOrder {
+ public:
+  TieOrder(const graph::Graph& graph, const std::function<void(const Run&)>& take) : take_(&take) {
+    rank_.resize(graph.nodes().size());
+    for (std::size_t i = 0; i < graph.topological_order().size(); ++i) rank_[graph.topological_order()[i].index()] = i;
+  }
+  void add(Run run) {
+    if (!tied_.empty() && tied_.front().end != run.end) flush();
+    tied_.push_back(std::move(run));
+  }
+  void flush() {
+    if (tied_.size() > 1) {
+      std::sort(tied_.begin(), tied_.end(), [this](const Run& a, const Run& b) {
+        return std::pair(rank_[a.node.index()], a.number) < std::pair(rank_[b.node.index()], b.number);
+      });
+    }
+    for (const Run& run : tied_) (*take_)(run);
+    tied_.clear();
+  }
+
+ private:
+  const std::function<void(const Run&)>* take_;
+  std::vector<std::size_t> rank_;  // by NodeId
+  std::vector<Run> tied_;
+};
+
+}  // namespace
+
+struct Reader::Impl {
+  mutable sqlite::Database database;
+  graph::App app;
+  Header header;
+  Ending ending;
+
+  Status read_consumed(sqlite::Statement& rows, Run& run) const;
+  Status each_row(const std::string& table, const std::string& columns_and_order,
+                  const std::function<void(Cells&)>& take) const;
+};
+
+Reader::Reader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Reader::Reader(Reader&&) noexcept = default;
+Reader& Reader::operator=(Reader&&) noexcept = default;
+Reader::~Reader() = default;
+
+const graph::App& Reader::app() const { return impl_->app; }
+const Header& Reader::header() const { return impl_->header; }
+const Ending& Reader::ending() const { return impl_->ending; }
+
+Result<Reader> Reader::open(const std::string& path) {
+  auto database = open_record(path);
+  if (!database) return database.error();
+  if (auto done = check_version(*database); !done) return done.error();
+  if (auto done = check_tables(*database); !done) return done.error();
+  const auto meta = Meta::read(*database);
+  if (!meta) return meta.error();
+  auto app = read_app(*database, *meta);
+  if (!app) return app.error();
+  auto header = read_header(*database, *meta);
+  if (!header) return header.error();
+  auto ending = read_ending(*database, *meta, *header);
+  if (!ending) return ending.error();
+  return Reader(std::make_unique<Impl>(Impl{std::move(*database), std::move(*app), std::move(*header), *ending}));
+}
+
+Status Reader::each_run(const std::function<void(const Run&)>& take) const {
+  auto inputs = impl_->database.prepare("SELECT predecessor, first, last FROM consumed WHERE node = ? AND run = ?");
+  if (!inputs) return inputs.error();
+  TieOrder ordered(impl_->app.graph, take);
+  Status status = Done{};
+  const std::string rows = "node, number, begin_ns, end_ns, cpu_ns, mode, emitted FROM runs ORDER BY end_ns";
+  const auto done = impl_->each_row("runs", rows, [&](Cells& cells) {
+    Run run;
+    run.node = NodeId{cells.index(0, impl_->app.graph.nodes().size())};
+    run.number = cells.number(1);
+    run.begin = cells.time(2);
+    run.end = cells.time(3);
+    run.cpu = cells.duration(4);
+    run.mode = static_cast<std::uint32_t>(cells.integer(5, 0, std::numeric_limits<std::uint32_t>::max()));
+    run.emitted = cells.flag(6);
+    if (run.begin > run.end) cells.refuse();
+    if (!cells.ok() || !status) return;
+    status = impl_->read_consumed(*inputs, run);
+    if (status) ordered.add(std::move(run));
+  });
+  if (!done) return done;
+  ordered.flush();
+  return status;
+}
+
+Status Reader::each_trigger(const std::function<void(const Trigger&)>& take) const {
+  const std::string rows = "subchain, number, due_ns, sent_ns FROM triggers ORDER BY subchain, number";
+  return impl_->each_row("triggers", rows, [&](Cells& cells) {
+    Trigger trigger;
+    trigger.subchain = SubchainId{cells.index(0, impl_->app.graph.subchains().size())};
+    trigger.number = cells.number(1);
+    trigger.due = cells.time(2);
+    trigger.sent = cells.time(3);
+    if (cells.ok()) take(trigger);
+  });
+}
+
+Result<std::vector<PlanChange>> Reader::plans() const {
+  std::vector<PlanChange> plans;
+  const auto done = impl_->each_row("plans", "at_ns, reason, json FROM plans ORDER BY id", [&](Cells& cells) {
+    plans.push_back({cells.time(0), cells.text(1), cells.text(2)});
+  });
+  if (!done) return done.error();
+  return plans;
+}
+
+Result<std::vector<Notice>> Reader::notices() const {
+  std::vector<Notice> notices;
+  const auto done = impl_->each_row("notices", "at_ns, kind, detail FROM notices ORDER BY id", [&](Cells& cells) {
+    notices.push_back({cells.time(0), cells.text(1), cells.text(2)});
+  });
+  if (!done) return done.error();
+  return notices;
+}
+
+Status Reader::Impl::read_consumed(sqlite::Statement& rows, Run& run) const {
+  rows.bind(1, run.node.index());
+  rows.bind(2, run.number);
+  while (true) {
+    const Result<bool> row = rows.next();
+    if (!row) return row.error();
+    if (!*row) return Done{};
+    Cells cells(rows);
+    const Consumed input{NodeId{cells.index(0, app.graph.nodes().size())}, cells.number(1), cells.number(2)};
+    if (cells.ok() && input.first <= input.last) {
+      run.consumed.push_back(input);
+      continue;
+    }
+    rows.reset();
+    return damaged(database, "consumed");
+  }
+}
+
+Status Reader::Impl::each_row(const std::string& table, const std::string& columns_and_order,
+                              const std::function<void(Cells&)>& take) const {
+  auto rows = database.prepare("SELECT " + columns_and_order);
+  if (!rows) return rows.error();
+  while (true) {
+    const Result<bool> row = rows->next();
+    if (!row) return row.error();
+    if (!*row) return Done{};
+    Cells cells(*rows);
+    take(cells);
+    if (!cells.ok()) return damaged(database, table);
+  }
+}
+
+}  // namespace ctn::record

@@ -1,0 +1,60 @@
+// Reads the record of a run: a file that writer.h made, whole, still being written, or left by a process that was
+// killed. It trusts nothing in the file: what no writer writes is an error, never a crash.
+//
+// The file is not changed, with one exception: where a kill hit the writer in the middle of a flush, a journal lies
+// beside it, and opening the record takes the half-written batch back out of the file.
+//
+// Units: nanoseconds of the monotonic clock of the machine that ran. Thread safety: none; one owner.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "record/events.h"
+#include "record/writer.h"
+
+namespace ctn::record {
+
+// How a run ended.
+struct Ending {
+  bool complete = false;  // the writer closed the record; false: it is being written, or its process was killed
+  TimePoint ended{};      // where not complete: of the last event that was written
+  Nanos stolen{0};        // CPU time that a hypervisor took from the machine meanwhile, all CPUs; 0 where not complete
+};
+
+class Reader {
+ public:
+  // Errors: no such file, no record, damaged, made by a newer version of Catan (kCaller); not to be read
+  // (kEnvironment).
+  static Result<Reader> open(const std::string& path);
+
+  Reader(Reader&&) noexcept;
+  Reader& operator=(Reader&&) noexcept;
+  ~Reader();
+
+  // As the writer had it: ids in the events below are ids of this graph.
+  const graph::App& app() const;
+  const Header& header() const;
+  const Ending& ending() const;
+
+  // All runs, by the time they ended: runs of a node in the order of their numbers, and a run after those it consumed,
+  // as ChainTracker wants them. What a run consumed is in the order of the predecessors' ids.
+  Status each_run(const std::function<void(const Run&)>& take) const;
+  // By subchain, in the order of their numbers.
+  Status each_trigger(const std::function<void(const Trigger&)>& take) const;
+  // In the order they were written.
+  Result<std::vector<PlanChange>> plans() const;
+  Result<std::vector<Notice>> notices() const;
+
+ private:
+  struct Impl;
+  explicit Reader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ctn::record

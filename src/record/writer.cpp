@@ -1,0 +1,235 @@
+#include "record/writer.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "record/app_tables.h"
+#include "record/meta.h"
+#include "record/schema.h"
+#include "record/sqlite.h"
+
+namespace ctn::record {
+namespace {
+
+constexpr std::size_t kBatch = 1 << 13;     // events after which a flush is made unasked
+constexpr std::size_t kMostHeld = 1 << 20;  // events that wait in memory while another program holds the file
+constexpr std::chrono::milliseconds kFlushWait{100};
+constexpr std::chrono::milliseconds kCloseWait{5000};
+
+std::int64_t ns(TimePoint time) { return time.time_since_epoch().count(); }
+
+// Makes an empty file where none was.
+Status claim(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "wxe");
+  if (file != nullptr) {
+    std::fclose(file);
+    return Done{};
+  }
+  if (errno == EEXIST) return Error::caller(path + " exists already", "name a file that does not exist");
+  return Error::environment(fmt::format("{} cannot be made: {}", path, std::strerror(errno)),
+                            "name a file in a folder that is there and may be written");
+}
+
+Status write_header(sqlite::Database& database, const Header& header) {
+  auto meta = MetaWriter::prepare(database);
+  if (!meta) return meta.error();
+  const std::string cpus = os::to_string(header.cpus);
+  meta->set("scheduler", std::string_view(header.scheduler))
+      .set("note", std::string_view(header.note))
+      .set("cpus", std::string_view(cpus))
+      .set("real_time", header.real_time)
+      .set("slack", header.slack)
+      .set("started_ns", ns(header.started))
+      .set("started_utc", std::string_view(header.started_utc))
+      .set("warm_up_ns", header.warm_up.count())
+      .set("complete", false)
+      .set("host_kernel", std::string_view(header.host.kernel))
+      .set("host_cpu_model", std::string_view(header.host.cpu_model))
+      .set("host_governor", std::string_view(header.host.governor))
+      .set("host_clock_source", std::string_view(header.host.clock_source))
+      .set("host_cpu_count", header.host.cpu_count)
+      .set("host_steal_ns", header.host.steal.count());
+  return meta->status();
+}
+
+// One file with its tables, the app and the header, or nothing.
+Status lay_out(sqlite::Database& database, const graph::App& app, const Header& header) {
+  // A rollback journal, not a write-ahead log: after a kill the one file is the record, and copying it copies all of
+  // it. The price is that a reader and a commit wait for each other; a batch a second makes that cheap.
+  // All in one transaction, so that there is never half a schema.
+  const std::string begin = fmt::format(
+      "PRAGMA journal_mode = DELETE; PRAGMA synchronous = FULL; BEGIN EXCLUSIVE; PRAGMA application_id = {}; "
+      "PRAGMA user_version = {};",
+      kApplicationId, kSchemaVersion);
+  if (auto done = database.execute(begin); !done) return done;
+  if (auto done = database.execute(kSchema); !done) return done;
+  if (auto done = write_app(database, app); !done) return done;
+  if (auto done = write_header(database, header); !done) return done;
+  return database.execute("COMMIT");
+}
+
+struct Statements {
+  sqlite::Statement run;
+  sqlite::Statement consumed;
+  sqlite::Statement trigger;
+  sqlite::Statement plan;
+  sqlite::Statement notice;
+};
+
+Result<Statements> prepare(sqlite::Database& database) {
+  auto run = database.prepare("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)");
+  if (!run) return run.error();
+  auto consumed = database.prepare("INSERT INTO consumed VALUES (?, ?, ?, ?, ?)");
+  if (!consumed) return consumed.error();
+  auto trigger = database.prepare("INSERT INTO triggers VALUES (?, ?, ?, ?)");
+  if (!trigger) return trigger.error();
+  auto plan = database.prepare("INSERT INTO plans(at_ns, reason, json) VALUES (?, ?, ?)");
+  if (!plan) return plan.error();
+  auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
+  if (!notice) return notice.error();
+  return Statements{std::move(*run), std::move(*consumed), std::move(*trigger), std::move(*plan), std::move(*notice)};
+}
+
+class SqliteWriter : public Writer {
+ public:
+  SqliteWriter(sqlite::Database database, Statements statements)
+      : database_(std::move(database)), statements_(std::move(statements)) {
+    database_->wait_at_most(kFlushWait);
+  }
+  ~SqliteWriter() override {
+    if (database_) (void)flush();
+  }
+
+  void add(const Run& run) override { hold(runs_, run); }
+  void add(const Trigger& trigger) override { hold(triggers_, trigger); }
+  void add(const PlanChange& change) override { hold(plans_, change); }
+  void add(const Notice& notice) override { hold(notices_, notice); }
+
+  Status flush() override {
+    if (!status_ || !database_ || held() == 0) return status_;
+    (void)commit([] { return Status(Done{}); });
+    return status_;
+  }
+
+  Status close(TimePoint ended, const os::HostFacts& host) override {
+    if (!database_) return status_;
+    if (status_) {
+      database_->wait_at_most(kCloseWait);
+      const Status done = commit([&] { return write_footer(ended, host); });
+      if (!done && status_) fail(done);  // put off: there is no later
+    }
+    statements_.reset();
+    database_.reset();
+    return status_;
+  }
+
+ private:
+  template <class Event>
+  void hold(std::vector<Event>& events, const Event& event) {
+    if (!status_ || !database_) return;
+    events.push_back(event);
+    if (held() % kBatch == 0) (void)flush();
+  }
+  std::size_t held() const { return runs_.size() + triggers_.size() + plans_.size() + notices_.size(); }
+
+  Status write_footer(TimePoint ended, const os::HostFacts& host) {
+    auto meta = MetaWriter::prepare(*database_);
+    if (!meta) return meta.error();
+    meta->set("ended_ns", ns(ended)).set("host_steal_end_ns", host.steal.count()).set("complete", true);
+    return meta->status();
+  }
+
+  // Writes all that is held, and what `also` writes, or nothing. Where another program holds the file, what is held
+  // stays for the next time.
+  Status commit(const std::function<Status()>& also) {
+    Status done = database_->execute("BEGIN IMMEDIATE");
+    if (done) done = write_held();
+    if (done) done = also();
+    if (done) done = database_->execute("COMMIT");
+    if (done) {
+      forget_held();
+      return done;
+    }
+    const bool busy = database_->busy();
+    if (database_->in_transaction()) (void)database_->execute("ROLLBACK");
+    if (!busy || held() >= kMostHeld) fail(done);
+    return done;
+  }
+
+  void fail(const Status& why) {
+    status_ = why;
+    forget_held();
+  }
+  void forget_held() {
+    runs_.clear();
+    triggers_.clear();
+    plans_.clear();
+    notices_.clear();
+  }
+
+  Status write_held() {
+    for (const Run& run : runs_) {
+      if (auto done = write(run); !done) return done;
+    }
+    for (const Trigger& trigger : triggers_) {
+      const auto done =
+          statements_->trigger.run(trigger.subchain.index(), trigger.number, ns(trigger.due), ns(trigger.sent));
+      if (!done) return done;
+    }
+    for (const PlanChange& change : plans_) {
+      const auto done =
+          statements_->plan.run(ns(change.at), std::string_view(change.reason), std::string_view(change.json));
+      if (!done) return done;
+    }
+    for (const Notice& notice : notices_) {
+      const auto done =
+          statements_->notice.run(ns(notice.at), std::string_view(notice.kind), std::string_view(notice.detail));
+      if (!done) return done;
+    }
+    return Done{};
+  }
+
+  Status write(const Run& run) {
+    auto done = statements_->run.run(run.node.index(), run.number, ns(run.begin), ns(run.end), run.cpu.count(),
+                                     run.mode, run.emitted);
+    if (!done) return done;
+    for (const Consumed& input : run.consumed) {
+      done =
+          statements_->consumed.run(run.node.index(), run.number, input.predecessor.index(), input.first, input.last);
+      if (!done) return done;
+    }
+    return done;
+  }
+
+  std::optional<sqlite::Database> database_;  // none: closed
+  std::optional<Statements> statements_;      // after the database: must go first
+  std::vector<Run> runs_;
+  std::vector<Trigger> triggers_;
+  std::vector<PlanChange> plans_;
+  std::vector<Notice> notices_;
+  Status status_ = Done{};  // the first failure
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Writer>> Writer::create(const std::string& path, const graph::App& app, const Header& header) {
+  if (auto done = claim(path); !done) return done.error();
+  const auto give_up = [&](const Error& error) {
+    std::remove(path.c_str());  // nothing half-made stays
+    return error;
+  };
+  auto database = sqlite::Database::open(path, SQLITE_OPEN_READWRITE);
+  if (!database) return give_up(database.error());
+  if (auto done = lay_out(*database, app, header); !done) return give_up(done.error());
+  auto statements = prepare(*database);
+  if (!statements) return give_up(statements.error());
+  return std::unique_ptr<Writer>(new SqliteWriter(std::move(*database), std::move(*statements)));
+}
+
+}  // namespace ctn::record

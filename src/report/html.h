@@ -1,0 +1,49 @@
+// Pages as self-contained HTML: one file with its style and figures inside, no scripts, nothing fetched. Light or dark
+// as the reader's system is; prints well.
+//
+//   report::Page page("Face tracking", "How fast Catan reacts, beside hand-set rates.");
+//   page.section("Response time").figure(svg, "Lower is better.").table({{"rate", "mean"}, {{"30 Hz", "52 ms"}}});
+//   file << page.html();
+//
+// All text is escaped here; only what `figure` is given is taken as it is, and must come from render_svg (plot.h).
+//
+// Thread safety: none; one owner.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ctn::report {
+
+// Columns whose cells are all numbers (with or without a unit behind) or empty are aligned to the right.
+struct Table {
+  std::vector<std::string> header{};
+  std::vector<std::vector<std::string>> rows{};
+  std::string caption{};
+};
+
+enum class NoteKind { kInfo, kWarning };
+
+class Page {
+ public:
+  explicit Page(std::string_view title, std::string_view lead = {});
+
+  // Each appends, and returns the page for the next.
+  Page& section(std::string_view title);
+  Page& paragraph(std::string_view text);
+  Page& note(std::string_view text, NoteKind kind = NoteKind::kInfo);
+  Page& table(const Table& table);
+  Page& figure(std::string_view svg, std::string_view caption = {});
+  Page& facts(const std::vector<std::pair<std::string, std::string>>& facts);  // name and value, in a row of tiles
+  Page& code(std::string_view text);                                           // as written, in fixed width
+
+  std::string html() const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+}  // namespace ctn::report
