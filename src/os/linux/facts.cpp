@@ -17,11 +17,7 @@ namespace {
 
 constexpr double kDefaultReserve = 0.05;  // of both mechanisms: 50 ms in 1 s
 
-struct KernelVersion {
-  int major = 0;
-  int minor = 0;
-  friend auto operator<=>(const KernelVersion&, const KernelVersion&) = default;
-};
+using KernelVersion = std::pair<int, int>;  // major, minor
 constexpr KernelVersion kFirstWithFairServer{6, 12};
 
 std::string kernel_release(const LinuxRoots& roots) {
@@ -34,7 +30,7 @@ std::optional<KernelVersion> kernel_version(const LinuxRoots& roots) {
   std::istringstream release(kernel_release(roots));
   KernelVersion version;
   char dot = 0;
-  if (!(release >> version.major >> dot >> version.minor) || dot != '.') return std::nullopt;
+  if (!(release >> version.first >> dot >> version.second) || dot != '.') return std::nullopt;
   return version;
 }
 
@@ -108,9 +104,9 @@ Nanos steal_time(const LinuxRoots& roots) {
   line >> name;
   for (int field = 0; field < 7; ++field) line >> before;
   const long ticks_per_second = ::sysconf(_SC_CLK_TCK);
-  constexpr std::int64_t kMostTicks = std::int64_t{1'000'000'000} * 1000;  // beyond it the file is odd
-  if (name != "cpu" || !(line >> steal) || steal < 0 || steal > kMostTicks || ticks_per_second <= 0) return Nanos{0};
-  return Nanos{1'000'000'000 / ticks_per_second} * steal;
+  if (name != "cpu" || !(line >> steal) || steal < 0 || ticks_per_second <= 0) return Nanos{0};
+  const Nanos tick{1'000'000'000 / ticks_per_second};
+  return steal <= Nanos::max() / tick ? tick * steal : Nanos{0};
 }
 
 std::string wall_clock_utc() {
