@@ -29,13 +29,14 @@ function(catan_module name)
   endif()
 endfunction()
 
-# catan_test(NAME SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest.
+# catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest. SERIAL: its
+# tests load CPUs in real time, so nothing else may run beside them.
 function(catan_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 300 RUN_SERIAL ${ARG_SERIAL})
 endfunction()
 
 # Writes "module: its dependencies" lines for the architecture test.

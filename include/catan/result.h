@@ -76,10 +76,11 @@ class [[nodiscard]] Result {
   // Precondition: ok().
   T& value() & { return *get(); }
   const T& value() const& { return *get(); }
-  T&& value() && { return std::move(*get()); }
+  // By value, so that `for (auto& x : *f())` does not walk through a temporary that is gone.
+  T value() && { return std::move(*get()); }
   T& operator*() & { return *get(); }
   const T& operator*() const& { return *get(); }
-  T&& operator*() && { return std::move(*get()); }
+  T operator*() && { return std::move(*get()); }
   T* operator->() { return get(); }
   const T* operator->() const { return get(); }
 

@@ -15,7 +15,7 @@
 // real-time levels "catan" plans and triggers but does not prioritise (rates only), and says so in the snapshot, in the
 // record and to on_notice.
 //
-// Thread safety: open, channel, node, start, stop from one thread; snapshot and notices from any.
+// Thread safety: open, node, channel, queue, start, stop from one thread; snapshot and adopt_this_thread from any.
 #pragma once
 
 #include <cstdint>
@@ -51,40 +51,50 @@ class Session {
   Session& operator=(Session&&) noexcept;
   ~Session();  // stops
 
-  // What `node` does in a run. Precondition (asserted): the app has such a node, not external, without a function yet.
+  // What `name` does in a run. A name that the app has not, an external node, or a second function are reported by
+  // start().
   void node(std::string_view name, std::function<void(Run&)> body);
 
-  // The channel of the edge from -> to, made on first use. Precondition (asserted): there is such an edge, and T is the
-  // type it was made with. Lives as long as the session.
+  // The channel of the edge from -> to, made on first use; it lives as long as the session. An edge that is not there,
+  // one into a node of the other kind of input, or another T than before are reported by start(), all at once; until
+  // then the channel returned leads nowhere.
   template <class T>
   Channel<T>& channel(std::string_view from, std::string_view to) {
-    const ChannelKey key = channel_key(from, to, typeid(T));
-    if (ChannelBase* made = find_channel(key)) return static_cast<Channel<T>&>(*made);
-    return static_cast<Channel<T>&>(
-        adopt_channel(key, std::make_unique<Channel<T>>(key.producer, key.consumer, key.slot, key.queue)));
+    return open_channel<Channel<T>>(from, to, false);
+  }
+  template <class T>
+  QueueChannel<T>& queue(std::string_view from, std::string_view to) {
+    return open_channel<QueueChannel<T>>(from, to, true);
   }
 
-  // Starts all threads. Errors: a node without a function (kCaller); a plan that cannot be made.
+  // Called by a thread that works for a node beside the node's own: from now on it runs at the node's level, on its
+  // cores, and its CPU time counts as the node's. Lasts until the thread ends. Errors: no such node; too many threads
+  // (64 a node).
+  Status adopt_this_thread(std::string_view node);
+
+  // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function
+  // (kCaller); a plan that cannot be made; CPUs that cannot be had (kEnvironment).
   Status start();
-  // Ends all runs that are under way, restores scheduling, closes the record. May be called twice. The first error of
+  // Waits for runs that are under way, restores scheduling, closes the record. May be called twice. The first error of
   // the record.
   Status stop();
 
   Snapshot snapshot() const;
 
  private:
-  struct ChannelKey {
-    std::uint32_t producer = 0;
-    std::uint32_t consumer = 0;
-    std::uint32_t slot = 0;  // which of the consumer's inputs
-    bool queue = false;
-    std::type_index type = typeid(void);
-  };
+  using MakeChannel = std::unique_ptr<ChannelBase> (*)(std::uint32_t slot);
   class Impl;
   explicit Session(std::unique_ptr<Impl> impl);
-  ChannelKey channel_key(std::string_view from, std::string_view to, std::type_index type) const;
-  ChannelBase* find_channel(const ChannelKey& key) const;
-  ChannelBase& adopt_channel(const ChannelKey& key, std::unique_ptr<ChannelBase> channel);
+  ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                            MakeChannel make);
+
+  template <class C>
+  C& open_channel(std::string_view from, std::string_view to, bool queue) {
+    const MakeChannel make = [](std::uint32_t slot) -> std::unique_ptr<ChannelBase> {
+      return std::make_unique<C>(slot);
+    };
+    return static_cast<C&>(open_channel(from, to, queue, typeid(C), make));
+  }
 
   std::unique_ptr<Impl> impl_;
 };

@@ -77,6 +77,7 @@ struct RealTimeFacts {
 
 // Facts for the record of a run; empty where unknown.
 struct HostFacts {
+  std::string utc;  // the wall clock when asked, ISO 8601 to the second; for readers only, nothing is computed from it
   std::string kernel;
   std::string cpu_model;
   std::string governor;

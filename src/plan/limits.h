@@ -20,11 +20,13 @@ namespace ctn::plan {
 struct PeriodLimits {
   Millis least{0};                 // p may be no shorter: the lowest max_rate of the nodes; 0: no cap
   std::optional<NodeId> capped;    // whose max_rate that is
-  std::optional<Millis> exact;     // p must be just this
-  std::optional<NodeId> exact_of;  // whose rate that is; the first node's where several ask for one
+  std::optional<Millis> exact;     // p must be just this: the highest of the exact rates
+  std::optional<NodeId> exact_of;  // whose rate that is
+
+  // Nodes of a subchain run at one rate: no period satisfies both.
+  bool contradictory() const { return exact && least > *exact; }
 };
 
-// Whether the limits contradict each other is the caller's to see: `least` and `exact` are both as asked.
 PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain);
 
 // A bound that may be relaxed: on a node's period (its min_rate) or on the response time of an objective's term.

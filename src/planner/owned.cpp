@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -73,25 +73,29 @@ bool better_cores(const Candidate& a, const Candidate& b) {
   return clearly_less(a.prediction.objective, b.prediction.objective);
 }
 
+// Threads beyond these change no node's cost.
+int useful_threads(const Input& in) {
+  int useful = 1;
+  for (const NodeId node : in.app.graph.subchain(kOnly).nodes) {
+    const auto& measured = in.costs[node].by_threads();
+    useful = std::max(useful, measured.empty() ? in.app.graph.node(node).max_threads : measured.rbegin()->first);
+  }
+  return useful;
+}
+
+// With more cores than these no figure changes: every node already has all the cores that it can use to itself.
+int useful_cores(const Input& in, int cores) {
+  const auto nodes = static_cast<long long>(in.app.graph.subchain(kOnly).nodes.size());
+  return static_cast<int>(std::min<long long>(cores, nodes * useful_threads(in)));
+}
+
 std::optional<Candidate> best_on(const Input& in, int cores) {
   std::optional<Candidate> best;
-  for (int threads = 1; threads <= cores; ++threads) {
+  for (int threads = 1; threads <= std::min(cores, useful_threads(in)); ++threads) {
     std::optional<Candidate> other = candidate(in, cores, threads);
     if (other && (!best || better_threads(*other, *best))) best = std::move(other);
   }
   return best;
-}
-
-// Beyond these a core or a thread more changes no figure: every node has a core of its own with all threads it can use.
-int useful_cores(const Input& in, int cores) {
-  long long threads = 1;
-  const graph::Subchain& subchain = in.app.graph.subchain(kOnly);
-  for (const NodeId node : subchain.nodes) {
-    const auto& measured = in.costs[node].by_threads();
-    const int most = measured.empty() ? in.app.graph.node(node).max_threads : measured.rbegin()->first;
-    threads = std::max<long long>(threads, most);
-  }
-  return static_cast<int>(std::min<long long>(cores, threads * static_cast<long long>(subchain.nodes.size())));
 }
 
 // Why no number of cores and threads meets the exact rate.
@@ -117,27 +121,27 @@ Error unattainable(const Input& in, int cores) {
 }
 
 // Two hard rates in one subchain, of which only one can hold.
-std::optional<Error> contradiction(const Input& in) {
-  if (!in.limits.exact) return std::nullopt;
-  const graph::Graph& graph = in.app.graph;
-  const graph::Node& exact = graph.node(*in.limits.exact_of);
-  std::vector<Problem> problems;
-  for (const NodeId id : graph.subchain(kOnly).nodes) {
-    const graph::Node& node = graph.node(id);
-    if (!node.max_rate || !(*node.max_rate < *exact.max_rate)) continue;
-    problems.push_back({{},
-                        fmt::format("nodes.{}.max_rate", node.name),
+Error contradiction(const Input& in) {
+  const graph::Node& capped = in.app.graph.node(*in.limits.capped);
+  const graph::Node& exact = in.app.graph.node(*in.limits.exact_of);
+  return Error(ErrorKind::kCaller,
+               {Problem{{},
+                        fmt::format("nodes.{}.max_rate", capped.name),
                         fmt::format("{} may run at most {:.6g}Hz and {}, of the same subchain, exactly {:.6g}Hz",
-                                    node.name, node.max_rate->hertz(), exact.name, exact.max_rate->hertz()),
-                        "nodes of a subchain run at one rate: let these agree, or put the nodes into two subchains"});
-  }
-  if (problems.empty()) return std::nullopt;
-  return Error(ErrorKind::kCaller, std::move(problems));
+                                    capped.name, capped.max_rate->hertz(), exact.name, exact.max_rate->hertz()),
+                        "nodes of a subchain run at one rate: let these agree, or put the nodes into two subchains"}});
+}
+
+// Figures beyond what a double holds would neither compare nor print.
+Error too_large() {
+  return Error(ErrorKind::kCaller, {Problem{{},
+                                            "objective",
+                                            "weights x times add up to more than can be computed with",
+                                            "scale all weights down: only their ratios matter"}});
 }
 
 plan::Plan to_plan(const Input& in, Candidate best, int cores) {
   plan::Plan plan;
-  plan.planner = "joint";
   plan.slack = in.slack;
   plan.subchains.push_back(std::move(best.subchain));
   plan.cores.resize(static_cast<std::size_t>(cores));
@@ -150,7 +154,7 @@ plan::Plan to_plan(const Input& in, Candidate best, int cores) {
 
 Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
   const Input in{app, costs, slack, plan::period_limits(app.graph, kOnly)};
-  if (std::optional<Error> error = contradiction(in)) return *std::move(error);
+  if (in.limits.contradictory()) return contradiction(in);
 
   const int useful = useful_cores(in, cores);
   std::optional<Candidate> best;
@@ -159,6 +163,7 @@ Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& cos
     if (other && (!best || better_cores(*other, *best))) best = std::move(other);
   }
   if (!best) return unattainable(in, useful);
+  if (!std::isfinite(best->prediction.objective)) return too_large();
   return to_plan(in, *std::move(best), cores);
 }
 

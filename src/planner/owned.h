@@ -16,7 +16,8 @@
 
 namespace ctn::planner {
 
-// A whole plan for an app of one subchain. Preconditions: just one subchain; 1 <= cores; 0 <= slack < 1.
+// A whole plan for an app of one subchain, save for `Plan::planner`. Preconditions: just one subchain; 1 <= cores; 0 <=
+// slack < 1.
 Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& costs, int cores, double slack);
 
 }  // namespace ctn::planner

@@ -49,7 +49,9 @@ std::vector<Problem> problems_of(const graph::App& app, const Request& request) 
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
   std::vector<Problem> problems = problems_of(app, request);
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
-  return plan_owned(app, costs, request.cores, request.slack);
+  Result<plan::Plan> plan = plan_owned(app, costs, request.cores, request.slack);
+  if (plan) plan->planner = request.method == Method::kJoint ? "joint" : "two-stage";
+  return plan;
 }
 
 }  // namespace ctn::planner

@@ -18,9 +18,14 @@ namespace ctn::planner {
 // As many as Linux can name in an affinity mask of default size.
 constexpr int kMostCores = 1024;
 
+// How cores are divided among subchains: as one problem with the shares, or before them. Where one subchain has all the
+// cores there is nothing to divide, and both make the same plan.
+enum class Method { kJoint, kTwoStage };
+
 struct Request {
   int cores = 1;                        // 1 to kMostCores
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
+  Method method = Method::kJoint;
 };
 
 // Errors (kCaller): no cores or too many; slack out of range; an app that needs what the planner cannot do; exact rates

@@ -153,7 +153,8 @@ Result<Header> read_header(const sqlite::Database& database, const Meta& meta) {
   Header header;
   header.scheduler = meta.text("scheduler").value_or("");
   header.cpus = *cpus;
-  header.host = {.kernel = meta.text("host_kernel").value_or(""),
+  header.host = {.utc = meta.text("started_utc").value_or(""),
+                 .kernel = meta.text("host_kernel").value_or(""),
                  .cpu_model = meta.text("host_cpu_model").value_or(""),
                  .governor = meta.text("host_governor").value_or(""),
                  .clock_source = meta.text("host_clock_source").value_or(""),

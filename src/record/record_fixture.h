@@ -89,7 +89,7 @@ inline Header header() {
   Header header;
   header.scheduler = "catan";
   header.cpus = os::CpuSet{0, 2, 3};
-  header.host = {"6.1", "A \"fast\" one", "performance", "tsc", 8, seconds{4}};
+  header.host = {"2026-01-02T03:04:05Z", "6.1", "A \"fast\" one", "performance", "tsc", 8, seconds{4}};
   header.real_time = true;
   header.slack = 0.06;
   header.started = at(seconds{100});

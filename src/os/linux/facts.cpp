@@ -113,6 +113,14 @@ Nanos steal_time(const LinuxRoots& roots) {
   return Nanos{1'000'000'000 / ticks_per_second} * steal;
 }
 
+std::string wall_clock_utc() {
+  const std::time_t seconds = std::time(nullptr);
+  std::tm parts{};
+  if (::gmtime_r(&seconds, &parts) == nullptr) return {};
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                     parts.tm_hour, parts.tm_min, parts.tm_sec);
+}
+
 }  // namespace
 
 Reserve read_reserve(const LinuxRoots& roots) {
@@ -127,6 +135,7 @@ Reserve read_reserve(const LinuxRoots& roots) {
 
 HostFacts read_host_facts(const LinuxRoots& roots) {
   HostFacts facts;
+  facts.utc = wall_clock_utc();
   utsname names{};
   if (::uname(&names) == 0) {
     facts.kernel = fmt::format("{} {} {} {}", names.sysname, names.release, names.version, names.machine);

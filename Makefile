@@ -1,0 +1,96 @@
+# What people type. Everything here works from a fresh clone on Debian 12: packages that are missing are installed first
+# (scripts/setup.sh). Builds go to build/PRESET, results to out/.
+#
+#   PRESET=debug    another preset of CMakePresets.json            JOBS=4      compile that many files at a time
+#   SETUP=skip      do not look for packages                       VERBOSE=1   show what is run
+#   TESTS=regex     only tests whose name matches
+PRESET ?= release
+JOBS   ?= $(shell nproc)
+TESTS  ?= .
+SETUP  ?=
+BUILD  := build/$(PRESET)
+
+ifndef VERBOSE
+.SILENT:
+quiet_configure := --log-level=WARNING >/dev/null
+else
+verbose_build := --verbose
+endif
+cmake_build = cmake --build build/$(1) --parallel $(JOBS) $(verbose_build)
+say = @printf '\n== %s\n' '$(1)'
+sources = git ls-files '*.cpp' '*.h'
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test build bench format format-check lint asan tsan fuzz clean setup setup-dev
+# One thing at a time: each step uses all CPUs by itself.
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+
+help: ## this list
+	sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | column -t -s'|' 2>/dev/null || \
+	  sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1: \2/p' $(MAKEFILE_LIST)
+	sed -n 's/^#   \(.*\)/    \1/p' $(MAKEFILE_LIST)
+
+demo: build-demo ## build and run the demonstration; results in out/demo, page out/demo/report.html
+	$(call say,Demo)
+	mkdir -p out/demo
+	$(BUILD)/tools/demo/catan_demo $(DEMO_ARGS)
+
+test: build ## build everything and run all tests
+	$(call say,Test)
+	ctest --preset $(PRESET) --parallel $(JOBS) --tests-regex '$(TESTS)'
+
+build: configure ## build everything; the command is then bin/catan
+	$(call say,Build ($(PRESET)))
+	$(call cmake_build,$(PRESET))
+	mkdir -p bin
+	ln -sfn ../$(BUILD)/tools/catan/catan bin/catan
+
+bench: build ## run the benchmarks
+	$(call say,Benchmarks)
+	cd $(BUILD)/bench && found=0; for b in ./*_bench; do [ -x "$$b" ] || continue; found=1; "$$b" || exit 1; done; \
+	  [ $$found = 1 ] || echo 'There are no benchmarks yet.'
+
+format: setup-dev ## format all C++ files in place
+	$(sources) | xargs clang-format-14 -i
+
+format-check: setup-dev ## fail if a C++ file is not formatted
+	$(sources) | xargs clang-format-14 --dry-run --Werror
+
+lint: setup-dev configure ## static analysis: clang-tidy and cppcheck
+	$(call say,Lint)
+	scripts/lint.sh $(BUILD) $(JOBS)
+
+asan: ## run all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	$(MAKE) --no-print-directory test PRESET=asan
+
+tsan: ## run all tests under ThreadSanitizer
+	scripts/fixed-addresses.sh $(MAKE) --no-print-directory test PRESET=tsan
+
+fuzz: setup-dev ## run each fuzzer for FUZZ_SECONDS (default 20)
+	$(MAKE) --no-print-directory configure PRESET=fuzz SETUP=skip
+	$(call say,Build (fuzz))
+	$(call cmake_build,fuzz)
+	scripts/fuzz.sh build/fuzz $(or $(FUZZ_SECONDS),20)
+
+clean: ## remove all that make made
+	rm -rf build bin out
+
+# --- parts of the above -------------------------------------------------------------------------------------------------
+.PHONY: configure build-demo
+
+setup:
+	[ '$(SETUP)' = skip ] || scripts/setup.sh
+setup-dev:
+	[ '$(SETUP)' = skip ] || scripts/setup.sh --dev
+
+configure: setup $(BUILD)/build.ninja
+# Later changes of CMakeLists.txt files are Ninja's business; only those of the presets are not.
+$(BUILD)/build.ninja: CMakePresets.json
+	$(call say,Configure ($(PRESET)))
+	cmake --preset $(PRESET) $(quiet_configure)
+	touch $@
+
+build-demo: configure
+	$(call say,Build ($(PRESET)))
+	$(call cmake_build,$(PRESET)) --target catan_demo face_tracking catan

@@ -1,0 +1,137 @@
+// The face tracking app: reads the command line, lets the session run, prints what was measured.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include <opencv2/core.hpp>
+
+#include "footage.h"
+#include "lens.h"
+#include "nodes.h"
+#include "options.h"
+#include "outcome.h"
+#include "world_thread.h"
+
+namespace ctn::face_tracking {
+namespace {
+
+constexpr int kFailure = 1;
+constexpr int kMistake = 2;
+constexpr double kWarmUpLimit = 30.0;  // seconds
+
+volatile std::sig_atomic_t g_signal = 0;
+
+void remember_signal(int number) { g_signal = number; }
+
+int fail(const Error& error) {
+  fmt::print(stderr, "face_tracking: {}\n", error.message());
+  return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
+}
+
+// The live line on a terminal; nothing where stderr is none.
+class StatusLine {
+ public:
+  void show(const std::string& line) {
+    if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
+  }
+  void clear() {
+    if (terminal_) fmt::print(stderr, "\r\033[K");
+  }
+
+ private:
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+};
+
+SessionOptions session_options(const Options& options) {
+  SessionOptions result;
+  result.policy = options.scheduler;
+  result.cpus = options.cpus;
+  result.record = options.record;
+  result.note =
+      fmt::format("face_tracking speed {} rad/s, seed {}, slowdown {}", options.speed, options.seed, options.slowdown);
+  result.on_notice = [](const std::string& notice) { fmt::print(stderr, "face_tracking: {}\n", notice); };
+  return result;
+}
+
+// Waits until the session is warm and then for the time to measure, or for a signal. False: it never got warm.
+bool let_run(const Session& session, const Stopwatch& clock, Nodes& nodes, WorldThread& world, Outcome& outcome) {
+  constexpr auto kStep = std::chrono::milliseconds(50);
+  StatusLine status;
+  double measuring_since = -1.0;
+  for (int step = 0; g_signal == 0; ++step) {
+    std::this_thread::sleep_for(kStep);
+    const double now = clock.now();
+    if (measuring_since >= 0.0 && now - measuring_since >= outcome.options.seconds) break;
+    if (step % 10 != 0 && measuring_since >= 0.0) continue;
+    const Snapshot snapshot = session.snapshot();
+    if (measuring_since < 0.0 && snapshot.warmed_up) {
+      measuring_since = now;
+      nodes.restart_sightings();
+      world.begin_measuring();
+    }
+    if (measuring_since < 0.0 && now > kWarmUpLimit * outcome.options.slowdown) return false;
+    status.show(status_line(now, snapshot, world.tracking()));
+  }
+  status.clear();
+  outcome.seconds = measuring_since < 0.0 ? 0.0 : clock.now() - measuring_since;
+  return true;
+}
+
+int run(const Options& options) {
+  const FootageFiles files;
+  auto detector = Detector::open(files.cascade());
+  if (!detector) return fail(detector.error());
+  auto session = Session::open(options.app_file, session_options(options));
+  if (!session) return fail(session.error());
+  auto footage = load_footage(files);
+  if (!footage) return fail(footage.error());
+
+  const View view(std::move(footage).value(), options.seed);
+  const Stopwatch clock;
+  World world(Path(options.speed, options.seed), kHalfView);
+  Nodes nodes(world, view, clock, std::move(detector).value(), options.seed);
+  nodes.attach(*session, options.slowdown);
+
+  Outcome outcome;
+  outcome.options = options;
+  WorldThread world_thread(world, clock);
+  if (Status started = session->start(); !started) return fail(started.error());
+  const bool warm = let_run(*session, clock, nodes, world_thread, outcome);
+  world_thread.stop();
+  outcome.tracking = world_thread.tracking();
+  outcome.sightings = nodes.sightings();
+  outcome.snapshot = session->snapshot();
+  outcome.signal = g_signal;
+  if (Status stopped = session->stop(); !stopped) return fail(stopped.error());
+  if (!warm) {
+    return fail(Error::environment(fmt::format("not warm after {:.0f} s", kWarmUpLimit * options.slowdown),
+                                   "are the CPUs in use by others?"));
+  }
+
+  const std::string text = options.json ? to_json(outcome) : to_text(outcome);
+  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
+  return outcome.signal == 0 ? 0 : 128 + outcome.signal;
+}
+
+}  // namespace
+}  // namespace ctn::face_tracking
+
+int main(int argc, char** argv) {
+  using namespace ctn::face_tracking;
+  const auto parsed = parse_options(argc, argv);
+  if (const auto* leave = std::get_if<Leave>(&parsed)) {
+    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
+    return leave->code;
+  }
+  std::signal(SIGINT, remember_signal);
+  std::signal(SIGTERM, remember_signal);
+  cv::setNumThreads(1);  // a node is one thread: no pool of OpenCV's beside it
+  return run(std::get<Options>(parsed));
+}

@@ -1,0 +1,96 @@
+#include "nodes.h"
+
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+#include "lens.h"
+
+namespace ctn::face_tracking {
+namespace {
+
+constexpr double kWhollyInView = 0.42;  // radians; beyond it the picture's edge cuts the face
+constexpr double kSameFace = 0.06;      // radians between a detection and the truth
+
+double thread_cpu_seconds() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+std::function<void(Run&)> slowed(std::function<void(Run&)> body, double slowdown) {
+  if (slowdown == 1.0) return body;
+  return [body = std::move(body), slowdown](Run& run) {
+    const double begin = thread_cpu_seconds();
+    body(run);
+    const double end = begin + slowdown * (thread_cpu_seconds() - begin);
+    while (thread_cpu_seconds() < end) {
+    }
+  };
+}
+
+}  // namespace
+
+Nodes::Nodes(World& world, const View& view, const Stopwatch& clock, Detector detector, std::uint64_t seed)
+    : world_(world), view_(view), clock_(clock), detector_(std::move(detector)), tracker_(seed) {}
+
+void Nodes::attach(Session& session, double slowdown) {
+  auto& frames = session.channel<Frame>("camera", "detect");
+  auto& observations = session.channel<Observation>("detect", "plan");
+  auto& rates = session.channel<double>("plan", "motor");
+
+  const auto camera = [this, &frames](Run& run) { frames.write(run, take_picture(run.number())); };
+  const auto detect = [this, &frames, &observations](Run& run) {
+    if (const Frame* frame = frames.read(run)) observations.write(run, find_face(*frame));
+  };
+  const auto plan = [this, &observations, &rates](Run& run) {
+    const Observation* observation = observations.read(run);
+    if (observation == nullptr) return;
+    tracker_.observe(*observation);
+    const double now = clock_.now();
+    rates.write(run, tracker_.pan_rate(now, world_.sight(now).pan));  // the pan as the motor's encoder tells it
+  };
+  const auto motor = [this, &rates](Run& run) {
+    if (const double* rate = rates.read(run)) world_.turn(clock_.now(), *rate);
+  };
+  session.node("camera", slowed(camera, slowdown));
+  session.node("detect", slowed(detect, slowdown));
+  session.node("plan", slowed(plan, slowdown));
+  session.node("motor", slowed(motor, slowdown));
+}
+
+Nodes::Frame Nodes::take_picture(std::uint64_t number) {
+  Frame frame;
+  frame.time = clock_.now();
+  frame.sight = world_.sight(frame.time);
+  view_.render(frame.sight, frame.time, number, raw_);
+  preprocess_.run(raw_, frame.picture);
+  return frame;
+}
+
+Observation Nodes::find_face(const Frame& frame) {
+  Observation observation{frame.time, frame.sight.pan, std::nullopt};
+  if (const auto found = detector_.run(frame.picture)) observation.face = found->angle;
+  judge(frame, observation);
+  return observation;
+}
+
+void Nodes::judge(const Frame& frame, const Observation& observation) {
+  const bool in_view = std::abs(frame.sight.angle) < kWhollyInView;
+  const bool right = observation.face && std::abs(*observation.face - frame.sight.angle) < kSameFace;
+  pictures_.fetch_add(1, std::memory_order_relaxed);
+  if (in_view) in_view_.fetch_add(1, std::memory_order_relaxed);
+  if (in_view && right) found_.fetch_add(1, std::memory_order_relaxed);
+  if (observation.face && !right) wrong_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Nodes::restart_sightings() {
+  for (auto* count : {&pictures_, &in_view_, &found_, &wrong_}) count->store(0, std::memory_order_relaxed);
+}
+
+Sightings Nodes::sightings() const {
+  return {pictures_.load(std::memory_order_relaxed), in_view_.load(std::memory_order_relaxed),
+          found_.load(std::memory_order_relaxed), wrong_.load(std::memory_order_relaxed)};
+}
+
+}  // namespace ctn::face_tracking

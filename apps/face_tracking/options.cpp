@@ -1,0 +1,118 @@
+#include "options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include <CLI/CLI.hpp>
+
+namespace ctn::face_tracking {
+namespace {
+
+constexpr int kMistake = 2;
+
+const char* const kExamples = R"(
+examples:
+  face_tracking --scheduler catan --cpus 0 --seconds 10
+  face_tracking --scheduler default --cpus 0,1 --speed 1.5 --json
+  face_tracking --scheduler rate:11Hz --cpus 0 --record rate11.db
+  face_tracking --slowdown 2      as on a board half as fast
+
+exit codes: 0 done, 1 it could not run, 2 a mistake on the command line or in the app file,
+128 + signal number when interrupted (what was measured until then is printed all the same)
+)";
+
+std::optional<int> whole_number(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || value < 0 || value > 4095) return std::nullopt;
+  return value;
+}
+
+// "0", "0,2", "0-3,6"; ascending and without doubles. Nothing where the text is none of these.
+std::optional<std::vector<int>> parse_cpus(const std::string& text) {
+  std::vector<int> cpus;
+  std::stringstream parts(text + ",");
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::size_t dash = part.find('-');
+    const auto first = whole_number(std::string_view(part).substr(0, dash));
+    const auto last = dash == std::string::npos ? first : whole_number(std::string_view(part).substr(dash + 1));
+    if (!first || !last || *last < *first) return std::nullopt;
+    for (int cpu = *first; cpu <= *last; ++cpu) cpus.push_back(cpu);
+  }
+  std::ranges::sort(cpus);
+  if (cpus.empty() || std::ranges::adjacent_find(cpus) != cpus.end()) return std::nullopt;
+  return cpus;
+}
+
+// As CLI::Range, which lets NaN through.
+CLI::Validator within(double least, double most) {
+  const auto check = [=](const std::string& text) -> std::string {
+    double value = 0.0;
+    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+    return fmt::format("'{}' is no number from {} to {}", text, least, most);
+  };
+  return {check, fmt::format("from {} to {}", least, most)};
+}
+
+// Beside the program (the build tree), or where it was installed to.
+std::string default_app_file() {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const std::filesystem::path beside = folder / "face_tracking.yaml";
+  if (!error && std::filesystem::exists(beside, error)) return beside.string();
+  return (folder / "../share/catan/apps/face_tracking.yaml").lexically_normal().string();
+}
+
+}  // namespace
+
+std::variant<Options, Leave> parse_options(int argc, const char* const* argv) {
+  Options options;
+  options.app_file = default_app_file();
+  std::string cpus;
+
+  CLI::App app("A camera that turns after a face: real pictures, a real detector, a simulated world.", "face_tracking");
+  app.footer(kExamples);
+  app.add_option(
+         "--scheduler", options.scheduler,
+         "default (30 Hz source, ordinary scheduling), rate:HZ (that source rate, ordinary scheduling) or catan")
+      ->capture_default_str();
+  app.add_option("--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; all that may be used where not given");
+  app.add_option("--seconds", options.seconds, "how long to measure, after the warm-up")
+      ->check(within(0.5, 86400.0))
+      ->capture_default_str();
+  app.add_option("--speed", options.speed, "mean rate of the face's bearing in rad/s (the camera turns at 3.2 at most)")
+      ->check(within(0.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "of the face's walk: equal seeds, equal walks")->capture_default_str();
+  app.add_option("--record", options.record, "write a record of the run to this file (read it with catan report)");
+  app.add_option("--slowdown", options.slowdown, "each run burns X-1 times its own CPU time more, as on a slower board")
+      ->check(within(1.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--app", options.app_file, "the app file")->default_str("face_tracking.yaml beside the program");
+  app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return Leave{0, app.help()};
+  } catch (const CLI::ParseError& error) {
+    return Leave{kMistake, std::string("face_tracking: ") + error.what() + "\nSee face_tracking --help.\n"};
+  }
+  if (!cpus.empty()) {
+    const auto list = parse_cpus(cpus);
+    if (!list) {
+      return Leave{kMistake, "face_tracking: --cpus: '" + cpus + "' is no list of CPUs; write 0 or 0,1 or 0-3\n"};
+    }
+    options.cpus = *list;
+  }
+  return options;
+}
+
+}  // namespace ctn::face_tracking

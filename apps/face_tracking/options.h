@@ -1,0 +1,31 @@
+// The program's command line.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace ctn::face_tracking {
+
+struct Options {
+  std::string scheduler = "catan";
+  std::vector<int> cpus;  // empty: all that the process may use
+  double seconds = 20.0;  // measured, after the warm-up
+  double speed = 1.0;     // rad/s
+  std::uint64_t seed = 1;
+  std::string record;  // empty: none
+  std::string app_file;
+  double slowdown = 1.0;
+  bool json = false;
+};
+
+// What to do instead of running: print `text` (to stdout where `code` is 0) and leave with `code`.
+struct Leave {
+  int code = 0;
+  std::string text;
+};
+
+std::variant<Options, Leave> parse_options(int argc, const char* const* argv);
+
+}  // namespace ctn::face_tracking

@@ -1,0 +1,61 @@
+#include "options.h"
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <vector>
+
+namespace ctn::face_tracking {
+namespace {
+
+std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
+  std::vector<const char*> argv = {"face_tracking"};
+  argv.insert(argv.end(), words);
+  return parse_options(static_cast<int>(argv.size()), argv.data());
+}
+
+int code_of(std::initializer_list<const char*> words) {
+  const auto parsed = parse(words);
+  return std::holds_alternative<Leave>(parsed) ? std::get<Leave>(parsed).code : -1;
+}
+
+TEST(Options, AreWhatWasGiven) {
+  const auto parsed = parse({"--scheduler", "rate:12Hz", "--cpus", "0,2-4", "--seconds", "3.5", "--speed", "1.5",
+                             "--seed", "9", "--record", "r.db", "--slowdown", "2", "--json", "--app", "a.yaml"});
+  ASSERT_TRUE(std::holds_alternative<Options>(parsed));
+  const auto& options = std::get<Options>(parsed);
+  EXPECT_EQ(options.scheduler, "rate:12Hz");
+  EXPECT_EQ(options.cpus, (std::vector<int>{0, 2, 3, 4}));
+  EXPECT_EQ(options.seconds, 3.5);
+  EXPECT_EQ(options.speed, 1.5);
+  EXPECT_EQ(options.seed, 9U);
+  EXPECT_EQ(options.record, "r.db");
+  EXPECT_EQ(options.slowdown, 2.0);
+  EXPECT_EQ(options.app_file, "a.yaml");
+  EXPECT_TRUE(options.json);
+}
+
+TEST(Options, MistakesLeaveWithTwo) {
+  EXPECT_EQ(code_of({"--cpus", "0,,1"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "1-0"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "0,0"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "two"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "-1"}), 2);
+  EXPECT_EQ(code_of({"--seconds", "0"}), 2);
+  EXPECT_EQ(code_of({"--seconds", "nan"}), 2);
+  EXPECT_EQ(code_of({"--speed", "-1"}), 2);
+  EXPECT_EQ(code_of({"--slowdown", "0.5"}), 2);
+  EXPECT_EQ(code_of({"--seed", "x"}), 2);
+  EXPECT_EQ(code_of({"--frobnicate"}), 2);
+  EXPECT_EQ(code_of({"stray"}), 2);
+}
+
+TEST(Options, HelpHasExamples) {
+  const auto parsed = parse({"--help"});
+  ASSERT_TRUE(std::holds_alternative<Leave>(parsed));
+  EXPECT_EQ(std::get<Leave>(parsed).code, 0);
+  EXPECT_NE(std::get<Leave>(parsed).text.find("examples:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ctn::face_tracking

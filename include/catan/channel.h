@@ -1,0 +1,157 @@
+// How a node's output reaches a successor in the same process: one channel an edge, one writer, one reader.
+//
+// Wait-free on both sides: a thread that is pre-empted inside a call never holds up the other, whatever their
+// priorities. What a run writes is published when the run ends (and never, if the run skips its output); what a run
+// reads is noted as consumed by it, which is how Catan knows which input an output goes back to.
+//
+//   Channel<T>       the newest value (input: latest). Three buffers; T must be default-constructible and movable.
+//   QueueChannel<T>  every value, in order (input: queue). Bounded; when it is full the newest is dropped and counted.
+//
+// Thread safety: write by the producer's run, read by the consumer's run, nothing else.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "catan/run.h"
+
+namespace ctn {
+
+class ChannelBase {
+ public:
+  // `slot`: which of the consumer's inputs this is.
+  explicit ChannelBase(std::uint32_t slot) : slot_(slot) {}
+  virtual ~ChannelBase() = default;
+  ChannelBase(const ChannelBase&) = delete;
+  ChannelBase& operator=(const ChannelBase&) = delete;
+
+  // Values lost because the reader did not keep up; always 0 for a latest channel, which loses nothing that counts.
+  virtual std::uint64_t dropped() const { return 0; }
+
+ protected:
+  void stage(Run& run) { run.written_.push_back(this); }
+  void consume(Run& run, std::uint64_t first, std::uint64_t last) const { run.inputs_[slot_] = {first, last}; }
+
+ private:
+  friend class RunAccess;
+  virtual void publish(std::uint64_t run_number) = 0;
+  virtual void discard() = 0;
+
+  std::uint32_t slot_;
+};
+
+template <class T>
+class Channel final : public ChannelBase {
+ public:
+  using ChannelBase::ChannelBase;
+
+  // A second write in one run replaces the first.
+  void write(Run& run, T value) {
+    slots_[back_].value = std::move(value);
+    if (!staged_) stage(run);
+    staged_ = true;
+  }
+
+  // The newest value at the first read of this run, the same again at later ones; null until there is one. Valid until
+  // the run ends.
+  const T* read(Run& run) {
+    if (read_in_ != run.number()) {
+      read_in_ = run.number();
+      if ((middle_.load(std::memory_order_acquire) & kFresh) != 0) {
+        front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+      }
+    }
+    const Slot& slot = slots_[front_];
+    if (slot.run == 0) return nullptr;
+    consume(run, slot.run, slot.run);
+    return &slot.value;
+  }
+
+ private:
+  struct Slot {
+    T value{};
+    std::uint64_t run = 0;  // which run wrote it; 0: none yet
+  };
+  static constexpr std::uint32_t kIndex = 3;
+  static constexpr std::uint32_t kFresh = 4;
+
+  void publish(std::uint64_t run_number) override {
+    staged_ = false;
+    slots_[back_].run = run_number;
+    back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
+  }
+  void discard() override { staged_ = false; }
+
+  std::array<Slot, 3> slots_{};
+  std::atomic<std::uint32_t> middle_{1};
+  alignas(64) std::uint32_t back_ = 0;  // the writer's
+  bool staged_ = false;
+  alignas(64) std::uint32_t front_ = 2;  // the reader's
+  std::uint64_t read_in_ = 0;
+};
+
+template <class T>
+class QueueChannel final : public ChannelBase {
+ public:
+  static constexpr std::size_t kCapacity = 4096;
+
+  explicit QueueChannel(std::uint32_t slot) : ChannelBase(slot), slots_(kCapacity) {}
+
+  // May be called several times in a run; all its values are published together.
+  void write(Run& run, T value) {
+    if (pending_.empty()) stage(run);
+    pending_.push_back(std::move(value));
+  }
+
+  // The next value that was published before this call; none when all are taken.
+  std::optional<T> take(Run& run) {
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail == head_.load(std::memory_order_acquire)) return std::nullopt;
+    Slot& slot = slots_[tail % kCapacity];
+    if (taking_in_ != run.number()) {
+      taking_in_ = run.number();
+      first_taken_ = slot.run;
+    }
+    consume(run, first_taken_, slot.run);
+    std::optional<T> value = std::move(slot.value);
+    tail_.store(tail + 1, std::memory_order_release);
+    return value;
+  }
+
+  std::uint64_t dropped() const override { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Slot {
+    T value{};
+    std::uint64_t run = 0;
+  };
+
+  void publish(std::uint64_t run_number) override {
+    std::uint64_t head = head_.load(std::memory_order_relaxed);
+    for (T& value : pending_) {
+      if (head - tail_.load(std::memory_order_acquire) == kCapacity) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        continue;
+      }
+      slots_[head % kCapacity] = {std::move(value), run_number};
+      head_.store(++head, std::memory_order_release);
+    }
+    pending_.clear();
+  }
+  void discard() override { pending_.clear(); }
+
+  std::vector<Slot> slots_;
+  std::vector<T> pending_;  // the writer's, until its run ends
+  std::atomic<std::uint64_t> dropped_{0};
+  alignas(64) std::atomic<std::uint64_t> head_{0};
+  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  std::uint64_t taking_in_ = 0;  // the reader's
+  std::uint64_t first_taken_ = 0;
+};
+
+}  // namespace ctn

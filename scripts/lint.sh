@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Static analysis of all that is ours, with the compile commands of a configured build folder.
+#   scripts/lint.sh BUILD [JOBS]
+# clang-tidy leaves test programs and fuzzers out: their macros expand to what its checks are against.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+build=${1:?usage: scripts/lint.sh BUILD [JOBS]}
+jobs=${2:-$(nproc)}
+failed=0
+
+mapfile -t sources < <(git ls-files 'src/*.cpp' 'apps/*.cpp' 'tools/*.cpp' 'integrations/*.cpp' | grep -v '_test\.cpp$')
+echo "clang-tidy: ${#sources[@]} files"
+if [[ ${#sources[@]} -gt 0 ]]; then
+  patterns=("${sources[@]/#/$PWD/}")
+  # It echoes each command, and counts the warnings it suppressed in others' headers: neither is news.
+  run-clang-tidy-14 -quiet -p "$build" -j "$jobs" "${patterns[@]/%/$}" 2>&1 |
+    { grep -vE '^(/usr/bin/)?clang-tidy-14 |^[0-9]+ warnings? (generated|and)|^$' || true; } ||
+    { failed=1; echo "clang-tidy: found something"; }
+fi
+
+mapfile -t checked < <(git ls-files 'src/*.cpp' 'apps/*.cpp' 'tools/*.cpp' 'integrations/*.cpp' 'tests/*.cpp' 'fuzz/*.cpp')
+echo "cppcheck: ${#checked[@]} files"
+if [[ ${#checked[@]} -gt 0 ]]; then
+  mkdir -p "$build/cppcheck"
+  cppcheck --quiet --std=c++20 --language=c++ --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
+    --suppress=missingIncludeSystem --library=googletest -I src -I include -j "$jobs" --cppcheck-build-dir="$build/cppcheck" \
+    "${checked[@]}" || { failed=1; echo "cppcheck: found something"; }
+fi
+exit $failed

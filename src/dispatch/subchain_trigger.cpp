@@ -1,0 +1,78 @@
+#include "dispatch/subchain_trigger.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace ctn::dispatch {
+
+Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
+  assert(period.count() > 0.0);
+  // A run that is a hair longer than its period (rounding) does not need a second one beside it.
+  const double overlap = std::ceil(execution / period - 1e-9);
+  return {.period = std::max(to_nanos(period), Nanos{1}),
+          .in_flight_limit = std::max(1, static_cast<int>(overlap)),
+          .hang_after = hang_after};
+}
+
+SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing)
+    : pacing_(pacing), due_(start), last_due_(start), progress_at_(start) {
+  assert(pacing.period > Nanos{0});
+}
+
+bool SubchainTrigger::may_overlap(std::uint64_t completed) const {
+  if (pacing_.in_flight_limit == 0) return true;
+  return sent_ - completed < static_cast<std::uint64_t>(pacing_.in_flight_limit);
+}
+
+void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& decision) {
+  if (completed > completed_) {
+    completed_ = completed;
+    progress_at_ = now;
+    decision.hang_ended = hanging_;
+    hanging_ = false;
+  }
+  const bool under_way = sent_ > completed_;
+  if (!under_way) progress_at_ = now;
+  if (pacing_.hang_after == Nanos{0} || !under_way || hanging_) return;
+  if (now - progress_at_ >= pacing_.hang_after) {
+    hanging_ = true;
+    decision.hang_began = true;
+  } else {
+    decision.ask_at = std::min(decision.ask_at, progress_at_ + pacing_.hang_after);
+  }
+}
+
+SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {
+  assert(completed <= sent_);
+  Decision decision;
+  decision.ask_at = kNever;
+  completed = std::max(completed, completed_);
+
+  if (now >= due_ && may_overlap(completed)) {
+    decision.trigger = due_;
+    if (sent_ == completed) progress_at_ = now;
+    ++sent_;
+    const bool lost_the_grid = now - due_ >= pacing_.period;
+    last_due_ = lost_the_grid ? now : due_;
+    due_ = last_due_ + pacing_.period;
+  }
+  if (may_overlap(completed)) {
+    decision.ask_at = std::max(due_, now);
+  } else {
+    decision.ask_on_completion = now >= due_;
+    decision.ask_at = decision.ask_on_completion ? kNever : due_;
+  }
+  watch(now, completed, decision);
+  // Whoever hangs is watched for its end, to give it its level back.
+  if (hanging_) decision.ask_on_completion = true;
+  return decision;
+}
+
+void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
+  assert(pacing.period > Nanos{0});
+  pacing_ = pacing;
+  due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
+}
+
+}  // namespace ctn::dispatch

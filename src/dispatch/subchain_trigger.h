@@ -1,0 +1,72 @@
+// When to trigger the head of a subchain: the pure state machine behind every trigger thread. It is told the time and
+// how far the subchain's runs have come, and answers what to do now and when to ask again. It reads no clock and makes
+// no call, so the real runtime and virtual time drive the very same code.
+//
+// Two ways to pace:
+//   gated    (Catan, a subchain that owns its cores) every period, but never while as many runs are under way as the
+//   cores can
+//            overlap: then as soon as one has ended. A run that takes longer than planned delays the next one instead
+//            of competing with it for the cores.
+//   ungated  (hand-set rates) every period, whatever the runs do, as a sensor's own timer would.
+//
+// Triggers keep to a grid (a late one does not shift the next) until they are a whole period late: then the grid starts
+// anew.
+//
+// Units: Nanos, TimePoint. Thread safety: none; one owner.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/time.h"
+
+namespace ctn::dispatch {
+
+// How a subchain is to be triggered; a value that the plan gives.
+struct Pacing {
+  Nanos period{0};          // > 0
+  int in_flight_limit = 0;  // runs under way at most; 0: ungated
+  Nanos hang_after{0};      // a run under way for longer is taken to hang; 0: never
+
+  friend bool operator==(const Pacing&, const Pacing&) = default;
+};
+
+// The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is
+// one on one core. Precondition: period > 0.
+Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
+
+class SubchainTrigger {
+ public:
+  SubchainTrigger(TimePoint start, const Pacing& pacing);
+
+  struct Decision {
+    std::optional<TimePoint> trigger;  // send a trigger now; when it was due
+    bool hang_began = false;           // the oldest run under way has just become one that hangs
+    bool hang_ended = false;           // ... and has come to an end after all
+    TimePoint ask_at{};                // ask again then,
+    bool ask_on_completion = false;    // or as soon as a run ends
+  };
+
+  // `completed`: the newest trigger whose run has ended, counted from 1; triggers that were overtaken count as ended.
+  // Time never goes backwards; a call may come early, late, or twice.
+  Decision step(TimePoint now, std::uint64_t completed);
+
+  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed.
+  void change_pacing(TimePoint now, const Pacing& pacing);
+
+  std::uint64_t sent() const { return sent_; }
+
+ private:
+  bool may_overlap(std::uint64_t completed) const;
+  void watch(TimePoint now, std::uint64_t completed, Decision& decision);
+
+  Pacing pacing_;
+  TimePoint due_;
+  TimePoint last_due_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t completed_ = 0;
+  TimePoint progress_at_;  // when a run last ended, or the first of those under way began
+  bool hanging_ = false;
+};
+
+}  // namespace ctn::dispatch

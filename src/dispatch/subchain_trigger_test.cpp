@@ -1,0 +1,175 @@
+#include "dispatch/subchain_trigger.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <deque>
+#include <vector>
+
+namespace ctn::dispatch {
+namespace {
+
+using std::chrono::milliseconds;
+
+TimePoint at(Nanos offset) { return TimePoint{} + offset; }
+
+// Runs the state machine in virtual time. Every run ends `durations[k]` after its trigger (the last repeats); runs end
+// in order.
+struct Driver {
+  explicit Driver(const Pacing& pacing, std::vector<Nanos> run_durations)
+      : trigger(at(Nanos{0}), pacing), durations(std::move(run_durations)) {}
+
+  void run_until(TimePoint end) {
+    while (now <= end) {
+      const SubchainTrigger::Decision decision = trigger.step(now, completed);
+      hangs += decision.hang_began ? 1 : 0;
+      recoveries += decision.hang_ended ? 1 : 0;
+      if (decision.trigger) {
+        due.push_back(*decision.trigger);
+        sent.push_back(now);
+        const std::size_t index = std::min(sent.size(), durations.size()) - 1;
+        const TimePoint ends = std::max(now + durations[index], ending.empty() ? now : ending.back());
+        ending.push_back(ends);
+        most_under_way = std::max(most_under_way, ending.size());
+        continue;
+      }
+      TimePoint next = decision.ask_at;
+      if (!ending.empty()) next = std::min(next, std::max(now, ending.front()));
+      const bool run_ends_now = !ending.empty() && ending.front() <= now;
+      ASSERT_TRUE(next > now || run_ends_now) << "the state machine asks for the present again and again";
+      now = next;
+      while (!ending.empty() && ending.front() <= now) {
+        ending.pop_front();
+        ++completed;
+      }
+    }
+  }
+
+  SubchainTrigger trigger;
+  std::vector<Nanos> durations;
+  TimePoint now{};
+  std::uint64_t completed = 0;
+  std::deque<TimePoint> ending;
+  std::vector<TimePoint> due;
+  std::vector<TimePoint> sent;
+  std::size_t most_under_way = 0;
+  int hangs = 0;
+  int recoveries = 0;
+};
+
+TEST(PacingOfOwned, OneCoreNeverOverlaps) {
+  // On one core L = sum c and p = L / (1 - slack), so L < p.
+  EXPECT_EQ(pacing_of_owned(Millis{88.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 1);
+  EXPECT_EQ(pacing_of_owned(Millis{83.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 1);
+}
+
+TEST(PacingOfOwned, OverlapsAsManyRunsAsARunIsPeriodsLong) {
+  EXPECT_EQ(pacing_of_owned(Millis{61.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 2);
+  EXPECT_EQ(pacing_of_owned(Millis{20.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 5);
+  EXPECT_EQ(pacing_of_owned(Millis{10.0}, Millis{0.0}, Nanos{0}).in_flight_limit, 1);
+}
+
+TEST(SubchainTrigger, KeepsToTheGridWhileRunsAreShort) {
+  Driver driver({milliseconds{10}, 1, Nanos{0}}, {milliseconds{9}});
+  driver.run_until(at(milliseconds{50}));
+  ASSERT_EQ(driver.sent.size(), 6U);
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(driver.sent[k], at(milliseconds{10} * k));
+}
+
+TEST(SubchainTrigger, DelaysTheNextRunInsteadOfOverlappingIt) {
+  Driver driver({milliseconds{10}, 1, Nanos{0}}, {milliseconds{13}, milliseconds{5}});
+  driver.run_until(at(milliseconds{30}));
+  ASSERT_EQ(driver.sent.size(), 4U);
+  EXPECT_EQ(driver.sent[1], at(milliseconds{13})) << "as soon as the long run has ended";
+  EXPECT_EQ(driver.sent[2], at(milliseconds{20})) << "back on the grid";
+  EXPECT_EQ(driver.most_under_way, 1U);
+}
+
+TEST(SubchainTrigger, StartsTheGridAnewWhenAWholePeriodLate) {
+  Driver driver({milliseconds{10}, 1, Nanos{0}}, {milliseconds{34}, milliseconds{5}});
+  driver.run_until(at(milliseconds{50}));
+  ASSERT_GE(driver.sent.size(), 3U);
+  EXPECT_EQ(driver.sent[1], at(milliseconds{34}));
+  EXPECT_EQ(driver.sent[2], at(milliseconds{44})) << "missed triggers are not made up for";
+}
+
+TEST(SubchainTrigger, UngatedTriggersWhateverTheRunsDo) {
+  Driver driver({milliseconds{10}, 0, Nanos{0}}, {milliseconds{95}});
+  driver.run_until(at(milliseconds{40}));
+  EXPECT_EQ(driver.sent.size(), 5U);
+}
+
+TEST(SubchainTrigger, ReportsAHangOnceAndItsEndOnce) {
+  Driver driver({milliseconds{10}, 1, milliseconds{100}}, {milliseconds{250}, milliseconds{5}});
+  driver.run_until(at(milliseconds{90}));
+  EXPECT_EQ(driver.hangs, 0);
+  driver.run_until(at(milliseconds{200}));
+  EXPECT_EQ(driver.hangs, 1);
+  EXPECT_EQ(driver.recoveries, 0);
+  driver.run_until(at(milliseconds{400}));
+  EXPECT_EQ(driver.hangs, 1);
+  EXPECT_EQ(driver.recoveries, 1);
+  EXPECT_GT(driver.sent.size(), 10U) << "triggers resume";
+}
+
+TEST(SubchainTrigger, AnIdleSubchainNeverHangs) {
+  Driver driver({milliseconds{500}, 1, milliseconds{100}}, {milliseconds{1}});
+  driver.run_until(at(milliseconds{5000}));
+  EXPECT_EQ(driver.hangs, 0);
+}
+
+TEST(SubchainTrigger, ChangedPacingCountsFromTheLastTrigger) {
+  SubchainTrigger trigger(at(Nanos{0}), {milliseconds{100}, 1, Nanos{0}});
+  ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+  trigger.change_pacing(at(milliseconds{20}), {milliseconds{50}, 1, Nanos{0}});
+  EXPECT_EQ(trigger.step(at(milliseconds{20}), 1).ask_at, at(milliseconds{50}));
+  trigger.change_pacing(at(milliseconds{30}), {milliseconds{10}, 1, Nanos{0}});
+  EXPECT_TRUE(trigger.step(at(milliseconds{30}), 1).trigger) << "that has passed: now";
+}
+
+Pacing arbitrary_pacing() {
+  return {.period = milliseconds{*rc::gen::inRange(1, 50)},
+          .in_flight_limit = *rc::gen::inRange(0, 4),
+          .hang_after = milliseconds{*rc::gen::inRange(0, 200)}};
+}
+
+std::vector<Nanos> arbitrary_durations() {
+  std::vector<Nanos> durations;
+  for (const int ms : *rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 120)))) {
+    durations.emplace_back(milliseconds{ms});
+  }
+  return durations;
+}
+
+RC_GTEST_PROP(SubchainTriggerProperty, NeverMoreRunsUnderWayThanTheLimit, ()) {
+  const Pacing pacing = arbitrary_pacing();
+  Driver driver(pacing, arbitrary_durations());
+  driver.run_until(at(milliseconds{2000}));
+  if (pacing.in_flight_limit > 0) {
+    RC_ASSERT(driver.most_under_way <= static_cast<std::size_t>(pacing.in_flight_limit));
+  }
+}
+
+RC_GTEST_PROP(SubchainTriggerProperty, NeverTriggersBeforeItIsDueNorTwiceForOneDueTime, ()) {
+  Driver driver(arbitrary_pacing(), arbitrary_durations());
+  driver.run_until(at(milliseconds{2000}));
+  for (std::size_t k = 0; k < driver.sent.size(); ++k) {
+    RC_ASSERT(driver.sent[k] >= driver.due[k]);
+    if (k > 0) RC_ASSERT(driver.due[k] > driver.due[k - 1]);
+  }
+}
+
+RC_GTEST_PROP(SubchainTriggerProperty, NeverIdlesLongerThanAPeriodPastACompletion, ()) {
+  const Pacing pacing = arbitrary_pacing();
+  const std::vector<Nanos> durations = arbitrary_durations();
+  Driver driver(pacing, durations);
+  driver.run_until(at(milliseconds{2000}));
+  const Nanos longest = *std::max_element(durations.begin(), durations.end());
+  for (std::size_t k = 1; k < driver.sent.size(); ++k) {
+    RC_ASSERT(driver.sent[k] - driver.sent[k - 1] <= std::max(pacing.period, longest) + pacing.period);
+  }
+}
+
+}  // namespace
+}  // namespace ctn::dispatch

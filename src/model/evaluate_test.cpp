@@ -1,0 +1,59 @@
+#include "model/evaluate.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "graph/build.h"
+#include "graph/spec_text.h"
+
+namespace ctn::model {
+namespace {
+
+// imu (unscheduled, 5 ms) -> {a, b} -> motor (external); camera -> vio is a subchain of two; vio -> a.
+graph::App headset() {
+  graph::AppSpec spec = graph::spec_of({"imu", "camera", "vio", "a", "b", "motor"}, {"imu a b motor", "camera vio a"});
+  node(spec, "imu").unscheduled = true;
+  node(spec, "imu").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  node(spec, "vio").output_period = graph::At<Nanos>{std::chrono::milliseconds{100}, {}};
+  node(spec, "motor").external = true;
+  spec.subchains = {graph::subchain("slow", "camera vio"), graph::subchain("fast", "a b")};
+  spec.objective.push_back(graph::response("imu a b motor", 1.0));
+  return graph::build_app(spec).value();
+}
+
+std::vector<NodeId> path(const graph::App& app, const std::string& names) {
+  std::vector<NodeId> nodes;
+  for (const graph::Name& name : graph::split(names)) nodes.push_back(*app.graph.find_node(name.value));
+  return nodes;
+}
+
+class Evaluate : public testing::Test {
+ protected:
+  const graph::App app = headset();
+  const CostTable costs{app.graph, Millis{0.25}};
+  const std::vector<SubchainTiming> timings{{Millis{40}, Millis{30}}, {Millis{8}, Millis{6}}};
+};
+
+TEST_F(Evaluate, AnUnscheduledNodeHasItsOwnPeriodAndAnExternalOneNone) {
+  const ChainTiming timing = evaluate_chain(app.graph, path(app, "imu a b motor"), costs, timings);
+  EXPECT_EQ(timing.latency, Millis{0.25 + 8 + 6});
+  EXPECT_EQ(timing.period, Millis{8});
+  EXPECT_EQ(timing.response, timing.latency + timing.period);
+}
+
+TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
+  const ChainTiming timing = evaluate_chain(app.graph, path(app, "camera vio a b"), costs, timings);
+  EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});
+  EXPECT_EQ(timing.period, Millis{100});
+  EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("vio"), timings), Millis{40});
+}
+
+TEST_F(Evaluate, PassingPartOfASubchainCountsAllOfIt) {
+  const ChainTiming part = evaluate_chain(app.graph, path(app, "imu a"), costs, timings);
+  const ChainTiming whole = evaluate_chain(app.graph, path(app, "imu a b"), costs, timings);
+  EXPECT_EQ(part.response, whole.response);
+}
+
+}  // namespace
+}  // namespace ctn::model

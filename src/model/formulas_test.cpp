@@ -1,0 +1,155 @@
+#include "model/formulas.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "graph/build.h"
+#include "graph/spec_text.h"
+
+namespace ctn::model {
+namespace {
+
+constexpr SubchainId kOnly{0};
+
+graph::App row_of(std::size_t nodes, int max_threads = 1) {
+  std::vector<std::string> names;
+  std::string path;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    names.push_back("n" + std::to_string(i));
+    path += names.back() + " ";
+  }
+  graph::AppSpec spec = graph::spec_of(names, nodes > 1 ? std::vector{path} : std::vector<std::string>{});
+  for (graph::NodeSpec& node : spec.nodes) node.max_threads = graph::At<int>{max_threads, {}};
+  spec.subchains.push_back(graph::subchain("s", path));
+  spec.objective.push_back(graph::response(path, 1.0));
+  return graph::build_app(spec).value();
+}
+
+CostTable costs_of(const graph::App& app, const std::vector<double>& millis) {
+  CostTable costs(app.graph, Millis{0});
+  for (std::size_t i = 0; i < millis.size(); ++i) costs.set(NodeId{i}, CostProfile::constant(Millis{millis[i]}));
+  return costs;
+}
+
+double response(const OwnedCores& owned) { return (owned.period + owned.execution).count(); }
+
+TEST(OwnedCores, OnOneCoreThePeriodIsTheSum) {
+  const graph::App app = row_of(3);
+  const OwnedCores owned = owned_cores(app.graph, kOnly, costs_of(app, {25, 58, 1}), 1, 0.0);
+  EXPECT_EQ(owned.threads, 1);
+  EXPECT_DOUBLE_EQ(owned.period.count(), 84.0);
+  EXPECT_DOUBLE_EQ(owned.execution.count(), 84.0);
+}
+
+TEST(OwnedCores, OnTwoCoresTheLongestNodeBinds) {
+  const graph::App app = row_of(3);
+  const OwnedCores owned = owned_cores(app.graph, kOnly, costs_of(app, {25, 58, 1}), 2, 0.06);
+  EXPECT_DOUBLE_EQ(owned.period.count(), 58.0 / 0.94);
+  EXPECT_DOUBLE_EQ(owned.execution.count(), 84.0);
+}
+
+TEST(OwnedCores, CountsWholeGroupsOfThreads) {
+  const graph::App app = row_of(4, 8);
+  const CostTable costs = costs_of(app, {8, 8, 8, 8});
+  // floor(5 / 2) = 2 groups, so that the fifth core adds nothing.
+  EXPECT_DOUBLE_EQ(owned_cores_with(app.graph, kOnly, costs, 4, 2, 0.0).period.count(), 8.0);
+  EXPECT_DOUBLE_EQ(owned_cores_with(app.graph, kOnly, costs, 5, 2, 0.0).period.count(), 8.0);
+  EXPECT_DOUBLE_EQ(owned_cores_with(app.graph, kOnly, costs, 6, 2, 0.0).period.count(), 16.0 / 3.0);
+}
+
+TEST(OwnedCores, TakesMoreThreadsOnlyWhereTheyPay) {
+  const graph::App app = row_of(2);
+  CostTable costs(app.graph, Millis{0});
+  const auto both = [&](double two) {
+    const CostProfile profile = CostProfile::of_threads({{1, Millis{10}}, {2, Millis{two}}});
+    costs.set(NodeId{0}, profile);
+    costs.set(NodeId{1}, profile);
+  };
+  both(8);  // q = 1: 10 + 20; q = 2: 16 + 16
+  EXPECT_EQ(owned_cores(app.graph, kOnly, costs, 2, 0.0).threads, 1);
+  both(7);  // q = 2: 14 + 14
+  EXPECT_EQ(owned_cores(app.graph, kOnly, costs, 2, 0.0).threads, 2);
+  both(7.5);  // equal: the smaller
+  EXPECT_EQ(owned_cores(app.graph, kOnly, costs, 2, 0.0).threads, 1);
+}
+
+TEST(ChainTiming, OfEqualPeriodsAndExecutionsIsThePapersTable) {
+  const std::vector<ElementTiming> row{
+      {Millis{3}, Millis{3}, {}}, {Millis{7}, Millis{7}, {}}, {Millis{5}, Millis{5}, {}}};
+  const ChainTiming timing = chain_timing(row);
+  EXPECT_EQ(timing.latency, Millis{3 + 14 + 10});
+  EXPECT_EQ(timing.period, Millis{7});
+  EXPECT_EQ(timing.response, Millis{34});
+}
+
+TEST(ChainTiming, WaitsForAnOutputThatIsRarerThanTheRuns) {
+  const std::vector<ElementTiming> row{{Millis{10}, Millis{4}, Millis{667}}, {Millis{20}, Millis{5}, Millis{1}}};
+  const ChainTiming timing = chain_timing(row);
+  EXPECT_EQ(timing.latency, Millis{4 + 20 + 5});
+  EXPECT_EQ(timing.period, Millis{667});
+}
+
+struct Case {
+  std::vector<double> costs;
+  int max_threads;
+  int cores;
+  double slack;
+};
+
+Case any_case() {
+  Case made;
+  const int nodes = *rc::gen::inRange(1, 6);
+  for (int i = 0; i < nodes; ++i) made.costs.push_back(*rc::gen::inRange(0, 100'000) * 1e-3);
+  made.max_threads = *rc::gen::inRange(1, 5);
+  made.cores = *rc::gen::inRange(1, 9);
+  made.slack = *rc::gen::inRange(0, 50) * 0.01;
+  return made;
+}
+
+RC_GTEST_PROP(OwnedCores, ACoreMoreIsNeverWorse, ()) {
+  const Case any = any_case();
+  const graph::App app = row_of(any.costs.size(), any.max_threads);
+  const CostTable costs = costs_of(app, any.costs);
+  RC_ASSERT(response(owned_cores(app.graph, kOnly, costs, any.cores + 1, any.slack)) <=
+            response(owned_cores(app.graph, kOnly, costs, any.cores, any.slack)));
+}
+
+RC_GTEST_PROP(OwnedCores, ADearerNodeIsNeverBetter, ()) {
+  const Case any = any_case();
+  const graph::App app = row_of(any.costs.size(), any.max_threads);
+  std::vector<double> dearer = any.costs;
+  dearer[*rc::gen::inRange<std::size_t>(0, dearer.size())] += *rc::gen::inRange(0, 1000) * 0.1;
+  const int threads = *rc::gen::inRange(1, any.cores + 1);
+  const OwnedCores before = owned_cores_with(app.graph, kOnly, costs_of(app, any.costs), any.cores, threads, any.slack);
+  const OwnedCores after = owned_cores_with(app.graph, kOnly, costs_of(app, dearer), any.cores, threads, any.slack);
+  RC_ASSERT(after.period >= before.period);
+  RC_ASSERT(after.execution >= before.execution);
+}
+
+RC_GTEST_PROP(OwnedCores, TimesTenGivesTimesTen, ()) {
+  const Case any = any_case();
+  const graph::App app = row_of(any.costs.size(), any.max_threads);
+  std::vector<double> tenfold = any.costs;
+  for (double& cost : tenfold) cost *= 10.0;
+  const int threads = *rc::gen::inRange(1, any.cores + 1);
+  const OwnedCores one = owned_cores_with(app.graph, kOnly, costs_of(app, any.costs), any.cores, threads, any.slack);
+  const OwnedCores ten = owned_cores_with(app.graph, kOnly, costs_of(app, tenfold), any.cores, threads, any.slack);
+  RC_ASSERT(std::abs(ten.period.count() - 10.0 * one.period.count()) <= 1e-9 * ten.period.count());
+  RC_ASSERT(std::abs(ten.execution.count() - 10.0 * one.execution.count()) <= 1e-9 * ten.execution.count());
+}
+
+RC_GTEST_PROP(OwnedCores, TheBestIsNoWorseThanAnyNumberOfThreads, ()) {
+  const Case any = any_case();
+  const graph::App app = row_of(any.costs.size(), any.max_threads);
+  const CostTable costs = costs_of(app, any.costs);
+  const double best = response(owned_cores(app.graph, kOnly, costs, any.cores, any.slack));
+  for (int threads = 1; threads <= any.cores; ++threads) {
+    RC_ASSERT(best <= response(owned_cores_with(app.graph, kOnly, costs, any.cores, threads, any.slack)));
+  }
+}
+
+}  // namespace
+}  // namespace ctn::model

@@ -1,0 +1,103 @@
+// A session, on whatever operating system it is given: it starts the threads, gives them their levels and cores, swaps
+// plans, and takes everything back. include/catan/session.h is this engine on Linux; the tests run it in virtual time.
+//
+// Threads of a session:
+//   one a scheduled node       level active, on its subchain's cores (policy catan); ordinary, on all CPUs (hand-set
+//   rates) one an unscheduled node    level unscheduled one a subchain             its trigger thread, level dispatcher
+//   one housekeeper            level ordinary, wherever the system puts it
+//
+// Units: in the types. Thread safety: as include/catan/session.h says.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <typeindex>
+#include <vector>
+
+#include "base/result.h"
+#include "catan/snapshot.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "os/os.h"
+#include "plan/plan.h"
+#include "runtime/enforcer.h"
+#include "runtime/housekeeper.h"
+#include "runtime/policy.h"
+#include "runtime/replan.h"
+#include "runtime/trigger_thread.h"
+#include "runtime/wiring.h"
+
+namespace ctn::runtime {
+
+struct EngineOptions {
+  Policy policy;
+  os::CpuSet cpus;     // empty: all that this thread may use
+  std::string record;  // path; empty: none
+  std::string note;
+  std::function<void(const std::string&)> on_notice;
+};
+
+class Engine {
+ public:
+  static Result<std::unique_ptr<Engine>> create(graph::App app, os::Os& os, EngineOptions options);
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  const graph::App& app() const { return app_; }
+  Wiring& wiring() { return wiring_; }
+
+  Status start();
+  Status stop();
+  Status adopt_this_thread(std::string_view node);
+  Snapshot snapshot() const;
+
+ private:
+  Engine(graph::App app, os::Os& os, EngineOptions options, os::CpuSet cpus);
+
+  Status prepare();
+  Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
+  Status make_first_pacings();
+  Result<plan::Plan> make_plan(const model::CostTable& costs);
+  Status spawn_and_place();
+  void spawn_nodes();
+  void run_node(NodeId node);
+  void run_unscheduled(NodeId node);
+  Status place_nodes();
+  Status place_triggers();
+  void wait_until_ready(std::size_t threads);
+  void report_ready_and_wait();
+  void replan(TimePoint now);
+  void adopt(plan::Plan plan, const std::string& reason);
+  os::CpuSet cpus_of(const plan::SubchainPlan& subchain) const;
+  void end_threads();
+
+  graph::App app_;
+  os::Os& os_;
+  EngineOptions options_;
+  os::CpuSet cpus_;
+  double slack_ = 0.0;
+  Wiring wiring_;
+
+  // From start() on.
+  std::unique_ptr<Enforcer> enforcer_;
+  std::unique_ptr<Housekeeper> housekeeper_;
+  std::optional<plan::Plan> plan_;  // the housekeeper's, once its thread runs
+  std::optional<ReplanClock> replan_clock_;
+  std::vector<dispatch::Pacing> pacings_;  // the first, by subchain
+  std::vector<std::unique_ptr<TriggerThread>> triggers_;
+  std::vector<os::ThreadId> trigger_ids_;
+  std::vector<std::unique_ptr<os::Thread>> threads_;
+  std::unique_ptr<os::Thread> housekeeper_thread_;
+  std::atomic<std::uint32_t> ready_{0};
+  std::atomic<std::uint32_t> go_{0};
+  std::atomic<bool> abandoned_{false};
+  bool started_ = false;
+  bool replan_failed_ = false;
+  TimePoint stopped_at_{};
+  Status stopped_ = Done{};
+};
+
+}  // namespace ctn::runtime

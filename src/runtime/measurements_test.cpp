@@ -1,0 +1,107 @@
+#include "runtime/measurements.h"
+
+#include <gtest/gtest.h>
+
+#include "runtime/test_app.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TimePoint at(Nanos offset) { return TimePoint{} + offset; }
+
+graph::App two_nodes() {
+  return parse(R"(
+catan: 1
+app: two
+nodes: { a: {}, b: {} }
+edges: [ a -> b ]
+subchains: { ab: [a, b] }
+objective: [ { response_time: [a, b], weight: 1 } ]
+)");
+}
+
+// Run k of each node, begun at 100 ms x k; a takes 10 ms, b the next 20.
+void add_runs(Measurements& measurements, std::uint64_t from, std::uint64_t to) {
+  for (std::uint64_t k = from; k <= to; ++k) {
+    const TimePoint begin = at(milliseconds{100 * k});
+    measurements.add({NodeId(0), k, begin, begin + milliseconds{10}, milliseconds{10}, 0, true, {}});
+    measurements.add({NodeId(1),
+                      k,
+                      begin + milliseconds{10},
+                      begin + milliseconds{30},
+                      milliseconds{20},
+                      0,
+                      true,
+                      {{NodeId(0), k, k}}});
+  }
+}
+
+TEST(SampleWindow, KeepsTheNewestAndCountsAll) {
+  SampleWindow window;
+  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(1.0);
+  EXPECT_EQ(window.summary().mean, 1.0);
+  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(3.0);
+  EXPECT_EQ(window.summary().mean, 3.0);
+  EXPECT_EQ(window.summary().count, 2 * SampleWindow::kSamples);
+}
+
+TEST(Measurements, LeavesOutWhatGoesBackToTheWarmUp) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{1}));
+  add_runs(measurements, 1, 19);
+  Snapshot snapshot;
+  measurements.fill(snapshot, at(seconds{2}), 10.0);
+  EXPECT_TRUE(snapshot.warmed_up);
+  // Sources begun at 1.0 to 1.9 s; the first has no predecessor within.
+  EXPECT_EQ(snapshot.chains[0].response_ms.count, 9U);
+  EXPECT_DOUBLE_EQ(snapshot.chains[0].response_ms.mean, 130.0);
+  EXPECT_DOUBLE_EQ(snapshot.chains[0].latency_ms.max, 30.0);
+  EXPECT_DOUBLE_EQ(snapshot.nodes[1].rate_hz, 10.0);
+  EXPECT_DOUBLE_EQ(snapshot.nodes[1].compute_ms.p50, 20.0);
+  EXPECT_EQ(snapshot.source_hz, 10.0);
+}
+
+TEST(Measurements, EstimatesTakeTheWarmUpToo) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{100}));
+  EXPECT_FALSE(measurements.all_measured());
+  EXPECT_DOUBLE_EQ(measurements.costs(Millis{5})[NodeId(1)].single_thread().count(), 5.0);
+  add_runs(measurements, 1, 1);
+  EXPECT_TRUE(measurements.all_measured());
+  EXPECT_DOUBLE_EQ(measurements.costs(Millis{5})[NodeId(1)].single_thread().count(), 20.0);
+}
+
+plan::Plan predicting(double response, double period) {
+  plan::Plan plan;
+  plan.subchains.push_back({.cores = {0}, .period = Millis{period}, .execution = Millis{1}, .every = 1});
+  plan.chains.push_back({.path = {NodeId(0), NodeId(1)}, .response = Millis{response}});
+  return plan;
+}
+
+TEST(Measurements, AveragesPredictionsOverTheTimeTheyWereInForce) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{2}));
+  measurements.plan_in_force(at(seconds{0}), predicting(1000.0, 500.0));  // over before the measured interval
+  measurements.plan_in_force(at(seconds{1}), predicting(100.0, 50.0));    // of which 2 s count
+  measurements.plan_in_force(at(seconds{4}), predicting(200.0, 100.0));   // 6 s
+  Snapshot snapshot;
+  measurements.fill(snapshot, at(seconds{10}), std::nullopt);
+  EXPECT_DOUBLE_EQ(*snapshot.chains[0].predicted_response_ms, (100.0 * 2 + 200.0 * 6) / 8);
+  EXPECT_DOUBLE_EQ(snapshot.source_hz, (20.0 * 2 + 10.0 * 6) / 8);
+}
+
+TEST(Measurements, BeforeTheMeasuredIntervalThePlanInForceIsTold) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{2}));
+  measurements.plan_in_force(at(seconds{0}), predicting(100.0, 50.0));
+  Snapshot snapshot;
+  measurements.fill(snapshot, at(seconds{1}), std::nullopt);
+  EXPECT_FALSE(snapshot.warmed_up);
+  EXPECT_DOUBLE_EQ(*snapshot.chains[0].predicted_response_ms, 100.0);
+}
+
+}  // namespace
+}  // namespace ctn::runtime

@@ -1,0 +1,43 @@
+// When to plan anew, and when a new plan is worth a swap. Pure.
+//
+// Units: in the types. Thread safety: ReplanClock has one owner; the rest are pure functions.
+#pragma once
+
+#include "base/time.h"
+#include "dispatch/subchain_trigger.h"
+#include "graph/app.h"
+#include "plan/plan.h"
+
+namespace ctn::runtime {
+
+// A new plan replaces one in force if it moves a subchain to other cores or changes a period or an execution time by
+// more than this part: percentiles over a window of 50 runs wander by about as much when nothing has changed.
+constexpr double kSwapThreshold = 0.02;
+
+bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
+
+// The pacing of each subchain under a plan in which each owns its cores; a run hangs that takes ten times as long as
+// planned, and at least a second.
+dispatch::Pacing pacing_of(const plan::SubchainPlan& subchain);
+
+// The first plan that rests on measurements is due when the bootstrap is over and every node has run; further ones
+// every `replan`.
+class ReplanClock {
+ public:
+  ReplanClock(TimePoint start, const graph::SchedulerOptions& options)
+      : due_(start + options.bootstrap), interval_(options.replan) {}
+
+  bool due(TimePoint now, bool all_measured) const { return now >= due_ && (all_measured || measured_plan_made_); }
+  bool first() const { return !measured_plan_made_; }
+  void made(TimePoint now) {
+    measured_plan_made_ = true;
+    due_ = now + interval_;
+  }
+
+ private:
+  TimePoint due_;
+  Nanos interval_;
+  bool measured_plan_made_ = false;
+};
+
+}  // namespace ctn::runtime
