@@ -29,7 +29,7 @@ struct Node {
   std::vector<std::string> modes;      // names of its modes; empty: one mode
   bool external = false;               // hardware or another program: no thread of ours, costs nothing
   bool unscheduled = false;            // runs by itself, above all that is scheduled
-  std::optional<Nanos> period;         // unscheduled nodes: how often they run
+  std::optional<Nanos> period;         // unscheduled nodes, always: how often they run
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-
 #include "report/escape.h"
 
 namespace ctn::report {
@@ -45,26 +42,6 @@ pre { background: var(--card); border: 1px solid var(--line); border-radius: 10p
   font: 13.5px/1.5 ui-monospace, "Cascadia Code", Menlo, Consolas, "Liberation Mono", monospace; }
 @media print { body { background: none; } main { padding: 0; } }
 )css";
-
-// "12.5", "-3 ms", "99 %", "1.2e3 Hz", empty or a dash.
-bool numeric(const std::string& cell) {
-  if (cell.empty() || cell == "-" || cell == "–" || cell == "—") return true;
-  std::size_t at = cell.front() == '-' || cell.front() == '+' ? 1 : 0;
-  if (at == cell.size() || std::isdigit(static_cast<unsigned char>(cell[at])) == 0) return false;
-  while (at < cell.size() && cell[at] != ' ') {
-    const char c = cell[at++];
-    if (std::isdigit(static_cast<unsigned char>(c)) == 0 && std::string_view(".,eE+-%").find(c) == std::string::npos) {
-      return false;
-    }
-  }
-  return cell.size() - at <= 7;  // room for a unit
-}
-
-bool numeric_column(const Table& table, std::size_t column) {
-  return !table.rows.empty() && std::all_of(table.rows.begin(), table.rows.end(), [&](const auto& row) {
-    return column >= row.size() || numeric(row[column]);
-  });
-}
 
 }  // namespace
 

@@ -15,14 +15,9 @@
 #include <utility>
 #include <vector>
 
-namespace ctn::report {
+#include "report/table.h"
 
-// Columns whose cells are all numbers (with or without a unit behind) or empty are aligned to the right.
-struct Table {
-  std::vector<std::string> header{};
-  std::vector<std::vector<std::string>> rows{};
-  std::string caption{};
-};
+namespace ctn::report {
 
 enum class NoteKind { kInfo, kWarning };
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -51,6 +52,7 @@ int run(int argc, char** argv) {
   int exit_code = kSuccess;
   add_check_command(cli, exit_code);
   add_plan_command(cli, exit_code);
+  add_report_command(cli, exit_code);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +12,7 @@
 #include "config/cost_file.h"
 #include "config/quantity.h"
 #include "plan/json.h"
+#include "plan/validate.h"
 #include "plan_text.h"
 #include "planner/planner.h"
 
@@ -54,6 +56,9 @@ int make(const Options& options) {
   if (!costs) return report_error(costs.error());
   const auto plan = planner::make_plan(*app, *costs, {options.cores, *slack});
   if (!plan) return report_error(plan.error());
+  if (const auto proof = plan::validate(*plan, *app, *costs, options.cores); !proof) {
+    throw std::logic_error("a plan that does not hold: " + proof.error().message());
+  }
   print(options.json ? plan::to_json(*plan, *app) : plan_text(*plan, *app));
   return kSuccess;
 }

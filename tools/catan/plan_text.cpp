@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "table.h"
 
 namespace ctn::tool {
@@ -31,6 +33,17 @@ std::string subchains_text(const plan::Plan& plan, const graph::App& app) {
   return table.text();
 }
 
+// Of a core without a frame: one subchain owns it, or nothing does.
+std::string owner_text(const plan::Plan& plan, const graph::App& app, int core) {
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    const auto& cores = plan.subchains[i].cores;
+    if (std::find(cores.begin(), cores.end(), core) != cores.end()) {
+      return "all " + app.graph.subchain(SubchainId(i)).name;
+    }
+  }
+  return "unused";
+}
+
 std::string cores_text(const plan::Plan& plan, const graph::App& app) {
   Table table({"core", "frame", "at least", "frames", "slots (offset + slice)", "idle"});
   for (std::size_t i = 0; i < plan.cores.size(); ++i) {
@@ -39,6 +52,10 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
     for (const plan::Slot& slot : core.slots) {
       slots.push_back(
           fmt::format("{} {:.3f} + {}", app.graph.subchain(slot.subchain).name, slot.offset.count(), ms(slot.slice)));
+    }
+    if (slots.empty()) {
+      table.add({fmt::format("{}", i), "", "", "", owner_text(plan, app, static_cast<int>(i)), ""});
+      continue;
     }
     table.add({fmt::format("{}", i), ms(core.frame), core.frame_min.count() > 0 ? ms(core.frame_min) : "",
                core.frames == graph::FrameMode::kElastic ? "elastic" : "fixed",

@@ -285,7 +285,7 @@ Status FakeOs::set_level(ThreadId thread, Level level) {
   const Lock lock(mutex_);
   Task* const task = find(thread);
   if (!task) return gone("set the level of", thread);
-  const Status set = apply_level(*task, level);
+  Status set = apply_level(*task, level);
   if (set.ok()) task->reset_on_fork = true;
   return set;
 }
@@ -349,7 +349,7 @@ Status FakeOs::restore_scheduling(ThreadId thread, const SavedScheduling& saved)
   if (!task) return gone("restore the scheduling of", thread);
   const auto level = static_cast<Level>(saved.policy);
   if (task->level != level) {
-    const Status set = apply_level(*task, level);
+    Status set = apply_level(*task, level);
     if (!set.ok()) return set;
   }
   task->reset_on_fork = saved.reset_on_fork;

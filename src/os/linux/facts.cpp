@@ -17,11 +17,7 @@ namespace {
 
 constexpr double kDefaultReserve = 0.05;  // of both mechanisms: 50 ms in 1 s
 
-struct KernelVersion {
-  int major = 0;
-  int minor = 0;
-  friend auto operator<=>(const KernelVersion&, const KernelVersion&) = default;
-};
+using KernelVersion = std::pair<int, int>;  // major, minor
 constexpr KernelVersion kFirstWithFairServer{6, 12};
 
 std::string kernel_release(const LinuxRoots& roots) {
@@ -34,7 +30,7 @@ std::optional<KernelVersion> kernel_version(const LinuxRoots& roots) {
   std::istringstream release(kernel_release(roots));
   KernelVersion version;
   char dot = 0;
-  if (!(release >> version.major >> dot >> version.minor) || dot != '.') return std::nullopt;
+  if (!(release >> version.first >> dot >> version.second) || dot != '.') return std::nullopt;
   return version;
 }
 

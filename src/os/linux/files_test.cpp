@@ -10,7 +10,10 @@ namespace {
 
 TEST(Files, LineIsTheFirstWithoutBlanks) {
   FabricatedTree tree;
-  tree.write("sys/a", "  performance \nmore\n").write("sys/empty", "").write("sys/blank", " \n").write("sys/n", "Pi\0");
+  tree.write("sys/a", "  performance \nmore\n")
+      .write("sys/empty", "")
+      .write("sys/blank", " \n")
+      .write("sys/n", std::string("Pi\0", 3));
   const std::string sysfs = tree.roots().sysfs;
   EXPECT_EQ(read_line(sysfs + "/a"), "performance");
   EXPECT_EQ(read_line(sysfs + "/n"), "Pi");

@@ -164,7 +164,7 @@ Status Scheduling::restore_policy(ThreadId thread, const SavedScheduling& saved)
   if (found != policy) {
     const bool would_clear_flag = found.reset_on_fork && !policy.reset_on_fork;
     if (would_clear_flag && calls_.set_policy(kernel_number(thread), policy) == EPERM) policy.reset_on_fork = true;
-    const Status set = set_policy(thread, policy, what);
+    Status set = set_policy(thread, policy, what);
     if (!set.ok()) return set;
   }
   int nice = 0;

@@ -1,0 +1,70 @@
+#include "config/cost_file.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "config/app_file.h"
+
+namespace ctn::config {
+namespace {
+
+const graph::App& app() {
+  static const graph::App kApp = *parse_app(R"(catan: 1
+app: demo
+nodes:
+  camera: { max_threads: 4 }
+  GL: { modes: [skip, match] }
+  imu: { unscheduled: true, period: 5ms }
+  base: { external: true }
+edges:
+  - camera -> GL -> base
+  - imu -> GL
+objective:
+  - { response_time: [camera, GL, base], weight: 1 }
+)",
+                                            "app.yaml");
+  return kApp;
+}
+
+double cost(const model::CostTable& costs, std::string_view node) {
+  return costs[*app().graph.find_node(node)].single_thread().count();
+}
+
+TEST(CostFile, ReadsAllThreeForms) {
+  const auto costs = parse_costs(
+      "camera: { threads: { 1: 10ms, 2: 6ms } }\nGL: { modes: { skip: [0.8, 1.1ms], match: [0.2, 9ms] } }\nimu: 20us\n",
+      "c.yaml", app());
+  ASSERT_TRUE(costs.ok()) << costs.error().message();
+  EXPECT_DOUBLE_EQ(cost(*costs, "camera"), 10.0);
+  EXPECT_DOUBLE_EQ((*costs)[*app().graph.find_node("camera")].with_threads(2, 4).count(), 6.0);
+  EXPECT_DOUBLE_EQ(cost(*costs, "GL"), 0.8 * 1.1 + 0.2 * 9.0);
+  EXPECT_DOUBLE_EQ(cost(*costs, "imu"), 0.02);
+}
+
+TEST(CostFile, UnscheduledNodesAndZeroAreOptionalAndAllowed) {
+  const auto costs = parse_costs("camera: 0ms\nGL: 2ms\n", "c.yaml", app());
+  ASSERT_TRUE(costs.ok()) << costs.error().message();
+  EXPECT_EQ(cost(*costs, "camera"), 0.0);
+  EXPECT_EQ(cost(*costs, "imu"), 0.0);
+}
+
+TEST(CostFile, RoundedProbabilitiesAreMadeToAddUp) {
+  const auto costs =
+      parse_costs("camera: 1ms\nGL: { modes: { skip: [0.3333, 3ms], match: [0.6663, 3ms] } }\n", "c.yaml", app());
+  ASSERT_TRUE(costs.ok()) << costs.error().message();
+  EXPECT_DOUBLE_EQ(cost(*costs, "GL"), 3.0);
+}
+
+RC_GTEST_PROP(CostFileProperty, NoTextDoesHarm, (const std::string& text)) {
+  for (const std::string& all : {text, "camera: " + text, "GL: { modes: " + text}) {
+    const auto costs = parse_costs(all, "any.yaml", app());
+    if (costs.ok()) continue;
+    for (const Problem& problem : costs.error().problems()) {
+      RC_ASSERT(problem.place.line >= 1 && problem.place.column >= 1);
+      RC_ASSERT(!problem.what.empty() && !problem.mend.empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ctn::config

@@ -1,0 +1,98 @@
+#include "report/json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace ctn::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+Json json(const SampleSummary& summary) {
+  if (summary.count == 0) return nullptr;
+  return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
+          {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};
+}
+
+Json json(const ChainMetrics& chain) {
+  Json predicted = nullptr;
+  if (chain.predicted) {
+    predicted = {{"response_ms", chain.predicted->response_ms},
+                 {"latency_ms", chain.predicted->latency_ms},
+                 {"period_ms", chain.predicted->period_ms}};
+  }
+  return {{"path", chain.path},
+          {"weight", chain.weight},
+          {"bound_ms", json(chain.bound_ms)},
+          {"predicted", predicted},
+          {"response_ms", json(chain.response_ms)},
+          {"latency_ms", json(chain.latency_ms)},
+          {"period_ms", json(chain.period_ms)}};
+}
+
+Json json(const NodeMetrics& node) {
+  return {{"node", node.name},
+          {"runs", node.runs},
+          {"outputs", node.outputs},
+          {"rate_hz", node.rate_hz},
+          {"predicted_rate_hz", json(node.predicted_rate_hz)},
+          {"weight", json(node.weight)},
+          {"period_ms", json(node.period_ms)},
+          {"compute_ms", json(node.compute_ms)},
+          {"wall_ms", json(node.wall_ms)},
+          {"cores", node.cores}};
+}
+
+Json json(const TriggerMetrics& trigger) {
+  return {{"subchain", trigger.subchain}, {"late_ms", json(trigger.late_ms)}};
+}
+
+Json json(const record::Notice& notice, TimePoint started) {
+  return {{"at_ms", to_millis(notice.at - started).count()}, {"kind", notice.kind}, {"detail", notice.detail}};
+}
+
+template <class Values>
+Json list(const Values& values) {
+  Json result = Json::array();
+  for (const auto& value : values) result.push_back(json(value));
+  return result;
+}
+
+}  // namespace
+
+std::string to_json(const RunMetrics& metrics) {
+  const record::Header& header = metrics.header;
+  Json notices = Json::array();
+  for (const record::Notice& notice : metrics.notices) notices.push_back(json(notice, header.started));
+  const Json document = {
+      {"app", metrics.app},
+      {"scheduler", header.scheduler},
+      {"note", header.note},
+      {"started_utc", header.started_utc},
+      {"complete", metrics.ending.complete},
+      {"real_time", header.real_time},
+      {"slack", json(header.slack)},
+      {"cpus", header.cpus.cpus()},
+      {"host",
+       {{"kernel", header.host.kernel},
+        {"cpu_model", header.host.cpu_model},
+        {"governor", header.host.governor},
+        {"clock_source", header.host.clock_source},
+        {"cpu_count", header.host.cpu_count},
+        {"stolen_ms", to_millis(metrics.ending.stolen).count()}}},
+      {"warm_up_s", std::chrono::duration<double>(header.warm_up).count()},
+      {"warm_up_included", metrics.whole},
+      {"measured_s", metrics.measured_s},
+      {"cores_used", metrics.cores_used},
+      {"plans", metrics.plans},
+      {"relax_factor", metrics.relax_factor},
+      {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
+      {"chains", list(metrics.chains)},
+      {"nodes", list(metrics.nodes)},
+      {"triggers", list(metrics.triggers)},
+      {"notices", notices}};
+  return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ctn::report

@@ -1,0 +1,85 @@
+// What a run of an app came to: from its record to figures, predicted beside measured.
+//
+// Measured is what happened between the end of the warm-up (`Header::warm_up`, which the runtime states whatever the
+// scheduler) and the end of the run: a figure counts if all that it spans lies in that interval. Predicted is what the
+// plans in force in it said, each weighted by how long it was in force.
+//
+// Units: milliseconds, hertz, and cores (CPU time / time), as the names say. Thread safety: plain values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/statistics.h"
+#include "graph/app.h"
+#include "record/events.h"
+#include "record/reader.h"
+
+namespace ctn::report {
+
+struct ChainPrediction {
+  double response_ms = 0.0;
+  double latency_ms = 0.0;
+  double period_ms = 0.0;
+};
+
+// A response time of the objective.
+struct ChainMetrics {
+  std::string path;
+  double weight = 0.0;
+  std::optional<double> bound_ms;
+  SampleSummary response_ms;
+  SampleSummary latency_ms;
+  SampleSummary period_ms;
+  std::optional<ChainPrediction> predicted;  // none: no plan was in force
+};
+
+// A node that is not external.
+struct NodeMetrics {
+  std::string name;
+  std::uint64_t runs = 0;
+  std::uint64_t outputs = 0;     // runs that emitted
+  double rate_hz = 0.0;          // runs / time
+  SampleSummary period_ms;       // between the ends of consecutive runs
+  SampleSummary compute_ms;      // CPU time of a run
+  SampleSummary wall_ms;         // begin to end of a run
+  double cores = 0.0;            // CPU time / time
+  std::optional<double> weight;  // of its period, where the objective has it
+  std::optional<double> predicted_rate_hz;
+};
+
+// How late the triggers of a subchain were sent: sent - due.
+struct TriggerMetrics {
+  std::string subchain;
+  SampleSummary late_ms;
+};
+
+// The weighted sum that was planned for, where all of its terms were measured (mean values) or predicted.
+struct ObjectiveMetrics {
+  std::optional<double> measured;
+  std::optional<double> predicted;
+};
+
+struct RunMetrics {
+  std::string app;
+  record::Header header;
+  record::Ending ending;
+  bool whole = false;         // the warm-up is included
+  double measured_s = 0.0;    // length of what is measured
+  std::uint64_t plans = 0;    // that were in force in it
+  double relax_factor = 1.0;  // the largest among them
+  ObjectiveMetrics objective;
+  std::vector<ChainMetrics> chains;      // in the order of the objective
+  std::vector<NodeMetrics> nodes;        // in the order of the app
+  std::vector<TriggerMetrics> triggers;  // those that were sent any
+  double cores_used = 0.0;               // by all nodes together; of header.cpus.size()
+  std::vector<record::Notice> notices;   // of the whole run
+};
+
+// `whole`: include the warm-up. Errors: those of the reader; a plan in the record that cannot be read (kCaller).
+Result<RunMetrics> measure(const record::Reader& record, bool whole = false);
+
+}  // namespace ctn::report

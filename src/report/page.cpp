@@ -1,0 +1,29 @@
+#include "report/page.h"
+
+#include <fmt/format.h>
+
+#include "report/html.h"
+#include "report/text.h"
+
+namespace ctn::report {
+
+std::string to_html(const RunMetrics& metrics) {
+  const record::Header& header = metrics.header;
+  Page page("Run of " + metrics.app, headline(metrics));
+  page.facts({{"Started", header.started_utc},
+              {"Scheduler", header.scheduler},
+              {"CPUs", os::to_string(header.cpus)},
+              {"Real-time levels", header.real_time ? "yes" : "no"},
+              {"Processor", header.host.cpu_model},
+              {"Kernel", header.host.kernel}});
+  if (!header.note.empty()) page.note(header.note);
+  for (const std::string& warning : warnings(metrics)) page.note(warning, NoteKind::kWarning);
+  for (Table table : tables(metrics)) {
+    page.section(table.caption);
+    table.caption.clear();
+    page.table(table);
+  }
+  return page.html();
+}
+
+}  // namespace ctn::report

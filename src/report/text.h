@@ -1,0 +1,23 @@
+// The metrics of a run for people: on a terminal, or as a page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/metrics.h"
+#include "report/table.h"
+
+namespace ctn::report {
+
+// Chains, nodes, triggers; those that have rows. What there is of each is in the caption.
+std::vector<Table> tables(const RunMetrics& metrics);
+
+// One line: what ran, under which scheduler, where, and how long of it is measured.
+std::string headline(const RunMetrics& metrics);
+
+// What a reader must know before they believe the figures: an unfinished record, bounds that were relaxed, notices.
+std::vector<std::string> warnings(const RunMetrics& metrics);
+
+std::string to_text(const RunMetrics& metrics);
+
+}  // namespace ctn::report

@@ -1,0 +1,99 @@
+// The command line: exit codes, what goes to stdout and what to stderr, and that what it prints is what was meant.
+#include "command_test.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace ctn::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string kApps = std::string(CATAN_TESTS) + "/apps";
+
+Outcome catan(const std::string& arguments) { return run_catan(arguments, kApps); }
+
+TEST(Command, HelpAndVersionAreSuccess) {
+  for (const std::string command : {"--help", "check --help", "plan --help"}) {
+    const Outcome outcome = catan(command);
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_THAT(outcome.out, HasSubstr("Examples:"));
+  }
+  const Outcome version = catan("--version");
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_THAT(version.out, StartsWith("catan "));
+}
+
+TEST(Command, MistakesOnTheCommandLineExitWith2) {
+  for (const std::string arguments :
+       {"", "chek minimal.yaml", "check", "check --colour minimal.yaml", "check minimal.yaml extra",
+        "check minimal.yaml --json --dot", "plan minimal.yaml --cores 0", "plan minimal.yaml --cores two",
+        "plan minimal.yaml --slack 6", "plan minimal.yaml --slack 100%", "plan minimal.yaml --planner best",
+        "check nowhere.yaml", "check .", "check minimal.yaml --costs nowhere.yaml", "plan minimal.yaml --costs ."}) {
+    const Outcome outcome = catan(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_NE(outcome.err, "") << arguments;
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("\x1b"))) << "colours are for terminals";
+  }
+  EXPECT_EQ(catan("chek minimal.yaml").err, "catan: there is no command 'chek'; did you mean 'check'?\n");
+}
+
+TEST(Command, OutputThatCannotBeWrittenIsAFailure) {
+  EXPECT_EQ(catan("check minimal.yaml > /dev/full #").exit_code, 1);
+}
+
+class ValidApp : public testing::TestWithParam<std::string> {};
+
+TEST_P(ValidApp, IsShownInEveryForm) {
+  const std::string files = GetParam() + ".yaml --costs " + GetParam() + ".costs.yaml";
+  for (const std::string form : {"", " --json", " --dot"}) {
+    const Outcome outcome = catan("check " + files + form);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out, "");
+  }
+  EXPECT_EQ(json::parse(catan("check " + files + " --json").out)["app"], GetParam());
+  EXPECT_EQ(catan("check " + files).out, read_all(kApps + "/" + GetParam() + ".expected"));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ValidApp, testing::Values("navigation", "vr", "minimal", "one_node"),
+                         [](const auto& param) { return param.param; });
+
+TEST(Check, TellsProgramsWhatItUnderstood) {
+  const json app = json::parse(catan("check navigation.yaml --json").out);
+  EXPECT_EQ(app["nodes"]["GL"]["input"], "queue");
+  EXPECT_EQ(app["nodes"]["odometry"]["period_ms"], 20.0);
+  EXPECT_EQ(app["nodes"]["base"]["kind"], "external");
+  EXPECT_EQ(app["subchains"]["local"]["nodes"], json({"scan", "LM", "LP"}));
+  EXPECT_EQ(app["objective"][0]["max_ms"], 60.0);
+  EXPECT_EQ(app["objective"][2]["elements"].size(), 3U);
+  EXPECT_EQ(app["edges"].size(), 11U);
+  EXPECT_EQ(app["order"], json({"local", "GL", "NC", "GP", "GM"}));
+}
+
+TEST(Plan, OfOneSubchain) {
+  const Outcome outcome = catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3 --slack 0% --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const json plan = json::parse(outcome.out);
+  EXPECT_EQ(plan["app"], "minimal");
+  EXPECT_FALSE(plan["subchains"]["track"]["cores"].empty());
+  EXPECT_GT(plan["chains"][0]["response_time_ms"], 0.0);
+  EXPECT_EQ(catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3").exit_code, 0);
+}
+
+TEST(Plan, WithoutCostsSaysSo) {
+  const Outcome outcome = catan("plan one_node.yaml --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("no cost file: every node is taken to cost 5ms"));
+  EXPECT_NEAR(json::parse(outcome.out)["subchains"]["loop"]["period_ms"].get<double>(), 5.0 / 0.94, 1e-9);
+}
+
+}  // namespace
+}  // namespace ctn::test

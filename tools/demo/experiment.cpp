@@ -1,0 +1,69 @@
+#include "experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace ctn::demo {
+namespace {
+
+constexpr int kRounds = 3;
+constexpr double kMeasureMin = 2.0;  // seconds of a trial
+constexpr double kMeasureMax = 6.0;
+
+std::vector<Trial> one_round(const Setting& setting, const Compute& compute, int round) {
+  std::vector<Trial> trials;
+  const auto add = [&](const std::vector<int>& cpus, const std::string& scheduler, double speed) {
+    trials.push_back({round, cpus, scheduler, speed, setting.seed + static_cast<std::uint64_t>(round) - 1, 0.0});
+  };
+  for (const std::vector<int>& cpus : setting.cpu_sets) {
+    add(cpus, "default", setting.medium_speed);
+    add(cpus, "catan", setting.medium_speed);
+    for (const double rate : sweep_rates(compute, cpus.size(), setting.quick)) {
+      add(cpus, rate_scheduler(rate), setting.medium_speed);
+    }
+    if (setting.quick) continue;
+    add(cpus, "default", setting.high_speed);
+    add(cpus, "catan", setting.high_speed);
+  }
+  return trials;
+}
+
+}  // namespace
+
+double Compute::slowest() const { return std::max({camera, detect, plan}); }
+
+std::vector<double> sweep_rates(const Compute& compute, std::size_t cores, bool quick) {
+  const double bottleneck = std::max(compute.sum() / static_cast<double>(cores), compute.slowest());
+  const double keeps_up = 1000.0 / bottleneck;
+  std::vector<double> rates;
+  for (const double factor : {0.5, 0.75, 0.95, 1.25}) {
+    if (quick && factor != 0.95) continue;
+    const double rate = std::round(factor * keeps_up * 10.0) / 10.0;
+    if (rate < kDefaultRate) rates.push_back(rate);
+  }
+  return rates;
+}
+
+std::string rate_scheduler(double hertz) { return fmt::format("rate:{:.1f}Hz", hertz); }
+
+double overhead_seconds(double slowdown) { return 2.5 + 0.2 * slowdown; }
+
+std::vector<Trial> make_trials(const Setting& setting, const Compute& compute) {
+  std::vector<Trial> trials;
+  const int rounds = setting.quick ? 1 : kRounds;
+  for (int round = 1; round <= rounds; ++round) {
+    std::vector<Trial> next = one_round(setting, compute, round);
+    const auto shift = static_cast<std::ptrdiff_t>(next.size()) * (round - 1) / rounds;
+    std::ranges::rotate(next, next.begin() + shift);
+    std::ranges::copy(next, std::back_inserter(trials));
+  }
+  const double each = setting.budget / static_cast<double>(std::max<std::size_t>(1, trials.size()));
+  const double measured = std::clamp(each - overhead_seconds(setting.slowdown), kMeasureMin, kMeasureMax);
+  for (Trial& trial : trials) trial.seconds = setting.quick ? 1.0 : std::floor(measured * 10.0) / 10.0;
+  return trials;
+}
+
+}  // namespace ctn::demo

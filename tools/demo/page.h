@@ -1,0 +1,24 @@
+// The results as figures, as a page and as a table for a terminal. Pure, save that figures are drawn by gnuplot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "report/plot.h"
+#include "results.h"
+#include "summary.h"
+
+namespace ctn::demo {
+
+// Over the source rate, a panel for each number of cores.
+report::Figure response_figure(const Summary& summary, double speed);
+report::Figure angle_figure(const Summary& summary, double speed);
+
+// Errors: gnuplot is missing or fails.
+Result<std::string> render_page(const Results& results);
+
+// What the terminal shows in the end: the main rows and the claims.
+std::string to_text(const Results& results);
+
+}  // namespace ctn::demo
