@@ -114,6 +114,13 @@ report::Table speeds_table(const Summary& summary) {
   return table;
 }
 
+std::string disturbed_text(const Results& results) {
+  return fmt::format(
+      "Other programs used {:.0f} % of the CPUs while this was measured. Ordinary scheduling shares with them, so the "
+      "default and the rates set by hand look worse here than on a quiet machine: measure again when it is quiet.",
+      100.0 * median_others(results));
+}
+
 void add_notes(report::Page& page, const Results& results) {
   if (!results.no_real_time.empty()) {
     page.note("Rates only: " + results.no_real_time +
@@ -127,6 +134,7 @@ void add_notes(report::Page& page, const Results& results) {
                     "board.",
                     results.slowdown, results.slowdown - 1.0));
   }
+  if (median_others(results) > kDisturbed) page.note(disturbed_text(results), report::NoteKind::kWarning);
   if (!results.complete) {
     page.note("Stopped early: not all trials were run.", report::NoteKind::kWarning);
   }
@@ -145,6 +153,7 @@ std::vector<std::pair<std::string, std::string>> headline(const Results& results
   const Compute compute = median_compute(results);
   facts.emplace_back("Compute time of camera, detect, plan",
                      fmt::format("{:.1f}, {:.1f}, {:.1f} ms", compute.camera, compute.detect, compute.plan));
+  facts.emplace_back("CPU time used by others meanwhile", fmt::format("{:.1f} %", 100.0 * median_others(results)));
   facts.emplace_back("Slowdown", fmt::format("{}", results.slowdown));
   return facts;
 }
@@ -236,6 +245,7 @@ std::string to_text(const Results& results) {
     text += fmt::format("{:<4} {}: {}: {}\n", claim.held ? "held" : "NOT", cores_text(claim.cores), claim.text,
                         claim.measured);
   }
+  if (median_others(results) > kDisturbed) text += "\n" + disturbed_text(results) + "\n";
   if (!results.no_real_time.empty()) text += "\nrates only: " + results.no_real_time + "\n";
   return text;
 }

@@ -38,10 +38,12 @@ TEST(Page, OwnsUpToRatesOnlyAndToStoppingEarly) {
   results.no_real_time = "the kernel said no.";
   results.complete = false;
   results.slowdown = 2.0;
+  for (Measured& run : results.runs) run.others = 0.4;
   const auto page = render_page(results);
   ASSERT_TRUE(page.ok());
   EXPECT_THAT(*page, HasSubstr("Rates only: the kernel said no."));
   EXPECT_THAT(*page, HasSubstr("Stopped early"));
+  EXPECT_THAT(*page, HasSubstr("Other programs used 40 %"));
   EXPECT_THAT(*page, HasSubstr("Slowdown 2"));
 }
 

@@ -130,6 +130,12 @@ const Row* find_row(const Summary& summary, std::size_t cores, const std::string
   return found == summary.rows.end() ? nullptr : &*found;
 }
 
+double median_others(const Results& results) {
+  std::vector<double> shares;
+  for (const Measured& run : results.runs) shares.push_back(run.others);
+  return shares.empty() ? 0.0 : spread_of(std::move(shares)).median;
+}
+
 Compute median_compute(const Results& results) {
   std::vector<const Measured*> runs;
   for (const Measured& run : results.runs) {
