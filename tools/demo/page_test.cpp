@@ -15,9 +15,10 @@ TEST(Figures, HaveAPanelForEachNumberOfCores) {
   const auto figure = response_figure(summarise(sample_results()), 1.0);
   ASSERT_EQ(figure.panels.size(), 2U);
   for (const auto& panel : figure.panels) {
-    ASSERT_EQ(panel.series.size(), 2U);
+    ASSERT_EQ(panel.series.size(), 3U);
     EXPECT_EQ(panel.series[0].points.size(), 3U);  // two rates and the default
     EXPECT_EQ(panel.series[1].points.size(), 1U);
+    EXPECT_EQ(panel.series[2].points.size(), 1U);  // the prediction
     EXPECT_EQ(panel.markers.size(), 2U);
     EXPECT_LT(panel.series[0].points[0].x, panel.series[0].points[1].x);
   }
