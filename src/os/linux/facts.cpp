@@ -104,9 +104,9 @@ Nanos steal_time(const LinuxRoots& roots) {
   line >> name;
   for (int field = 0; field < 7; ++field) line >> before;
   const long ticks_per_second = ::sysconf(_SC_CLK_TCK);
-  constexpr std::int64_t kMostTicks = std::int64_t{1'000'000'000} * 1000;  // beyond it the file is odd
-  if (name != "cpu" || !(line >> steal) || steal < 0 || steal > kMostTicks || ticks_per_second <= 0) return Nanos{0};
-  return Nanos{1'000'000'000 / ticks_per_second} * steal;
+  if (name != "cpu" || !(line >> steal) || steal < 0 || ticks_per_second <= 0) return Nanos{0};
+  const Nanos tick{1'000'000'000 / ticks_per_second};
+  return steal <= Nanos::max() / tick ? tick * steal : Nanos{0};
 }
 
 std::string wall_clock_utc() {

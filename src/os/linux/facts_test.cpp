@@ -157,7 +157,7 @@ TEST(LinuxHostFacts, ArmBoardsNameThemselvesElsewhere) {
 TEST(LinuxHostFacts, MissingAndOddFilesLeaveFactsEmpty) {
   FabricatedTree tree;
   for (const char* stat : {"", "cpu 1 2 3\n", "intr 1 2 3 4 5 6 7 8\n", "cpu 1 2 3 4 5 6 7 -8\n", "cpu a b\n",
-                           "cpu 1 2 3 4 5 6 7 9999999999999999999\n"}) {
+                           "cpu 1 2 3 4 5 6 7 999999999999\n", "cpu 1 2 3 4 5 6 7 9999999999999999999\n"}) {
     tree.write("proc/stat", stat);
     const HostFacts facts = read_host_facts(tree.roots());
     EXPECT_EQ(facts.steal, Nanos{0}) << stat;
