@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Runs every fuzzer of a fuzz build for some seconds each.
 #   scripts/fuzz.sh BUILD [SECONDS]
-# A fuzzer is a program NAME_fuzz below BUILD/fuzz; its seeds are the files of fuzz/corpus/NAME. What it finds interesting
-# goes to out/fuzz/NAME, and so does an input that breaks it, so that seeds change only on purpose.
+# A fuzzer is a program NAME_fuzzer below BUILD/fuzz; its seeds are in fuzz/corpus/NAME_fuzzer, its dictionary, if it has
+# one, is fuzz/NAME_fuzzer.dict or else fuzz/yaml.dict. What it finds interesting goes to out/fuzz/NAME_fuzzer, and so does
+# an input that breaks it: seeds change only on purpose.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:?usage: scripts/fuzz.sh BUILD [SECONDS]}
@@ -11,23 +12,23 @@ failed=0
 found=0
 while IFS= read -r fuzzer; do
   found=$((found + 1))
-  name=$(basename "$fuzzer" _fuzz)
+  name=$(basename "$fuzzer")
   work=out/fuzz/$name
   mkdir -p "$work"
   seeds=()
   [[ -d fuzz/corpus/$name ]] && seeds=("fuzz/corpus/$name")
-  dictionary=()
-  [[ -e fuzz/corpus/$name.dict ]] && dictionary=("-dict=fuzz/corpus/$name.dict")
+  dictionary=fuzz/$name.dict
+  [[ -e $dictionary ]] || dictionary=fuzz/yaml.dict
   log=out/fuzz/$name.log
   # A hang is an error too: no input of 64 KiB at most may take 5 s.
   if "$fuzzer" -max_total_time="$seconds" -timeout=5 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1 \
-      "${dictionary[@]}" -artifact_prefix="$work/broken-" "$work" "${seeds[@]}" >"$log" 2>&1; then
-    echo "fuzz $name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, nothing found"
+      -dict="$dictionary" -artifact_prefix="$work/broken-" "$work" "${seeds[@]}" >"$log" 2>&1; then
+    echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, nothing found"
   else
     failed=1
-    echo "fuzz $name: FOUND SOMETHING; the end of $log:"
+    echo "$name: FOUND SOMETHING; the end of $log:"
     tail -n 30 "$log"
   fi
-done < <(find "$build/fuzz" -type f -name '*_fuzz' -perm -u+x 2>/dev/null | sort)
+done < <(find "$build/fuzz" -type f -name '*_fuzzer' -perm -u+x 2>/dev/null | sort)
 [[ $found -gt 0 ]] || echo "fuzz: there are no fuzzers yet"
 exit $failed

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <utility>
 
 #include "lens.h"
 
@@ -23,7 +22,7 @@ Result<Detector> Detector::open(const std::string& cascade_file) {
     return Error::environment("cannot read the cascade " + cascade_file,
                               "it is part of the Debian package opencv-data: sudo apt-get install opencv-data");
   }
-  return Detector(std::move(cascade));
+  return Detector(cascade);
 }
 
 std::optional<Found> Detector::run(const cv::Mat& flat) {

@@ -30,7 +30,7 @@ class Detector {
   std::optional<Found> run(const cv::Mat& flat);
 
  private:
-  explicit Detector(cv::CascadeClassifier cascade) : cascade_(std::move(cascade)) {}
+  explicit Detector(const cv::CascadeClassifier& cascade) : cascade_(cascade) {}
 
   cv::CascadeClassifier cascade_;
   std::vector<cv::Rect> boxes_;

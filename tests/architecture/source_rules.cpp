@@ -259,7 +259,7 @@ std::vector<std::string> check_text(const SourceFile& file, bool tabs_allowed) {
 std::vector<Link> relative_links(std::string_view markdown) {
   static const std::regex pattern{R"re(\]\(\s*<?([^)\s>]+)|\b(?:src|href)="([^"]+)")re"};
   static const std::regex elsewhere{R"(^([a-z]+:|#|//).*)"};
-  static const std::regex code{R"(`[^`]*`)"};
+  static const std::regex not_shown{R"(`[^`]*`|<!--.*?-->)"};
   std::vector<Link> links;
   bool fenced = false;
   int number = 0;
@@ -267,7 +267,7 @@ std::vector<Link> relative_links(std::string_view markdown) {
     ++number;
     if (line.starts_with("```")) fenced = !fenced;
     if (fenced) continue;
-    line = std::regex_replace(line, code, "``");
+    line = std::regex_replace(line, not_shown, "");
     for (std::sregex_iterator it(line.begin(), line.end(), pattern), end; it != end; ++it) {
       const std::string target = (*it)[1].matched ? (*it)[1] : (*it)[2];
       if (!std::regex_match(target, elsewhere)) links.push_back({number, target.substr(0, target.find('#'))});

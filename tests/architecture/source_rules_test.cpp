@@ -120,7 +120,7 @@ TEST(TextRules, FindWhatDoesNotBelongInAText) {
 TEST(MarkdownLinks, AreThoseThatLeadToAFile) {
   const std::vector<Link> links = relative_links(
       "[a](docs/a.md) and [b](b.md#part)\n"
-      "[web](https://example.org) [here](#part) `[code](no.md)`\n"
+      "[web](https://example.org) [here](#part) `[code](no.md)` <!-- [comment](no.md) -->\n"
       "```\n[code](no.md)\n```\n"
       "![p](p.svg) <img src=\"q.svg\" width=\"9\">\n");
   std::vector<std::string> found;
