@@ -95,7 +95,7 @@ TEST(CommandLine, IsQuotedForTheShell) {
 }
 
 TEST(RunTrial, TellsWhenTheProgramFails) {
-  const auto run = run_trial("/nowhere/face_tracking", {1, {0}, "catan", 1.0, 1, 1.0}, 1.0);
+  const auto run = run_trial("/nowhere/face_tracking", {1, {0}, "catan", 1.0, 1, 1.0}, 1.0, "/dev/null");
   ASSERT_FALSE(run.ok());
   EXPECT_NE(run.error().message().find("127"), std::string::npos);
 }

@@ -37,6 +37,8 @@ struct Options {
   std::string from;  // results to render again; empty: run
   Setting setting;
   bool check = false;
+
+  std::string log() const { return (std::filesystem::path(out) / "face_tracking.log").string(); }
 };
 
 int fail(const Error& error) {
@@ -53,8 +55,6 @@ Status write_file(const std::filesystem::path& path, const std::string& text) {
 }
 
 Status write_all(const Results& results, const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
   if (Status done = write_file(folder / "results.json", to_json(results)); !done) return done;
   const Summary summary = summarise(results);
   const std::pair<const char*, report::Figure> figures[] = {
@@ -99,9 +99,10 @@ class Progress {
 // beside what it measures: a short trial that does not count.
 Result<Compute> calibrate(Options& options) {
   fmt::print(stderr, "measuring what the nodes cost ... ");
-  const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed, 1, 1.0};
+  const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed,
+                    1, options.setting.slowdown};
   const auto start = std::chrono::steady_clock::now();
-  const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown);
+  const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
   if (!run) return run.error();
   const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   options.setting.overhead = passed - trial.seconds;
@@ -111,7 +112,10 @@ Result<Compute> calibrate(Options& options) {
 }
 
 Result<Results> run_all(Options& options) {
-  Result<Host> host = look_at_host();
+  // Before minutes are spent on results that could not be kept.
+  if (Status log = write_file(options.log(), ""); !log) return log.error();
+
+  Result<Host> host = look_at_host(options.program);
   if (!host) return host.error();
   options.setting.cpu_sets = host->cpu_sets;
   if (options.setting.quick) options.setting.cpu_sets.resize(1);
@@ -130,7 +134,7 @@ Result<Results> run_all(Options& options) {
   Progress progress(trials.size());
   for (const Trial& trial : trials) {
     progress.begin(trial);
-    Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown);
+    Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
     if (g_signal != 0) break;
     if (!run) return run.error();
     progress.end(*run);
@@ -148,6 +152,8 @@ Result<Results> load(const std::string& path) {
 }
 
 int run(Options& options) {
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
   Result<Results> results = options.from.empty() ? run_all(options) : load(options.from);
   if (!results) return fail(results.error());
   fmt::print("{}", to_text(*results));

@@ -36,7 +36,8 @@ struct Results {
   std::vector<Measured> runs{};  // in the order they were run
 };
 
-// `json`: what face_tracking --json printed. Errors: kEnvironment, naming what is missing.
+// `json`: what face_tracking --json printed. The response time is 0 where no picture reached the motor. Errors:
+// kEnvironment, naming what is missing.
 Result<Measured> parse_measured(const Trial& trial, const std::string& json);
 
 std::string to_json(const Results& results);
