@@ -4,7 +4,7 @@
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
 // chain of the objective is a path with at least one node that is not external; weights are finite and >= 0; min_rate
-// <= max_rate.
+// <= max_rate, for the nodes of a subchain taken together.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once

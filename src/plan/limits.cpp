@@ -19,7 +19,7 @@ PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain) {
       limits.least = node.max_rate->period();
       limits.capped = id;
     }
-    if (has_exact_rate(node) && (!limits.exact || node.max_rate->period() < *limits.exact)) {
+    if (has_exact_rate(node)) {
       limits.exact = node.max_rate->period();
       limits.exact_of = id;
     }

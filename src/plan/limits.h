@@ -20,13 +20,11 @@ namespace ctn::plan {
 struct PeriodLimits {
   Millis least{0};                 // p may be no shorter: the lowest max_rate of the nodes; 0: no cap
   std::optional<NodeId> capped;    // whose max_rate that is
-  std::optional<Millis> exact;     // p must be just this: the highest of the exact rates
+  std::optional<Millis> exact;     // p must be just this
   std::optional<NodeId> exact_of;  // whose rate that is
-
-  // Nodes of a subchain run at one rate: no period satisfies both.
-  bool contradictory() const { return exact && least > *exact; }
 };
 
+// The limits of an `App` agree: no node's min_rate, exact or not, is above the max_rate of another of its subchain.
 PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain);
 
 // A bound that may be relaxed: on a node's period (its min_rate) or on the response time of an objective's term.

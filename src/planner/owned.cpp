@@ -120,18 +120,6 @@ Error unattainable(const Input& in, int cores) {
                                     1000.0 / shortest.count(), in.app.graph.subchain(kOnly).name)}});
 }
 
-// Two hard rates in one subchain, of which only one can hold.
-Error contradiction(const Input& in) {
-  const graph::Node& capped = in.app.graph.node(*in.limits.capped);
-  const graph::Node& exact = in.app.graph.node(*in.limits.exact_of);
-  return Error(ErrorKind::kCaller,
-               {Problem{{},
-                        fmt::format("nodes.{}.max_rate", capped.name),
-                        fmt::format("{} may run at most {:.6g}Hz and {}, of the same subchain, exactly {:.6g}Hz",
-                                    capped.name, capped.max_rate->hertz(), exact.name, exact.max_rate->hertz()),
-                        "nodes of a subchain run at one rate: let these agree, or put the nodes into two subchains"}});
-}
-
 // Figures beyond what a double holds would neither compare nor print.
 Error too_large() {
   return Error(ErrorKind::kCaller, {Problem{{},
@@ -154,7 +142,6 @@ plan::Plan to_plan(const Input& in, Candidate best, int cores) {
 
 Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
   const Input in{app, costs, slack, plan::period_limits(app.graph, kOnly)};
-  if (in.limits.contradictory()) return contradiction(in);
 
   const int useful = useful_cores(in, cores);
   std::optional<Candidate> best;

@@ -29,7 +29,6 @@ struct Header {
   std::optional<double> slack;  // fraction of a core that plans leave to ordinary threads; none: no plans are made
   TimePoint started{};
   Nanos warm_up{0};         // what happens in it after `started` is not what the run is measured by
-  std::string started_utc;  // ISO 8601
   std::string note;         // free text, as "slowdown 2.0"
 };
 

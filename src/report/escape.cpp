@@ -1,6 +1,8 @@
 #include "report/escape.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace ctn::report {
 namespace {
@@ -25,28 +27,53 @@ std::size_t sequence_length(std::string_view text) {
   return length;
 }
 
+// The text's characters one by one, those that may not stand in a document replaced.
+class Pieces {
+ public:
+  explicit Pieces(std::string_view text) {
+    while (!text.empty()) {
+      const std::size_t length = sequence_length(text);
+      const std::string_view piece = text.substr(0, std::max<std::size_t>(length, 1));
+      text.remove_prefix(piece.size());
+      const char c = piece.front();
+      const bool control = (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+      pieces_.push_back(length == 0 || control ? kReplacement : piece);
+    }
+  }
+  auto begin() const { return pieces_.begin(); }
+  auto end() const { return pieces_.end(); }
+
+ private:
+  std::vector<std::string_view> pieces_;
+};
+
 }  // namespace
 
 std::string escaped(std::string_view text) {
   std::string result;
-  while (!text.empty()) {
-    const std::size_t length = sequence_length(text);
-    const std::string_view piece = text.substr(0, length == 0 ? 1 : length);
-    text.remove_prefix(piece.size());
-    const char c = piece.front();
-    const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
-    if (length == 0 || control || c == 0x7f) {
-      result += kReplacement;
-    } else if (c == '&') {
+  for (const std::string_view piece : Pieces(text)) {
+    if (piece == "&") {
       result += "&amp;";
-    } else if (c == '<') {
+    } else if (piece == "<") {
       result += "&lt;";
-    } else if (c == '>') {
+    } else if (piece == ">") {
       result += "&gt;";
-    } else if (c == '"') {
+    } else if (piece == "\"") {
       result += "&quot;";
-    } else if (c == '\'') {
+    } else if (piece == "'") {
       result += "&#39;";
+    } else {
+      result += piece;
+    }
+  }
+  return result;
+}
+
+std::string cleaned(std::string_view text) {
+  std::string result;
+  for (const std::string_view piece : Pieces(text)) {
+    if (piece == "\n" || piece == "\t") {
+      result += ' ';
     } else {
       result += piece;
     }

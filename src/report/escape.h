@@ -10,4 +10,7 @@ namespace ctn::report {
 // U+FFFD.
 std::string escaped(std::string_view text);
 
+// The same without marks escaped: valid UTF-8 on one line.
+std::string cleaned(std::string_view text);
+
 }  // namespace ctn::report

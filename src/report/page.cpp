@@ -10,7 +10,7 @@ namespace ctn::report {
 std::string to_html(const RunMetrics& metrics) {
   const record::Header& header = metrics.header;
   Page page("Run of " + metrics.app, headline(metrics));
-  page.facts({{"Started", header.started_utc},
+  page.facts({{"Started", header.host.utc},
               {"Scheduler", header.scheduler},
               {"CPUs", os::to_string(header.cpus)},
               {"Real-time levels", header.real_time ? "yes" : "no"},

@@ -22,7 +22,8 @@ namespace ctn::report {
 
 enum class Colour { kBlue, kOrange, kGreen, kPurple, kYellow, kSky, kInk, kGrey };
 
-// A point that is not finite, or not positive on a logarithmic axis, is left out, and the line is broken there.
+// A point that is not finite (or beyond 1e30), or not positive on a logarithmic axis, is left out, and the line is
+// broken there.
 struct Point {
   double x = 0.0;
   double y = 0.0;
@@ -57,8 +58,8 @@ struct Level {
   Colour colour = Colour::kGrey;
 };
 
-// Without `min` and `max` the axis covers all points, spreads and lines; a linear y axis then begins at 0 unless
-// something lies below.
+// Without `min` and `max` (finite; positive on a logarithmic axis) the axis covers all points, spreads and lines; a
+// linear y axis then begins at 0 unless something lies below.
 struct Axis {
   std::string label{};
   bool log = false;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "report/escape.h"
+
 namespace ctn::report {
 namespace {
 
@@ -47,12 +49,16 @@ const char* rgb(Colour colour) {
   return kInkColour;
 }
 
-// As a string of gnuplot's that nothing is expanded in; one line.
+// As a string of gnuplot's that nothing is expanded in; one line. An apostrophe cannot be written in one that begins
+// with it, so it becomes the typographic one.
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) {
-    if (c == '\'') result += '\'';
-    result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+  for (const char c : cleaned(text)) {
+    if (c == '\'') {
+      result += "\u2019";
+    } else {
+      result += c;
+    }
   }
   return result + "'";
 }
@@ -62,12 +68,15 @@ double text_width(const std::string& text) {
   return static_cast<double>(characters) * kCharacter;
 }
 
+// Beyond it, arithmetic on ranges overflows.
+constexpr double kLargest = 1e30;
+
 struct Range {
   double low = 0.0;
   double high = 1.0;
   bool log = false;
 
-  bool holds(double value) const { return std::isfinite(value) && (!log || value > 0.0); }
+  bool holds(double value) const { return std::abs(value) <= kLargest && (!log || value >= 1.0 / kLargest); }
   double fraction(double value) const {
     if (log) return (std::log(value) - std::log(low)) / (std::log(high) - std::log(low));
     return (value - low) / (high - low);
@@ -91,10 +100,9 @@ Range range_of(const Axis& axis, const std::vector<double>& values, bool from_ze
     high += room;
     low = from_zero && low >= 0.0 ? 0.0 : low - room;
   }
-  range.low = axis.min.value_or(low);
-  range.high = axis.max.value_or(high);
-  if (axis.log && range.low <= 0.0) range.low = range.high > 0.0 ? range.high / 1000.0 : 1.0;
-  if (!(range.high > range.low)) range.high = range.low + (range.low != 0.0 ? std::abs(range.low) : 1.0);
+  range.low = axis.min && range.holds(*axis.min) ? *axis.min : low;
+  range.high = axis.max && range.holds(*axis.max) ? *axis.max : high;
+  if (!(range.high > range.low)) range.high = range.low + (axis.log ? range.low : 1.0 + std::abs(range.low));
   return range;
 }
 
@@ -215,8 +223,8 @@ class PanelScript {
                              screen(x + kSample, y), look.colour, dash(series.line));
     }
     if (series.marks) {
-      script_ += fmt::format("set label '' at {} point pt {} ps 0.75 lc rgb '{}' front\n", screen(x + 0.5 * kSample, y),
-                             look.shape, look.colour);
+      script_ += fmt::format("set label '' at {} tc rgb '{}' point pt {} ps 0.75 lc rgb '{}' front\n",
+                             screen(x + 0.5 * kSample, y), kInkColour, look.shape, look.colour);
     }
     label(series.label, screen(x + kSample + 8.0, y), "left");
   }

@@ -4,6 +4,8 @@
 
 #include <map>
 
+#include "base/text.h"
+
 namespace ctn::report {
 namespace {
 
@@ -128,9 +130,9 @@ std::vector<std::string> warnings(const RunMetrics& metrics) {
 }
 
 std::string to_text(const RunMetrics& metrics) {
-  std::string text = headline(metrics) + "\n";
-  if (!metrics.header.note.empty()) text += "note: " + metrics.header.note + "\n";
-  for (const std::string& warning : warnings(metrics)) text += "! " + warning + "\n";
+  std::string text = printable(headline(metrics)) + "\n";
+  if (!metrics.header.note.empty()) text += "note: " + printable(metrics.header.note) + "\n";
+  for (const std::string& warning : warnings(metrics)) text += "! " + printable(warning) + "\n";
   for (const Table& table : tables(metrics)) text += fmt::format("\n{}\n{}", table.caption, to_text(table));
   return text;
 }

@@ -49,19 +49,20 @@ std::vector<double> sweep_rates(const Compute& compute, std::size_t cores, bool 
 
 std::string rate_scheduler(double hertz) { return fmt::format("rate:{:.1f}Hz", hertz); }
 
-double overhead_seconds(double slowdown) { return 2.5 + 0.2 * slowdown; }
-
 std::vector<Trial> make_trials(const Setting& setting, const Compute& compute) {
+  const auto in_a_round = static_cast<double>(one_round(setting, compute, 1).size());
+  int rounds = setting.quick ? 1 : kRounds;
+  while (rounds > 1 && in_a_round * rounds * (setting.overhead + kMeasureMin) > setting.budget) --rounds;
+
   std::vector<Trial> trials;
-  const int rounds = setting.quick ? 1 : kRounds;
   for (int round = 1; round <= rounds; ++round) {
     std::vector<Trial> next = one_round(setting, compute, round);
     const auto shift = static_cast<std::ptrdiff_t>(next.size()) * (round - 1) / rounds;
     std::ranges::rotate(next, next.begin() + shift);
     std::ranges::copy(next, std::back_inserter(trials));
   }
-  const double each = setting.budget / static_cast<double>(std::max<std::size_t>(1, trials.size()));
-  const double measured = std::clamp(each - overhead_seconds(setting.slowdown), kMeasureMin, kMeasureMax);
+  const double each = setting.budget / std::max(1.0, in_a_round * rounds);
+  const double measured = std::clamp(each - setting.overhead, kMeasureMin, kMeasureMax);
   for (Trial& trial : trials) trial.seconds = setting.quick ? 1.0 : std::floor(measured * 10.0) / 10.0;
   return trials;
 }

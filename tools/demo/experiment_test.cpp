@@ -66,10 +66,18 @@ TEST(MakeTrials, KeepTheBudget) {
     Setting setting = two_cores();
     setting.cpu_sets.resize(sets);
     double total = 0.0;
-    for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + overhead_seconds(1.0);
+    for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + setting.overhead;
     EXPECT_LE(total, setting.budget);
     EXPECT_GT(total, 0.75 * setting.budget);
   }
+}
+
+TEST(MakeTrials, ASlowMachineGetsFewerRounds) {
+  Setting setting = two_cores();
+  setting.overhead = 6.0;
+  double total = 0.0;
+  for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + setting.overhead;
+  EXPECT_LE(total, setting.budget);
 }
 
 TEST(MakeTrials, QuickIsQuick) {

@@ -95,12 +95,16 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What the nodes cost here, which says where to sweep: a short trial that does not count.
-Result<Compute> calibrate(const Options& options) {
+// What the nodes cost here, which says where to sweep, and what a trial takes
+// beside what it measures: a short trial that does not count.
+Result<Compute> calibrate(Options& options) {
   fmt::print(stderr, "measuring what the nodes cost ... ");
   const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed, 1, 1.0};
+  const auto start = std::chrono::steady_clock::now();
   const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown);
   if (!run) return run.error();
+  const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  options.setting.overhead = passed - trial.seconds;
   fmt::print(stderr, "camera {:.1f} ms, detect {:.1f} ms, plan {:.1f} ms\n", run->compute.camera, run->compute.detect,
              run->compute.plan);
   return run->compute;

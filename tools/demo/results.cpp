@@ -33,6 +33,7 @@ Json json_of(const Measured& run) {
       {"lost_fraction", run.lost_fraction},
       {"compute_ms", {{"camera", compute.camera}, {"detect", compute.detect}, {"plan", compute.plan}}},
       {"real_time", run.real_time},
+      {"used_by_others", run.others},
   };
   if (run.predicted_ms) json["predicted_response_time_ms"] = *run.predicted_ms;
   return json;
@@ -50,6 +51,7 @@ Measured run_of(const Json& json) {
   run.lost_fraction = json.at("lost_fraction");
   run.compute = compute_of(json.at("compute_ms"));
   run.real_time = json.at("real_time");
+  run.others = json.at("used_by_others");
   return run;
 }
 

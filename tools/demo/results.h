@@ -22,6 +22,7 @@ struct Measured {
   double lost_fraction = 0.0;
   Compute compute;
   bool real_time = false;
+  double others = 0.0;  // fraction of all CPU time that other programs used meanwhile
 };
 
 struct Results {
@@ -30,8 +31,8 @@ struct Results {
   double high_speed = 0.0;
   double slowdown = 1.0;
   bool quick = false;
-  bool complete = false;       // all trials were run
-  std::string no_real_time;    // why Catan could not use real-time levels, and how to let it; empty where it could
+  bool complete = false;         // all trials were run
+  std::string no_real_time;      // why Catan could not use real-time levels, and how to let it; empty where it could
   std::vector<Measured> runs{};  // in the order they were run
 };
 

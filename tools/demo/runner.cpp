@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "load.h"
+
 namespace ctn::demo {
 namespace {
 
-constexpr double kPatience = 60.0;  // seconds beyond what a trial should take
+constexpr double kPatience = 60.0;  // seconds beyond what a trial measures, at slowdown 1
 
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -33,9 +35,10 @@ std::string command_line(const std::string& program, const Trial& trial, double 
 }
 
 Result<Measured> run_trial(const std::string& program, const Trial& trial, double slowdown) {
-  const double limit = trial.seconds + slowdown * overhead_seconds(slowdown) + kPatience;
+  const double limit = trial.seconds + slowdown * kPatience;
   const std::string command =
       fmt::format("exec timeout --foreground -k 5 {:.0f} {}", limit, command_line(program, trial, slowdown));
+  const auto before = read_ticks();
   std::FILE* pipe = popen(command.c_str(), "re");
   if (pipe == nullptr) return Error::environment("cannot start a program", "are there too many already?");
   std::string printed;
@@ -49,7 +52,9 @@ Result<Measured> run_trial(const std::string& program, const Trial& trial, doubl
                     WIFEXITED(status) ? fmt::format(" with exit code {}", WEXITSTATUS(status)) : std::string()),
         "try it by itself: " + command_line(program, trial, slowdown));
   }
-  return parse_measured(trial, printed);
+  Result<Measured> run = parse_measured(trial, printed);
+  if (run) run->others = others_share(before, read_ticks());
+  return run;
 }
 
 }  // namespace ctn::demo
