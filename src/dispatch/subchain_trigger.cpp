@@ -7,12 +7,11 @@
 namespace ctn::dispatch {
 
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
-  assert(period.count() > 0.0);
+  const Millis paced = std::max(period, Millis{kShortestPeriod});
   // A run that is a hair longer than its period (rounding) does not need a second one beside it.
-  const double overlap = std::ceil(execution / period - 1e-9);
-  return {.period = std::max(to_nanos(period), Nanos{1}),
-          .in_flight_limit = std::max(1, static_cast<int>(overlap)),
-          .hang_after = hang_after};
+  const double overlap = std::ceil(execution / paced - 1e-9);
+  return {
+      .period = to_nanos(paced), .in_flight_limit = std::max(1, static_cast<int>(overlap)), .hang_after = hang_after};
 }
 
 SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing)

@@ -31,8 +31,12 @@ struct Pacing {
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
 
+// Nothing is triggered more often, whatever a plan says: nodes that cost next to nothing would otherwise keep their
+// trigger thread, which outranks everything, busy without end.
+constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
+
 // The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is
-// one on one core. Precondition: period > 0.
+// one on one core.
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
 
 class SubchainTrigger {

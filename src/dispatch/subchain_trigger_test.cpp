@@ -70,6 +70,11 @@ TEST(PacingOfOwned, OverlapsAsManyRunsAsARunIsPeriodsLong) {
   EXPECT_EQ(pacing_of_owned(Millis{10.0}, Millis{0.0}, Nanos{0}).in_flight_limit, 1);
 }
 
+TEST(PacingOfOwned, NodesThatCostNothingDoNotSpin) {
+  EXPECT_EQ(pacing_of_owned(Millis{0.0}, Millis{0.0}, Nanos{0}).period, kShortestPeriod);
+  EXPECT_EQ(pacing_of_owned(Millis{0.0}, Millis{0.0}, Nanos{0}).in_flight_limit, 1);
+}
+
 TEST(SubchainTrigger, KeepsToTheGridWhileRunsAreShort) {
   Driver driver({milliseconds{10}, 1, Nanos{0}}, {milliseconds{9}});
   driver.run_until(at(milliseconds{50}));

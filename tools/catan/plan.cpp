@@ -1,6 +1,7 @@
 // catan plan: what Catan would do with an app on a number of cores.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -18,8 +19,6 @@
 
 namespace ctn::tool {
 namespace {
-
-constexpr int kMostCores = 1024;
 
 struct Options {
   std::string app;
@@ -54,8 +53,11 @@ int make(const Options& options) {
   if (!slack) return report_error(slack.error());
   const auto costs = costs_of(*app, options.costs);
   if (!costs) return report_error(costs.error());
-  const auto plan = planner::make_plan(*app, *costs, {options.cores, *slack});
+  const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
+  const auto begin = std::chrono::steady_clock::now();
+  auto plan = planner::make_plan(*app, *costs, {options.cores, *slack, method});
   if (!plan) return report_error(plan.error());
+  plan->solve_time = std::chrono::steady_clock::now() - begin;
   if (const auto proof = plan::validate(*plan, *app, *costs, options.cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
@@ -75,7 +77,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--cores", options->cores, "How many cores the app gets")
-      ->check(CLI::Range(1, kMostCores))
+      ->check(CLI::Range(1, planner::kMostCores))
       ->capture_default_str();
   command->add_option("--costs", options->costs, "Compute times (docs/cost-file.md); else scheduler.bootstrap_cost")
       ->type_name("FILE");
