@@ -26,6 +26,7 @@ user_packages=(
   libgtest-dev           # unit tests
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests
+  libbenchmark-dev       # make bench
   gnuplot-nox            # plots
 )
 dev_packages=(

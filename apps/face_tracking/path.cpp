@@ -8,8 +8,8 @@
 namespace ctn::face_tracking {
 namespace {
 
-constexpr double kLegMin = 1.5;  // seconds between two turns
-constexpr double kLegMax = 4.0;
+constexpr double kLegMin = 1.0;  // seconds between two turns
+constexpr double kLegMax = 3.0;
 constexpr double kHorizon = 24.0 * 3600.0;  // turns are drawn this far ahead
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Where the face is: a walk along a square around the camera, as a pure function of time.
 //
 // The camera stands at the centre of the square. The face goes along the sides at a constant linear speed and turns
-// round at random moments, 1.5 s to 4 s apart. Without them a tracker that has learnt the speed would stay on target
+// round at random moments, 1 s to 3 s apart. Without them a tracker that has learnt the speed would stay on target
 // however late it sees; each turn asks for a fresh reaction. The moments come from the seed alone: every scheduler can
 // be given the same walk.
 //

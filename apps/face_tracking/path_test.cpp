@@ -67,8 +67,8 @@ TEST(Path, TurnsRoundNowAndThenAndNeverJumps) {
     turns += step * before < 0.0 ? 1 : 0;
     before = step;
   }
-  EXPECT_GE(turns, 60 / 4 - 1);
-  EXPECT_LE(turns, 60 / 1.5 + 1);
+  EXPECT_GE(turns, 60 / 3 - 1);
+  EXPECT_LE(turns, 60 / 1 + 1);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace ctn::face_tracking {
 namespace {
 
-constexpr double kTurnsPerSecond = 0.4;  // how often a face turns round
+constexpr double kTurnsPerSecond = 0.5;  // how often a face turns round
 constexpr double kRateNoise = 1.0;       // rad/s per square root of a second
 constexpr double kBearingSigma = 0.02;   // of a detection
 constexpr double kOutlier = 1e-3;        // weight that a detection leaves to guesses far from it

@@ -168,7 +168,6 @@ Result<Header> read_header(const sqlite::Database& database, const Meta& meta) {
   header.slack = meta.real("slack");
   header.started = TimePoint{*started};
   header.warm_up = *warm_up;
-  header.started_utc = meta.text("started_utc").value_or("");
   header.note = meta.text("note").value_or("");
   return header;
 }

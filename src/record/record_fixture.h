@@ -94,7 +94,6 @@ inline Header header() {
   header.slack = 0.06;
   header.started = at(seconds{100});
   header.warm_up = seconds{2};
-  header.started_utc = "2026-01-02T03:04:05Z";
   header.note = "slowdown 2.0; it's ü";
   return header;
 }

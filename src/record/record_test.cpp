@@ -44,8 +44,8 @@ void expect_equal(const graph::App& a, const graph::App& b) {
 }
 
 void expect_equal(const Header& a, const Header& b) {
-  EXPECT_EQ(std::tie(a.scheduler, a.cpus, a.real_time, a.slack, a.started, a.warm_up, a.started_utc, a.note),
-            std::tie(b.scheduler, b.cpus, b.real_time, b.slack, b.started, b.warm_up, b.started_utc, b.note));
+  EXPECT_EQ(std::tie(a.scheduler, a.cpus, a.real_time, a.slack, a.started, a.warm_up, a.host.utc, a.note),
+            std::tie(b.scheduler, b.cpus, b.real_time, b.slack, b.started, b.warm_up, b.host.utc, b.note));
   EXPECT_EQ(std::tie(a.host.kernel, a.host.cpu_model, a.host.governor, a.host.clock_source, a.host.cpu_count),
             std::tie(b.host.kernel, b.host.cpu_model, b.host.governor, b.host.clock_source, b.host.cpu_count));
   EXPECT_EQ(a.host.steal, b.host.steal);

@@ -46,7 +46,7 @@ Status write_header(sqlite::Database& database, const Header& header) {
       .set("real_time", header.real_time)
       .set("slack", header.slack)
       .set("started_ns", ns(header.started))
-      .set("started_utc", std::string_view(header.started_utc))
+      .set("started_utc", std::string_view(header.host.utc))
       .set("warm_up_ns", header.warm_up.count())
       .set("complete", false)
       .set("host_kernel", std::string_view(header.host.kernel))

@@ -69,7 +69,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"app", metrics.app},
       {"scheduler", header.scheduler},
       {"note", header.note},
-      {"started_utc", header.started_utc},
+      {"started_utc", header.host.utc},
       {"complete", metrics.ending.complete},
       {"real_time", header.real_time},
       {"slack", json(header.slack)},

@@ -10,7 +10,7 @@ namespace ctn::report {
 std::string to_html(const RunMetrics& metrics) {
   const record::Header& header = metrics.header;
   Page page("Run of " + metrics.app, headline(metrics));
-  std::string started = header.started_utc;
+  std::string started = header.host.utc;
   std::replace(started.begin(), started.end(), 'T', ' ');  // where a line may break
   page.facts({{"Started", started},
               {"Scheduler", header.scheduler},

@@ -95,7 +95,6 @@ Status Engine::open_record(TimePoint start, TimePoint warm_from, std::unique_ptr
   if (plan_) header.slack = slack_;
   header.started = start;
   header.warm_up = warm_from - start;
-  header.started_utc = header.host.utc;
   header.note = options_.note;
   Result<std::unique_ptr<record::Writer>> created = record::Writer::create(options_.record, app_, header);
   if (!created) return created.error();

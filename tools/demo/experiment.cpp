@@ -10,8 +10,7 @@ namespace ctn::demo {
 namespace {
 
 constexpr int kRounds = 3;
-constexpr double kMeasureMin = 2.0;  // seconds of a trial
-constexpr double kMeasureMax = 6.0;
+constexpr double kMeasureMin = 2.0;  // seconds of a trial, at slowdown 1
 
 std::vector<Trial> one_round(const Setting& setting, const Compute& compute, int round) {
   std::vector<Trial> trials;
@@ -49,20 +48,23 @@ std::vector<double> sweep_rates(const Compute& compute, std::size_t cores, bool 
 
 std::string rate_scheduler(double hertz) { return fmt::format("rate:{:.1f}Hz", hertz); }
 
-double overhead_seconds(double slowdown) { return 2.5 + 0.2 * slowdown; }
-
 std::vector<Trial> make_trials(const Setting& setting, const Compute& compute) {
+  const auto in_a_round = static_cast<double>(one_round(setting, compute, 1).size());
+  int rounds = setting.quick ? 1 : kRounds;
+  while (rounds > 1 && in_a_round * rounds * (setting.overhead + kMeasureMin * setting.slowdown) > setting.budget)
+    --rounds;
+
   std::vector<Trial> trials;
-  const int rounds = setting.quick ? 1 : kRounds;
   for (int round = 1; round <= rounds; ++round) {
     std::vector<Trial> next = one_round(setting, compute, round);
     const auto shift = static_cast<std::ptrdiff_t>(next.size()) * (round - 1) / rounds;
     std::ranges::rotate(next, next.begin() + shift);
     std::ranges::copy(next, std::back_inserter(trials));
   }
-  const double each = setting.budget / static_cast<double>(std::max<std::size_t>(1, trials.size()));
-  const double measured = std::clamp(each - overhead_seconds(setting.slowdown), kMeasureMin, kMeasureMax);
-  for (Trial& trial : trials) trial.seconds = setting.quick ? 1.0 : std::floor(measured * 10.0) / 10.0;
+  const double each = setting.budget / std::max(1.0, in_a_round * rounds);
+  const double least = kMeasureMin * setting.slowdown;  // a slower board takes longer for as many pictures
+  const double measured = std::clamp(each - setting.overhead, least, 3.0 * least);
+  for (Trial& trial : trials) trial.seconds = setting.quick ? setting.slowdown : std::floor(measured * 10.0) / 10.0;
   return trials;
 }
 

@@ -66,10 +66,18 @@ TEST(MakeTrials, KeepTheBudget) {
     Setting setting = two_cores();
     setting.cpu_sets.resize(sets);
     double total = 0.0;
-    for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + overhead_seconds(1.0);
+    for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + setting.overhead;
     EXPECT_LE(total, setting.budget);
     EXPECT_GT(total, 0.75 * setting.budget);
   }
+}
+
+TEST(MakeTrials, ASlowMachineGetsFewerRounds) {
+  Setting setting = two_cores();
+  setting.overhead = 6.0;
+  double total = 0.0;
+  for (const Trial& trial : make_trials(setting, kUsual)) total += trial.seconds + setting.overhead;
+  EXPECT_LE(total, setting.budget);
 }
 
 TEST(MakeTrials, QuickIsQuick) {
@@ -87,7 +95,7 @@ TEST(CommandLine, IsQuotedForTheShell) {
 }
 
 TEST(RunTrial, TellsWhenTheProgramFails) {
-  const auto run = run_trial("/nowhere/face_tracking", {1, {0}, "catan", 1.0, 1, 1.0}, 1.0);
+  const auto run = run_trial("/nowhere/face_tracking", {1, {0}, "catan", 1.0, 1, 1.0}, 1.0, "/dev/null");
   ASSERT_FALSE(run.ok());
   EXPECT_NE(run.error().message().find("127"), std::string::npos);
 }

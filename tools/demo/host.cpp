@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "os/linux/linux_os.h"
 
@@ -29,9 +31,17 @@ std::vector<std::vector<int>> choose_cpus(const os::Topology& topology, const os
   return sets;
 }
 
+// The operating system layer advises for the program that asks, which is this one.
+std::string advice_for(const std::string& program, std::string text) {
+  std::error_code error;
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
+  const std::size_t at = self.empty() ? std::string::npos : text.find(self);
+  return at == std::string::npos ? text : text.replace(at, self.size(), program);
+}
+
 }  // namespace
 
-Result<Host> look_at_host() {
+Result<Host> look_at_host(const std::string& program) {
   const auto system = os::make_linux_os();
   const auto topology = system->topology();
   if (!topology) return topology.error();
@@ -42,7 +52,7 @@ Result<Host> look_at_host() {
   host.cpu_sets = choose_cpus(*topology, *allowed);
   if (host.cpu_sets.empty()) return Error::environment("no CPU may be used", "look at taskset -p $$");
   const os::RealTimeFacts real_time = system->real_time_facts();
-  if (!real_time.permitted) host.no_real_time = real_time.why_not;
+  if (!real_time.permitted) host.no_real_time = advice_for(program, real_time.why_not);
   const os::HostFacts facts = system->host_facts();
   const auto add = [&](const std::string& name, const std::string& value) {
     host.facts.emplace_back(name, value.empty() ? "unknown" : value);

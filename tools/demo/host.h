@@ -12,9 +12,10 @@ namespace ctn::demo {
 struct Host {
   std::vector<std::pair<std::string, std::string>> facts;  // name and value, for the page
   std::vector<std::vector<int>> cpu_sets;                  // one CPU; and two of different cores, where there are two
-  std::string no_real_time;                                // empty where real-time levels may be set
+  std::string no_real_time;  // why real-time levels may not be set, and how to let them; or empty
 };
 
-Result<Host> look_at_host();
+// `program`: the one that is to be real-time, for the advice how.
+Result<Host> look_at_host(const std::string& program);
 
 }  // namespace ctn::demo

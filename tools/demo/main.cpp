@@ -37,6 +37,8 @@ struct Options {
   std::string from;  // results to render again; empty: run
   Setting setting;
   bool check = false;
+
+  std::string log() const { return (std::filesystem::path(out) / "face_tracking.log").string(); }
 };
 
 int fail(const Error& error) {
@@ -53,8 +55,6 @@ Status write_file(const std::filesystem::path& path, const std::string& text) {
 }
 
 Status write_all(const Results& results, const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
   if (Status done = write_file(folder / "results.json", to_json(results)); !done) return done;
   const Summary summary = summarise(results);
   const std::pair<const char*, report::Figure> figures[] = {
@@ -95,19 +95,27 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What the nodes cost here, which says where to sweep: a short trial that does not count.
-Result<Compute> calibrate(const Options& options) {
+// What the nodes cost here, which says where to sweep, and what a trial takes
+// beside what it measures: a short trial that does not count.
+Result<Compute> calibrate(Options& options) {
   fmt::print(stderr, "measuring what the nodes cost ... ");
-  const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed, 1, 1.0};
-  const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown);
+  const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed,
+                    1, options.setting.slowdown};
+  const auto start = std::chrono::steady_clock::now();
+  const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
   if (!run) return run.error();
+  const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  options.setting.overhead = passed - trial.seconds;
   fmt::print(stderr, "camera {:.1f} ms, detect {:.1f} ms, plan {:.1f} ms\n", run->compute.camera, run->compute.detect,
              run->compute.plan);
   return run->compute;
 }
 
 Result<Results> run_all(Options& options) {
-  Result<Host> host = look_at_host();
+  // Before minutes are spent on results that could not be kept.
+  if (Status log = write_file(options.log(), ""); !log) return log.error();
+
+  Result<Host> host = look_at_host(options.program);
   if (!host) return host.error();
   options.setting.cpu_sets = host->cpu_sets;
   if (options.setting.quick) options.setting.cpu_sets.resize(1);
@@ -126,7 +134,7 @@ Result<Results> run_all(Options& options) {
   Progress progress(trials.size());
   for (const Trial& trial : trials) {
     progress.begin(trial);
-    Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown);
+    Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
     if (g_signal != 0) break;
     if (!run) return run.error();
     progress.end(*run);
@@ -144,6 +152,8 @@ Result<Results> load(const std::string& path) {
 }
 
 int run(Options& options) {
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
   Result<Results> results = options.from.empty() ? run_all(options) : load(options.from);
   if (!results) return fail(results.error());
   fmt::print("{}", to_text(*results));

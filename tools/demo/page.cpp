@@ -16,8 +16,6 @@ std::string shown(const Spread& spread, int digits) {
   return fmt::format("{:.{}f} ({:.{}f} to {:.{}f})", spread.median, digits, spread.least, digits, spread.most, digits);
 }
 
-Spread percent(Spread fraction) { return {100.0 * fraction.median, 100.0 * fraction.least, 100.0 * fraction.most}; }
-
 std::string scheduler_text(const Row& row) {
   if (row.scheduler == "default") return "default (30 Hz)";
   if (row.scheduler == "catan") return "Catan";
@@ -41,8 +39,12 @@ report::Panel panel_of(const Summary& summary, std::size_t cores, double speed, 
   report::Panel panel{.title = cores_text(cores), .x = {.label = "Source rate (Hz)", .min = 0.0}, .y = {.label = unit}};
   report::Series by_hand{.label = "rate set by hand", .colour = report::Colour::kOrange};
   report::Series ours{.label = "Catan", .line = report::Line::kNone, .colour = report::Colour::kBlue};
+  report::Series predicted{.label = "predicted", .line = report::Line::kNone, .colour = report::Colour::kGreen};
   for (const Row& row : summary.rows) {
     if (row.cores != cores || row.speed != speed) continue;
+    if (row.predicted_ms && value == &Row::response_ms) {
+      predicted.points.push_back({.x = row.source_hz.median, .y = row.predicted_ms->median});
+    }
     (row.scheduler == "catan" ? ours : by_hand).points.push_back(point_of(row, row.*value));
     if (row.scheduler == "catan") {
       panel.markers.push_back({.x = row.source_hz.median,
@@ -55,6 +57,7 @@ report::Panel panel_of(const Summary& summary, std::size_t cores, double speed, 
   }
   std::ranges::sort(by_hand.points, {}, &report::Point::x);
   panel.series = {std::move(by_hand), std::move(ours)};
+  if (!predicted.points.empty()) panel.series.push_back(std::move(predicted));
   return panel;
 }
 
@@ -87,7 +90,7 @@ report::Table claims_table(const Summary& summary) {
 
 report::Table rows_table(const Summary& summary) {
   report::Table table{.header = {"Cores", "Face", "Source", "Response time (ms)", "p95 (ms)", "Predicted (ms)",
-                                 "Mean angle (deg)", "Lost (% of time)"},
+                                 "Mean angle (deg)", "Lost (%)"},
                       .caption = "Median of the rounds, in brackets the least and the greatest."};
   for (const Row& row : summary.rows) {
     table.rows.push_back(
@@ -95,7 +98,7 @@ report::Table rows_table(const Summary& summary) {
          row.scheduler == "catan" ? fmt::format("Catan ({:.1f} Hz)", row.source_hz.median) : scheduler_text(row),
          shown(row.response_ms, 1), fmt::format("{:.1f}", row.response_p95_ms.median),
          row.predicted_ms ? fmt::format("{:.1f}", row.predicted_ms->median) : std::string("-"), shown(row.angle_deg, 2),
-         shown(percent(row.lost_fraction), 1)});
+         fmt::format("{:.1f}", 100.0 * row.lost_fraction.median)});
   }
   return table;
 }
@@ -114,6 +117,13 @@ report::Table speeds_table(const Summary& summary) {
   return table;
 }
 
+std::string disturbed_text(const Results& results) {
+  return fmt::format(
+      "Other programs used {:.0f} % of the CPUs while this was measured. Ordinary scheduling shares with them, so the "
+      "default and the rates set by hand look worse here than on a quiet machine: measure again when it is quiet.",
+      100.0 * median_others(results));
+}
+
 void add_notes(report::Page& page, const Results& results) {
   if (!results.no_real_time.empty()) {
     page.note("Rates only: " + results.no_real_time +
@@ -127,6 +137,7 @@ void add_notes(report::Page& page, const Results& results) {
                     "board.",
                     results.slowdown, results.slowdown - 1.0));
   }
+  if (median_others(results) > kDisturbed) page.note(disturbed_text(results), report::NoteKind::kWarning);
   if (!results.complete) {
     page.note("Stopped early: not all trials were run.", report::NoteKind::kWarning);
   }
@@ -145,6 +156,7 @@ std::vector<std::pair<std::string, std::string>> headline(const Results& results
   const Compute compute = median_compute(results);
   facts.emplace_back("Compute time of camera, detect, plan",
                      fmt::format("{:.1f}, {:.1f}, {:.1f} ms", compute.camera, compute.detect, compute.plan));
+  facts.emplace_back("CPU time used by others meanwhile", fmt::format("{:.1f} %", 100.0 * median_others(results)));
   facts.emplace_back("Slowdown", fmt::format("{}", results.slowdown));
   return facts;
 }
@@ -169,7 +181,7 @@ void add_method(report::Page& page, const Results& results) {
           "'default' is what the app's developer set by hand: a source of 30 Hz under ordinary Linux scheduling, "
           "however "
           "many cores there are. The other rates set by hand are ordinary scheduling too. Catan measured the nodes, "
-          "computed the rate from what they cost, and ran them at real-time levels.");
+          "computed the rate from what they cost, and ran them at real-time levels where the machine grants these.");
   std::size_t rounds = 0;
   double seconds = 0.0;
   for (const Measured& run : results.runs) {
@@ -236,6 +248,7 @@ std::string to_text(const Results& results) {
     text += fmt::format("{:<4} {}: {}: {}\n", claim.held ? "held" : "NOT", cores_text(claim.cores), claim.text,
                         claim.measured);
   }
+  if (median_others(results) > kDisturbed) text += "\n" + disturbed_text(results) + "\n";
   if (!results.no_real_time.empty()) text += "\nrates only: " + results.no_real_time + "\n";
   return text;
 }

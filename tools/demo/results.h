@@ -22,6 +22,7 @@ struct Measured {
   double lost_fraction = 0.0;
   Compute compute;
   bool real_time = false;
+  double others = 0.0;  // fraction of all CPU time that other programs used meanwhile
 };
 
 struct Results {
@@ -30,12 +31,13 @@ struct Results {
   double high_speed = 0.0;
   double slowdown = 1.0;
   bool quick = false;
-  bool complete = false;       // all trials were run
-  std::string no_real_time;    // why Catan could not use real-time levels, and how to let it; empty where it could
+  bool complete = false;         // all trials were run
+  std::string no_real_time;      // why Catan could not use real-time levels, and how to let it; empty where it could
   std::vector<Measured> runs{};  // in the order they were run
 };
 
-// `json`: what face_tracking --json printed. Errors: kEnvironment, naming what is missing.
+// `json`: what face_tracking --json printed. The response time is 0 where no picture reached the motor. Errors:
+// kEnvironment, naming what is missing.
 Result<Measured> parse_measured(const Trial& trial, const std::string& json);
 
 std::string to_json(const Results& results);

@@ -11,8 +11,8 @@ namespace ctn::demo {
 // The command line, quoted for a shell.
 std::string command_line(const std::string& program, const Trial& trial, double slowdown);
 
-// Blocks until the program has ended; one that hangs is ended by timeout(1). Errors: kEnvironment, what went wrong (the
-// program's own messages go to stderr).
-Result<Measured> run_trial(const std::string& program, const Trial& trial, double slowdown);
+// Blocks until the program has ended; one that hangs is ended by timeout(1). What it says on stderr is added to `log`.
+// A trial in which no picture reached the motor is run once more, for longer. Errors: kEnvironment, what went wrong.
+Result<Measured> run_trial(const std::string& program, const Trial& trial, double slowdown, const std::string& log);
 
 }  // namespace ctn::demo

@@ -48,6 +48,10 @@ Summary summarise(const Results& results);
 
 const Row* find_row(const Summary& summary, std::size_t cores, const std::string& scheduler, double speed);
 
+// Median over the trials of what others used of the machine; more than kDisturbed, and ordinary scheduling suffered.
+double median_others(const Results& results);
+inline constexpr double kDisturbed = 0.1;
+
 // Median compute times over all trials under Catan, or over all where there is none.
 Compute median_compute(const Results& results);
 

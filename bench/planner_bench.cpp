@@ -1,0 +1,71 @@
+// How long a plan takes to make, to prove and to write: what re-planning costs while an app runs.
+#include <benchmark/benchmark.h>
+
+#include <cstdlib>
+#include <string_view>
+
+#include "config/app_file.h"
+#include "config/cost_file.h"
+#include "plan/json.h"
+#include "plan/validate.h"
+#include "planner/planner.h"
+
+namespace ctn {
+namespace {
+
+constexpr std::string_view kApp = R"(catan: 1
+app: face_tracking
+nodes:
+  camera: {}
+  detect: { max_threads: 4 }
+  plan: {}
+  motor: { external: true }
+edges:
+  - camera -> detect -> plan -> motor
+subchains:
+  track: [camera, detect, plan]
+objective:
+  - { response_time: [camera, detect, plan, motor], weight: 1.0, max: 100ms }
+)";
+constexpr std::string_view kCosts = "camera: 25ms\ndetect: 57.5ms\nplan: 1ms\n";
+
+struct FaceTracking {
+  FaceTracking()
+      : app(config::parse_app(kApp, "app").value()), costs(config::parse_costs(kCosts, "costs", app).value()) {}
+
+  graph::App app;
+  model::CostTable costs;
+};
+
+plan::Plan made(const FaceTracking& in, int cores) {
+  auto plan = planner::make_plan(in.app, in.costs, {.cores = cores});
+  if (!plan) std::abort();
+  return *std::move(plan);
+}
+
+int cores_of(const benchmark::State& state) { return static_cast<int>(state.range(0)); }
+
+void make_plan(benchmark::State& state) {
+  const FaceTracking in;
+  for (auto _ : state) benchmark::DoNotOptimize(made(in, cores_of(state)));
+}
+BENCHMARK(make_plan)->ArgName("cores")->Arg(1)->Arg(2)->Arg(16);
+
+void validate(benchmark::State& state) {
+  const FaceTracking in;
+  const plan::Plan plan = made(in, cores_of(state));
+  for (auto _ : state) {
+    if (!plan::validate(plan, in.app, in.costs, cores_of(state))) std::abort();
+  }
+}
+BENCHMARK(validate)->ArgName("cores")->Arg(2);
+
+void to_json(benchmark::State& state) {
+  const FaceTracking in;
+  const plan::Plan plan = made(in, cores_of(state));
+  for (auto _ : state) benchmark::DoNotOptimize(plan::to_json(plan, in.app));
+}
+BENCHMARK(to_json)->ArgName("cores")->Arg(2);
+
+}  // namespace
+}  // namespace ctn
