@@ -102,11 +102,11 @@ std::string headline(const RunMetrics& metrics) {
 std::vector<std::string> warnings(const RunMetrics& metrics) {
   std::vector<std::string> result;
   if (!metrics.ending.complete) {
-    result.push_back(
+    result.emplace_back(
         "the record was not closed: the run goes on, or its process was killed; what came last is missing");
   }
   if (metrics.measured_s <= 0.0 && !metrics.whole) {
-    result.push_back("the run ended before its warm-up did, so nothing is measured; --all includes the warm-up");
+    result.emplace_back("the run ended before its warm-up did, so nothing is measured; --all includes the warm-up");
   }
   if (metrics.relax_factor > 1.0) {
     result.push_back(fmt::format("the bounds could not all be met; they were relaxed by a factor of up to {:.3g}",
