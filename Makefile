@@ -17,6 +17,8 @@ else
 verbose_build := --verbose
 endif
 cmake_build = cmake --build build/$(1) --parallel $(JOBS) $(verbose_build)
+# The test programs whose code runs in several threads. ThreadSanitizer has nothing to say about the others.
+THREADED := os_test runtime_test session_test face_tracking_test
 say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
@@ -64,8 +66,12 @@ lint: setup-dev configure ## static analysis: clang-tidy and cppcheck
 asan: ## run all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	$(MAKE) --no-print-directory test PRESET=asan
 
-tsan: ## run all tests under ThreadSanitizer
-	scripts/fixed-addresses.sh $(MAKE) --no-print-directory test PRESET=tsan
+tsan: ## run the tests of all that has threads under ThreadSanitizer
+	$(MAKE) --no-print-directory configure PRESET=tsan
+	$(call say,Build (tsan))
+	$(call cmake_build,tsan) --target $(THREADED)
+	$(call say,Test)
+	scripts/fixed-addresses.sh ctest --preset tsan --parallel $(JOBS) --tests-regex '$(TESTS)' --exclude-regex '_NOT_BUILT$$'
 
 fuzz: setup-dev ## run each fuzzer for FUZZ_SECONDS (default 20)
 	$(MAKE) --no-print-directory configure PRESET=fuzz SETUP=skip

@@ -1,27 +1,24 @@
 # catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target...)
 #
 # One library target a module: catan_NAME, from all sources of the current folder and those below it. Files that end in
-# _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it may include and
-# link; tests/architecture_test.cpp checks that the sources keep to it.
+# _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it
+# may include and link; tests/architecture checks that the sources keep to it. Installed, the library is catan::NAME.
 function(catan_module name)
   cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
   set(tests ${sources})
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
-  set(compiled ${sources})
-  list(FILTER compiled INCLUDE REGEX "\\.cpp$")
 
   list(TRANSFORM ARG_DEPENDS PREPEND catan_ OUTPUT_VARIABLE targets)
-  if(compiled)
-    add_library(catan_${name} STATIC ${sources})
-    target_include_directories(catan_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
-    target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
-  else()
-    add_library(catan_${name} INTERFACE)
-    target_include_directories(catan_${name} INTERFACE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
-    target_link_libraries(catan_${name} INTERFACE ${targets} ${ARG_LIBRARIES})
-  endif()
+  add_library(catan_${name} STATIC ${sources})
+  target_include_directories(catan_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:include>)
+  target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
+  set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
+  install(TARGETS catan_${name} EXPORT catan)
   set_property(GLOBAL APPEND PROPERTY CATAN_MODULES "${name}:${ARG_DEPENDS}")
 
   if(BUILD_TESTING AND tests)
@@ -29,8 +26,8 @@ function(catan_module name)
   endif()
 endfunction()
 
-# catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest. SERIAL: its
-# tests load CPUs in real time, so nothing else may run beside them.
+# catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest.
+# SERIAL: its tests load CPUs in real time, so nothing else may run beside them.
 function(catan_test name)
   cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})

@@ -30,28 +30,28 @@ std::vector<NodeId> path(const graph::App& app, const std::string& names) {
 
 class Evaluate : public testing::Test {
  protected:
-  const graph::App app = headset();
-  const CostTable costs{app.graph, Millis{0.25}};
-  const std::vector<SubchainTiming> timings{{Millis{40}, Millis{30}}, {Millis{8}, Millis{6}}};
+  const graph::App app_ = headset();
+  const CostTable costs_{app_.graph, Millis{0.25}};
+  const std::vector<SubchainTiming> timings_{{Millis{40}, Millis{30}}, {Millis{8}, Millis{6}}};
 };
 
 TEST_F(Evaluate, AnUnscheduledNodeHasItsOwnPeriodAndAnExternalOneNone) {
-  const ChainTiming timing = evaluate_chain(app.graph, path(app, "imu a b motor"), costs, timings);
+  const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "imu a b motor"), costs_, timings_);
   EXPECT_EQ(timing.latency, Millis{0.25 + 8 + 6});
   EXPECT_EQ(timing.period, Millis{8});
   EXPECT_EQ(timing.response, timing.latency + timing.period);
 }
 
 TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
-  const ChainTiming timing = evaluate_chain(app.graph, path(app, "camera vio a b"), costs, timings);
+  const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings_);
   EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});
   EXPECT_EQ(timing.period, Millis{100});
-  EXPECT_EQ(evaluate_period(app.graph, *app.graph.find_node("vio"), timings), Millis{40});
+  EXPECT_EQ(evaluate_period(app_.graph, *app_.graph.find_node("vio"), timings_), Millis{40});
 }
 
 TEST_F(Evaluate, PassingPartOfASubchainCountsAllOfIt) {
-  const ChainTiming part = evaluate_chain(app.graph, path(app, "imu a"), costs, timings);
-  const ChainTiming whole = evaluate_chain(app.graph, path(app, "imu a b"), costs, timings);
+  const ChainTiming part = evaluate_chain(app_.graph, path(app_, "imu a"), costs_, timings_);
+  const ChainTiming whole = evaluate_chain(app_.graph, path(app_, "imu a b"), costs_, timings_);
   EXPECT_EQ(part.response, whole.response);
 }
 

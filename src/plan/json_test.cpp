@@ -22,13 +22,13 @@ using testing::HasSubstr;
 
 class PlanJson : public testing::Test {
  protected:
-  const graph::App app = sample_app();
-  const model::CostTable costs = sample_costs(app);
-  const Plan plan = sample_plan(app, costs);
-  const std::string text = to_json(plan, app);
+  const graph::App app_ = sample_app();
+  const model::CostTable costs_ = sample_costs(app_);
+  const Plan plan_ = sample_plan(app_, costs_);
+  const std::string text_ = to_json(plan_, app_);
 
   std::vector<std::string> problems(const std::string& changed) const {
-    const Result<Plan> read = from_json(changed, app, "plan.json");
+    const Result<Plan> read = from_json(changed, app_, "plan.json");
     std::vector<std::string> messages;
     if (read) return messages;
     EXPECT_EQ(read.error().kind(), ErrorKind::kCaller);
@@ -37,21 +37,21 @@ class PlanJson : public testing::Test {
   }
 
   std::vector<std::string> problems_after(const std::function<void(json&)>& change) const {
-    json document = json::parse(text);
+    json document = json::parse(text_);
     change(document);
     return problems(document.dump());
   }
 };
 
 TEST_F(PlanJson, ReadsBackWhatItWrote) {
-  const Result<Plan> read = from_json(text, app, "plan.json");
+  const Result<Plan> read = from_json(text_, app_, "plan.json");
   ASSERT_TRUE(read.ok()) << read.error().message();
-  EXPECT_EQ(*read, plan);
-  EXPECT_EQ(to_json(*read, app), text);
+  EXPECT_EQ(*read, plan_);
+  EXPECT_EQ(to_json(*read, app_), text_);
 }
 
 TEST_F(PlanJson, HasTheKeysOfTheSchema) {
-  const json document = json::parse(text);
+  const json document = json::parse(text_);
   EXPECT_EQ(document["app"], "test");
   EXPECT_EQ(document["status"], "feasible");
   EXPECT_EQ(document["subchains"]["slow"]["every"], 4);
@@ -101,7 +101,7 @@ TEST_F(PlanJson, NamesUnknownAndMissingKeysByTheirPath) {
 
 // Whatever stands in the wrong place is noticed: every value of the document, replaced by one of another type.
 TEST_F(PlanJson, RejectsEveryValueOfTheWrongType) {
-  const json document = json::parse(text);
+  const json document = json::parse(text_);
   const json flat = document.flatten();
   for (const auto& [pointer, value] : flat.items()) {
     for (const json& other : {json(true), json(json::object()), json("text"), json(-1)}) {

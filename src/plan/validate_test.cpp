@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ struct Break {
   std::function<void(Plan&)> apply;
 };
 
-void PrintTo(const Break& broken, std::ostream* out) { *out << broken.name; }
+std::ostream& operator<<(std::ostream& out, const Break& broken) { return out << broken.name; }
 
 class Broken : public testing::TestWithParam<Break> {};
 

@@ -69,8 +69,8 @@ graph::App app_of(const Case& any) {
     names.push_back("n" + std::to_string(i));
     row += names.back() + " ";
   }
-  names.push_back("sensor");
-  names.push_back("base");
+  names.emplace_back("sensor");
+  names.emplace_back("base");
   graph::AppSpec spec = graph::spec_of(names, {row + "base", "sensor n0"});
   const auto nanos = [](double ms) { return graph::At<Nanos>{to_nanos(Millis{ms}), {}}; };
   node(spec, "base").external = true;

@@ -27,11 +27,15 @@ const char* const kMendNoRecord = "name a file that `catan run --record FILE` ma
 Status readable(const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "rbe");
   if (file != nullptr) {
+    errno = 0;
+    const bool refused = std::fgetc(file) == EOF && std::ferror(file) != 0;  // as by a folder
+    const int why = errno;
     std::fclose(file);
-    return Done{};
+    if (!refused) return Done{};
+    errno = why;
   }
   const std::string what = fmt::format("{} cannot be read: {}", path, std::strerror(errno));
-  if (errno == ENOENT || errno == ENOTDIR) return Error::caller(what, kMendNoRecord);
+  if (errno == ENOENT || errno == ENOTDIR || errno == EISDIR) return Error::caller(what, kMendNoRecord);
   return Error::environment(what, "get the permission to read it");
 }
 

@@ -28,8 +28,8 @@ struct Header {
   bool real_time = false;       // false: rates only
   std::optional<double> slack;  // fraction of a core that plans leave to ordinary threads; none: no plans are made
   TimePoint started{};
-  Nanos warm_up{0};         // what happens in it after `started` is not what the run is measured by
-  std::string note;         // free text, as "slowdown 2.0"
+  Nanos warm_up{0};  // what happens in it after `started` is not what the run is measured by
+  std::string note;  // free text, as "slowdown 2.0"
 };
 
 class Writer {

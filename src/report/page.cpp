@@ -1,6 +1,6 @@
 #include "report/page.h"
 
-#include <fmt/format.h>
+#include <algorithm>
 
 #include "report/html.h"
 #include "report/text.h"
@@ -10,12 +10,13 @@ namespace ctn::report {
 std::string to_html(const RunMetrics& metrics) {
   const record::Header& header = metrics.header;
   Page page("Run of " + metrics.app, headline(metrics));
-  page.facts({{"Started", header.host.utc},
+  std::string started = header.host.utc;
+  std::replace(started.begin(), started.end(), 'T', ' ');  // where a line may break
+  page.facts({{"Started", started},
               {"Scheduler", header.scheduler},
               {"CPUs", os::to_string(header.cpus)},
               {"Real-time levels", header.real_time ? "yes" : "no"},
-              {"Processor", header.host.cpu_model},
-              {"Kernel", header.host.kernel}});
+              {"Processor", header.host.cpu_model}});
   if (!header.note.empty()) page.note(header.note);
   for (const std::string& warning : warnings(metrics)) page.note(warning, NoteKind::kWarning);
   for (Table table : tables(metrics)) {
@@ -23,6 +24,7 @@ std::string to_html(const RunMetrics& metrics) {
     table.caption.clear();
     page.table(table);
   }
+  page.paragraph("Kernel: " + header.host.kernel);
   return page.html();
 }
 

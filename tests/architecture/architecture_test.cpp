@@ -69,7 +69,8 @@ TEST(Architecture, SourcesKeepToTheRules) {
 TEST(Architecture, TextFilesAreClean) {
   std::vector<std::string> broken;
   for (const SourceFile& file : files({".h", ".cpp", ".md", ".txt", ".cmake", ".json", ".yaml", ".sh"})) {
-    if (file.path.starts_with("fuzz/corpus/") || file.path.starts_with("tests/malformed/")) continue;  // faults on purpose
+    if (file.path.starts_with("fuzz/corpus/") || file.path.starts_with("tests/malformed/"))
+      continue;  // faults on purpose
     append(broken, check_text(file, false));
   }
   append(broken, check_text({"Makefile", read(kRoot / "Makefile")}, true));

@@ -88,7 +88,8 @@ TEST(SourceRules, OnlyOsReadsAClock) {
     EXPECT_THAT(check("src/plan/a.cpp", "// " + read + "\n/* " + read + " */"), IsEmpty()) << read;
     EXPECT_THAT(check("src/plan/a.cpp", "say(\"" + read + "\");"), IsEmpty()) << read;
   }
-  EXPECT_THAT(check("src/plan/a.cpp", "auto t = run_time(0); auto u = cells.time(0) + cells->time(0) + os.now();"), IsEmpty());
+  EXPECT_THAT(check("src/plan/a.cpp", "auto t = run_time(0); auto u = cells.time(0) + cells->time(0) + os.now();"),
+              IsEmpty());
 }
 
 TEST(SourceRules, WhatFollowsALiteralOrAnApostropheIsSeen) {
