@@ -37,6 +37,7 @@ struct Options {
   std::string from;  // results to render again; empty: run
   Setting setting;
   bool check = false;
+  int failed = 0;  // the exit code of a trial that went wrong after others had gone well
 
   std::string log() const { return (std::filesystem::path(out) / "face_tracking.log").string(); }
 };
@@ -136,7 +137,12 @@ Result<Results> run_all(Options& options) {
     progress.begin(trial);
     Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
     if (g_signal != 0) break;
-    if (!run) return run.error();
+    if (!run && results.runs.empty()) return run.error();
+    if (!run) {  // what was measured until now is worth keeping
+      fmt::print(stderr, "\n");
+      options.failed = fail(run.error());
+      break;
+    }
     progress.end(*run);
     results.runs.push_back(std::move(*run));
   }
@@ -160,6 +166,7 @@ int run(Options& options) {
   if (Status written = write_all(*results, options.out); !written) return fail(written.error());
   fmt::print("\nPage: {}\n", (std::filesystem::path(options.out) / "report.html").string());
   if (g_signal != 0) return 128 + g_signal;
+  if (options.failed != 0) return options.failed;
   const Summary summary = summarise(*results);
   const bool held = std::ranges::all_of(summary.claims, &Claim::held);
   return options.check && !held ? kFailure : 0;
