@@ -14,6 +14,14 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
       .period = to_nanos(paced), .in_flight_limit = std::max(1, static_cast<int>(overlap)), .hang_after = hang_after};
 }
 
+Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest) {
+  Pacing pacing = pacing_of_owned(period, execution, hang_after);
+  if (pacing.in_flight_limit == 1) return pacing;
+  pacing.after_completion = std::max(pacing.period * pacing.in_flight_limit - to_nanos(execution), Nanos{1});
+  pacing.shortest = shortest;
+  return pacing;
+}
+
 SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing)
     : pacing_(pacing), due_(start), last_due_(start), progress_at_(start) {
   assert(pacing.period > Nanos{0});
@@ -47,13 +55,17 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   Decision decision;
   decision.ask_at = kNever;
   completed = std::max(completed, completed_);
+  const bool paced_by_output = pacing_.after_completion > Nanos{0};
+  if (paced_by_output && completed > completed_) {
+    due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);
+  }
 
   if (now >= due_ && may_overlap(completed)) {
     decision.trigger = due_;
     if (sent_ == completed) progress_at_ = now;
     ++sent_;
     const bool lost_the_grid = now - due_ >= pacing_.period;
-    last_due_ = lost_the_grid ? now : due_;
+    last_due_ = lost_the_grid || paced_by_output ? now : due_;
     due_ = last_due_ + pacing_.period;
   }
   if (may_overlap(completed)) {
@@ -63,6 +75,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     decision.ask_at = decision.ask_on_completion ? kNever : due_;
   }
   watch(now, completed, decision);
+  if (paced_by_output) decision.ask_on_completion = true;
   // Whoever hangs is watched for its end, to give it its level back.
   if (hanging_) decision.ask_on_completion = true;
   return decision;

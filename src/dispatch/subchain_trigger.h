@@ -12,6 +12,10 @@
 // Triggers keep to a grid (a late one does not shift the next) until they are a whole period late: then the grid starts
 // anew.
 //
+// A pipeline (runs overlap, elastic) is paced by its own output instead: the run that is m triggers later is due when,
+// after the end of this one, m periods less one planned execution have passed. Runs shorter than planned let it go
+// faster; an input that has to wait makes it go slower until none has to.
+//
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
@@ -27,6 +31,10 @@ struct Pacing {
   Nanos period{0};          // > 0
   int in_flight_limit = 0;  // runs under way at most; 0: ungated
   Nanos hang_after{0};      // a run under way for longer is taken to hang; 0: never
+  // Where runs overlap: the next trigger comes this long after a run has ended, or a period after the last trigger
+  // where none has; 0: always the latter.
+  Nanos after_completion{0};
+  Nanos shortest{0};  // between two triggers, at least
 
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
@@ -38,6 +46,9 @@ constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 // The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is
 // one on one core.
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
+
+// The same, paced by its own output where runs overlap; `shortest` >= 0.
+Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest);
 
 class SubchainTrigger {
  public:
@@ -55,7 +66,9 @@ class SubchainTrigger {
   // Time never goes backwards; a call may come early, late, or twice.
   Decision step(TimePoint now, std::uint64_t completed);
 
-  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed.
+  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed. Where
+  // runs may overlap it waits for all that are under way, so that what piled up in front of a slow node under the old
+  // pacing does not stay there under the new one.
   void change_pacing(TimePoint now, const Pacing& pacing);
 
   std::uint64_t sent() const { return sent_; }

@@ -133,7 +133,31 @@ TEST(SubchainTrigger, ChangedPacingCountsFromTheLastTrigger) {
   EXPECT_TRUE(trigger.step(at(milliseconds{30}), 1).trigger) << "that has passed: now";
 }
 
+TEST(SubchainTrigger, APipelineIsPacedByItsOutput) {
+  // Planned: a run a 20 ms, each 30 ms long. Two triggers after a run has ended come 2 x 20 - 30 ms later.
+  const Pacing pacing = elastic_pacing_of_owned(Millis{20}, Millis{30}, Nanos{0}, milliseconds{12});
+  ASSERT_EQ(pacing.in_flight_limit, 2);
+  ASSERT_EQ(pacing.after_completion, milliseconds{10});
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  ASSERT_TRUE(trigger.step(at(milliseconds{0}), 0).trigger);
+  ASSERT_TRUE(trigger.step(at(milliseconds{20}), 0).trigger) << "a period later, for nothing has ended";
+  const auto decision = trigger.step(at(milliseconds{24}), 1);
+  EXPECT_FALSE(decision.trigger);
+  EXPECT_EQ(decision.ask_at, at(milliseconds{34})) << "the run was short, so it goes faster";
+  EXPECT_TRUE(decision.ask_on_completion);
+  ASSERT_TRUE(trigger.step(at(milliseconds{34}), 1).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{35}), 2).ask_at, at(milliseconds{46})) << "but not below the shortest period";
+}
+
+TEST(PacingOfOwned, OnOneCoreThereIsNothingToOverlap) {
+  EXPECT_EQ(elastic_pacing_of_owned(Millis{40}, Millis{30}, Nanos{0}, Nanos{0}).after_completion, Nanos{0});
+}
+
 Pacing arbitrary_pacing() {
+  if (*rc::gen::arbitrary<bool>()) {
+    const Millis period(*rc::gen::inRange(1, 50));
+    return elastic_pacing_of_owned(period, Millis(*rc::gen::inRange(0, 150)), Nanos{0}, Nanos{0});
+  }
   return {.period = milliseconds{*rc::gen::inRange(1, 50)},
           .in_flight_limit = *rc::gen::inRange(0, 4),
           .hang_after = milliseconds{*rc::gen::inRange(0, 200)}};

@@ -80,7 +80,7 @@ Status Engine::prepare() {
   if (options_.policy.plans() && !facts.permitted) housekeeper_->notice("rates-only", facts.why_not);
   if (plan_) {
     replan_clock_.emplace(start, app_.scheduler);
-    housekeeper_->plan_in_force(*plan_, "bootstrap");
+    housekeeper_->plan_in_force(*plan_, source_rate(), "bootstrap");
   }
   return Done{};
 }
@@ -113,9 +113,18 @@ Status Engine::make_first_pacings() {
   Result<plan::Plan> plan = make_plan(model::CostTable(app_.graph, app_.scheduler.bootstrap_cost));
   if (!plan) return plan.error();
   plan_ = std::move(*plan);
-  for (const plan::SubchainPlan& subchain : plan_->subchains) pacings_.push_back(pacing_of(subchain));
+  pace();
   return Done{};
 }
+
+void Engine::pace() {
+  pacings_.clear();
+  for (std::size_t index = 0; index < plan_->subchains.size(); ++index) {
+    pacings_.push_back(pacing_of(app_, *plan_, SubchainId(index)));
+  }
+}
+
+Rate Engine::source_rate() const { return Rate::every(pacings_.front().period); }
 
 Result<plan::Plan> Engine::make_plan(const model::CostTable& costs) {
   const TimePoint begin = os_.now();
@@ -252,10 +261,11 @@ void Engine::adopt(plan::Plan plan, const std::string& reason) {
     if (const Status placed = place_nodes(); !placed)
       housekeeper_->notice("placement-failed", placed.error().message());
   }
+  pace();
   for (std::size_t index = 0; index < triggers_.size(); ++index) {
-    triggers_[index]->change_pacing(pacing_of(plan_->subchains[index]));
+    triggers_[index]->change_pacing(pacings_[index]);
   }
-  housekeeper_->plan_in_force(*plan_, reason);
+  housekeeper_->plan_in_force(*plan_, source_rate(), reason);
 }
 
 void Engine::end_threads() {
@@ -308,7 +318,7 @@ Snapshot Engine::snapshot() const {
   if (!housekeeper_) return snapshot;
   snapshot.real_time = enforcer_->real_time();
   std::optional<double> hand_set_hz;
-  if (!options_.policy.plans()) hand_set_hz = Rate::every(pacings_.front().period).hertz();
+  if (!options_.policy.plans()) hand_set_hz = source_rate().hertz();
   housekeeper_->fill(snapshot, hand_set_hz);
   return snapshot;
 }

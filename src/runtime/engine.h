@@ -60,6 +60,8 @@ class Engine {
   Status prepare();
   Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
   Status make_first_pacings();
+  void pace();
+  Rate source_rate() const;  // of the first subchain's head, as paced
   Result<plan::Plan> make_plan(const model::CostTable& costs);
   Status spawn_and_place();
   void spawn_nodes();
@@ -86,7 +88,7 @@ class Engine {
   std::unique_ptr<Housekeeper> housekeeper_;
   std::optional<plan::Plan> plan_;  // the housekeeper's, once its thread runs
   std::optional<ReplanClock> replan_clock_;
-  std::vector<dispatch::Pacing> pacings_;  // the first, by subchain
+  std::vector<dispatch::Pacing> pacings_;  // by subchain; those in force, the housekeeper's as plan_ is
   std::vector<std::unique_ptr<TriggerThread>> triggers_;
   std::vector<os::ThreadId> trigger_ids_;
   std::vector<std::unique_ptr<os::Thread>> threads_;

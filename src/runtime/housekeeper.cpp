@@ -106,10 +106,10 @@ void Housekeeper::notice(const std::string& kind, const std::string& detail) {
   if (notify_) notify_(kind + ": " + detail);
 }
 
-void Housekeeper::plan_in_force(const plan::Plan& plan, const std::string& reason) {
+void Housekeeper::plan_in_force(const plan::Plan& plan, Rate source_rate, const std::string& reason) {
   const std::lock_guard lock(mutex_);
   const TimePoint now = os_.now();
-  measurements_.plan_in_force(now, plan);
+  measurements_.plan_in_force(now, plan, source_rate);
   plan_changes_.push_back({now, reason, plan::to_json(plan, app_)});
 }
 

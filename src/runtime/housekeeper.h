@@ -47,8 +47,8 @@ class Housekeeper {
 
   // Kept for the snapshot and the record, and told to `notify` at once.
   void notice(const std::string& kind, const std::string& detail);
-  // A plan came into force.
-  void plan_in_force(const plan::Plan& plan, const std::string& reason);
+  // A plan came into force; the source is paced at `source_rate` under it.
+  void plan_in_force(const plan::Plan& plan, Rate source_rate, const std::string& reason);
 
   bool all_measured() const;
   model::CostTable costs(Millis unmeasured) const;

@@ -10,6 +10,10 @@ namespace {
 
 double milliseconds(Nanos duration) { return to_millis(duration).count(); }
 
+// A node's first runs find its code and data in no cache and its pages unmapped. Once there are others they say nothing
+// of what it costs, and in a window of 50 they would decide its 95th percentile.
+constexpr std::uint64_t kColdRuns = 3;
+
 double seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
 
 }  // namespace
@@ -39,13 +43,18 @@ Measurements::Measurements(const graph::App& app, TimePoint warm_from) : app_(ap
     if (term.metric != graph::Metric::kResponseTime) continue;
     chains_.push_back({record::ChainTracker(app.graph, term.path), term.path, {}, {}, {}, {}});
   }
-  for (const graph::Node& node : app.graph.nodes()) {
-    nodes_.push_back({model::Estimator(app.scheduler.window, app.scheduler.percentile, node.modes), {}, 0});
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
+    nodes_.push_back({estimator_of(NodeId(index)), {}, 0});
   }
+}
+
+model::Estimator Measurements::estimator_of(NodeId node) const {
+  return {app_.scheduler.window, app_.scheduler.percentile, app_.graph.node(node).modes};
 }
 
 void Measurements::add(const record::Run& run) {
   NodeMeasure& node = nodes_[run.node.index()];
+  if (run.number == kColdRuns + 1) node.estimator = estimator_of(run.node);
   node.estimator.add(run.cpu, run.mode);
   if (run.begin >= warm_from_) {
     ++node.runs;
@@ -76,10 +85,10 @@ double Measurements::seconds_in_force(TimePoint until) const {
   return std::max(0.0, seconds(until - std::max(current_since_, warm_from_)));
 }
 
-void Measurements::plan_in_force(TimePoint since, const plan::Plan& plan) {
+void Measurements::plan_in_force(TimePoint since, const plan::Plan& plan, Rate source_rate) {
   if (current_) past_.accumulate(*current_, seconds_in_force(since));
   Prediction prediction;
-  if (!plan.subchains.empty()) prediction.source_hz = Rate::every(plan.subchains.front().period).hertz();
+  prediction.source_hz = source_rate.hertz();
   for (const plan::ChainPlan& chain : plan.chains) prediction.responses.push_back(chain.response.count());
   current_ = std::move(prediction);
   current_since_ = since;

@@ -42,7 +42,7 @@ class Measurements {
   void add(const record::Run& run);
 
   // Predictions are averaged over the time they were in force, from `warm_from` on.
-  void plan_in_force(TimePoint since, const plan::Plan& plan);
+  void plan_in_force(TimePoint since, const plan::Plan& plan, Rate source_rate);
 
   // True once every scheduled node has run.
   bool all_measured() const;
@@ -77,6 +77,7 @@ class Measurements {
 
   // The mean over the measured interval as of `now`; none before a plan was in force.
   std::optional<Prediction> mean_prediction(TimePoint now) const;
+  model::Estimator estimator_of(NodeId node) const;
   double seconds_in_force(TimePoint until) const;
 
   const graph::App& app_;

@@ -74,9 +74,21 @@ TEST(Measurements, EstimatesTakeTheWarmUpToo) {
   EXPECT_DOUBLE_EQ(measurements.costs(Millis{5})[NodeId(1)].single_thread().count(), 20.0);
 }
 
-plan::Plan predicting(double response, double period) {
+TEST(Measurements, ForgetsANodesColdRunsOnceItHasOthers) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{100}));
+  const auto cost_after = [&](std::uint64_t number, Nanos cpu) {
+    measurements.add({NodeId(0), number, at(seconds{1} * number), at(seconds{1} * number + cpu), cpu, 0, true, {}});
+    return measurements.costs(Millis{5})[NodeId(0)].single_thread().count();
+  };
+  EXPECT_DOUBLE_EQ(cost_after(1, milliseconds{90}), 90.0) << "better than nothing";
+  EXPECT_DOUBLE_EQ(cost_after(2, milliseconds{30}), 90.0);
+  EXPECT_DOUBLE_EQ(cost_after(3, milliseconds{30}), 90.0);
+  EXPECT_DOUBLE_EQ(cost_after(4, milliseconds{20}), 20.0);
+}
+
+plan::Plan predicting(double response) {
   plan::Plan plan;
-  plan.subchains.push_back({.cores = {0}, .period = Millis{period}, .execution = Millis{1}, .every = 1});
   plan.chains.push_back({.path = {NodeId(0), NodeId(1)}, .response = Millis{response}});
   return plan;
 }
@@ -84,9 +96,9 @@ plan::Plan predicting(double response, double period) {
 TEST(Measurements, AveragesPredictionsOverTheTimeTheyWereInForce) {
   const graph::App app = two_nodes();
   Measurements measurements(app, at(seconds{2}));
-  measurements.plan_in_force(at(seconds{0}), predicting(1000.0, 500.0));  // over before the measured interval
-  measurements.plan_in_force(at(seconds{1}), predicting(100.0, 50.0));    // of which 2 s count
-  measurements.plan_in_force(at(seconds{4}), predicting(200.0, 100.0));   // 6 s
+  measurements.plan_in_force(at(seconds{0}), predicting(1000.0), Rate{2.0});  // over before the measured interval
+  measurements.plan_in_force(at(seconds{1}), predicting(100.0), Rate{20.0});  // of which 2 s count
+  measurements.plan_in_force(at(seconds{4}), predicting(200.0), Rate{10.0});  // 6 s
   Snapshot snapshot;
   measurements.fill(snapshot, at(seconds{10}), std::nullopt);
   EXPECT_DOUBLE_EQ(*snapshot.chains[0].predicted_response_ms, (100.0 * 2 + 200.0 * 6) / 8);
@@ -96,7 +108,7 @@ TEST(Measurements, AveragesPredictionsOverTheTimeTheyWereInForce) {
 TEST(Measurements, BeforeTheMeasuredIntervalThePlanInForceIsTold) {
   const graph::App app = two_nodes();
   Measurements measurements(app, at(seconds{2}));
-  measurements.plan_in_force(at(seconds{0}), predicting(100.0, 50.0));
+  measurements.plan_in_force(at(seconds{0}), predicting(100.0), Rate{20.0});
   Snapshot snapshot;
   measurements.fill(snapshot, at(seconds{1}), std::nullopt);
   EXPECT_FALSE(snapshot.warmed_up);

@@ -16,9 +16,16 @@ constexpr double kSwapThreshold = 0.02;
 
 bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
 
-// The pacing of each subchain under a plan in which each owns its cores; a run hangs that takes ten times as long as
-// planned, and at least a second.
-dispatch::Pacing pacing_of(const plan::SubchainPlan& subchain);
+// The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a
+// second.
+//
+// With fixed frames it is the planned period. With elastic ones (the default) a pipeline on several cores does not idle
+// away slack that ordinary threads have anyway: its period is bound by its longest node, p (1 - slack), while its cores
+// are on average busy for L / floor(k / q) of it. It is paced by its output at
+// max(p (1 - slack), L / floor(k / q) / (1 -
+// slack)), never faster than a rate cap allows and never slower than planned, so the prediction stays an upper bound.
+// On one core both are the planned period.
+dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain);
 
 // The first plan that rests on measurements is due when the bootstrap is over and every node has run; further ones
 // every `replan`.

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
+#include "runtime/test_app.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -34,9 +38,37 @@ TEST(WorthASwap, ForOtherCores) { EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0
 
 TEST(WorthASwap, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth_a_swap(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
 
+dispatch::Pacing paced(plan::Plan plan, double slack, const char* scheduler = "{}", const char* head = "{}") {
+  const graph::App app = parse(std::string("catan: 1\napp: one\nnodes: { a: ") + head +
+                               " }\nobjective: [ { response_time: [a], weight: 1 } ]\nscheduler: " + scheduler + "\n");
+  plan.slack = slack;
+  return pacing_of(app, plan, SubchainId(0));
+}
+
 TEST(PacingOf, GivesAHangTenTimesTheExecutionAndASecondAtLeast) {
-  EXPECT_EQ(pacing_of(plan_with(400.0, 300.0).subchains[0]).hang_after, seconds{3});
-  EXPECT_EQ(pacing_of(plan_with(10.0, 9.0).subchains[0]).hang_after, seconds{1});
+  EXPECT_EQ(paced(plan_with(400.0, 300.0), 0.0).hang_after, seconds{3});
+  EXPECT_EQ(paced(plan_with(10.0, 9.0), 0.0).hang_after, seconds{1});
+}
+
+TEST(PacingOf, OnOneCoreIsThePlannedPeriod) {
+  EXPECT_EQ(paced(plan_with(100.0, 94.0), 0.06).period, to_nanos(Millis{100.0}));
+}
+
+TEST(PacingOf, APipelineKeepsNoSlackThatItsCoresHaveAnyway) {
+  // Longest node 57 ms, 83 ms in all, on two cores: each is busy for 41.5 of 57 ms.
+  EXPECT_EQ(paced(plan_with(57.0 / 0.94, 83.0, {0, 1}), 0.06).period, to_nanos(Millis{57.0}));
+  EXPECT_EQ(paced(plan_with(57.0 / 0.94, 83.0, {0, 1}), 0.06, "{ frames: fixed }").period,
+            to_nanos(Millis{57.0 / 0.94}));
+}
+
+TEST(PacingOf, APipelineThatFillsItsCoresKeepsItsSlack) {
+  // Two nodes of 50 ms on two cores: both always busy.
+  EXPECT_EQ(paced(plan_with(50.0 / 0.94, 100.0, {0, 1}), 0.06).period, to_nanos(Millis{50.0 / 0.94}));
+}
+
+TEST(PacingOf, NeverGoesBeyondARateCap) {
+  EXPECT_EQ(paced(plan_with(60.0, 83.0, {0, 1}), 0.06, "{}", "{ max_rate: 17Hz }").period,
+            to_nanos(Millis{1000.0 / 17}));
 }
 
 TEST(ReplanClock, WaitsForTheBootstrapAndForEveryNode) {

@@ -7,17 +7,21 @@ namespace ctn::runtime {
 namespace {
 
 constexpr std::size_t kPacings = 16;
-constexpr std::size_t kPacingWords = 3;
+constexpr std::size_t kPacingWords = 5;
 
 std::array<std::uint64_t, kPacingWords> encode(const dispatch::Pacing& pacing) {
   return {static_cast<std::uint64_t>(pacing.period.count()), static_cast<std::uint64_t>(pacing.in_flight_limit),
-          static_cast<std::uint64_t>(pacing.hang_after.count())};
+          static_cast<std::uint64_t>(pacing.hang_after.count()),
+          static_cast<std::uint64_t>(pacing.after_completion.count()),
+          static_cast<std::uint64_t>(pacing.shortest.count())};
 }
 
 dispatch::Pacing decode(std::span<const std::uint64_t> words) {
   return {.period = Nanos{static_cast<Nanos::rep>(words[0])},
           .in_flight_limit = static_cast<int>(words[1]),
-          .hang_after = Nanos{static_cast<Nanos::rep>(words[2])}};
+          .hang_after = Nanos{static_cast<Nanos::rep>(words[2])},
+          .after_completion = Nanos{static_cast<Nanos::rep>(words[3])},
+          .shortest = Nanos{static_cast<Nanos::rep>(words[4])}};
 }
 
 }  // namespace
