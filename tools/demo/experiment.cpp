@@ -58,8 +58,8 @@ std::vector<Trial> make_trials(const Setting& setting, const Compute& compute) {
   for (int round = 1; round <= rounds; ++round) {
     std::vector<Trial> next = one_round(setting, compute, round);
     const auto shift = static_cast<std::ptrdiff_t>(next.size()) * (round - 1) / rounds;
-    std::ranges::rotate(next, next.begin() + shift);
-    std::ranges::copy(next, std::back_inserter(trials));
+    std::rotate(next.begin(), next.begin() + shift, next.end());
+    std::copy(next.begin(), next.end(), std::back_inserter(trials));
   }
   const double each = setting.budget / std::max(1.0, in_a_round * rounds);
   const double least = kMeasureMin * setting.slowdown;  // a slower board takes longer for as many pictures
