@@ -39,18 +39,23 @@ Json json_of(const Measured& run) {
   return json;
 }
 
-Measured run_of(const Json& json) {
-  Measured run;
-  run.trial = {json.at("round"),       json.at("cpus"), json.at("scheduler"),
-               json.at("speed_rad_s"), json.at("seed"), json.at("seconds")};
-  run.response_ms = json.at("response_time_ms");
-  run.response_p95_ms = json.at("response_time_p95_ms");
+// What face_tracking prints and results.json keeps under the same keys.
+void read_common(const Json& json, Measured& run) {
   if (!json.at("predicted_response_time_ms").is_null()) run.predicted_ms = json.at("predicted_response_time_ms");
   run.source_hz = json.at("source_hz");
   run.angle_deg = json.at("angle_deg_mean");
   run.lost_fraction = json.at("lost_fraction");
   run.compute = compute_of(json.at("compute_ms"));
   run.real_time = json.at("real_time");
+}
+
+Measured run_of(const Json& json) {
+  Measured run;
+  run.trial = {json.at("round"),       json.at("cpus"), json.at("scheduler"),
+               json.at("speed_rad_s"), json.at("seed"), json.at("seconds")};
+  run.response_ms = json.at("response_time_ms");
+  run.response_p95_ms = json.at("response_time_p95_ms");
+  read_common(json, run);
   run.others = json.at("used_by_others");
   return run;
 }
@@ -66,12 +71,7 @@ Result<Measured> parse_measured(const Trial& trial, const std::string& text) {
       run.response_ms = response.at("mean");
       run.response_p95_ms = response.at("p95");
     }
-    if (!json.at("predicted_response_time_ms").is_null()) run.predicted_ms = json.at("predicted_response_time_ms");
-    run.source_hz = json.at("source_hz");
-    run.angle_deg = json.at("angle_deg_mean");
-    run.lost_fraction = json.at("lost_fraction");
-    run.compute = compute_of(json.at("compute_ms"));
-    run.real_time = json.at("real_time");
+    read_common(json, run);
     return run;
   } catch (const nlohmann::json::exception& error) {
     return not_as_expected("what face_tracking printed", error.what());
