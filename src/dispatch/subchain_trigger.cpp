@@ -16,9 +16,8 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
 
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest) {
   Pacing pacing = pacing_of_owned(period, execution, hang_after);
-  if (pacing.in_flight_limit == 1) return pacing;
   pacing.after_completion = std::max(pacing.period * pacing.in_flight_limit - to_nanos(execution), Nanos{1});
-  pacing.shortest = shortest;
+  pacing.shortest = std::max(shortest, kShortestPeriod);
   return pacing;
 }
 

@@ -12,9 +12,10 @@
 // Triggers keep to a grid (a late one does not shift the next) until they are a whole period late: then the grid starts
 // anew.
 //
-// A pipeline (runs overlap, elastic) is paced by its own output instead: the run that is m triggers later is due when,
-// after the end of this one, m periods less one planned execution have passed. Runs shorter than planned let it go
-// faster; an input that has to wait makes it go slower until none has to.
+// Elastic, a subchain is paced by its own output instead: where m runs overlap, the run that is m triggers later is due
+// when, after the end of this one, m periods less one execution have passed. On one core that is the idle time after
+// each run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than expected
+// let it go faster; an input that has to wait makes it go slower until none has to.
 //
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
@@ -31,8 +32,8 @@ struct Pacing {
   Nanos period{0};          // > 0
   int in_flight_limit = 0;  // runs under way at most; 0: ungated
   Nanos hang_after{0};      // a run under way for longer is taken to hang; 0: never
-  // Where runs overlap: the next trigger comes this long after a run has ended, or a period after the last trigger
-  // where none has; 0: always the latter.
+  // Elastic: the next trigger comes this long after a run has ended, or a period after the last trigger where none has;
+  // 0: always the latter.
   Nanos after_completion{0};
   Nanos shortest{0};  // between two triggers, at least
 
@@ -47,7 +48,7 @@ constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 // one on one core.
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
 
-// The same, paced by its own output where runs overlap; `shortest` >= 0.
+// The same, paced by its own output; `shortest` >= 0.
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest);
 
 class SubchainTrigger {

@@ -1,5 +1,6 @@
 #include "dispatch/subchain_trigger.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -149,8 +150,14 @@ TEST(SubchainTrigger, APipelineIsPacedByItsOutput) {
   EXPECT_EQ(trigger.step(at(milliseconds{35}), 2).ask_at, at(milliseconds{46})) << "but not below the shortest period";
 }
 
-TEST(PacingOfOwned, OnOneCoreThereIsNothingToOverlap) {
-  EXPECT_EQ(elastic_pacing_of_owned(Millis{40}, Millis{30}, Nanos{0}, Nanos{0}).after_completion, Nanos{0});
+TEST(SubchainTrigger, OnOneCoreAnElasticRunIsFollowedByItsIdleTime) {
+  const Pacing pacing = elastic_pacing_of_owned(Millis{40}, Millis{30}, Nanos{0}, Nanos{0});
+  ASSERT_EQ(pacing.in_flight_limit, 1);
+  Driver driver(pacing, {milliseconds{20}, milliseconds{50}, milliseconds{30}});
+  driver.run_until(at(milliseconds{150}));
+  EXPECT_THAT(driver.sent, testing::ElementsAre(at(milliseconds{0}), at(milliseconds{30}), at(milliseconds{90}),
+                                                at(milliseconds{130})))
+      << "10 ms after each run's end, however long it was";
 }
 
 Pacing arbitrary_pacing() {

@@ -46,7 +46,7 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   ++count_;
 }
 
-CostProfile Estimator::profile() const {
+CostProfile Estimator::profile(double percentile) const {
   assert(count_ > 0);
   const auto total = static_cast<double>(recent_modes_.values.size());
   std::vector<ModeCost> modes;
@@ -56,7 +56,7 @@ CostProfile Estimator::profile() const {
     samples.reserve(runs_[mode].values.size());
     for (const Nanos run : runs_[mode].values) samples.push_back(to_millis(run).count());
     std::sort(samples.begin(), samples.end());
-    const double cost = samples.empty() ? 0.0 : percentile_of_sorted(samples, percentile_);
+    const double cost = samples.empty() ? 0.0 : percentile_of_sorted(samples, percentile);
     modes.push_back({names_[mode], static_cast<double>(recent_count_[mode]) / total, Millis{cost}});
   }
   return CostProfile::of_modes(std::move(modes));

@@ -31,7 +31,9 @@ class Estimator {
   // of each mode, so that a rare mode keeps a percentile of its own; frequencies are those of the last `window` x 10
   // runs. One entry a declared mode, in their order; a mode that has not occurred has probability 0 and cost 0.
   // Precondition: count() > 0.
-  CostProfile profile() const;
+  CostProfile profile() const { return profile(percentile_); }
+  // The same with another percentile in (0, 100]: 50 is what a run typically costs.
+  CostProfile profile(double percentile) const;
 
  private:
   // The last `capacity` values, in no order that matters.

@@ -397,6 +397,11 @@ TEST_P(OsConformance, HostFactsNameTheSystem) {
   EXPECT_GE(facts.steal, Nanos{0});
 }
 
+TEST_P(OsConformance, CpusAreKeptReadyOrItIsSaidWhyNot) {
+  const auto ready = os().keep_cpus_ready();
+  EXPECT_TRUE(ready.ok() || ready.error().kind() == ErrorKind::kEnvironment);
+}
+
 constexpr std::array<Port, 5> kPorts = {{
     {"Linux", make_platform<LinuxPlatform>},
     {"Fake", make_platform<FakePlatform>},

@@ -105,6 +105,12 @@ class Thread {
   virtual void join() = 0;
 };
 
+// While it lives, idle CPUs stay ready for work. The kernel ends it with the process, however that ends.
+class ReadyCpus {
+ public:
+  virtual ~ReadyCpus() = default;
+};
+
 class Os {
  public:
   virtual ~Os() = default;
@@ -140,6 +146,11 @@ class Os {
   virtual Result<Topology> topology() = 0;
   virtual RealTimeFacts real_time_facts() = 0;
   virtual HostFacts host_facts() = 0;
+
+  // In a virtual machine, an idle CPU is given to others on the host, and comes back late and with cold caches: keeps
+  // that from happening. Null where there is nothing to keep: on hardware of its own, idle CPUs save energy as the
+  // system's settings say. kEnvironment where it is refused.
+  virtual Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() = 0;
 };
 
 }  // namespace ctn::os

@@ -20,11 +20,21 @@ using nlohmann::json;
 using testing::Contains;
 using testing::HasSubstr;
 
+Plan with_expectation(Plan plan) {
+  Expectation& expected = plan.expected.emplace();
+  expected.objective = 0.9 * plan.objective;
+  for (const SubchainPlan& subchain : plan.subchains) expected.subchains.push_back({subchain.period * 0.9, Millis{1}});
+  for (const ChainPlan& chain : plan.chains) {
+    expected.chains.push_back({chain.response * 0.9, chain.latency * 0.8, chain.period * 0.7});
+  }
+  return plan;
+}
+
 class PlanJson : public testing::Test {
  protected:
   const graph::App app_ = sample_app();
   const model::CostTable costs_ = sample_costs(app_);
-  const Plan plan_ = sample_plan(app_, costs_);
+  const Plan plan_ = with_expectation(sample_plan(app_, costs_));
   const std::string text_ = to_json(plan_, app_);
 
   std::vector<std::string> problems(const std::string& changed) const {

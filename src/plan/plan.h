@@ -79,6 +79,29 @@ struct RelaxedBound {
   friend bool operator==(const RelaxedBound&, const RelaxedBound&) = default;
 };
 
+// What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
+// elastic frames hand on what they leave. Every figure is at most the planned one.
+struct Expectation {
+  struct Timing {
+    Millis period{0};
+    Millis execution{0};
+
+    friend bool operator==(const Timing&, const Timing&) = default;
+  };
+  struct Chain {
+    Millis response{0};
+    Millis latency{0};
+    Millis period{0};
+
+    friend bool operator==(const Chain&, const Chain&) = default;
+  };
+  double objective = 0.0;
+  std::vector<Timing> subchains;  // by SubchainId
+  std::vector<Chain> chains;      // in the order of Plan::chains
+
+  friend bool operator==(const Expectation&, const Expectation&) = default;
+};
+
 struct Plan {
   std::string planner;  // which one made it: "joint", "two-stage"
   Quality quality = Quality::kOptimal;
@@ -92,6 +115,7 @@ struct Plan {
   std::vector<CorePlan> cores;          // by core number
   std::vector<ChainPlan> chains;
   std::vector<NodePlan> nodes;
+  std::optional<Expectation> expected;  // where typical compute times are known beside the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;
 };

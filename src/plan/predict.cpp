@@ -51,4 +51,35 @@ void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable&
   plan.relaxed = std::move(prediction.relaxed);
 }
 
+namespace {
+
+Expectation::Timing expect_owned(const Plan& plan, const graph::App& app, SubchainId id,
+                                 const model::CostTable& typical) {
+  const SubchainPlan& planned = plan.subchains[id.index()];
+  const model::OwnedCores owned = model::owned_cores_with(
+      app.graph, id, typical, static_cast<int>(planned.cores.size()), planned.threads, plan.slack);
+  const Millis execution = std::min(owned.execution, planned.execution);
+  const PeriodLimits limits = period_limits(app.graph, id);
+  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
+  return {std::min(planned.period, std::max(owned.period, limits.least)), execution};
+}
+
+}  // namespace
+
+Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical) {
+  Expectation expected;
+  std::vector<SubchainPlan> retimed = plan.subchains;
+  for (std::size_t i = 0; i < retimed.size(); ++i) {
+    expected.subchains.push_back(expect_owned(plan, app, SubchainId(i), typical));
+    retimed[i].period = expected.subchains.back().period;
+    retimed[i].execution = expected.subchains.back().execution;
+  }
+  const Prediction prediction = predict(app, typical, retimed);
+  expected.objective = prediction.objective;
+  for (const ChainPlan& chain : prediction.chains) {
+    expected.chains.push_back({chain.response, chain.latency, chain.period});
+  }
+  return expected;
+}
+
 }  // namespace ctn::plan

@@ -30,4 +30,10 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
 // Puts the prediction for `plan.subchains` into the plan.
 void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs);
 
+// What the plan is expected to give at typical compute times (a median of what was measured, say) under the
+// dispatcher's frames: with elastic ones the periods follow from `typical` by the formulas that the plan itself was
+// made with, though never longer than planned nor shorter than a cap allows; fixed frames and exact rates keep the
+// planned periods. Precondition: every subchain owns its cores.
+Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical);
+
 }  // namespace ctn::plan

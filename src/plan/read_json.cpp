@@ -79,14 +79,16 @@ class Reader {
     problems_.push_back({std::move(place), "", std::move(what), kMend});
   }
 
-  // Whether `value` is an object; that it has just these keys is checked on the way.
-  bool object(const Json& value, const std::string& path, std::initializer_list<std::string_view> keys) {
+  // Whether `value` is an object; that it has just these keys, `optional` perhaps among them, is checked on the way.
+  bool object(const Json& value, const std::string& path, std::initializer_list<std::string_view> keys,
+              std::string_view optional = {}) {
     if (!value.is_object()) {
       problem(path, fmt::format("this is {}, not an object", value.type_name()));
       return false;
     }
     for (const auto& [key, unused] : value.items()) {
-      if (std::find(keys.begin(), keys.end(), key) == keys.end()) problem(child(path, key), "unknown key", "remove it");
+      if (key != optional && std::find(keys.begin(), keys.end(), key) == keys.end())
+        problem(child(path, key), "unknown key", "remove it");
     }
     for (const std::string_view key : keys) {
       if (!value.contains(key)) problem(child(path, key), "the key is missing");
@@ -149,6 +151,25 @@ class Reader {
     for (std::size_t i = 0; i < value->size(); ++i) each((*value)[i], fmt::format("{}[{}]", here, i));
   }
 
+  // Calls `each(element, path, subchain)` for the members of the object under `subchains`, which has to name them all.
+  template <class Each>
+  void each_subchain(const Json& parent, const std::string& path, Each each) {
+    const Json* value = member(parent, "subchains");
+    if (!value) return;
+    const std::string here = child(path, "subchains");
+    if (!value->is_object()) return problem(here, fmt::format("this is {}, not an object", value->type_name()));
+    for (const auto& [name, element] : value->items()) {
+      if (const auto id = app_.graph.find_subchain(name)) {
+        each(element, child(here, name), *id);
+      } else {
+        problem(child(here, name), fmt::format("app '{}' has no such subchain", app_.name));
+      }
+    }
+    for (const graph::Subchain& subchain : app_.graph.subchains()) {
+      if (!value->contains(subchain.name)) problem(child(here, subchain.name), "the subchain is missing");
+    }
+  }
+
   NodeId node_named(const Json& name, const std::string& path) {
     const auto found = name.is_string() ? app_.graph.find_node(name.get<std::string>()) : std::nullopt;
     if (!found) problem(path, fmt::format("{} is no node of app '{}'", shown(name), app_.name));
@@ -171,6 +192,7 @@ class Reader {
   void read_slot(const Json& value, const std::string& path, CorePlan& core);
   void read_chain(const Json& value, const std::string& path, Plan& plan);
   void read_node(const Json& value, const std::string& path, Plan& plan);
+  void read_expected(const Json& value, Plan& plan);
 
   const graph::App& app_;
   std::string file_;
@@ -180,7 +202,8 @@ class Reader {
 void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
-               "chains", "nodes"})) {
+               "chains", "nodes"},
+              "expected")) {
     return;
   }
   if (const std::string app = read_text(value, "", "app"); value.contains("app") && app != app_.name) {
@@ -201,6 +224,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "cores", [&](const Json& e, const std::string& path) { read_core(e, path, plan); });
   read_array(value, "", "chains", [&](const Json& e, const std::string& path) { read_chain(e, path, plan); });
   read_array(value, "", "nodes", [&](const Json& e, const std::string& path) { read_node(e, path, plan); });
+  if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }
 
 void Reader::read_relaxed(const Json& parent, Plan& plan) {
@@ -219,20 +243,9 @@ void Reader::read_relaxed(const Json& parent, Plan& plan) {
 
 void Reader::read_subchains(const Json& parent, Plan& plan) {
   plan.subchains.resize(app_.graph.subchains().size());
-  const Json* value = member(parent, "subchains");
-  if (!value) return;
-  if (!value->is_object()) return problem("subchains", fmt::format("this is {}, not an object", value->type_name()));
-  for (const auto& [name, element] : value->items()) {
-    const std::string path = child("subchains", name);
-    if (const auto id = app_.graph.find_subchain(name)) {
-      read_subchain(element, path, plan.subchains[id->index()]);
-    } else {
-      problem(path, fmt::format("app '{}' has no such subchain", app_.name));
-    }
-  }
-  for (const graph::Subchain& subchain : app_.graph.subchains()) {
-    if (!value->contains(subchain.name)) problem(child("subchains", subchain.name), "the subchain is missing");
-  }
+  each_subchain(parent, "", [&](const Json& element, const std::string& path, SubchainId id) {
+    read_subchain(element, path, plan.subchains[id.index()]);
+  });
 }
 
 void Reader::read_subchain(const Json& value, const std::string& path, SubchainPlan& subchain) {
@@ -304,6 +317,31 @@ void Reader::read_node(const Json& value, const std::string& path, Plan& plan) {
   read_millis(value, path, "period_ms", node.period);
   read_number(value, path, "weight", node.weight);
   plan.nodes.push_back(node);
+}
+
+void Reader::read_expected(const Json& value, Plan& plan) {
+  const std::string path = "expected";
+  if (!object(value, path, {"objective", "subchains", "chains"})) return;
+  Expectation expected;
+  read_number(value, path, "objective", expected.objective);
+  expected.subchains.resize(app_.graph.subchains().size());
+  each_subchain(value, path, [&](const Json& element, const std::string& here, SubchainId id) {
+    if (!object(element, here, {"period_ms", "execution_ms"})) return;
+    read_millis(element, here, "period_ms", expected.subchains[id.index()].period);
+    read_millis(element, here, "execution_ms", expected.subchains[id.index()].execution);
+  });
+  read_array(value, path, "chains", [&](const Json& element, const std::string& here) {
+    if (!object(element, here, {"response_time_ms", "latency_ms", "period_ms"})) return;
+    Expectation::Chain& chain = expected.chains.emplace_back();
+    read_millis(element, here, "response_time_ms", chain.response);
+    read_millis(element, here, "latency_ms", chain.latency);
+    read_millis(element, here, "period_ms", chain.period);
+  });
+  if (expected.chains.size() != plan.chains.size()) {
+    problem("expected.chains",
+            fmt::format("there are {}, and {} chains are planned", expected.chains.size(), plan.chains.size()));
+  }
+  plan.expected = std::move(expected);
 }
 
 }  // namespace

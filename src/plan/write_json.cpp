@@ -56,6 +56,21 @@ Json chain_json(const ChainPlan& chain, const graph::Graph& graph) {
           {"weight", chain.weight}};
 }
 
+Json expected_json(const Expectation& expected, const graph::Graph& graph) {
+  Json document = {{"objective", expected.objective}, {"subchains", Json::object()}, {"chains", Json::array()}};
+  for (std::size_t i = 0; i < expected.subchains.size(); ++i) {
+    const Expectation::Timing& timing = expected.subchains[i];
+    document["subchains"][graph.subchain(SubchainId{i}).name] = {{"period_ms", timing.period.count()},
+                                                                 {"execution_ms", timing.execution.count()}};
+  }
+  for (const Expectation::Chain& chain : expected.chains) {
+    document["chains"].push_back({{"response_time_ms", chain.response.count()},
+                                  {"latency_ms", chain.latency.count()},
+                                  {"period_ms", chain.period.count()}});
+  }
+  return document;
+}
+
 }  // namespace
 
 std::string to_json(const Plan& plan, const graph::App& app) {
@@ -82,6 +97,7 @@ std::string to_json(const Plan& plan, const graph::App& app) {
     document["nodes"].push_back(
         {{"node", app.graph.node(node.node).name}, {"period_ms", node.period.count()}, {"weight", node.weight}});
   }
+  if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
   return document.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -39,19 +39,24 @@ class Averager {
   }
 
   void add(const plan::Plan& plan, double seconds) {
-    objective_.add(plan.objective, seconds);
+    // What is expected, where the plan says so, else what is planned: figures for means, to stand beside means.
+    objective_.add(plan.expected ? plan.expected->objective : plan.objective, seconds);
     for (std::size_t i = 0; i < std::min(chains_.size(), plan.chains.size()); ++i) {
       const plan::ChainPlan& chain = plan.chains[i];
       if (chain.path != chains_[i].path) continue;
-      chains_[i].response.add(chain.response.count(), seconds);
-      chains_[i].latency.add(chain.latency.count(), seconds);
-      chains_[i].period.add(chain.period.count(), seconds);
+      const plan::Expectation::Chain shown =
+          plan.expected ? plan.expected->chains[i]
+                        : plan::Expectation::Chain{chain.response, chain.latency, chain.period};
+      chains_[i].response.add(shown.response.count(), seconds);
+      chains_[i].latency.add(shown.latency.count(), seconds);
+      chains_[i].period.add(shown.period.count(), seconds);
     }
     for (std::size_t i = 0; i < rates_.size(); ++i) {
       const auto subchain = app_.graph.nodes()[i].subchain;
       if (!subchain || subchain->index() >= plan.subchains.size()) continue;
-      const double period = plan.subchains[subchain->index()].period.count();
-      if (period > 0.0) rates_[i].add(1000.0 / period, seconds);
+      const Millis period =
+          plan.expected ? plan.expected->subchains[subchain->index()].period : plan.subchains[subchain->index()].period;
+      if (period > Millis{0}) rates_[i].add(1000.0 / period.count(), seconds);
     }
   }
 

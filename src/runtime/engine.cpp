@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "plan/predict.h"
 #include "planner/planner.h"
 
 namespace ctn::runtime {
@@ -78,11 +79,21 @@ Status Engine::prepare() {
   if (Status opened = open_record(start, warm_from, writer); !opened) return opened;
   housekeeper_ = std::make_unique<Housekeeper>(app_, os_, wiring_, warm_from, std::move(writer), options_.on_notice);
   if (options_.policy.plans() && !facts.permitted) housekeeper_->notice("rates-only", facts.why_not);
+  if (real_time) keep_cpus_ready();
   if (plan_) {
     replan_clock_.emplace(start, app_.scheduler);
     housekeeper_->plan_in_force(*plan_, source_rate(), "bootstrap");
   }
   return Done{};
+}
+
+void Engine::keep_cpus_ready() {
+  Result<std::unique_ptr<os::ReadyCpus>> ready = os_.keep_cpus_ready();
+  if (ready) {
+    ready_cpus_ = std::move(*ready);
+  } else {
+    housekeeper_->notice("idle-cpus", ready.error().message());
+  }
 }
 
 Status Engine::open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer) {
@@ -110,7 +121,8 @@ Status Engine::make_first_pacings() {
     for (const Rate rate : *rates) pacings_.push_back({to_nanos(rate.period()), 0, Nanos{0}});
     return Done{};
   }
-  Result<plan::Plan> plan = make_plan(model::CostTable(app_.graph, app_.scheduler.bootstrap_cost));
+  const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
+  Result<plan::Plan> plan = make_plan(unmeasured, unmeasured);
   if (!plan) return plan.error();
   plan_ = std::move(*plan);
   pace();
@@ -126,10 +138,12 @@ void Engine::pace() {
 
 Rate Engine::source_rate() const { return Rate::every(pacings_.front().period); }
 
-Result<plan::Plan> Engine::make_plan(const model::CostTable& costs) {
+Result<plan::Plan> Engine::make_plan(const model::CostTable& costs, const model::CostTable& typical) {
   const TimePoint begin = os_.now();
   Result<plan::Plan> plan = planner::make_plan(app_, costs, {.cores = static_cast<int>(cpus_.size()), .slack = slack_});
-  if (plan) plan->solve_time = os_.now() - begin;
+  if (!plan) return plan;
+  plan->solve_time = os_.now() - begin;
+  plan->expected = plan::expect(*plan, app_, typical);
   return plan;
 }
 
@@ -243,7 +257,8 @@ void Engine::replan(TimePoint now) {
   if (!replan_clock_ || !replan_clock_->due(now, housekeeper_->all_measured())) return;
   const bool first = replan_clock_->first();
   replan_clock_->made(now);
-  Result<plan::Plan> plan = make_plan(housekeeper_->costs(app_.scheduler.bootstrap_cost));
+  const Millis unmeasured = app_.scheduler.bootstrap_cost;
+  Result<plan::Plan> plan = make_plan(housekeeper_->costs(unmeasured), housekeeper_->typical_costs(unmeasured));
   if (!plan) {
     if (!replan_failed_) housekeeper_->notice("replan-failed", plan.error().message());
     replan_failed_ = true;
@@ -276,6 +291,7 @@ void Engine::end_threads() {
   }
   // Everything is given back while the threads still live; what runs are under way end at the ordinary level.
   if (enforcer_) enforcer_->release_all();
+  ready_cpus_.reset();
   go_.store(1, std::memory_order_release);
   os_.wake(go_);
   for (const auto& trigger : triggers_) trigger->stop();

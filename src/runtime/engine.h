@@ -58,11 +58,12 @@ class Engine {
   Engine(graph::App app, os::Os& os, EngineOptions options, os::CpuSet cpus);
 
   Status prepare();
+  void keep_cpus_ready();
   Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
   Status make_first_pacings();
   void pace();
   Rate source_rate() const;  // of the first subchain's head, as paced
-  Result<plan::Plan> make_plan(const model::CostTable& costs);
+  Result<plan::Plan> make_plan(const model::CostTable& costs, const model::CostTable& typical);
   Status spawn_and_place();
   void spawn_nodes();
   void run_node(NodeId node);
@@ -85,6 +86,7 @@ class Engine {
 
   // From start() on.
   std::unique_ptr<Enforcer> enforcer_;
+  std::unique_ptr<os::ReadyCpus> ready_cpus_;
   std::unique_ptr<Housekeeper> housekeeper_;
   std::optional<plan::Plan> plan_;  // the housekeeper's, once its thread runs
   std::optional<ReplanClock> replan_clock_;

@@ -141,6 +141,11 @@ model::CostTable Housekeeper::costs(Millis unmeasured) const {
   return measurements_.costs(unmeasured);
 }
 
+model::CostTable Housekeeper::typical_costs(Millis unmeasured) const {
+  const std::lock_guard lock(mutex_);
+  return measurements_.typical_costs(unmeasured);
+}
+
 void Housekeeper::fill(Snapshot& snapshot, std::optional<double> hand_set_hz) const {
   const std::lock_guard lock(mutex_);
   measurements_.fill(snapshot, os_.now(), hand_set_hz);

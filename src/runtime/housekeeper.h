@@ -51,7 +51,8 @@ class Housekeeper {
   void plan_in_force(const plan::Plan& plan, Rate source_rate, const std::string& reason);
 
   bool all_measured() const;
-  model::CostTable costs(Millis unmeasured) const;
+  model::CostTable costs(Millis unmeasured) const;  // as Measurements has them
+  model::CostTable typical_costs(Millis unmeasured) const;
   // Fills all of the snapshot but policy and real_time.
   void fill(Snapshot& snapshot, std::optional<double> hand_set_hz) const;
 

@@ -14,6 +14,8 @@ double milliseconds(Nanos duration) { return to_millis(duration).count(); }
 // of what it costs, and in a window of 50 they would decide its 95th percentile.
 constexpr std::uint64_t kColdRuns = 3;
 
+constexpr double kTypical = 50.0;  // percentile
+
 double seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
 
 }  // namespace
@@ -89,7 +91,10 @@ void Measurements::plan_in_force(TimePoint since, const plan::Plan& plan, Rate s
   if (current_) past_.accumulate(*current_, seconds_in_force(since));
   Prediction prediction;
   prediction.source_hz = source_rate.hertz();
-  for (const plan::ChainPlan& chain : plan.chains) prediction.responses.push_back(chain.response.count());
+  for (std::size_t index = 0; index < plan.chains.size(); ++index) {
+    const Millis response = plan.expected ? plan.expected->chains[index].response : plan.chains[index].response;
+    prediction.responses.push_back(response.count());
+  }
   current_ = std::move(prediction);
   current_since_ = since;
 }
@@ -112,9 +117,15 @@ bool Measurements::all_measured() const {
 }
 
 model::CostTable Measurements::costs(Millis unmeasured) const {
+  return costs_at(app_.scheduler.percentile, unmeasured);
+}
+
+model::CostTable Measurements::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
+
+model::CostTable Measurements::costs_at(double percentile, Millis unmeasured) const {
   model::CostTable table(app_.graph, unmeasured);
   for (std::size_t index = 0; index < nodes_.size(); ++index) {
-    if (nodes_[index].estimator.count() > 0) table.set(NodeId(index), nodes_[index].estimator.profile());
+    if (nodes_[index].estimator.count() > 0) table.set(NodeId(index), nodes_[index].estimator.profile(percentile));
   }
   return table;
 }

@@ -48,6 +48,8 @@ class Measurements {
   bool all_measured() const;
   // What the planner is to reckon with; nodes that have not run keep `unmeasured`.
   model::CostTable costs(Millis unmeasured) const;
+  // What runs typically cost: the median where costs() has the percentile.
+  model::CostTable typical_costs(Millis unmeasured) const;
 
   // Fills chains, nodes, predictions and source_hz, as of `now`. `hand_set_hz`: where no plan tells.
   void fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const;
@@ -78,6 +80,7 @@ class Measurements {
   // The mean over the measured interval as of `now`; none before a plan was in force.
   std::optional<Prediction> mean_prediction(TimePoint now) const;
   model::Estimator estimator_of(NodeId node) const;
+  model::CostTable costs_at(double percentile, Millis unmeasured) const;
   double seconds_in_force(TimePoint until) const;
 
   const graph::App& app_;

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "plan/limits.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -15,14 +17,13 @@ bool differs(Millis before, Millis after) {
   return std::abs((after - before).count()) > kSwapThreshold * std::max(before, after).count();
 }
 
-// The period of the lowest of the subchain's rate caps; zero where there is none.
-Millis shortest_allowed(const graph::App& app, SubchainId subchain) {
-  Millis shortest{0};
-  for (const NodeId node : app.graph.subchain(subchain).nodes) {
-    const std::optional<Rate>& cap = app.graph.node(node).max_rate;
-    if (cap) shortest = std::max(shortest, cap->period());
+bool differs(const std::optional<plan::Expectation>& before, const std::optional<plan::Expectation>& after) {
+  if (!before || !after) return before.has_value() != after.has_value();
+  for (std::size_t index = 0; index < after->subchains.size(); ++index) {
+    if (differs(before->subchains[index].period, after->subchains[index].period)) return true;
+    if (differs(before->subchains[index].execution, after->subchains[index].execution)) return true;
   }
-  return shortest;
+  return false;
 }
 
 }  // namespace
@@ -34,21 +35,19 @@ bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate) {
     if (before.cores != after.cores || before.threads != after.threads || before.every != after.every) return true;
     if (differs(before.period, after.period) || differs(before.execution, after.execution)) return true;
   }
-  return false;
+  return differs(current.expected, candidate.expected);
 }
 
 dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain) {
   const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
   const Nanos hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
-  if (app.scheduler.frames == graph::FrameMode::kFixed) {
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
+  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
     return dispatch::pacing_of_owned(planned.period, planned.execution, hang_after);
   }
-  const double used = 1.0 - plan.slack;
-  const auto pipelines = std::max(1, static_cast<int>(planned.cores.size()) / std::max(1, planned.threads));
-  const Millis busy = planned.execution / pipelines / used;
-  const Millis shortest = shortest_allowed(app, subchain);
-  const Millis period = std::min(planned.period, std::max({planned.period * used, busy, shortest}));
-  return dispatch::elastic_pacing_of_owned(period, planned.execution, hang_after, to_nanos(shortest));
+  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
+                                                         : plan::Expectation::Timing{planned.period, planned.execution};
+  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.least));
 }
 
 }  // namespace ctn::runtime

@@ -10,8 +10,9 @@
 
 namespace ctn::runtime {
 
-// A new plan replaces one in force if it moves a subchain to other cores or changes a period or an execution time by
-// more than this part: percentiles over a window of 50 runs wander by about as much when nothing has changed.
+// A new plan replaces one in force if it moves a subchain to other cores or changes a period or an execution time,
+// planned or expected, by more than this part: percentiles over a window of 50 runs wander by about as much when
+// nothing has changed.
 constexpr double kSwapThreshold = 0.02;
 
 bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
@@ -19,12 +20,10 @@ bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
 // The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a
 // second.
 //
-// With fixed frames it is the planned period. With elastic ones (the default) a pipeline on several cores does not idle
-// away slack that ordinary threads have anyway: its period is bound by its longest node, p (1 - slack), while its cores
-// are on average busy for L / floor(k / q) of it. It is paced by its output at
-// max(p (1 - slack), L / floor(k / q) / (1 -
-// slack)), never faster than a rate cap allows and never slower than planned, so the prediction stays an upper bound.
-// On one core both are the planned period.
+// With fixed frames, and for an exact rate, it is the planned period. With elastic ones (the default) the subchain is
+// paced by its own output, at the period and the execution time that the plan expects: runs that cost less than the
+// planned percentile let it go faster, and the slack stays idle for ordinary threads all the same. It never goes faster
+// than a rate cap allows. A plan without an expectation is taken at its word.
 dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain);
 
 // The first plan that rests on measurements is due when the bootstrap is over and every node has run; further ones

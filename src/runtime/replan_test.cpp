@@ -9,6 +9,7 @@
 namespace ctn::runtime {
 namespace {
 
+using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 plan::Plan plan_with(double period, double execution, std::vector<int> cores = {0}) {
@@ -50,25 +51,41 @@ TEST(PacingOf, GivesAHangTenTimesTheExecutionAndASecondAtLeast) {
   EXPECT_EQ(paced(plan_with(10.0, 9.0), 0.0).hang_after, seconds{1});
 }
 
-TEST(PacingOf, OnOneCoreIsThePlannedPeriod) {
-  EXPECT_EQ(paced(plan_with(100.0, 94.0), 0.06).period, to_nanos(Millis{100.0}));
+plan::Plan expecting(plan::Plan plan, double period, double execution) {
+  plan.expected = plan::Expectation{.objective = 0.0, .subchains = {{Millis{period}, Millis{execution}}}, .chains = {}};
+  return plan;
 }
 
-TEST(PacingOf, APipelineKeepsNoSlackThatItsCoresHaveAnyway) {
-  // Longest node 57 ms, 83 ms in all, on two cores: each is busy for 41.5 of 57 ms.
-  EXPECT_EQ(paced(plan_with(57.0 / 0.94, 83.0, {0, 1}), 0.06).period, to_nanos(Millis{57.0}));
-  EXPECT_EQ(paced(plan_with(57.0 / 0.94, 83.0, {0, 1}), 0.06, "{ frames: fixed }").period,
-            to_nanos(Millis{57.0 / 0.94}));
+TEST(PacingOf, FollowsWhatIsExpected) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  EXPECT_EQ(paced(plan, 0.06).period, milliseconds{90});
+  EXPECT_EQ(paced(plan, 0.06).after_completion, milliseconds{10});
 }
 
-TEST(PacingOf, APipelineThatFillsItsCoresKeepsItsSlack) {
-  // Two nodes of 50 ms on two cores: both always busy.
-  EXPECT_EQ(paced(plan_with(50.0 / 0.94, 100.0, {0, 1}), 0.06).period, to_nanos(Millis{50.0 / 0.94}));
+TEST(PacingOf, KeepsThePlannedPeriodWithFixedFramesAndExactRates) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  const dispatch::Pacing fixed = paced(plan, 0.06, "{ frames: fixed }");
+  EXPECT_EQ(fixed.period, milliseconds{100});
+  EXPECT_EQ(fixed.after_completion, Nanos{0});
+  const dispatch::Pacing exact = paced(plan, 0.06, "{}", "{ min_rate: 10Hz, max_rate: 10Hz }");
+  EXPECT_EQ(exact.period, milliseconds{100});
+  EXPECT_EQ(exact.after_completion, Nanos{0});
+}
+
+TEST(PacingOf, APlanWithoutExpectationIsTakenAtItsWord) {
+  EXPECT_EQ(paced(plan_with(100.0, 94.0), 0.06).after_completion, milliseconds{6});
 }
 
 TEST(PacingOf, NeverGoesBeyondARateCap) {
-  EXPECT_EQ(paced(plan_with(60.0, 83.0, {0, 1}), 0.06, "{}", "{ max_rate: 17Hz }").period,
+  EXPECT_EQ(paced(plan_with(60.0, 83.0, {0, 1}), 0.06, "{}", "{ max_rate: 17Hz }").shortest,
             to_nanos(Millis{1000.0 / 17}));
+}
+
+TEST(WorthASwap, ForAnotherExpectation) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  EXPECT_TRUE(worth_a_swap(plan, expecting(plan, 95.0, 80.0)));
+  EXPECT_TRUE(worth_a_swap(plan, expecting(plan, 90.0, 75.0)));
+  EXPECT_FALSE(worth_a_swap(plan, expecting(plan, 90.5, 80.5)));
 }
 
 TEST(ReplanClock, WaitsForTheBootstrapAndForEveryNode) {

@@ -402,6 +402,15 @@ RealTimeFacts FakeOs::real_time_facts() {
   return real_time_facts_;
 }
 
+Result<std::unique_ptr<ReadyCpus>> FakeOs::keep_cpus_ready() {
+  struct Held : ReadyCpus {
+    explicit Held(std::shared_ptr<std::atomic<int>> held) : count(std::move(held)) { ++*count; }
+    ~Held() override { --*count; }
+    std::shared_ptr<std::atomic<int>> count;
+  };
+  return std::unique_ptr<ReadyCpus>(std::make_unique<Held>(ready_cpus_held_));
+}
+
 HostFacts FakeOs::host_facts() {
   const Lock lock(mutex_);
   return host_facts_;

@@ -72,6 +72,9 @@ class FakeOs : public Os {
   Result<Topology> topology() override;
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override;
+  // What is held lowers ready_cpus_held() when it is let go.
+  Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
+  int ready_cpus_held() const { return ready_cpus_held_->load(); }
 
  private:
   struct Task;
@@ -103,6 +106,7 @@ class FakeOs : public Os {
   Topology topology_;
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;
+  std::shared_ptr<std::atomic<int>> ready_cpus_held_ = std::make_shared<std::atomic<int>>(0);
   std::vector<Change> changes_;
 };
 

@@ -150,6 +150,11 @@ Status FaultyOs::restore_scheduling(ThreadId thread, const SavedScheduling& save
   return inner_.restore_scheduling(thread, saved);
 }
 
+Result<std::unique_ptr<ReadyCpus>> FaultyOs::keep_cpus_ready() {
+  if (const auto order = next(Call::kKeepCpusReady)) return order->error.value_or(refused());
+  return inner_.keep_cpus_ready();
+}
+
 Result<Topology> FaultyOs::topology() {
   if (const auto order = next(Call::kTopology)) return order->error.value_or(refused());
   Result<Topology> found = inner_.topology();

@@ -33,6 +33,7 @@ enum class Call {
   kSaveScheduling,
   kRestoreScheduling,
   kTopology,
+  kKeepCpusReady,
 };
 
 // What a system without the privilege answers.
@@ -76,6 +77,7 @@ class FaultyOs : public Os {
   Result<Topology> topology() override;
   RealTimeFacts real_time_facts() override { return inner_.real_time_facts(); }
   HostFacts host_facts() override { return inner_.host_facts(); }
+  Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
 
  private:
   struct Order {

@@ -22,9 +22,9 @@ class FabricatedTree {
   FabricatedTree(const FabricatedTree&) = delete;
   FabricatedTree& operator=(const FabricatedTree&) = delete;
 
-  LinuxRoots roots() const { return {folder_ + "/sys", folder_ + "/proc"}; }
+  LinuxRoots roots() const { return {folder_ + "/sys", folder_ + "/proc", folder_ + "/dev"}; }
 
-  // `path` starts with "sys/" or "proc/".
+  // `path` starts with "sys/", "proc/" or "dev/".
   FabricatedTree& write(const std::string& path, const std::string& content) {
     const std::filesystem::path file = std::filesystem::path(folder_) / path;
     std::filesystem::create_directories(file.parent_path());

@@ -16,6 +16,7 @@ namespace ctn::os {
 struct LinuxRoots {
   std::string sysfs = "/sys";
   std::string procfs = "/proc";
+  std::string devices = "/dev";
 };
 
 // The whole file, at most one MiB of it; nothing when it cannot be read.

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "os/linux/facts.h"
+#include "os/linux/idle.h"
 #include "os/linux/scheduling.h"
 #include "os/linux/topology.h"
 
@@ -126,6 +127,7 @@ class LinuxOs : public Os {
   Result<Topology> topology() override { return read_topology(roots_); }
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override { return read_host_facts(roots_); }
+  Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override { return os::keep_cpus_ready(roots_); }
 
  private:
   LinuxRoots roots_;
