@@ -1,0 +1,173 @@
+#include "planner/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/formulas.h"
+#include "plan/limits.h"
+#include "plan/predict.h"
+
+namespace ctn::planner {
+namespace {
+
+// Two ways to compute the same number of runs differ by no more than this part.
+constexpr double kRounding = 1e-12;
+
+void add(Form& form, int subchain, double period, double execution) {
+  for (Coefficient& known : form.coefficients) {
+    if (known.subchain != subchain) continue;
+    known.period += period;
+    known.execution += execution;
+    return;
+  }
+  form.coefficients.push_back({subchain, period, execution});
+}
+
+// A chain's response time: its latency, and one form for each element whose period could be the longest.
+Group response_time(const graph::App& app, const model::CostTable& costs, const graph::Term& term) {
+  Form latency;
+  double fixed_period = 0.0;  // the longest that no plan changes
+  std::vector<int> passed;
+  bool first = true;
+  for (const graph::ChainElement& element : app.graph.chain_elements(term.path)) {
+    for (const NodeId node : element.nodes) {
+      const std::optional<Nanos>& output = app.graph.node(node).output_period;
+      if (output) fixed_period = std::max(fixed_period, to_millis(*output).count());
+    }
+    if (element.subchain) {
+      const int index = static_cast<int>(element.subchain->index());
+      add(latency, index, first ? 0.0 : 1.0, 1.0);
+      if (std::find(passed.begin(), passed.end(), index) == passed.end()) passed.push_back(index);
+    } else {
+      const graph::Node& node = app.graph.node(element.nodes.front());
+      const double period = to_millis(node.period.value_or(Nanos{0})).count();
+      latency.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      fixed_period = std::max(fixed_period, period);
+    }
+    first = false;
+  }
+  Group group;
+  for (const int index : passed) {
+    group.forms.push_back(latency);
+    add(group.forms.back(), index, 1.0, 0.0);
+  }
+  if (fixed_period > 0.0 || passed.empty()) {
+    group.forms.push_back(latency);
+    group.forms.back().constant += fixed_period;
+  }
+  return group;
+}
+
+Group period_of(const graph::App& app, NodeId node) {
+  Form form;
+  if (const auto& subchain = app.graph.node(node).subchain) {
+    add(form, static_cast<int>(subchain->index()), 1.0, 0.0);
+  } else {
+    form.constant = to_millis(app.graph.node(node).period.value_or(Nanos{0})).count();
+  }
+  return {0.0, 0.0, {std::move(form)}};
+}
+
+Group group_of(const graph::App& app, const model::CostTable& costs, const graph::Term& term) {
+  return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
+}
+
+// Threads beyond these change no node's cost.
+int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
+  int useful = 1;
+  for (const NodeId node : app.graph.subchain(id).nodes) {
+    const auto& measured = costs[node].by_threads();
+    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
+  }
+  return useful;
+}
+
+// With k cores, the q with the least L + p among those that meet an exact rate; period infinite where none does.
+Owned best_with(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
+                const Member& member, int threads_of_use) {
+  Owned best{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), 1};
+  for (int threads = 1; threads <= std::min(cores, threads_of_use); ++threads) {
+    const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, threads, slack);
+    double period = std::max(found.period.count(), member.least_period);
+    if (member.exact_period > 0.0) {
+      if (period > member.exact_period * (1.0 + plan::kTolerance)) continue;
+      period = member.exact_period;
+    }
+    if (found.execution.count() + period < (best.execution + best.period) * (1.0 - kRounding)) {
+      best = {period, found.execution.count(), threads};
+    }
+  }
+  return best;
+}
+
+Member member_of(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack) {
+  Member member;
+  member.cost = costs.subchain_total(app.graph, id).count();
+  member.queue = plan::takes_batches(app.graph, id);
+  const double min_slice = to_millis(app.scheduler.min_slice).count();
+  member.most_every = 1.0;
+  if (member.cost >= min_slice) {
+    const double slices = min_slice > 0.0 ? member.cost / min_slice : 1e9;
+    member.most_every = member.queue ? slices : std::floor(slices * (1.0 + kRounding));
+  }
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
+  member.least_period = limits.least.count();
+  if (limits.exact) member.exact_period = limits.exact->count();
+
+  const int threads = useful_threads(app, costs, id);
+  const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
+  const int most = static_cast<int>(std::min<long long>(cores, nodes * threads));
+  for (int k = 1; k <= most; ++k) member.owned.push_back(best_with(app, costs, id, k, slack, member, threads));
+  return member;
+}
+
+}  // namespace
+
+Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
+  Problem problem;
+  problem.cores = cores;
+  problem.usable = 1.0 - slack;
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    problem.members.push_back(member_of(app, costs, SubchainId(i), cores, slack));
+  }
+  for (const graph::Term& term : app.objective) {
+    problem.objective.push_back(group_of(app, costs, term));
+    problem.objective.back().weight = term.weight;
+  }
+  for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
+    problem.bounds.push_back(bound.term ? group_of(app, costs, app.objective[*bound.term])
+                                        : period_of(app, *bound.node));
+    problem.bounds.back().limit = bound.asked.count();
+  }
+  return problem;
+}
+
+double value_of(const Form& form, const std::vector<Timing>& timings) {
+  double value = form.constant;
+  for (const Coefficient& c : form.coefficients) {
+    const Timing& timing = timings[static_cast<std::size_t>(c.subchain)];
+    value += c.period * timing.period + c.execution * timing.execution;
+  }
+  return value;
+}
+
+double value_of(const Group& group, const std::vector<Timing>& timings) {
+  double largest = 0.0;
+  for (const Form& form : group.forms) largest = std::max(largest, value_of(form, timings));
+  return largest;
+}
+
+double objective_of(const Problem& problem, const std::vector<Timing>& timings) {
+  double sum = 0.0;
+  for (const Group& group : problem.objective) sum += group.weight * value_of(group, timings);
+  return sum;
+}
+
+double factor_of(const Problem& problem, const std::vector<Timing>& timings) {
+  double factor = 1.0;
+  for (const Group& bound : problem.bounds) factor = std::max(factor, value_of(bound, timings) / bound.limit);
+  return factor;
+}
+
+}  // namespace ctn::planner

@@ -1,0 +1,79 @@
+// The planner's problem, reduced to numbers: what the solvers work on, without names, graphs or units.
+//
+// Every subchain gets a period p and an execution time L. The objective and the bounds are sums of *maxima of linear
+// forms* in these: a chain's response time is linear but for its last term, the longest period of its elements, and
+// max(a + x, a + y) is a maximum of two forms.
+//
+//   minimise   sum_g  weight_g * max_{f in g} f(p, L)      over the groups of the objective
+//   such that  max_{f in g} f(p, L) <= limit_g * factor    for the groups that are bounds
+//
+// A linear term of the objective is a group of one form.
+//
+// Units: milliseconds. Thread safety: plain values, pure functions.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "model/cost.h"
+
+namespace ctn::planner {
+
+struct Coefficient {
+  int subchain = 0;
+  double period = 0.0;     // of p
+  double execution = 0.0;  // of L
+};
+
+struct Form {
+  double constant = 0.0;
+  std::vector<Coefficient> coefficients;  // a subchain at most once
+};
+
+struct Group {
+  double weight = 0.0;  // of the objective; 0 in a bound
+  double limit = 0.0;   // of a bound
+  std::vector<Form> forms;
+};
+
+// What a subchain makes of cores of its own.
+struct Owned {
+  double period = 0.0;
+  double execution = 0.0;
+  int threads = 1;
+};
+
+struct Member {
+  double cost = 0.0;          // C: of one run, single-threaded
+  bool queue = false;         // its share is free
+  double most_every = 1.0;    // n at most: a slice is at least min_slice, or a whole run; whole unless `queue`
+  double least_period = 0.0;  // rate cap
+  double exact_period = 0.0;  // exact rate; 0: none
+  std::vector<Owned> owned;   // [k - 1]: with k cores; only as many as are of use; period infinite where out of reach
+};
+
+struct Problem {
+  std::vector<Member> members;   // by SubchainId
+  std::vector<Group> objective;
+  std::vector<Group> bounds;
+  int cores = 1;
+  double usable = 1.0;  // of a core: 1 - slack
+};
+
+Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack);
+
+// A subchain's timing, as the forms take it.
+struct Timing {
+  double period = 0.0;
+  double execution = 0.0;
+};
+
+double value_of(const Form& form, const std::vector<Timing>& timings);
+double value_of(const Group& group, const std::vector<Timing>& timings);  // its largest form
+double objective_of(const Problem& problem, const std::vector<Timing>& timings);
+// The least factor by which all bounds have to be scaled to hold; at least 1.
+double factor_of(const Problem& problem, const std::vector<Timing>& timings);
+
+}  // namespace ctn::planner
