@@ -27,7 +27,8 @@ figcaption { color: var(--muted); font-size: 14px; margin-top: 10px; max-width: 
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 14.5px; font-variant-numeric: tabular-nums; }
 caption { caption-side: bottom; text-align: left; color: var(--muted); font-size: 14px; padding: 10px 16px; }
-th, td { padding: 8px 16px; text-align: left; white-space: nowrap; }
+th, td { padding: 8px 16px; text-align: left; }
+.number { white-space: nowrap; }
 th { font-weight: 600; color: var(--muted); border-bottom: 1px solid var(--line); }
 tbody tr + tr td { border-top: 1px solid var(--line); }
 .number { text-align: right; }
