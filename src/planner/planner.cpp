@@ -2,15 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "plan/predict.h"
+#include "planner/allocation.h"
+#include "planner/assemble.h"
+#include "planner/instance.h"
 #include "planner/owned.h"
 
 namespace ctn::planner {
 namespace {
 
-std::vector<Problem> problems_of(const graph::App& app, const Request& request) {
+std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
   std::vector<Problem> problems;
   if (request.cores < 1) {
     problems.push_back({{}, "cores", fmt::format("there are {} cores to plan for", request.cores), "give at least 1"});
@@ -32,24 +40,134 @@ std::vector<Problem> problems_of(const graph::App& app, const Request& request) 
                         "subchains",
                         "the app has no subchain: there is nothing to schedule",
                         "leave at least one node neither external nor unscheduled"});
-  } else if (subchains > 1) {
-    problems.push_back({{},
-                        "subchains",
-                        fmt::format("the app has {} subchains, and this version can neither share a core among "
-                                    "subchains nor divide cores between them",
-                                    subchains),
-                        "put the nodes that Catan schedules into one subchain, or make those that run by themselves "
-                        "at negligible cost unscheduled"});
+  } else if (subchains > kMostSubchains) {
+    problems.push_back(
+        {{},
+         "subchains",
+         fmt::format("the app has {} subchains, more than this version plans for", subchains),
+         fmt::format("put nodes that run one after the other into one subchain, at most {} in all", kMostSubchains)});
   }
   return problems;
 }
 
+class Planning {
+ public:
+  Planning(const graph::App& app, const model::CostTable& costs, const Request& request)
+      : app_(app),
+        costs_(costs),
+        request_(request),
+        instance_(make_instance(app, costs, request.cores, request.slack)) {}
+
+  Result<plan::Plan> run() {
+    Target free = objective_target(instance_, 1.0);
+    free.limits.clear();
+    Planned planned = search(free, nullptr);
+    if (!planned.found) return unattainable();
+    if (!std::isfinite(planned.shares.value)) return too_large();
+    if (factor_of(instance_, planned.shares.timings) > 1.0 + plan::kTolerance) planned = bounded(planned);
+    plan::Plan plan = assemble(app_, costs_, instance_, planned, request_.slack);
+    plan.gap = plan.objective > 0.0 ? std::max(0.0, (plan.objective - planned.bound) / plan.objective) : 0.0;
+    if (plan.gap <= plan::kTolerance) plan.gap = 0.0;
+    plan.quality = plan.gap == 0.0 ? plan::Quality::kOptimal : plan::Quality::kFeasible;
+    return plan;
+  }
+
+ private:
+  Planned search(const Target& target, const Planned* known) const {
+    Effort effort{request_.effort};
+    Allocation allocation;
+    if (request_.method == Method::kTwoStage) {
+      Planned first = allocate_by_equal_shares(instance_, target, effort);
+      if (!first.found && !target.limits.empty()) {
+        Target free = target;
+        free.limits.clear();
+        first = allocate_by_equal_shares(instance_, free, effort);
+      }
+      if (!first.found) return first;
+      effort = {request_.effort};
+      Planned second = plan_shares(instance_, target, first.allocation, effort);
+      if (second.found || !known) return second;
+      return *known;
+    }
+    if (known) return plan_jointly(instance_, target, &known->allocation, known, effort);
+    const bool warm = request_.warm && allocation_of(*request_.warm, instance_, allocation);
+    return plan_jointly(instance_, target, warm ? &allocation : nullptr, nullptr, effort);
+  }
+
+  // Not all bounds hold in the best plan without them.
+  Planned bounded(const Planned& without) const {
+    const Target least = factor_target(instance_);
+    Planned nearest = search(least, nullptr);
+    if (!nearest.found) return without;
+    const double factor = std::max(1.0, nearest.shares.value) * (1.0 + plan::kTolerance / 100.0);
+    const Target target = objective_target(instance_, factor);
+    nearest.shares.value = objective_of(instance_, nearest.shares.timings);
+    nearest.bound = without.bound;
+    Planned planned = search(target, &nearest);
+    if (!planned.found) return nearest;
+    planned.bound = std::max(planned.bound, without.bound);
+    return planned;
+  }
+
+  Error unattainable() const {
+    double needed = 0.0;
+    std::string exact;
+    for (std::size_t i = 0; i < instance_.members.size(); ++i) {
+      const Member& member = instance_.members[i];
+      if (member.exact_period <= 0.0) continue;
+      needed += member.cost / member.exact_period;
+      exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
+    }
+    const double there = instance_.cores * instance_.usable;
+    std::string what = fmt::format(
+        "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of a core, of {:.4g} % that "
+        "there is",
+        exact, instance_.cores == 1 ? "1 core" : fmt::format("{} cores", instance_.cores), 100.0 * request_.slack,
+        100.0 * needed, 100.0 * there);
+    if (needed > there) {
+      what += fmt::format("; {:.4g} % of a core is missing", 100.0 * (needed - there));
+    } else {
+      what += ", but not side by side: each sets the pace of its core, and beside it everything else has to fit";
+    }
+    return Error(ErrorKind::kCaller, {Problem{{}, "nodes", std::move(what), mend()}});
+  }
+
+  // The fewest cores that would do.
+  std::string mend() const {
+    const int most = std::min<int>(kMostCores, instance_.cores + static_cast<int>(instance_.members.size()));
+    for (int cores = instance_.cores + 1; cores <= most; ++cores) {
+      const Instance larger = make_instance(app_, costs_, cores, request_.slack);
+      Target target = objective_target(larger, 1.0);
+      target.limits.clear();
+      Effort effort{request_.effort / 8};
+      if (plan_jointly(larger, target, nullptr, nullptr, effort).found) {
+        return fmt::format("give it {} cores, lower a rate, or make its nodes cheaper", cores);
+      }
+    }
+    return "lower a rate, or make its nodes cheaper: more cores would not do";
+  }
+
+  // Figures beyond what a double holds would neither compare nor print.
+  static Error too_large() {
+    return Error(ErrorKind::kCaller, {Problem{{},
+                                              "objective",
+                                              "weights x times add up to more than can be computed with",
+                                              "scale all weights down: only their ratios matter"}});
+  }
+
+  const graph::App& app_;
+  const model::CostTable& costs_;
+  const Request& request_;
+  const Instance instance_;
+};
+
 }  // namespace
 
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
-  std::vector<Problem> problems = problems_of(app, request);
+  std::vector<Problem> problems = mistakes(app, request);
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
-  Result<plan::Plan> plan = plan_owned(app, costs, request.cores, request.slack);
+  Result<plan::Plan> plan = app.graph.subchains().size() == 1 ? plan_owned(app, costs, request.cores, request.slack)
+                                                              : Planning(app, costs, request).run();
   if (plan) plan->planner = request.method == Method::kJoint ? "joint" : "two-stage";
   return plan;
 }

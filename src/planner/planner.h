@@ -1,12 +1,23 @@
-// From an app, what its nodes cost, and a number of cores, to a plan. Pure and deterministic: values in, plan out.
+// From an app, what its nodes cost, and a number of cores, to a plan. Pure and deterministic: values in, plan out. It
+// reads no clock: how long it may search is given as a number of steps, which is the same on every machine;
+// `Plan::solve_time` is left 0, for the caller to fill in.
 //
-// At present it plans apps of one subchain, which owns all cores that it can use (owned.h); a second subchain is
-// refused with an error that says so.
+// How it goes about it:
+//   instance.h     the app reduced to numbers: periods, execution times, maxima of linear forms
+//   allocation.h   who owns cores and who shares which: jointly with the shares, or before them
+//   shares.h       stage II, the shares of an allocation: branch and bound with a Lagrangian bound
+//   shared_core.h  one core under a linear objective, exactly: what the bound is made of
+//   frame_fit.h    free shares where all whole numbers are decided: an interior-point method
+//   owned.h        an app of one subchain
 //
-// What it makes satisfies `plan::validate`. It reads no clock: `Plan::solve_time` is left 0, for the caller to fill in.
+// First without bounds: where all of them hold, that plan is the best. Else the least factor is sought by which all
+// bounds must be scaled to hold, and then the best plan under the bounds so scaled. What it makes satisfies
+// `plan::validate`.
 //
 // Units: see plan.h. Thread safety: pure functions.
 #pragma once
+
+#include <cstddef>
 
 #include "base/result.h"
 #include "graph/app.h"
@@ -17,18 +28,21 @@ namespace ctn::planner {
 
 // As many as Linux can name in an affinity mask of default size.
 constexpr int kMostCores = 1024;
+constexpr std::size_t kMostSubchains = 64;
 
-// How cores are divided among subchains: as one problem with the shares, or before them. Where one subchain has all the
-// cores there is nothing to divide, and both make the same plan.
+// How cores are divided among subchains: as one problem with the shares, or before them as if shares were equal.
 enum class Method { kJoint, kTwoStage };
 
 struct Request {
   int cores = 1;                        // 1 to kMostCores
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
   Method method = Method::kJoint;
+  std::size_t effort =
+      300'000;  // steps of each search, about a microsecond each; then the best plan so far, with its gap
+  const plan::Plan* warm = nullptr;  // a plan to begin with, of the same app; what it says of cores is all that counts
 };
 
-// Errors (kCaller): no cores or too many; slack out of range; an app that needs what the planner cannot do; exact rates
+// Errors (kCaller): no cores or too many; slack out of range; more subchains than this plans for; exact rates and caps
 // that cannot be met, with how much is missing.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
 

@@ -215,12 +215,57 @@ TEST(Planner, RefusesCoresAndSlackOutOfRange) {
   }
 }
 
-TEST(Planner, RefusesASecondSubchainAndSaysWhatToDo) {
+// camera and detect are one subchain, plan another.
+graph::AppSpec seeing_and_planning() {
   graph::AppSpec spec = face_tracking();
   spec.subchains = {graph::subchain("see", "camera detect")};
-  const std::string message = refusal(spec, {2, 0.06});
-  EXPECT_THAT(message, HasSubstr("the app has 2 subchains"));
-  EXPECT_THAT(message, HasSubstr("put the nodes that Catan schedules into one subchain"));
+  return spec;
+}
+
+TEST(Planner, EnoughCoresAreOwned) {
+  const plan::Plan plan = plan_for(seeing_and_planning(), {2, 0.0});
+  EXPECT_THAT(plan.subchains[0].cores, ElementsAre(0));
+  EXPECT_THAT(plan.subchains[1].cores, ElementsAre(1));
+  EXPECT_THAT(plan.cores[0].slots, IsEmpty());
+  // 83, then 1 + 1, and the longer period of the two.
+  EXPECT_DOUBLE_EQ(plan.objective, 83.0 + 1.0 + 1.0 + 83.0);
+}
+
+TEST(Planner, OneCoreIsShared) {
+  const plan::Plan plan = plan_for(seeing_and_planning(), {1, 0.0});
+  EXPECT_EQ(plan.cores[0].slots.size(), 2U);
+  // A slice of `plan` is a millisecond at least: it has a whole run in every frame, `see` a part of one.
+  EXPECT_EQ(plan.subchains[1].every, 1);
+  EXPECT_EQ(plan.cores[0].frame, plan.cores[0].slots[0].slice + plan.cores[0].slots[1].slice);
+}
+
+TEST(Planner, AnExactRateFixesTheFrame) {
+  graph::AppSpec spec = seeing_and_planning();
+  node(spec, "plan").min_rate = node(spec, "plan").max_rate = at_hertz(100.0);
+  const plan::Plan plan = plan_for(spec, {1, 0.05});
+  EXPECT_EQ(plan.cores[0].frames, graph::FrameMode::kFixed);
+  EXPECT_NEAR(plan.cores[0].frame.count(), 10.0, 1e-9);
+  EXPECT_NEAR(plan.subchains[1].period.count(), 10.0, 1e-9);
+  EXPECT_GE(plan.cores[0].idle.count(), 0.0);
+}
+
+TEST(Planner, MoreExactRatesThanThereIsCpuAreRefusedWithWhatIsMissing) {
+  graph::AppSpec spec = seeing_and_planning();
+  node(spec, "camera").min_rate = node(spec, "camera").max_rate = at_hertz(20.0);
+  const std::string message = refusal(spec, {1, 0.0});
+  EXPECT_THAT(message, HasSubstr("they need 166 % of a core, of 100 % that there is; 66 % of a core is missing"));
+  EXPECT_THAT(message, HasSubstr("give it 3 cores"));
+}
+
+TEST(Planner, RefusesMoreSubchainsThanItPlansFor) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i <= kMostSubchains; ++i) names.push_back("n" + std::to_string(i));
+  graph::AppSpec spec = graph::spec_of(names, {});
+  spec.objective = {graph::period("n0", 1.0)};
+  const graph::App app = build(spec);
+  const auto plan = make_plan(app, model::CostTable(app.graph, Millis{1}), {});
+  ASSERT_FALSE(plan.ok());
+  EXPECT_THAT(plan.error().message(), HasSubstr("the app has 65 subchains"));
 }
 
 TEST(Planner, RefusesWeightsBeyondArithmetic) {

@@ -35,6 +35,15 @@ Result<os::CpuSet> choose_cpus(os::Os& os, const os::CpuSet& asked) {
   return asked;
 }
 
+// What the planner can do and the runtime cannot yet.
+Error cannot_share(const plan::Plan& plan) {
+  return Error::caller(
+      fmt::format(
+          "the plan has subchains share a core ({} subchains on {} CPUs), which this version's runtime cannot enforce",
+          plan.subchains.size(), plan.cores.size()),
+      "give the session as many CPUs as the app has subchains, or put its nodes into fewer subchains");
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, EngineOptions options) {
@@ -142,6 +151,9 @@ Result<plan::Plan> Engine::make_plan(const model::CostTable& costs, const model:
   const TimePoint begin = os_.now();
   Result<plan::Plan> plan = planner::make_plan(app_, costs, {.cores = static_cast<int>(cpus_.size()), .slack = slack_});
   if (!plan) return plan;
+  for (const plan::CorePlan& core : plan->cores) {
+    if (!core.slots.empty()) return cannot_share(*plan);
+  }
   plan->solve_time = os_.now() - begin;
   plan->expected = plan::expect(*plan, app_, typical);
   return plan;

@@ -1,4 +1,4 @@
-// The planner's problem, reduced to numbers: what the solvers work on, without names, graphs or units.
+// What is to be planned, reduced to numbers: what the solvers work on, without names, graphs or units.
 //
 // Every subchain gets a period p and an execution time L. The objective and the bounds are sums of *maxima of linear
 // forms* in these: a chain's response time is linear but for its last term, the longest period of its elements, and
@@ -54,15 +54,15 @@ struct Member {
   std::vector<Owned> owned;   // [k - 1]: with k cores; only as many as are of use; period infinite where out of reach
 };
 
-struct Problem {
-  std::vector<Member> members;   // by SubchainId
+struct Instance {
+  std::vector<Member> members;  // by SubchainId
   std::vector<Group> objective;
   std::vector<Group> bounds;
   int cores = 1;
   double usable = 1.0;  // of a core: 1 - slack
 };
 
-Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack);
+Instance make_instance(const graph::App& app, const model::CostTable& costs, int cores, double slack);
 
 // A subchain's timing, as the forms take it.
 struct Timing {
@@ -72,8 +72,8 @@ struct Timing {
 
 double value_of(const Form& form, const std::vector<Timing>& timings);
 double value_of(const Group& group, const std::vector<Timing>& timings);  // its largest form
-double objective_of(const Problem& problem, const std::vector<Timing>& timings);
+double objective_of(const Instance& instance, const std::vector<Timing>& timings);
 // The least factor by which all bounds have to be scaled to hold; at least 1.
-double factor_of(const Problem& problem, const std::vector<Timing>& timings);
+double factor_of(const Instance& instance, const std::vector<Timing>& timings);
 
 }  // namespace ctn::planner

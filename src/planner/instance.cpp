@@ -1,5 +1,3 @@
-#include "planner/problem.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
+#include "planner/instance.h"
 
 namespace ctn::planner {
 namespace {
@@ -124,23 +123,23 @@ Member member_of(const graph::App& app, const model::CostTable& costs, SubchainI
 
 }  // namespace
 
-Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
-  Problem problem;
-  problem.cores = cores;
-  problem.usable = 1.0 - slack;
+Instance make_instance(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
+  Instance instance;
+  instance.cores = cores;
+  instance.usable = 1.0 - slack;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
-    problem.members.push_back(member_of(app, costs, SubchainId(i), cores, slack));
+    instance.members.push_back(member_of(app, costs, SubchainId(i), cores, slack));
   }
   for (const graph::Term& term : app.objective) {
-    problem.objective.push_back(group_of(app, costs, term));
-    problem.objective.back().weight = term.weight;
+    instance.objective.push_back(group_of(app, costs, term));
+    instance.objective.back().weight = term.weight;
   }
   for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
-    problem.bounds.push_back(bound.term ? group_of(app, costs, app.objective[*bound.term])
-                                        : period_of(app, *bound.node));
-    problem.bounds.back().limit = bound.asked.count();
+    instance.bounds.push_back(bound.term ? group_of(app, costs, app.objective[*bound.term])
+                                         : period_of(app, *bound.node));
+    instance.bounds.back().limit = bound.asked.count();
   }
-  return problem;
+  return instance;
 }
 
 double value_of(const Form& form, const std::vector<Timing>& timings) {
@@ -158,15 +157,15 @@ double value_of(const Group& group, const std::vector<Timing>& timings) {
   return largest;
 }
 
-double objective_of(const Problem& problem, const std::vector<Timing>& timings) {
+double objective_of(const Instance& instance, const std::vector<Timing>& timings) {
   double sum = 0.0;
-  for (const Group& group : problem.objective) sum += group.weight * value_of(group, timings);
+  for (const Group& group : instance.objective) sum += group.weight * value_of(group, timings);
   return sum;
 }
 
-double factor_of(const Problem& problem, const std::vector<Timing>& timings) {
+double factor_of(const Instance& instance, const std::vector<Timing>& timings) {
   double factor = 1.0;
-  for (const Group& bound : problem.bounds) factor = std::max(factor, value_of(bound, timings) / bound.limit);
+  for (const Group& bound : instance.bounds) factor = std::max(factor, value_of(bound, timings) / bound.limit);
   return factor;
 }
 

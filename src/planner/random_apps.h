@@ -1,0 +1,321 @@
+// Random apps of several subchains, and the answer by brute force, for tests and benchmarks. The brute force knows
+// nothing of the planner: it tries every partition of the subchains and every whole number, by the formulas of the
+// model module.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "graph/build.h"
+#include "graph/spec_text.h"
+#include "model/evaluate.h"
+#include "model/formulas.h"
+#include "plan/limits.h"
+#include "plan/predict.h"
+
+namespace ctn::planner {
+
+struct RandomCase {
+  graph::App app;
+  model::CostTable costs;
+  int cores = 1;
+  double slack = 0.06;
+};
+
+struct RandomLimits {
+  int subchains = 4;
+  int chains = 4;
+  double cheapest = 1.0;  // ms, of a subchain
+  double dearest = 8.0;
+  bool queue = false;   // the first subchain takes batches
+  bool caps = false;    // some have a max_rate
+  bool exact = false;   // one has an exact rate
+  bool bounds = false;  // some chains have a max, some nodes a min_rate
+  bool pairs = false;   // some subchains have two nodes
+};
+
+// A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
+inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+  };
+  const auto chance = [&](double p) { return uniform(0.0, 1.0) < p; };
+  const auto log_uniform = [&](double low, double high) { return low * std::pow(high / low, uniform(0.0, 1.0)); };
+  const int n = limits.subchains;
+  std::vector<std::string> names;
+  std::vector<std::string> paths;
+  std::vector<graph::SubchainSpec> subchains;
+  std::vector<std::string> head(static_cast<std::size_t>(n));
+  std::vector<std::string> whole(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) {
+    const std::string name = "s" + std::to_string(i);
+    head[static_cast<std::size_t>(i)] = name;
+    names.push_back(name);
+    whole[static_cast<std::size_t>(i)] = name;
+    if (limits.pairs && chance(0.3)) {
+      names.push_back(name + "b");
+      whole[static_cast<std::size_t>(i)] = name + " " + name + "b";
+      subchains.push_back(graph::subchain(name, whole[static_cast<std::size_t>(i)]));
+    }
+  }
+  names.push_back("base");
+  graph::AppSpec spec = graph::spec_of(names, {});
+  node(spec, "base").external = true;
+  spec.subchains = subchains;
+  // Each edge once, however many chains pass it.
+  std::vector<std::string> edges;
+  const auto add_edges = [&](const std::string& path) {
+    const std::vector<graph::Name> row = graph::split(path);
+    for (std::size_t i = 1; i < row.size(); ++i) {
+      const std::string edge = row[i - 1].value + " " + row[i].value;
+      if (std::find(edges.begin(), edges.end(), edge) != edges.end()) continue;
+      edges.push_back(edge);
+      spec.edges.push_back({graph::split(edge), {}});
+    }
+  };
+  const int chains = std::max(1, limits.chains);
+  for (int c = 0; c < chains; ++c) {
+    std::string path;
+    int length = 0;
+    for (int i = 0; i < n; ++i) {
+      if (!chance(std::min(1.0, 2.0 / n)) && !(length == 0 && i == n - 1)) continue;
+      path += whole[static_cast<std::size_t>(i)] + " ";
+      if (++length == 3) break;
+    }
+    path += "base";
+    if (std::find(paths.begin(), paths.end(), path) != paths.end()) continue;
+    paths.push_back(path);
+    add_edges(path);
+    spec.objective.push_back(graph::response(path, log_uniform(0.01, 1.0)));
+  }
+  // Every subchain counts for something.
+  for (int i = 0; i < n; ++i) {
+    spec.objective.push_back(graph::period(head[static_cast<std::size_t>(i)], log_uniform(0.01, 1.0)));
+  }
+  for (int i = 0; i < n; ++i) {
+    if (whole[static_cast<std::size_t>(i)] == head[static_cast<std::size_t>(i)]) continue;
+    add_edges(whole[static_cast<std::size_t>(i)]);
+  }
+  std::vector<double> cost(static_cast<std::size_t>(n));
+  double total = 0.0;
+  for (double& c : cost) total += c = log_uniform(limits.cheapest, limits.dearest);
+  if (limits.queue) node(spec, "s0").input = graph::InputKind::kQueue;
+  for (int i = 0; i < n; ++i) {
+    graph::NodeSpec& described = node(spec, head[static_cast<std::size_t>(i)]);
+    if (limits.exact && i == n - 1) {
+      const graph::At<Rate> rate{Rate::every(Millis{uniform(1.2, 4.0) * cost[static_cast<std::size_t>(i)]}), {}};
+      described.min_rate = described.max_rate = rate;
+    } else if (limits.caps && chance(0.3)) {
+      described.max_rate = graph::At<Rate>{Rate::every(Millis{uniform(0.3, 3.0) * total}), {}};
+    } else if (limits.bounds && chance(0.2)) {
+      described.min_rate = graph::At<Rate>{Rate::every(Millis{uniform(0.5, 4.0) * total}), {}};
+    }
+  }
+  if (limits.bounds) {
+    for (graph::TermSpec& term : spec.objective) {
+      if (term.metric == graph::Metric::kResponseTime && chance(0.4)) {
+        term.max = graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 8.0) * total}), {}};
+      }
+    }
+  }
+  Result<graph::App> built = graph::build_app(spec);
+  if (!built) throw std::logic_error(built.error().message());
+  graph::App app = *std::move(built);
+  model::CostTable costs(app.graph, Millis{0});
+  for (int i = 0; i < n; ++i) {
+    const std::string& name = head[static_cast<std::size_t>(i)];
+    const bool two = whole[static_cast<std::size_t>(i)] != name;
+    const double part = two ? uniform(0.2, 0.8) : 1.0;
+    costs.set(*app.graph.find_node(name),
+              model::CostProfile::constant(Millis{part * cost[static_cast<std::size_t>(i)]}));
+    if (two) {
+      costs.set(*app.graph.find_node(name + "b"),
+                model::CostProfile::constant(Millis{(1.0 - part) * cost[static_cast<std::size_t>(i)]}));
+    }
+  }
+  return {std::move(app), std::move(costs), cores, 0.06};
+}
+
+class BruteForce {
+ public:
+  struct Best {
+    bool found = false;
+    double factor = std::numeric_limits<double>::infinity();
+    double objective = std::numeric_limits<double>::infinity();
+  };
+
+  explicit BruteForce(const RandomCase& any) : any_(any), count_(any.app.graph.subchains().size()) {
+    timings_.resize(count_);
+    group_.resize(count_);
+  }
+
+  Best run() {
+    // First the least factor, then the least objective among those that have it.
+    for (factor_only_ = true;; factor_only_ = false) {
+      partition(0, 0);
+      if (!factor_only_) return best_;
+      if (!best_.found) return best_;
+    }
+  }
+
+ private:
+  struct Timing {
+    double period = 0.0;
+    double execution = 0.0;
+  };
+  static constexpr double kRounding = 1e-9;
+
+  SubchainId id(std::size_t i) const { return SubchainId(i); }
+  double cost(std::size_t i) const { return any_.costs.subchain_total(any_.app.graph, id(i)).count(); }
+
+  void partition(std::size_t i, int groups) {
+    if (i == count_) return own(0, groups);
+    for (int g = 0; g <= groups && g < any_.cores; ++g) {
+      group_[i] = g;
+      partition(i + 1, std::max(groups, g + 1));
+    }
+  }
+
+  // Gives the spare cores to those that are alone, in every way.
+  void own(std::size_t i, int used) {
+    if (i == count_) return share(0);
+    const bool alone = std::count(group_.begin(), group_.end(), group_[i]) == 1;
+    if (!alone) return own(i + 1, used);
+    for (int k = 1; used + k - 1 <= any_.cores; ++k) {
+      const model::OwnedCores owned = model::owned_cores(any_.app.graph, id(i), any_.costs, k, any_.slack);
+      const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(i));
+      double period = std::max(owned.period.count(), limits.least.count());
+      if (limits.exact) {
+        if (period > limits.exact->count() * (1.0 + kRounding)) continue;
+        period = limits.exact->count();
+      }
+      timings_[i] = {period, owned.execution.count()};
+      own(i + 1, used + k - 1);
+    }
+  }
+
+  std::vector<std::size_t> members(int g) const {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (group_[i] == g) found.push_back(i);
+    }
+    return found;
+  }
+
+  void share(int g) {
+    if (g == any_.cores) return judge();
+    const std::vector<std::size_t> all = members(g);
+    if (all.size() < 2) return share(g + 1);
+    std::vector<int> every(all.size(), 1);
+    choose(g, all, every, 0);
+  }
+
+  void choose(int g, const std::vector<std::size_t>& all, std::vector<int>& every, std::size_t at) {
+    if (at == all.size()) return frame(g, all, every);
+    const double c = cost(all[at]);
+    const double min_slice = to_millis(any_.app.scheduler.min_slice).count();
+    const int most = plan::takes_batches(any_.app.graph, id(all[at])) || c < min_slice
+                         ? 1
+                         : static_cast<int>(std::floor(c / min_slice * (1.0 + 1e-12)));
+    for (every[at] = 1; every[at] <= most; ++every[at]) choose(g, all, every, at + 1);
+  }
+
+  void frame(int g, const std::vector<std::size_t>& all, const std::vector<int>& every) {
+    const double usable = 1.0 - any_.slack;
+    double busy = 0.0;
+    double least = 0.0;
+    std::optional<double> exact;
+    std::optional<std::size_t> queue;
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      if (plan::takes_batches(any_.app.graph, id(all[m]))) {
+        queue = all[m];
+        continue;
+      }
+      const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(all[m]));
+      busy += cost(all[m]) / every[m];
+      least = std::max(least, limits.least.count() / every[m]);
+      if (limits.exact) {
+        const double given = limits.exact->count() / every[m];
+        if (exact && std::abs(*exact - given) > kRounding * given) return;
+        exact = given;
+      }
+    }
+    const auto set = [&](double frame, double queue_period) {
+      for (std::size_t m = 0; m < all.size(); ++m) {
+        const double period = queue == all[m] ? queue_period : frame * every[m];
+        timings_[all[m]] = {period, period};
+      }
+    };
+    if (!queue) {
+      const double shortest = std::max(busy / usable, least);
+      if (exact && shortest > *exact * (1.0 + kRounding)) return;
+      set(exact ? *exact : shortest, 0.0);
+      return share(g + 1);
+    }
+    // One free share: convex in the frame, which is narrowed down by thirds (the rest of the app given).
+    const double c = cost(*queue);
+    const double min_slice = to_millis(any_.app.scheduler.min_slice).count();
+    const double most = c < min_slice ? 1.0 : c / min_slice;
+    const double cap = plan::period_limits(any_.app.graph, id(*queue)).least.count();
+    double low = std::max({(busy + c / most) / usable, least, cap / most});
+    double high = std::max(low, 60.0 * (busy + c) / usable);
+    const auto at = [&](double frame) {
+      const double room = usable - busy / frame;
+      set(frame, std::max(c / room, cap));
+      const Best before = best_;
+      best_ = {};
+      share(g + 1);
+      const double found = factor_only_ ? best_.factor : best_.objective;
+      best_ = before;
+      return found;
+    };
+    for (int third = 0; third < 120; ++third) {
+      const double a = low + (high - low) * 0.382;
+      const double b = low + (high - low) * 0.618;
+      (at(a) <= at(b) ? high : low) = at(a) <= at(b) ? b : a;
+    }
+    const double frame_found = 0.5 * (low + high);
+    set(frame_found, std::max(c / (usable - busy / frame_found), cap));
+    share(g + 1);
+  }
+
+  void judge() {
+    std::vector<model::SubchainTiming> timings;
+    for (const Timing& timing : timings_) timings.push_back({Millis{timing.period}, Millis{timing.execution}});
+    double objective = 0.0;
+    double factor = 1.0;
+    for (const graph::Term& term : any_.app.objective) {
+      const double value = term.metric == graph::Metric::kPeriod
+                               ? model::evaluate_period(any_.app.graph, term.path.front(), timings).count()
+                               : model::evaluate_chain(any_.app.graph, term.path, any_.costs, timings).response.count();
+      objective += term.weight * value;
+      if (term.max) factor = std::max(factor, value / to_millis(*term.max).count());
+    }
+    for (const graph::Node& node : any_.app.graph.nodes()) {
+      if (!node.subchain || !node.min_rate || (node.max_rate && *node.min_rate == *node.max_rate)) continue;
+      factor = std::max(factor, timings[node.subchain->index()].period / node.min_rate->period());
+    }
+    if (factor_only_) {
+      if (factor < best_.factor) best_ = {true, factor, std::numeric_limits<double>::infinity()};
+    } else if (factor <= best_.factor * (1.0 + kRounding) && objective < best_.objective) {
+      best_.objective = objective;
+    }
+  }
+
+  const RandomCase& any_;
+  std::size_t count_;
+  std::vector<int> group_;
+  std::vector<Timing> timings_;
+  bool factor_only_ = true;
+  Best best_;
+};
+
+}  // namespace ctn::planner

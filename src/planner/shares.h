@@ -1,0 +1,145 @@
+// Stage II: given who shares which core, how often each subchain runs and how long each frame is. All cores at once,
+// because the longest period of a chain that crosses cores couples them.
+//
+// Branch and bound over the whole numbers n. The bound is Lagrangian: each maximum of forms is replaced by a weighted
+// mean of them (weights from the simplex), each bound by its price; what is left is linear, so that every core is
+// solved by itself, exactly in whole numbers (shared_core.h). The best multipliers are approached by subgradient steps,
+// and passed down the tree. The bound thus knows of whole numbers from the start: where no maximum is contested, it is
+// the optimum and nothing is branched on. Where all n are fixed, free shares are optimised by an interior-point method
+// (frame_fit.h).
+//
+// Units: milliseconds. Thread safety: one object a thread.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "planner/instance.h"
+#include "planner/shared_core.h"
+
+namespace ctn::planner {
+
+// Who has which cores.
+struct Allocation {
+  std::vector<int> core_of;  // by subchain: the shared core; -1: it owns `owned` cores
+  std::vector<int> owned;    // by subchain: how many; 0 on a shared core
+  int shared_cores = 0;
+
+  friend bool operator==(const Allocation&, const Allocation&) = default;
+};
+
+// What is to be minimised, and what must hold: the objective under bounds scaled by a factor, or that factor itself.
+struct Target {
+  std::vector<Group> groups;
+  std::vector<Group> limits;
+};
+
+Target objective_target(const Instance& instance, double factor);
+Target factor_target(const Instance& instance);
+
+struct Shares {
+  bool found = false;
+  double value = std::numeric_limits<double>::infinity();
+  double bound = 0.0;           // proven: no value is below it
+  std::vector<Timing> timings;  // by subchain
+  std::vector<double> frames;   // T, by shared core
+};
+
+// Counts bound evaluations and walked steps, so that a search ends after the same work everywhere.
+struct Effort {
+  std::size_t left = std::numeric_limits<std::size_t>::max();
+
+  bool spend(std::size_t units) {
+    left = left > units ? left - units : 0;
+    return left > 0;
+  }
+};
+
+class SharesSolver {
+ public:
+  SharesSolver(const Instance& instance, const Target& target);
+
+  // The best shares if they are better than `cutoff`. Where the effort runs out, what was found and what was proven.
+  Shares solve(const Allocation& allocation, double cutoff, Effort& effort);
+
+  // A lower bound of the value of any shares, by the multipliers found best last (or by default).
+  double bound(const Allocation& allocation);
+  // The linear part of the bound: what each period and execution time costs under the current multipliers.
+  struct Prices {
+    std::vector<double> period;
+    std::vector<double> execution;
+    double constant = 0.0;
+  };
+  const Prices& prices();
+  double cap(std::size_t subchain) const { return multipliers_[offsets_.back() + subchain]; }
+  const std::vector<double>& multipliers() const { return multipliers_; }
+  void set_multipliers(std::vector<double> multipliers) { multipliers_ = std::move(multipliers); }
+  // A lower bound of what a group on one core costs under these prices.
+  double price_of_shared(const std::vector<int>& members);
+  double price_of_owned(int subchain, int cores);
+
+  // Moves the multipliers towards those that are best for this allocation; `goal`: a value known to be attainable.
+  double improve(const Allocation& allocation, double goal, int rounds);
+
+ private:
+  struct Box {
+    std::vector<double> least;
+    std::vector<double> most;
+  };
+  struct Node {
+    Box box;
+    std::vector<double> multipliers;
+    double bound = 0.0;
+  };
+  // The minimiser of the Lagrangian at the present multipliers.
+  struct Point {
+    bool feasible = false;
+    double value = 0.0;
+    std::vector<Timing> timings;
+    std::vector<double> every;
+    std::vector<double> frames;
+    int split = -1;
+  };
+
+  void price();
+  bool limit_frames(const Allocation& allocation, const Box& box);
+  void relax(const Allocation& allocation, const Box& box);
+  bool adjust(double goal, double level);
+  double climb(const Allocation& allocation, const Box& box, double goal, int rounds);
+  void consider(const Allocation& allocation);
+  void consider_every(const Allocation& allocation, const std::vector<double>& every);
+  bool fit_core(int core, const std::vector<double>& every, std::vector<Timing>& timings, double& frame) const;
+  void keep(const std::vector<Timing>& timings, const std::vector<double>& frames);
+  int branch_on(const Box& box, double& at) const;
+  bool hopeless(const Box& box);
+  void finish_leaf(const Allocation& allocation, const Box& box);
+  void explore(const Allocation& allocation, Node node, std::vector<Node>& open, Effort& effort);
+  void prepare(const Allocation& allocation);
+  double goal() const;
+  bool shared(std::size_t i, const Allocation& allocation) const { return allocation.core_of[i] >= 0; }
+
+  const Instance& instance_;
+  const Target& target_;
+  bool contested_ = false;            // the multipliers have something to decide
+  std::vector<std::size_t> offsets_;  // of each group's, then each limit's, then the caps' first multiplier
+  std::vector<double> multipliers_;
+  Prices prices_;
+  Point point_;
+  Shares best_;
+  double cutoff_ = 0.0;
+  std::vector<double> least_frame_;  // by shared core
+  std::vector<double> most_frame_;
+  std::vector<double> usable_;
+  std::vector<std::vector<int>> members_;  // by shared core
+  std::vector<double> steepness_;          // by multiplier: the last subgradient
+  std::vector<double> scratch_;
+  Box full_;
+  SharedCore core_;
+};
+
+// What is proven equal: values that differ by less than this part.
+constexpr double kProven = 1e-10;
+
+}  // namespace ctn::planner
