@@ -251,9 +251,9 @@ TEST(Planner, AnExactRateFixesTheFrame) {
 
 TEST(Planner, MoreExactRatesThanThereIsCpuAreRefusedWithWhatIsMissing) {
   graph::AppSpec spec = seeing_and_planning();
-  node(spec, "camera").min_rate = node(spec, "camera").max_rate = at_hertz(20.0);
+  node(spec, "camera").min_rate = node(spec, "camera").max_rate = at_hertz(15.0);
   const std::string message = refusal(spec, {1, 0.0});
-  EXPECT_THAT(message, HasSubstr("they need 166 % of a core, of 100 % that there is; 66 % of a core is missing"));
+  EXPECT_THAT(message, HasSubstr("they need 124.5 % of a core, of 100 % that there is; 24.5 % of a core is missing"));
   EXPECT_THAT(message, HasSubstr("give it 3 cores"));
 }
 
