@@ -457,6 +457,12 @@ class Joint {
   Planned run(const Allocation* warm, const Planned* known) {
     if (known) best_ = *known;
     if (warm) try_allocation(*warm);
+    if (instance_.cores == 1 && instance_.members.size() > 1) {
+      // There is but one allocation.
+      const std::size_t count = instance_.members.size();
+      best_.bound = try_allocation({std::vector<int>(count, 0), std::vector<int>(count, 0), 1});
+      return std::move(best_);
+    }
     Prices prices(instance_, solver_);
     if (instance_.members.size() <= kFew) {
       few(prices);

@@ -1,3 +1,5 @@
+#include "planner/instance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,7 +7,6 @@
 #include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
-#include "planner/instance.h"
 
 namespace ctn::planner {
 namespace {

@@ -16,15 +16,104 @@ constexpr double kRounding = 1e-12;
 
 const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, double most_frame) {
   usable_ = usable;
+  least_frame_ = 0.0;
+  most_frame_ = kInfinity;
+  clear();
+  if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kRounding)) return answer_;
+  // Most frames are as long as they like: then a short part of the walk will do.
+  double from = 0.0;
+  double to = kInfinity;
+  if (narrow(from, to)) {
+    walk(from, to);
+    if (answer_.feasible && answer_.frame >= least_frame && answer_.frame <= most_frame) return answer_;
+  }
+  clear();
   least_frame_ = least_frame;
   most_frame_ = most_frame;
+  walk(0.0, kInfinity);
+  return answer_;
+}
+
+void SharedCore::clear() {
   answer_.feasible = false;
   answer_.value = kInfinity;
-  if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kRounding)) return answer_;
-  start();
-  double reached = 0.0;
+}
+
+// The values of t squared between which the best point is, were the frame not bounded. With n not whole, the sum that
+// is minimised is convex in log t and never above the true one: where it exceeds what one point attains, nothing better
+// can be. False: not worth the while.
+bool SharedCore::narrow(double& from, double& to) {
+  constexpr double kWorthwhile = 12.0;  // steps
+  double steps = 0.0;
+  double first = 0.0;
+  double last = kInfinity;
+  double lowest = kInfinity;
+  double highest = 0.0;
+  bends_.clear();
+  for (const Item& item : items_) {
+    if (item.cost <= 0.0) {
+      bends_.push_back({0.0, 0.0, item.weight * (item.free ? item.most : item.least)});
+      continue;
+    }
+    if (item.weight <= 0.0) return false;
+    const double root = std::sqrt(item.cost / item.weight);
+    const Bend bend{root / item.most, item.free ? kInfinity : root / item.least,
+                    2.0 * std::sqrt(item.weight * item.cost)};
+    bends_.push_back(bend);
+    steps += item.free ? 0.0 : item.most - item.least;
+    first = std::max(first, bend.low);
+    last = std::min(last, bend.high);
+    lowest = std::min(lowest, bend.low);
+    highest = std::max(highest, std::isfinite(bend.high) ? bend.high : bend.low);
+  }
+  if (steps < kWorthwhile || !(lowest > 0.0)) return false;
+  const double middle = std::sqrt(first * (std::isfinite(last) ? last : first));
+  place(middle * middle);
+  between(middle * middle, middle * middle);
+  if (!answer_.feasible) return false;
+  const double limit = 2.0 * std::sqrt(answer_.value * usable_) * (1.0 + 1e-9);
+  clear();
+  const auto bisect = [&](double inside, double outside) {
+    if (relaxed_sum(outside) <= limit) return outside;
+    for (int i = 0; i < 12; ++i) {
+      const double t = std::sqrt(inside * outside);
+      (relaxed_sum(t) <= limit ? inside : outside) = t;
+    }
+    return outside;
+  };
+  const double low = bisect(middle, lowest * 0.5);
+  const double high = bisect(middle, highest * 2.0);
+  from = low * low;
+  to = high * high;
+  return true;
+}
+
+double SharedCore::relaxed_sum(double t) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    const Item& item = items_[i];
+    const Bend& bend = bends_[i];
+    if (item.cost <= 0.0) {
+      sum += t * bend.flat;
+    } else if (t < bend.low) {
+      sum += t * item.weight * item.most + item.cost / (t * item.most);
+    } else if (t > bend.high) {
+      sum += t * item.weight * item.least + item.cost / (t * item.least);
+    } else {
+      sum += bend.flat;
+    }
+  }
+  return sum;
+}
+
+void SharedCore::walk(double from, double to) {
+  place(from);
+  heap_.clear();
+  for (std::size_t i = 0; i < items_.size(); ++i) push(i);
+  double reached = from;
   while (!heap_.empty()) {
     const Step step = heap_.front();
+    if (step.at > to) break;
     std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
     heap_.pop_back();
     if (step.at > reached) {
@@ -34,25 +123,40 @@ const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, d
     take(step);
     ++steps_;
     // Frames only get longer from here on.
-    if (b_ > most_frame_ * usable_ * (1.0 + kRounding)) return answer_;
+    if (b_ > most_frame_ * usable_ * (1.0 + kRounding)) return;
   }
-  between(reached, kInfinity);
-  return answer_;
+  between(reached, to);
 }
 
-void SharedCore::start() {
+// Every n as it is best for this t squared; the larger of two that are equal.
+void SharedCore::place(double at) {
   a_ = 0.0;
   b_ = 0.0;
   root_ = 0.0;
-  heap_.clear();
   now_.resize(items_.size());
   for (std::size_t i = 0; i < items_.size(); ++i) {
     const Item& item = items_[i];
-    // What costs nothing gains nothing by running less often.
-    now_[i] = item.cost > 0.0 ? item.most : item.free ? item.most : item.least;
-    a_ += item.weight * now_[i];
-    b_ += item.cost / now_[i];
-    push(i);
+    double n = item.most;
+    if (item.cost <= 0.0) {
+      // What costs nothing gains nothing by running less often.
+      n = item.free ? item.most : item.least;
+    } else if (item.weight > 0.0 && at > 0.0) {
+      const double ratio = item.cost / (item.weight * at);
+      if (item.free) {
+        if (ratio < item.most * item.most) {
+          now_[i] = 0.0;
+          root_ += std::sqrt(item.weight * item.cost);
+          continue;
+        }
+      } else {
+        // n (n - 1) < ratio
+        n = std::clamp(std::floor(0.5 * (1.0 + std::sqrt(1.0 + 4.0 * ratio))), item.least, item.most);
+        while (n > item.least && n * (n - 1.0) >= ratio) n -= 1.0;
+      }
+    }
+    now_[i] = n;
+    a_ += item.weight * n;
+    b_ += item.cost / n;
   }
 }
 
@@ -61,6 +165,7 @@ void SharedCore::push(std::size_t i) {
   if (item.weight <= 0.0 || item.cost <= 0.0) return;
   const double n = now_[i];
   if (item.free) {
+    if (n == 0.0) return;
     heap_.push_back({item.cost / (item.weight * n * n), static_cast<int>(i)});
   } else if (n > item.least) {
     heap_.push_back({item.cost / (item.weight * n * (n - 1.0)), static_cast<int>(i)});
@@ -73,7 +178,7 @@ void SharedCore::push(std::size_t i) {
 // All points of the curve for t squared from `from` to `to`, where no n takes a step.
 void SharedCore::between(double from, double to) {
   const double shortest = least_frame_ * usable_;
-  const double longest = most_frame_ * usable_ * (1.0 + kRounding);
+  const double longest = most_frame_ < kInfinity ? most_frame_ * usable_ * (1.0 + kRounding) : kInfinity;
   if (root_ <= 0.0) {
     if (b_ > longest) return;
     const double frame = std::max(b_ / usable_, least_frame_);

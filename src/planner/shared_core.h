@@ -38,7 +38,7 @@ class SharedCore {
     std::vector<double> every;  // n, by item
   };
 
-  // `usable`: of the core, in (0, 1], less what exact queue nodes take. 0 <= least_frame <= most_frame < infinity. The
+  // `usable`: of the core, in (0, 1], less what exact queue nodes take. 0 <= least_frame <= most_frame. The
   // answer and the items are the object's own: valid until the next call.
   const Answer& solve(double usable, double least_frame, double most_frame);
   std::vector<Item>& items() { return items_; }
@@ -54,7 +54,18 @@ class SharedCore {
     friend bool operator>(const Step& x, const Step& y) { return x.at > y.at; }
   };
 
-  void start();
+  // Of the relaxed sum of one item, as a function of t: it falls up to `low`, is `flat` up to `high`, then rises.
+  struct Bend {
+    double low = 0.0;
+    double high = 0.0;
+    double flat = 0.0;
+  };
+
+  void clear();
+  bool narrow(double& from, double& to);
+  double relaxed_sum(double t) const;
+  void place(double at);
+  void walk(double from, double to);
   void push(std::size_t item);
   void between(double from, double to);
   void take(const Step& step);
@@ -66,6 +77,7 @@ class SharedCore {
   double most_frame_ = 0.0;
   std::vector<double> now_;  // n, by item; 0 once it is free to follow t
   std::vector<Step> heap_;
+  std::vector<Bend> bends_;
   double a_ = 0.0;     // sum of b n over the items that do not follow t
   double b_ = 0.0;     // sum of C / n over the same
   double root_ = 0.0;  // sum of sqrt(b C) over those that do

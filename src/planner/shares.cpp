@@ -291,8 +291,8 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
       at_best = multipliers_;
       best_point = point_;
     } else {
-      patience *= 0.7;
-      if (patience < 1e-3) break;
+      patience *= 0.6;
+      if (patience < 0.05) break;
     }
     consider(allocation);
     const double known = std::min(best_.value, cutoff_);
