@@ -16,6 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFew = 12;  // subchains: up to here by dynamic programming
 constexpr int kSmallGroup = 5;    // subchains: larger groups are priced by a simpler bound at first
 constexpr std::size_t kPartitions = 200'000;
+constexpr std::size_t kQuickLook = 400;  // effort
+constexpr std::size_t kLookedAt = 40;    // partitions
 
 using Set = std::uint64_t;
 
@@ -478,8 +480,14 @@ class Joint {
   double limit() const { return known() - kProven * std::abs(known()); }
 
   // Returns what is proven of it.
-  double try_allocation(const Allocation& allocation) {
-    Shares shares = solver_.solve(allocation, known(), effort_);
+  double try_allocation(const Allocation& allocation) { return try_allocation(allocation, effort_.left); }
+
+  // With no more effort than that.
+  double try_allocation(const Allocation& allocation, std::size_t most) {
+    Effort part{std::min(most, effort_.left)};
+    const std::size_t given = part.left;
+    Shares shares = solver_.solve(allocation, known(), part);
+    effort_.spend(given - part.left);
     const double proven = shares.bound;
     if (shares.found && shares.value < known()) {
       best_.found = true;
@@ -508,7 +516,7 @@ class Joint {
       const Allocation allocation = to_allocation(best, instance_.members.size());
       const bool seen = allocation == last_;
       last_ = allocation;
-      try_allocation(allocation);
+      try_allocation(allocation, kQuickLook);
       if (best_.bound >= limit()) return;
       if (seen) break;
     }
@@ -516,12 +524,20 @@ class Joint {
     prices.refresh();
     Partitions partitions(instance_, prices);
     bool complete = true;
+    std::vector<std::pair<double, std::vector<Piece>>> rivals = partitions.below(limit(), complete);
+    // A look at the most promising first: the better the best that is known, the less there is to prove.
+    const std::size_t looked_at = std::min(rivals.size(), kLookedAt);
+    for (std::size_t r = 0; r < looked_at && rivals[r].first < limit(); ++r) {
+      solver_.set_multipliers(multipliers);
+      double& bound = rivals[r].first;
+      bound = std::max(bound, try_allocation(to_allocation(rivals[r].second, instance_.members.size()), kQuickLook));
+    }
     double left_open = kInfinity;
-    for (const auto& [bound, pieces] : partitions.below(limit(), complete)) {
-      if (bound >= limit()) break;
+    for (const auto& [bound, pieces] : rivals) {
+      if (bound >= limit()) continue;
       if (effort_.left == 0) {
         left_open = std::min(left_open, bound);
-        break;
+        continue;
       }
       solver_.set_multipliers(multipliers);
       left_open = std::min(left_open, try_allocation(to_allocation(pieces, instance_.members.size())));
@@ -543,12 +559,7 @@ class Joint {
       if (pieces == last) break;
       last = pieces;
       const Allocation allocation = to_allocation(pieces, instance_.members.size());
-      Effort part{std::max<std::size_t>(1, effort_.left / 4)};
-      const std::size_t given = part.left;
-      std::swap(part, effort_);
-      try_allocation(allocation);
-      std::swap(part, effort_);
-      effort_.spend(given - std::min(given, part.left));
+      try_allocation(allocation, std::max<std::size_t>(1, effort_.left / 4));
     }
     prices.refresh();
     best_.bound = std::max(best_.bound, spread_bound(instance_, prices));

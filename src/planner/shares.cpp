@@ -432,6 +432,63 @@ bool SharesSolver::hopeless(const Box& box) {
                      [&](const Group& limit) { return value_of(limit, shortest) > limit.limit * (1.0 + kMet); });
 }
 
+// Where two periods contend for the longest of a chain, the n of one is divided where they meet: on either side the
+// contest is decided. Else the n that is least certain. -1: all n of the group are fixed.
+int SharesSolver::divide_group(const Box& box, const Group& group, const double* multiplier, double& at) const {
+  const auto open = [&](int subchain) {
+    const auto i = static_cast<std::size_t>(subchain);
+    return whole(instance_.members[i]) && box.most[i] > box.least[i] && point_.timings[i].period > 0.0 &&
+           point_.every[i] > 0.0;
+  };
+  std::size_t top = 0;
+  std::size_t rival = group.forms.size();
+  for (std::size_t e = 1; e < group.forms.size(); ++e) {
+    if (value_of(group.forms[e], point_.timings) > value_of(group.forms[top], point_.timings)) top = e;
+  }
+  for (std::size_t e = 0; e < group.forms.size(); ++e) {
+    if (e != top && multiplier[e] > 0.0 && (rival == group.forms.size() || multiplier[e] > multiplier[rival]))
+      rival = e;
+  }
+  if (rival < group.forms.size()) {
+    const double surplus = value_of(group.forms[top], point_.timings) - value_of(group.forms[rival], point_.timings);
+    const auto meet = [&](std::size_t of, std::size_t beside, double change) {
+      for (const Coefficient& c : group.forms[of].coefficients) {
+        if (!open(c.subchain)) continue;
+        double coefficient = c.period;
+        for (const Coefficient& other : group.forms[beside].coefficients) {
+          if (other.subchain == c.subchain) coefficient -= other.period;
+        }
+        if (!(coefficient > 0.0)) continue;
+        const auto i = static_cast<std::size_t>(c.subchain);
+        const double n = point_.every[i] * (1.0 + change / coefficient / point_.timings[i].period);
+        if (n < box.least[i] || n >= box.most[i]) continue;
+        at = std::floor(n);
+        return c.subchain;
+      }
+      return -1;
+    };
+    const int of_top = meet(top, rival, -surplus);
+    if (of_top >= 0) return of_top;
+    const int of_rival = meet(rival, top, surplus);
+    if (of_rival >= 0) return of_rival;
+  }
+  int widest = -1;
+  double width = 0.0;
+  for (const Form& form : group.forms) {
+    for (const Coefficient& c : form.coefficients) {
+      if (!open(c.subchain)) continue;
+      const auto i = static_cast<std::size_t>(c.subchain);
+      const double relative = (box.most[i] - box.least[i]) / point_.every[i];
+      if (relative <= width) continue;
+      width = relative;
+      widest = c.subchain;
+      const double n = point_.every[i] < box.most[i] ? point_.every[i] : point_.every[i] - 1.0;
+      at = std::clamp(std::floor(n), box.least[i], box.most[i] - 1.0);
+    }
+  }
+  return widest;
+}
+
 // Which subchain's n to divide, and at what: [least, at] and [at + 1, most]. -1: all are fixed.
 int SharesSolver::branch_on(const Box& box, double& at) const {
   const auto divide = [&](std::size_t i, double n) {
@@ -469,37 +526,28 @@ int SharesSolver::branch_on(const Box& box, double& at) const {
   }
   if (chosen >= 0) return chosen;
   // What the multipliers reckon a maximum to be, beside what it is.
-  const auto look = [&](const Group& group, double loss) {
-    if (!(loss > worst)) return;
-    int widest = -1;
-    double width = 0.0;
-    for (const Form& form : group.forms) {
-      for (const Coefficient& c : form.coefficients) {
-        const auto i = static_cast<std::size_t>(c.subchain);
-        if (!open(i) || point_.every[i] <= 0.0) continue;
-        const double relative = (box.most[i] - box.least[i]) / point_.every[i];
-        if (relative > width) {
-          width = relative;
-          widest = c.subchain;
-        }
+  const std::size_t groups = target_.groups.size();
+  for (std::size_t g = 0; g < groups + target_.limits.size(); ++g) {
+    const bool limit = g >= groups;
+    const Group& group = limit ? target_.limits[g - groups] : target_.groups[g];
+    const double* multiplier = multipliers_.data() + offsets_[g];
+    double loss = 0.0;
+    if (limit) {
+      loss = std::abs(value_of(group, point_.timings) - group.limit) / group.limit * std::abs(point_.value);
+    } else if (group.forms.size() > 1) {
+      double reckoned = 0.0;
+      for (std::size_t e = 0; e < group.forms.size(); ++e) {
+        reckoned += multiplier[e] * value_of(group.forms[e], point_.timings);
       }
+      loss = group.weight * value_of(group, point_.timings) - reckoned;
     }
-    if (widest < 0) return;
+    if (!(loss > worst)) continue;
+    double where = 0.0;
+    const int i = divide_group(box, group, multiplier, where);
+    if (i < 0) continue;
     worst = loss;
-    const auto i = static_cast<std::size_t>(widest);
-    chosen = divide(i, point_.every[i] < box.most[i] ? point_.every[i] : point_.every[i] - 1.0);
-  };
-  for (std::size_t g = 0; g < target_.groups.size(); ++g) {
-    const Group& group = target_.groups[g];
-    if (group.forms.size() < 2) continue;
-    double reckoned = 0.0;
-    for (std::size_t e = 0; e < group.forms.size(); ++e) {
-      reckoned += multipliers_[offsets_[g] + e] * value_of(group.forms[e], point_.timings);
-    }
-    look(group, group.weight * value_of(group, point_.timings) - reckoned);
-  }
-  for (const Group& limit : target_.limits) {
-    look(limit, std::abs(value_of(limit, point_.timings) - limit.limit) / limit.limit);
+    chosen = i;
+    at = where;
   }
   if (chosen >= 0) return chosen;
   double width = 0.0;

@@ -112,6 +112,7 @@ class SharesSolver {
   void consider_every(const Allocation& allocation, const std::vector<double>& every);
   bool fit_core(int core, const std::vector<double>& every, std::vector<Timing>& timings, double& frame) const;
   void keep(const std::vector<Timing>& timings, const std::vector<double>& frames);
+  int divide_group(const Box& box, const Group& group, const double* multiplier, double& at) const;
   int branch_on(const Box& box, double& at) const;
   bool hopeless(const Box& box);
   void finish_leaf(const Allocation& allocation, const Box& box);
