@@ -1,0 +1,248 @@
+#include "planner/group_bound.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace ctn::planner {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The least sum of squares of loads, one a core, each at least its head, where `mass` is poured on top.
+double water_level_cost(std::vector<double> heads, double mass, int cores) {
+  heads.resize(static_cast<std::size_t>(cores), 0.0);
+  std::sort(heads.begin(), heads.end());
+  double filled = 0.0;
+  std::size_t low = 0;
+  double level = 0.0;
+  for (; low < heads.size(); ++low) {
+    filled += heads[low];
+    level = (filled + mass) / static_cast<double>(low + 1);
+    if (low + 1 == heads.size() || level <= heads[low + 1]) break;
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < heads.size(); ++i) sum += i <= low ? level * level : heads[i] * heads[i];
+  return sum;
+}
+
+}  // namespace
+
+double spread_bound(const Instance& instance, Prices& prices) {
+  std::vector<double> heads;
+  double mass = 0.0;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    const int index = static_cast<int>(i);
+    const int most = static_cast<int>(instance.members[i].owned.size());
+    const double alone = std::min(prices.of_owned(index, 1), prices.root(i) * prices.root(i));
+    double spread = alone;
+    bool divisible = false;
+    for (int k = 2; k <= most; ++k) {
+      const double price = prices.of_owned(index, k);
+      if (price < alone) divisible = true;
+      spread = std::min(spread, price * k);
+    }
+    if (divisible) {
+      mass += std::sqrt(spread);
+    } else {
+      heads.push_back(std::sqrt(alone));
+    }
+  }
+  std::sort(heads.begin(), heads.end(), std::greater<>());
+  // As many heads as there are cores; more than one on a core is never better than moving one away.
+  for (std::size_t i = static_cast<std::size_t>(instance.cores); i < heads.size(); ++i) mass += heads[i];
+  heads.resize(std::min(heads.size(), static_cast<std::size_t>(instance.cores)));
+  return prices.constant() + water_level_cost(heads, mass, instance.cores);
+}
+
+namespace {
+
+constexpr std::size_t kMostColumns = 8'000;
+constexpr int kCoverRounds = 400;
+
+struct Column {
+  Set set = 0;
+  int cores = 1;
+  double cost = 0.0;
+};
+
+class Cover {
+ public:
+  Cover(const Instance& instance, Prices& prices) : instance_(instance), prices_(prices) {
+    const std::size_t count = instance.members.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      for (int k = 1; k <= static_cast<int>(instance.members[i].owned.size()); ++k) {
+        const double cost = prices.of_owned(static_cast<int>(i), k);
+        if (std::isfinite(cost)) columns_.push_back({Set{1} << i, k, cost});
+      }
+    }
+    // Groups of two, of three, and so on, as long as there are not too many.
+    double groups = static_cast<double>(count);
+    for (largest_ = 1; largest_ < static_cast<int>(count); ++largest_) {
+      groups *= static_cast<double>(count - static_cast<std::size_t>(largest_)) / (largest_ + 1);
+      if (static_cast<double>(columns_.size()) + groups > static_cast<double>(kMostColumns)) break;
+      add_groups(0, 0, largest_ + 1);
+    }
+  }
+
+  std::size_t columns() const { return columns_.size(); }
+
+  double improve(const std::vector<Piece>& known) {
+    const std::size_t count = instance_.members.size();
+    cover_.assign(count, 0.0);
+    double goal = prices_.constant();
+    double sharing = 0.0;
+    int shared = 0;
+    for (const Piece& piece : known) {
+      const double cost = prices_.of(piece);
+      if (!std::isfinite(cost)) return -kInfinity;
+      goal += cost;
+      if (std::has_single_bit(piece.set)) continue;
+      sharing += cost;
+      ++shared;
+    }
+    // What one more core would be worth: with even loads X on K cores, the cost K X^2 falls by X^2 for another.
+    const double core = shared > 0 ? sharing / shared : (goal - prices_.constant()) / instance_.cores;
+    for (const Piece& piece : known) {
+      const double worth = prices_.of(piece) + core * piece.cores;
+      double roots = 0.0;
+      for (const int i : members_of(piece.set)) roots += prices_.root(static_cast<std::size_t>(i));
+      for (const int i : members_of(piece.set)) {
+        const auto index = static_cast<std::size_t>(i);
+        cover_[index] = roots > 0.0 ? worth * prices_.root(index) / roots : worth / std::popcount(piece.set);
+      }
+    }
+    double best = -kInfinity;
+    std::vector<double> at_best = cover_;
+    double patience = 1.0;
+    int failures = 0;
+    std::vector<int> covered(count);
+    for (int round = 0; round < kCoverRounds; ++round) {
+      const double value = evaluate(covered);
+      if (value > best) {
+        best = value;
+        at_best = cover_;
+        failures = 0;
+      } else if (++failures == 8) {
+        patience *= 0.6;
+        failures = 0;
+        cover_ = at_best;
+        if (patience < 1e-3) break;
+        continue;
+      }
+      double norm = 0.0;
+      for (const int times : covered) norm += (1.0 - times) * (1.0 - times);
+      if (norm == 0.0 || goal - value <= 1e-12 * std::abs(goal)) break;
+      const double step = patience * (goal - value) / norm;
+      for (std::size_t i = 0; i < count; ++i) cover_[i] += step * (1.0 - covered[i]);
+    }
+    return best;
+  }
+
+ private:
+  void add_groups(Set set, std::size_t from, int missing) {
+    if (missing == 0) {
+      const double cost = prices_.of({set, 1});
+      if (std::isfinite(cost)) columns_.push_back({set, 1, cost});
+      return;
+    }
+    for (std::size_t i = from; i < instance_.members.size(); ++i) add_groups(set | Set{1} << i, i + 1, missing - 1);
+  }
+
+  // The bound at the present cover prices, and how often its groups cover each subchain.
+  double evaluate(std::vector<int>& covered) {
+    const int cores = instance_.cores;
+    std::vector<double> least(static_cast<std::size_t>(cores + 1), kInfinity);
+    std::vector<const Column*> of(static_cast<std::size_t>(cores + 1), nullptr);
+    for (const Column& column : columns_) {
+      double reduced = column.cost;
+      for (Set rest = column.set; rest != 0; rest &= rest - 1) {
+        reduced -= cover_[static_cast<std::size_t>(std::countr_zero(rest))];
+      }
+      const auto k = static_cast<std::size_t>(column.cores);
+      if (column.cores <= cores && reduced < least[k]) {
+        least[k] = reduced;
+        of[k] = &column;
+      }
+    }
+    const double larger = least_of_larger_groups();
+    if (larger < least[1]) {
+      least[1] = larger;
+      of[1] = nullptr;
+    }
+    // The cheapest way to fill the cores; one may stay empty.
+    std::vector<double> filled(static_cast<std::size_t>(cores + 1), 0.0);
+    std::vector<int> last(static_cast<std::size_t>(cores + 1), 0);
+    for (int k = 1; k <= cores; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      filled[at] = filled[at - 1];
+      for (int j = 1; j <= k; ++j) {
+        const double with = filled[static_cast<std::size_t>(k - j)] + least[static_cast<std::size_t>(j)];
+        if (with < filled[at]) {
+          filled[at] = with;
+          last[at] = j;
+        }
+      }
+    }
+    std::fill(covered.begin(), covered.end(), 0);
+    for (int k = cores; k > 0;) {
+      const int j = last[static_cast<std::size_t>(k)];
+      if (j > 0) {
+        const Column* column = of[static_cast<std::size_t>(j)];
+        for (const int i : column ? members_of(column->set) : larger_) ++covered[static_cast<std::size_t>(i)];
+      }
+      k -= std::max(1, j);
+    }
+    double value = prices_.constant() + filled.back();
+    for (const double price : cover_) value += price;
+    return value;
+  }
+
+  // A bound on the reduced cost of every group with more members than the columns have: (sum x)^2 is at least
+  // 2 t (sum x) - t^2 for any t, and then every member counts for itself.
+  double least_of_larger_groups() {
+    const std::size_t count = instance_.members.size();
+    if (static_cast<int>(count) <= largest_) return kInfinity;
+    double best = -kInfinity;
+    double total = 0.0;
+    for (std::size_t i = 0; i < count; ++i) total += prices_.root(i);
+    const double even = total / instance_.cores;
+    std::vector<std::pair<double, int>> gains(count);
+    for (const double factor : {0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0}) {
+      const double t = factor * even;
+      for (std::size_t i = 0; i < count; ++i) gains[i] = {2.0 * t * prices_.root(i) - cover_[i], static_cast<int>(i)};
+      std::sort(gains.begin(), gains.end());
+      double sum = -t * t;
+      std::size_t taken = 0;
+      while (taken < count && (taken <= static_cast<std::size_t>(largest_) || gains[taken].first < 0.0)) {
+        sum += gains[taken++].first;
+      }
+      if (sum <= best) continue;
+      best = sum;
+      larger_.clear();
+      for (std::size_t i = 0; i < taken; ++i) larger_.push_back(gains[i].second);
+    }
+    return best;
+  }
+
+  const Instance& instance_;
+  Prices& prices_;
+  std::vector<Column> columns_;
+  int largest_ = 1;            // members of the largest groups among the columns
+  std::vector<double> cover_;  // by subchain
+  std::vector<int> larger_;    // a group that least_of_larger_groups found
+};
+
+}  // namespace
+
+double cover_bound(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort) {
+  Cover cover(instance, prices);
+  effort.spend(cover.columns());
+  return cover.improve(known);
+}
+
+}  // namespace ctn::planner

@@ -1,0 +1,21 @@
+// Lower bounds on what any allocation of any number of subchains costs under given prices.
+//
+// Units: milliseconds. Thread safety: pure but for the prices' memory.
+#pragma once
+
+#include "planner/instance.h"
+#include "planner/pieces.h"
+
+namespace ctn::planner {
+
+// Each subchain has a root y so that k cores of its own cost at least y^2 / k, and a group on one core at least the
+// square of the sum of its roots; spreading the sum evenly is then the least. What gains nothing from a second core
+// cannot be spread: it is a head, on a core of its own.
+double spread_bound(const Instance& instance, Prices& prices);
+
+// Every subchain must be in one group: with a price on each for being covered, the cheapest groups that the cores have
+// room for are a bound (Lagrangian relaxation of set partitioning). Knows of whole numbers, which spread_bound does
+// not. The cover prices start from an allocation that is known, and are improved towards its cost.
+double cover_bound(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort);
+
+}  // namespace ctn::planner

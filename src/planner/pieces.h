@@ -1,0 +1,58 @@
+// Groups of an allocation as bit sets, and what each costs under the multipliers of a solver: the currency of
+// everything that looks for a good allocation.
+//
+// Units: milliseconds. Thread safety: one object a thread.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "planner/instance.h"
+#include "planner/shares.h"
+
+namespace ctn::planner {
+
+using Set = std::uint64_t;  // of subchains
+
+std::vector<int> members_of(Set set);
+
+// A group of an allocation: a set, and how many cores it has. Several subchains have just one.
+struct Piece {
+  Set set = 0;
+  int cores = 1;
+
+  friend bool operator==(const Piece&, const Piece&) = default;
+};
+
+Allocation to_allocation(const std::vector<Piece>& pieces, std::size_t subchains);
+std::vector<Piece> to_pieces(const Allocation& allocation);
+
+// What groups cost under the multipliers of a solver, remembered. Together with constant() the costs of the groups of
+// an allocation add up to a lower bound on the value of its best shares.
+class Prices {
+ public:
+  Prices(const Instance& instance, SharesSolver& solver) : instance_(instance), solver_(solver) { refresh(); }
+
+  // Takes the solver's present multipliers.
+  void refresh();
+
+  double constant() const { return constant_; }
+  double of(const Piece& piece);
+  double of_owned(int subchain, int cores) const;  // infinite where it has no use for so many
+  // A bound that ignores whole numbers and rates: (sum of roots)^2, by Cauchy and Schwarz.
+  double simple(Set set) const;
+  double root(std::size_t subchain) const { return root_[subchain]; }
+  double of_all(const std::vector<Piece>& pieces);
+
+ private:
+  const Instance& instance_;
+  SharesSolver& solver_;
+  double constant_ = 0.0;
+  std::unordered_map<Set, double> known_;
+  std::vector<double> root_;
+  std::vector<std::vector<double>> owned_;
+};
+
+}  // namespace ctn::planner
