@@ -15,7 +15,8 @@ namespace ctn::planner {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kFew = 12;         // subchains: up to here by dynamic programming
+constexpr double kFewSteps = 2e7;        // of dynamic programming over sets: up to here
+constexpr std::size_t kFew = 13;         // subchains: never more
 constexpr std::size_t kQuickLook = 400;  // effort
 constexpr std::size_t kLookedAt = 40;    // partitions
 
@@ -34,7 +35,8 @@ class Joint {
       return std::move(best_);
     }
     Prices prices(instance_, solver_);
-    if (instance_.members.size() <= kFew) {
+    const auto count = static_cast<double>(instance_.members.size());
+    if (instance_.members.size() <= kFew && std::pow(3.0, count) * instance_.cores <= kFewSteps) {
       few(prices);
     } else {
       many(prices);

@@ -17,8 +17,7 @@ std::vector<int> numbers_from(int first, int count) {
   return numbers;
 }
 
-void place(const Instance& instance, const Allocation& allocation, plan::Plan& plan,
-           std::vector<int>& number_of_shared) {
+void place(const Allocation& allocation, plan::Plan& plan, std::vector<int>& number_of_shared) {
   int next = 0;
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const int shared = allocation.core_of[i];
@@ -31,7 +30,6 @@ void place(const Instance& instance, const Allocation& allocation, plan::Plan& p
     if (number < 0) number = next++;
     plan.subchains[i].cores = {number};
   }
-  plan.cores.resize(static_cast<std::size_t>(instance.cores));
 }
 
 void own(const Member& member, int cores, plan::SubchainPlan& subchain) {
@@ -76,13 +74,14 @@ void lay_out(const graph::App& app, const Instance& instance, const Allocation& 
 }  // namespace
 
 plan::Plan assemble(const graph::App& app, const model::CostTable& costs, const Instance& instance,
-                    const Planned& planned, double slack) {
+                    const Planned& planned, int cores, double slack) {
   const Allocation& allocation = planned.allocation;
   plan::Plan plan;
   plan.slack = slack;
   plan.subchains.resize(instance.members.size());
+  plan.cores.resize(static_cast<std::size_t>(cores));
   std::vector<int> number_of_shared(static_cast<std::size_t>(allocation.shared_cores), -1);
-  place(instance, allocation, plan, number_of_shared);
+  place(allocation, plan, number_of_shared);
   for (plan::CorePlan& core : plan.cores) core.frames = app.scheduler.frames;
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const Member& member = instance.members[i];
@@ -106,11 +105,11 @@ plan::Plan assemble(const graph::App& app, const model::CostTable& costs, const 
 bool allocation_of(const plan::Plan& plan, const Instance& instance, Allocation& allocation) {
   const std::size_t count = instance.members.size();
   if (plan.subchains.size() != count) return false;
-  std::vector<int> members(static_cast<std::size_t>(instance.cores), 0);
+  std::vector<int> members(plan.cores.size(), 0);
   for (const plan::SubchainPlan& subchain : plan.subchains) {
     if (subchain.cores.empty()) return false;
     for (const int core : subchain.cores) {
-      if (core < 0 || core >= instance.cores) return false;
+      if (core < 0 || core >= static_cast<int>(members.size())) return false;
       ++members[static_cast<std::size_t>(core)];
     }
   }
@@ -133,7 +132,9 @@ bool allocation_of(const plan::Plan& plan, const Instance& instance, Allocation&
       allocation.owned[i] = static_cast<int>(cores.size());
     }
   }
-  return true;
+  int used = allocation.shared_cores;
+  for (const int owned : allocation.owned) used += owned;
+  return used <= instance.cores;
 }
 
 }  // namespace ctn::planner

@@ -10,9 +10,10 @@
 
 namespace ctn::planner {
 
-// Save for `Plan::planner`, quality and gap. Cores are numbered in the order of the subchains that have them.
+// Save for `Plan::planner`, quality and gap. `cores`: all that there are, those of no use too. Cores are numbered in
+// the order of the subchains that have them.
 plan::Plan assemble(const graph::App& app, const model::CostTable& costs, const Instance& instance,
-                    const Planned& planned, double slack);
+                    const Planned& planned, int cores, double slack);
 
 // The allocation of a plan; false where it is not one of this app and this many cores.
 bool allocation_of(const plan::Plan& plan, const Instance& instance, Allocation& allocation);

@@ -126,11 +126,13 @@ Member member_of(const graph::App& app, const model::CostTable& costs, SubchainI
 
 Instance make_instance(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
   Instance instance;
-  instance.cores = cores;
   instance.usable = 1.0 - slack;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     instance.members.push_back(member_of(app, costs, SubchainId(i), cores, slack));
   }
+  int of_use = 0;
+  for (const Member& member : instance.members) of_use += static_cast<int>(member.owned.size());
+  instance.cores = std::min(cores, of_use);
   for (const graph::Term& term : app.objective) {
     instance.objective.push_back(group_of(app, costs, term));
     instance.objective.back().weight = term.weight;

@@ -58,7 +58,7 @@ struct Instance {
   std::vector<Member> members;  // by SubchainId
   std::vector<Group> objective;
   std::vector<Group> bounds;
-  int cores = 1;
+  int cores = 1;        // no more than can be of use
   double usable = 1.0;  // of a core: 1 - slack
 };
 

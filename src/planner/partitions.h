@@ -31,9 +31,14 @@ class Partitions {
       exact_[set] = small ? 1 : 0;
     }
     for (auto& of_none : least_) of_none[0] = 0.0;
-    for (int cores = 1; cores <= instance.cores; ++cores) {
+    for (Set set = 1; set < sets; ++set) {
+      least_[1][set] = std::has_single_bit(set) ? prices_.of_owned(std::countr_zero(set), 1) : group_[set];
+    }
+    for (int cores = 2; cores < instance.cores; ++cores) {
       for (Set set = 1; set < sets; ++set) least_[static_cast<std::size_t>(cores)][set] = cheapest(set, cores);
     }
+    // Of all cores only the whole is asked for.
+    if (instance.cores > 1) least_.back().back() = cheapest(sets - 1, instance.cores);
   }
 
   // The least that any partition costs.
@@ -81,6 +86,7 @@ class Partitions {
     const int i = std::countr_zero(set);
     for (int k = 1; k <= cores; ++k) {
       const double price = prices_.of_owned(i, k);
+      if (k > prices_.most_owned(i)) break;
       if (std::isfinite(price)) each(Piece{first, k}, price);
     }
     const Set others = set & ~first;

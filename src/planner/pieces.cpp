@@ -52,7 +52,7 @@ void Prices::refresh() {
   root_.clear();
   owned_.clear();
   for (std::size_t i = 0; i < instance_.members.size(); ++i) {
-    const double weight = std::max(0.0, prices.period[i] + prices.execution[i] - solver_.cap(i));
+    const double weight = std::max(0.0, prices.period[i] + prices.execution[i]);
     root_.push_back(std::sqrt(weight * instance_.members[i].cost / instance_.usable));
     std::vector<double>& owned = owned_.emplace_back();
     for (int k = 1; k <= static_cast<int>(instance_.members[i].owned.size()); ++k) {

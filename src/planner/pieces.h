@@ -41,6 +41,7 @@ class Prices {
   double constant() const { return constant_; }
   double of(const Piece& piece);
   double of_owned(int subchain, int cores) const;  // infinite where it has no use for so many
+  int most_owned(int subchain) const { return static_cast<int>(owned_[static_cast<std::size_t>(subchain)].size()); }
   // A bound that ignores whole numbers and rates: (sum of roots)^2, by Cauchy and Schwarz.
   double simple(Set set) const;
   double root(std::size_t subchain) const { return root_[subchain]; }

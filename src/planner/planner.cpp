@@ -65,7 +65,7 @@ class Planning {
     if (!planned.found) return unattainable();
     if (!std::isfinite(planned.shares.value)) return too_large();
     if (factor_of(instance_, planned.shares.timings) > 1.0 + plan::kTolerance) planned = bounded(planned);
-    plan::Plan plan = assemble(app_, costs_, instance_, planned, request_.slack);
+    plan::Plan plan = assemble(app_, costs_, instance_, planned, request_.cores, request_.slack);
     plan.gap = plan.objective > 0.0 ? std::max(0.0, (plan.objective - planned.bound) / plan.objective) : 0.0;
     if (plan.gap <= plan::kTolerance) plan.gap = 0.0;
     plan.quality = plan.gap == 0.0 ? plan::Quality::kOptimal : plan::Quality::kFeasible;
@@ -118,11 +118,11 @@ class Planning {
       needed += member.cost / member.exact_period;
       exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
     }
-    const double there = instance_.cores * instance_.usable;
+    const double there = request_.cores * instance_.usable;
     std::string what = fmt::format(
         "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of a core, of {:.4g} % that "
         "there is",
-        exact, instance_.cores == 1 ? "1 core" : fmt::format("{} cores", instance_.cores), 100.0 * request_.slack,
+        exact, request_.cores == 1 ? "1 core" : fmt::format("{} cores", request_.cores), 100.0 * request_.slack,
         100.0 * needed, 100.0 * there);
     if (needed > there) {
       what += fmt::format("; {:.4g} % of a core is missing", 100.0 * (needed - there));
@@ -134,8 +134,8 @@ class Planning {
 
   // The fewest cores that would do.
   std::string mend() const {
-    const int most = std::min<int>(kMostCores, instance_.cores + static_cast<int>(instance_.members.size()));
-    for (int cores = instance_.cores + 1; cores <= most; ++cores) {
+    const int most = std::min<int>(kMostCores, request_.cores + static_cast<int>(instance_.members.size()));
+    for (int cores = request_.cores + 1; cores <= most; ++cores) {
       const Instance larger = make_instance(app_, costs_, cores, request_.slack);
       Target target = objective_target(larger, 1.0);
       target.limits.clear();

@@ -34,6 +34,10 @@ struct RandomLimits {
   int chains = 4;
   double cheapest = 1.0;  // ms, of a subchain
   double dearest = 8.0;
+  double lightest = 0.01;  // weight of a term
+  double heaviest = 1.0;
+  bool all_queues = false;
+  bool zeros = false;   // some cost nothing
   bool queue = false;   // the first subchain takes batches
   bool caps = false;    // some have a max_rate
   bool exact = false;   // one has an exact rate
@@ -94,11 +98,12 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
     if (std::find(paths.begin(), paths.end(), path) != paths.end()) continue;
     paths.push_back(path);
     add_edges(path);
-    spec.objective.push_back(graph::response(path, log_uniform(0.01, 1.0)));
+    spec.objective.push_back(graph::response(path, log_uniform(limits.lightest, limits.heaviest)));
   }
   // Every subchain counts for something.
   for (int i = 0; i < n; ++i) {
-    spec.objective.push_back(graph::period(head[static_cast<std::size_t>(i)], log_uniform(0.01, 1.0)));
+    spec.objective.push_back(
+        graph::period(head[static_cast<std::size_t>(i)], log_uniform(limits.lightest, limits.heaviest)));
   }
   for (int i = 0; i < n; ++i) {
     if (whole[static_cast<std::size_t>(i)] == head[static_cast<std::size_t>(i)]) continue;
@@ -106,7 +111,13 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
   }
   std::vector<double> cost(static_cast<std::size_t>(n));
   double total = 0.0;
-  for (double& c : cost) total += c = log_uniform(limits.cheapest, limits.dearest);
+  for (double& c : cost) {
+    c = limits.zeros && chance(0.3) ? 0.0 : log_uniform(limits.cheapest, limits.dearest);
+    total += c;
+  }
+  for (int i = 0; limits.all_queues && i < n; ++i) {
+    node(spec, head[static_cast<std::size_t>(i)]).input = graph::InputKind::kQueue;
+  }
   if (limits.queue) node(spec, "s0").input = graph::InputKind::kQueue;
   for (int i = 0; i < n; ++i) {
     graph::NodeSpec& described = node(spec, head[static_cast<std::size_t>(i)]);

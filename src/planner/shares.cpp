@@ -17,8 +17,9 @@ constexpr double kMet = 1e-10;
 // No frame is longer than so many times one run of everything on its core: subchains that no term weighs would
 // otherwise be put off without end.
 constexpr double kLongestFrame = 100.0;
-constexpr int kRoundsAtRoot = 60;
-constexpr int kRoundsBelow = 8;
+constexpr int kRounds = 80;         // of adjusting multipliers, at most
+constexpr int kRoundsTogether = 6;  // after so many the gap must have shrunk
+constexpr std::size_t kFitEffort = 100;
 
 // The nearest point, by distance, whose coordinates are >= 0 and sum to `sum`.
 void project_on_simplex(double* values, std::size_t count, double sum, std::vector<double>& scratch) {
@@ -39,6 +40,11 @@ void project_on_simplex(double* values, std::size_t count, double sum, std::vect
 }
 
 bool whole(const Member& member) { return !member.queue; }
+
+// Queue nodes with an exact rate take a known part of the core and have nothing left to decide.
+bool set_apart(const Member& member) { return member.queue && member.exact_period > 0.0; }
+
+double capped_at(const Member& member) { return std::max(member.least_period, member.exact_period); }
 
 }  // namespace
 
@@ -78,9 +84,10 @@ SharesSolver::SharesSolver(const Instance& instance, const Target& target) : ins
   offsets_.push_back(multipliers_.size());
   for (const Member& member : instance.members) {
     multipliers_.push_back(0.0);
-    contested_ = contested_ || (member.least_period > 0.0 && member.exact_period == 0.0);
+    contested_ = contested_ || (!set_apart(member) && capped_at(member) > 0.0);
   }
   steepness_.resize(multipliers_.size());
+  cap_price_.resize(instance.members.size());
   for (const Member& member : instance.members) {
     full_.least.push_back(1.0);
     full_.most.push_back(member.most_every);
@@ -159,11 +166,77 @@ bool SharesSolver::limit_frames(const Allocation& allocation, const Box& box) {
   return true;
 }
 
+// What a rate cap is worth to each member of a core: with p >= r beside sum of C / p <= usable, the least of the
+// weighted sum is at p = max(r, sqrt(C / b) / v) for one v, and the price that makes a capped member content with r is
+// b - v^2 C / r^2. It depends on who shares the core. Where that is given, it is what the subgradient steps begin with.
+void SharesSolver::price_caps(const std::vector<int>& members, double usable) {
+  double room = usable;
+  double roots = 0.0;
+  bool any = false;
+  for (const int index : members) {
+    const auto i = static_cast<std::size_t>(index);
+    const Member& member = instance_.members[i];
+    cap_price_[i] = 0.0;
+    if (set_apart(member)) continue;
+    roots += std::sqrt(weight(i) * member.cost);
+    any = any || capped_at(member) > 0.0;
+  }
+  if (!any) return;
+  double v = 0.0;
+  for (bool changed = true; changed;) {
+    changed = false;
+    v = roots > 1e-300 ? room / roots : std::numeric_limits<double>::infinity();
+    for (const int index : members) {
+      const auto i = static_cast<std::size_t>(index);
+      const Member& member = instance_.members[i];
+      const double cap = capped_at(member);
+      if (cap <= 0.0 || cap_price_[i] > 0.0 || set_apart(member) || weight(i) <= 0.0) continue;
+      if (!(std::sqrt(member.cost / weight(i)) < cap * v)) continue;
+      cap_price_[i] = 1.0;  // capped; its price follows
+      room -= member.cost / cap;
+      roots -= std::sqrt(weight(i) * member.cost);
+      changed = true;
+    }
+    if (room <= 0.0) break;
+  }
+  for (const int index : members) {
+    const auto i = static_cast<std::size_t>(index);
+    if (cap_price_[i] == 0.0) continue;
+    const Member& member = instance_.members[i];
+    const double cap = capped_at(member);
+    // Rounding may leave a hair of the roots of what is all capped.
+    const bool all = roots <= 1e-12 * weight(i) * cap;
+    const double price = room <= 0.0 ? 0.0 : all ? weight(i) : weight(i) - v * v * member.cost / (cap * cap);
+    cap_price_[i] = std::clamp(price, 0.0, weight(i));
+  }
+}
+
+// The least that the members of a core cost under the present prices; infinite where no frame will do.
+double SharesSolver::solve_core(const std::vector<int>& members, std::size_t core, const Box& box) {
+  double value = 0.0;
+  std::vector<SharedCore::Item>& items = core_.items();
+  items.clear();
+  for (const int index : members) {
+    const auto i = static_cast<std::size_t>(index);
+    const Member& member = instance_.members[i];
+    if (set_apart(member)) {
+      value += weight(i) * member.exact_period;
+      continue;
+    }
+    value += cap_price_[i] * capped_at(member);
+    items.push_back({weight(i) - cap_price_[i], member.cost, box.least[i], box.most[i], member.queue});
+  }
+  const SharedCore::Answer& answer = core_.solve(usable_[core], least_frame_[core], most_frame_[core]);
+  answer_ = &answer;
+  return answer.feasible ? value + answer.value : kInfinity;
+}
+
 // Minimises the Lagrangian: point_.
 void SharesSolver::relax(const Allocation& allocation, const Box& box) {
   price();
   const std::size_t count = instance_.members.size();
   const double* caps = multipliers_.data() + offsets_.back();
+  for (std::size_t i = 0; i < count; ++i) cap_price_[i] = std::min(caps[i], weight(i));
   point_.feasible = false;
   point_.split = -1;
   point_.value = prices_.constant;
@@ -174,36 +247,21 @@ void SharesSolver::relax(const Allocation& allocation, const Box& box) {
     point_.value += prices_.period[i] * owned.period + prices_.execution[i] * owned.execution;
   }
   for (std::size_t core = 0; core < static_cast<std::size_t>(allocation.shared_cores); ++core) {
-    std::vector<SharedCore::Item>& items = core_.items();
-    items.clear();
-    for (const int index : members_[core]) {
-      const auto i = static_cast<std::size_t>(index);
-      const Member& member = instance_.members[i];
-      const double weight = prices_.period[i] + prices_.execution[i];
-      if (member.queue && member.exact_period > 0.0) {
-        point_.timings[i] = {member.exact_period, member.exact_period};
-        point_.value += weight * member.exact_period;
-        continue;
-      }
-      const double cap = std::min(caps[i], weight);
-      if (cap > 0.0) point_.value += cap * member.least_period;
-      items.push_back({weight - cap, member.cost, box.least[i], box.most[i], member.queue});
-    }
-    const SharedCore::Answer& answer = core_.solve(usable_[core], least_frame_[core], most_frame_[core]);
-    if (!answer.feasible) return;
-    point_.value += answer.value;
-    point_.frames[core] = answer.frame;
+    point_.value += solve_core(members_[core], core, box);
+    if (!std::isfinite(point_.value)) return;
+    point_.frames[core] = answer_->frame;
     int position = 0;
     for (const int index : members_[core]) {
       const auto i = static_cast<std::size_t>(index);
       const Member& member = instance_.members[i];
-      if (member.queue && member.exact_period > 0.0) {
-        point_.every[i] = member.exact_period / answer.frame;
+      if (set_apart(member)) {
+        point_.timings[i] = {member.exact_period, member.exact_period};
+        point_.every[i] = member.exact_period / answer_->frame;
         continue;
       }
-      if (position == answer.split) point_.split = index;
-      point_.every[i] = answer.every[static_cast<std::size_t>(position++)];
-      point_.timings[i].period = point_.timings[i].execution = point_.every[i] * answer.frame;
+      if (position == answer_->split) point_.split = index;
+      point_.every[i] = answer_->every[static_cast<std::size_t>(position++)];
+      point_.timings[i].period = point_.timings[i].execution = point_.every[i] * answer_->frame;
     }
   }
   point_.feasible = true;
@@ -243,8 +301,8 @@ bool SharesSolver::adjust(double goal, double level) {
   const std::size_t caps = offsets_.back();
   for (std::size_t i = 0; i < instance_.members.size(); ++i) {
     const Member& member = instance_.members[i];
-    const bool capped = member.least_period > 0.0 && member.exact_period == 0.0;
-    const double under = capped ? member.least_period - point_.timings[i].period : 0.0;
+    const double cap = set_apart(member) ? 0.0 : capped_at(member);
+    const double under = cap > 0.0 ? cap - point_.timings[i].period : 0.0;
     steepness_[caps + i] = under;
     if (multipliers_[caps + i] > 0.0 || under > 0.0) norm += under * under;
   }
@@ -258,17 +316,23 @@ bool SharesSolver::adjust(double goal, double level) {
     for (std::size_t e = 0; e < forms; ++e) multiplier[e] += step * steepness_[offsets_[g] + e];
     project_on_simplex(multiplier, forms, target_.groups[g].weight, scratch_);
   }
-  const std::size_t first = groups < offsets_.size() ? offsets_[groups] : multipliers_.size();
-  for (std::size_t m = first; m < multipliers_.size(); ++m) {
+  for (std::size_t m = offsets_[groups]; m < multipliers_.size(); ++m) {
     multipliers_[m] = std::max(0.0, multipliers_[m] + step * steepness_[m]);
   }
   // A price beyond the period's own would make it worth less than nothing.
   price();
   for (std::size_t i = 0; i < instance_.members.size(); ++i) {
-    double& cap = multipliers_[caps + i];
-    cap = std::min(cap, prices_.period[i] + prices_.execution[i]);
+    multipliers_[caps + i] = std::min(multipliers_[caps + i], weight(i));
   }
   return true;
+}
+
+// The caps' prices to begin with, where an allocation is given.
+void SharesSolver::start_caps() {
+  price();
+  std::fill(cap_price_.begin(), cap_price_.end(), 0.0);
+  for (std::size_t core = 0; core < members_.size(); ++core) price_caps(members_[core], usable_[core]);
+  std::copy(cap_price_.begin(), cap_price_.end(), multipliers_.begin() + static_cast<std::ptrdiff_t>(offsets_.back()));
 }
 
 double SharesSolver::goal() const {
@@ -283,8 +347,10 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
   std::vector<double> at_best = multipliers_;
   Point best_point;
   double patience = 1.0;
+  double gap_before = kInfinity;
   for (int round = 0; round < rounds; ++round) {
     relax(allocation, box);
+    ++rounds_;
     if (!point_.feasible) return kInfinity;
     if (point_.value > best) {
       best = point_.value;
@@ -292,12 +358,17 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
       best_point = point_;
     } else {
       patience *= 0.6;
-      if (patience < 0.05) break;
+      if (patience < 0.02) break;
     }
     consider(allocation);
     const double known = std::min(best_.value, cutoff_);
     if (best >= known - kProven * std::abs(known)) break;
     if (!contested_) break;
+    if (round % kRoundsTogether == kRoundsTogether - 1) {
+      const double gap = known - best;
+      if (gap > 0.6 * gap_before) break;
+      gap_before = gap;
+    }
     double aim = std::isfinite(known) ? known : goal;
     if (!(aim > point_.value)) aim = point_.value + 0.05 * std::abs(point_.value);
     if (!adjust(point_.value + patience * (aim - point_.value), point_.value)) break;
@@ -584,18 +655,23 @@ void SharesSolver::finish_leaf(const Allocation& allocation, const Box& box) {
 
 void SharesSolver::explore(const Allocation& allocation, Node node, std::vector<Node>& open, Effort& effort) {
   const std::size_t before = core_.steps();
+  rounds_ = 0;
   multipliers_ = std::move(node.multipliers);
   double bound = kInfinity;
-  const bool root = open.empty() && node.bound == -kInfinity;
+  const bool root = node.bound == -kInfinity;
   if (limit_frames(allocation, node.box) && !hopeless(node.box)) {
-    bound = climb(allocation, node.box, goal(), root ? kRoundsAtRoot : kRoundsBelow);
+    if (root) start_caps();
+    bound = climb(allocation, node.box, goal(), kRounds);
   }
-  effort.spend(1 + (core_.steps() - before) / 8);
+  effort.spend(1 + rounds_ + (core_.steps() - before) / 16);
   const double known = std::min(best_.value, cutoff_);
   if (bound == kInfinity || bound >= known - kProven * std::abs(known)) return;
   double at = 0.0;
   const int chosen = branch_on(node.box, at);
-  if (chosen < 0) return finish_leaf(allocation, node.box);
+  if (chosen < 0) {
+    effort.spend(kFitEffort);
+    return finish_leaf(allocation, node.box);
+  }
   const auto i = static_cast<std::size_t>(chosen);
   node.bound = std::max(node.bound, bound);
   node.multipliers = multipliers_;
@@ -648,12 +724,14 @@ double SharesSolver::improve(const Allocation& allocation, double goal, int roun
   best_ = {};
   cutoff_ = goal;
   if (!limit_frames(allocation, full_)) return kInfinity;
+  start_caps();
   return climb(allocation, full_, goal, rounds);
 }
 
 double SharesSolver::bound(const Allocation& allocation) {
   prepare(allocation);
   if (!limit_frames(allocation, full_)) return kInfinity;
+  start_caps();
   relax(allocation, full_);
   return point_.feasible ? point_.value : kInfinity;
 }
@@ -675,24 +753,8 @@ double SharesSolver::price_of_shared(const std::vector<int>& members) {
   most_frame_.resize(1);
   usable_.resize(1);
   if (!limit_frames(alone, full_)) return kInfinity;
-  double value = 0.0;
-  std::vector<SharedCore::Item>& items = core_.items();
-  items.clear();
-  const double* caps = multipliers_.data() + offsets_.back();
-  for (const int index : members) {
-    const auto i = static_cast<std::size_t>(index);
-    const Member& member = instance_.members[i];
-    const double weight = prices_.period[i] + prices_.execution[i];
-    if (member.queue && member.exact_period > 0.0) {
-      value += weight * member.exact_period;
-      continue;
-    }
-    const double cap = std::min(caps[i], weight);
-    if (cap > 0.0) value += cap * member.least_period;
-    items.push_back({weight - cap, member.cost, 1.0, member.most_every, member.queue});
-  }
-  const SharedCore::Answer& answer = core_.solve(usable_[0], least_frame_[0], most_frame_[0]);
-  return answer.feasible ? value + answer.value : kInfinity;
+  price_caps(members, usable_[0]);
+  return solve_core(members, 0, full_);
 }
 
 }  // namespace ctn::planner

@@ -73,7 +73,6 @@ class SharesSolver {
     double constant = 0.0;
   };
   const Prices& prices();
-  double cap(std::size_t subchain) const { return multipliers_[offsets_.back() + subchain]; }
   const std::vector<double>& multipliers() const { return multipliers_; }
   void set_multipliers(std::vector<double> multipliers) { multipliers_ = std::move(multipliers); }
   // A lower bound of what a group on one core costs under these prices.
@@ -105,8 +104,12 @@ class SharesSolver {
 
   void price();
   bool limit_frames(const Allocation& allocation, const Box& box);
+  double weight(std::size_t i) const { return prices_.period[i] + prices_.execution[i]; }
+  void price_caps(const std::vector<int>& members, double usable);
+  double solve_core(const std::vector<int>& members, std::size_t core, const Box& box);
   void relax(const Allocation& allocation, const Box& box);
   bool adjust(double goal, double level);
+  void start_caps();
   double climb(const Allocation& allocation, const Box& box, double goal, int rounds);
   void consider(const Allocation& allocation);
   void consider_every(const Allocation& allocation, const std::vector<double>& every);
@@ -130,11 +133,14 @@ class SharesSolver {
   Point point_;
   Shares best_;
   double cutoff_ = 0.0;
+  std::size_t rounds_ = 0;           // of the last climb
   std::vector<double> least_frame_;  // by shared core
   std::vector<double> most_frame_;
   std::vector<double> usable_;
   std::vector<std::vector<int>> members_;  // by shared core
   std::vector<double> steepness_;          // by multiplier: the last subgradient
+  std::vector<double> cap_price_;          // by subchain: of its rate cap, in the last core solved
+  const SharedCore::Answer* answer_ = nullptr;
   std::vector<double> scratch_;
   Box full_;
   SharedCore core_;

@@ -72,5 +72,151 @@ TEST(SharingProperty, IsWhatBruteForceFindsWithAQueueAndBounds) {
   compare({.subchains = 3, .dearest = 5.0, .queue = true, .bounds = true}, 1e-6, 200);
 }
 
+// What plans compete by: first the factor, then the objective.
+void expect_no_worse(const plan::Plan& a, const plan::Plan& b) {
+  constexpr double kRounding = 1e-8;
+  EXPECT_LE(a.relax_factor, b.relax_factor * (1.0 + kRounding));
+  if (a.relax_factor < b.relax_factor * (1.0 - kRounding)) return;
+  EXPECT_LE(a.objective, b.objective * (1.0 + kRounding));
+}
+
+constexpr RandomLimits kMixed{.subchains = 6, .chains = 5, .dearest = 40.0, .queue = true, .caps = true, .pairs = true};
+
+TEST(SharingProperty, ACoreMoreIsNeverWorse) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomCase any = random_case(seed, kMixed, 1);
+    plan::Plan fewer = proven_plan(any, {});
+    for (any.cores = 2; any.cores <= 7; ++any.cores) {
+      plan::Plan more = proven_plan(any, {});
+      expect_no_worse(more, fewer);
+      fewer = std::move(more);
+    }
+  }
+}
+
+TEST(SharingProperty, ACheaperNodeIsNeverWorse) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomCase any = random_case(seed, kMixed, 1 + static_cast<int>(seed % 3));
+    RandomCase cheaper = any;
+    const NodeId node(seed % any.app.graph.nodes().size());
+    // Not below min_slice: a slice of less has to hold a whole run.
+    const double cost = any.costs[node].single_thread().count();
+    cheaper.costs.set(node, model::CostProfile::constant(Millis{std::max(std::min(cost, 1.0), 0.9 * cost)}));
+    const plan::Plan before = proven_plan(any, {});
+    const plan::Plan after = proven_plan(cheaper, {});
+    // Fewer slices of min_slice fit in a cheaper run, so that only what needs no more frames than that is comparable.
+    const auto needs = [&](const plan::SubchainPlan& subchain, std::size_t i) {
+      const double total = cheaper.costs.subchain_total(any.app.graph, SubchainId(i)).count();
+      return subchain.cores.size() == 1 && subchain.share < 1.0 && subchain.share * total < 1.0 - 1e-9;
+    };
+    bool comparable = true;
+    for (std::size_t i = 0; i < before.subchains.size(); ++i) comparable = comparable && !needs(before.subchains[i], i);
+    if (comparable) expect_no_worse(after, before);
+  }
+}
+
+TEST(SharingProperty, TenTimesTheTimeIsTenTimesThePlan) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomLimits limits = kMixed;
+    limits.caps = false;
+    const RandomCase any = random_case(seed, limits, 2);
+    RandomCase ten = any;
+    ten.app.scheduler.min_slice *= 10;
+    for (std::size_t i = 0; i < any.app.graph.nodes().size(); ++i) {
+      ten.costs.set(NodeId(i), model::CostProfile::constant(any.costs[NodeId(i)].single_thread() * 10.0));
+    }
+    const plan::Plan one = proven_plan(any, {});
+    const plan::Plan scaled = proven_plan(ten, {});
+    EXPECT_NEAR(scaled.objective, 10.0 * one.objective, 1e-8 * scaled.objective);
+  }
+}
+
+TEST(SharingProperty, TheSameInputGivesTheSamePlan) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const RandomCase any = random_case(seed, kMixed, 2);
+    EXPECT_EQ(proven_plan(any, {}), proven_plan(any, {}));
+  }
+}
+
+TEST(SharingProperty, EveryPlanSurvivesJson) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const RandomCase any = random_case(seed, kMixed, 1 + static_cast<int>(seed % 4));
+    const plan::Plan plan = proven_plan(any, {});
+    const auto read = plan::from_json(plan::to_json(plan, any.app), any.app, "plan.json");
+    ASSERT_TRUE(read.ok());
+    EXPECT_EQ(*read, plan);
+  }
+}
+
+TEST(SharingProperty, AWarmStartFindsTheSame) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomCase any = random_case(seed, kMixed, 2);
+    const plan::Plan cold = proven_plan(any, {});
+    RandomCase later = any;
+    const NodeId node(seed % any.app.graph.nodes().size());
+    later.costs.set(node, model::CostProfile::constant(any.costs[node].single_thread() * 1.3));
+    const plan::Plan warm = proven_plan(later, {.warm = &cold});
+    EXPECT_NEAR(warm.objective, proven_plan(later, {}).objective, 1e-9 * warm.objective);
+  }
+}
+
+TEST(SharingProperty, TwoStageIsNeverBetterThanJoint) {
+  int worse = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomLimits limits = kMixed;
+    limits.caps = false;
+    const RandomCase any = random_case(seed, limits, 2);
+    const plan::Plan joint = proven_plan(any, {});
+    const plan::Plan staged = proven_plan(any, {.method = Method::kTwoStage});
+    EXPECT_EQ(staged.planner, "two-stage");
+    expect_no_worse(joint, staged);
+    worse += staged.objective > joint.objective * 1.001 ? 1 : 0;
+  }
+  EXPECT_GT(worse, 0);
+}
+
+TEST(SharingProperty, ExtremesArePlanned) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    SCOPED_TRACE(seed);
+    const int cores = 1 + static_cast<int>(seed % 4);
+    proven_plan(random_case(seed,
+                            {.subchains = 7,
+                             .cheapest = 0.01,
+                             .dearest = 10'000.0,
+                             .lightest = 1e-6,
+                             .heaviest = 1e3,
+                             .queue = true,
+                             .caps = true,
+                             .bounds = true},
+                            cores),
+                {});
+    proven_plan(random_case(seed, {.subchains = 6, .zeros = true, .queue = true, .bounds = true}, cores), {});
+    proven_plan(random_case(seed, {.subchains = 6, .all_queues = true, .caps = true}, cores), {});
+  }
+}
+
+TEST(SharingProperty, LargeAppsArePlannedWithAProvenGap) {
+  const RandomLimits many{
+      .subchains = 64, .chains = 30, .cheapest = 0.01, .dearest = 500.0, .queue = true, .caps = true};
+  for (const int cores : {1, 3, 16, 64, 200}) {
+    SCOPED_TRACE(cores);
+    const RandomCase any = random_case(7, many, cores);
+    const plan::Plan plan = proven_plan(any, {.effort = 20'000});
+    EXPECT_LT(plan.gap, 0.3);
+  }
+}
+
+TEST(SharingProperty, WithoutAnyEffortThereIsAPlanAllTheSame) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    proven_plan(random_case(seed, kMixed, 1 + static_cast<int>(seed % 3)), {.effort = 1});
+  }
+}
+
 }  // namespace
 }  // namespace ctn::planner

@@ -152,7 +152,7 @@ class StageOne {
       chosen_[i] = c;
       effort_.spend(1);
       if (cores_needed(used) <= instance_.cores && missing() <= choices_.size() - i - 1 &&
-          value() < best_ - kProven * std::abs(best_) && limits_hold()) {
+          value() * (1.0 + kProven) < best_ && limits_hold()) {
         descend(i + 1, used);
       }
       if (shares) --in_class_[static_cast<std::size_t>(choice.rivals)];
