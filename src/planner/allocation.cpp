@@ -124,7 +124,7 @@ class Joint {
     constexpr int kRounds = 6;
     for (int round = 0; round < kRounds && effort_.left > 0; ++round) {
       prices.refresh();
-      best_.bound = std::max(best_.bound, spread_bound(instance_, prices));
+      best_.bound = std::max({best_.bound, spread_bound(instance_, prices), pooled_bound(instance_, prices)});
       search.improve(pieces, effort_);
       if (pieces == last) break;
       last = pieces;
@@ -132,7 +132,7 @@ class Joint {
       try_allocation(allocation, std::max<std::size_t>(1, effort_.left / 4));
     }
     prices.refresh();
-    best_.bound = std::max(best_.bound, spread_bound(instance_, prices));
+    best_.bound = std::max({best_.bound, spread_bound(instance_, prices), pooled_bound(instance_, prices)});
     if (best_.bound < limit() && effort_.left > 0) {
       best_.bound = std::max(best_.bound, cover_bound(instance_, prices, pieces, effort_));
     }

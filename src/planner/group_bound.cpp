@@ -59,6 +59,54 @@ double spread_bound(const Instance& instance, Prices& prices) {
   return prices.constant() + water_level_cost(heads, mass, instance.cores);
 }
 
+double pooled_bound(const Instance& instance, Prices& prices) {
+  struct Part {
+    double weight = 0.0;  // at most what a millisecond of its period costs, whoever has which cores
+    double cost = 0.0;
+    double cap = 0.0;
+  };
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    const Member& member = instance.members[i];
+    double weight = prices.weight(i);
+    for (std::size_t k = 0; k < member.owned.size(); ++k) {
+      const double period = member.owned[k].period;
+      if (!std::isfinite(period) || period <= 0.0) continue;
+      weight = std::min(weight, prices.of_owned(static_cast<int>(i), static_cast<int>(k + 1)) / period);
+    }
+    parts.push_back({weight, member.cost, std::max(member.least_period, member.exact_period)});
+  }
+  // p = max(cap, sqrt(C / b) / v); who is capped for some v is so for any larger one.
+  double room = instance.cores * instance.usable;
+  double v = 0.0;
+  std::vector<char> capped(parts.size(), 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    double roots = 0.0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!capped[i]) roots += std::sqrt(parts[i].weight * parts[i].cost);
+    }
+    v = roots > 0.0 ? std::max(room, 0.0) / roots : kInfinity;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const Part& part = parts[i];
+      if (capped[i] || part.cap <= 0.0 || part.weight <= 0.0) continue;
+      if (!(std::sqrt(part.cost / part.weight) < part.cap * v)) continue;
+      capped[i] = 1;
+      room -= part.cost / part.cap;
+      changed = true;
+    }
+  }
+  double value = prices.constant();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (capped[i]) {
+      value += parts[i].weight * parts[i].cap;
+    } else if (v > 0.0 && std::isfinite(v)) {
+      value += std::sqrt(parts[i].weight * parts[i].cost) / v;
+    }
+  }
+  return value;
+}
+
 namespace {
 
 constexpr std::size_t kMostColumns = 8'000;

@@ -13,6 +13,9 @@ namespace ctn::planner {
 // cannot be spread: it is a head, on a core of its own.
 double spread_bound(const Instance& instance, Prices& prices);
 
+// As if all cores were one that is so many times as fast, and no subchain's period shorter than its rate cap allows.
+double pooled_bound(const Instance& instance, Prices& prices);
+
 // Every subchain must be in one group: with a price on each for being covered, the cheapest groups that the cores have
 // room for are a bound (Lagrangian relaxation of set partitioning). Knows of whole numbers, which spread_bound does
 // not. The cover prices start from an allocation that is known, and are improved towards its cost.

@@ -49,10 +49,12 @@ void Prices::refresh() {
   const SharesSolver::Prices& prices = solver_.prices();
   constant_ = prices.constant;
   known_.clear();
+  weight_.clear();
   root_.clear();
   owned_.clear();
   for (std::size_t i = 0; i < instance_.members.size(); ++i) {
     const double weight = std::max(0.0, prices.period[i] + prices.execution[i]);
+    weight_.push_back(weight);
     root_.push_back(std::sqrt(weight * instance_.members[i].cost / instance_.usable));
     std::vector<double>& owned = owned_.emplace_back();
     for (int k = 1; k <= static_cast<int>(instance_.members[i].owned.size()); ++k) {

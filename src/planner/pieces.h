@@ -44,6 +44,7 @@ class Prices {
   int most_owned(int subchain) const { return static_cast<int>(owned_[static_cast<std::size_t>(subchain)].size()); }
   // A bound that ignores whole numbers and rates: (sum of roots)^2, by Cauchy and Schwarz.
   double simple(Set set) const;
+  double weight(std::size_t subchain) const { return weight_[subchain]; }
   double root(std::size_t subchain) const { return root_[subchain]; }
   double of_all(const std::vector<Piece>& pieces);
 
@@ -52,6 +53,7 @@ class Prices {
   SharesSolver& solver_;
   double constant_ = 0.0;
   std::unordered_map<Set, double> known_;
+  std::vector<double> weight_;
   std::vector<double> root_;
   std::vector<std::vector<double>> owned_;
 };
