@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 namespace ctn::test {
@@ -117,11 +119,35 @@ TEST(Plan, ExplainsItself) {
   }
 }
 
+std::string written(const std::string& name, const std::string& text) {
+  const std::string path = testing::TempDir() + name;
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(Plan, ExplainsWhoPaysForABound) {
+  const std::string app = written("bound.yaml", R"(catan: 1
+app: pair
+nodes: { fast: {}, slow: {}, base: { external: true } }
+edges: [fast -> base, slow -> base]
+objective:
+  - { response_time: [fast, base], weight: 1.0 }
+  - { response_time: [slow, base], weight: 0.05, max: 150ms }
+)");
+  const std::string costs = written("bound.costs.yaml", "fast: 4ms\nslow: 40ms\n");
+  const Outcome outcome = catan("plan " + app + " --costs " + costs + " --explain");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("objective[1].max keeps it this fast, at the expense of fast"));
+  EXPECT_THAT(outcome.out, HasSubstr("slowed by objective[1].max, which keeps slow fast"));
+  EXPECT_THAT(outcome.out, HasSubstr("other allocation  none"));
+  EXPECT_THAT(outcome.out, HasSubstr("fast has one; slow has one")) << "with one core more";
+}
+
 TEST(Plan, ExplainsBoundsThatGiveWay) {
   const Outcome outcome = catan("plan vr.yaml --costs vr.costs.yaml --cores 3 --explain");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("its rate is given: min_rate and max_rate of Timewarp are equal"));
-  EXPECT_THAT(outcome.out, HasSubstr("that the others give way: without it by 1.287, not 1.378"));
+  EXPECT_THAT(outcome.out, HasSubstr("nothing; without it the others give way by 1.287, not 1.378"));
 }
 
 TEST(Plan, ExplainsItselfToPrograms) {

@@ -13,6 +13,10 @@
 namespace ctn::planner {
 namespace {
 
+// Where a plan could not be proven with all its effort, its variations cannot either: they get this part of it, lest an
+// explanation take a minute.
+constexpr std::size_t kHurry = 4;
+
 std::vector<Millis> terms_of(const graph::App& app, const plan::Plan& plan) {
   std::vector<Millis> values;
   std::size_t chains = 0;
@@ -43,6 +47,7 @@ class Explaining {
         plan_(plan),
         instance_(make_instance(app, costs, request.cores, request.slack)) {
     request_.warm = &plan;
+    if (plan.quality == plan::Quality::kFeasible) request_.effort = std::max<std::size_t>(1, request_.effort / kHurry);
   }
 
   Explanation run() const {

@@ -50,7 +50,7 @@ enum class Binding {
 struct Reason {
   Binding binding = Binding::kCore;
   std::optional<NodeId> node;         // whose rate, or which is the longest
-  std::optional<SubchainId> through;  // which other subchain
+  std::optional<SubchainId> through;  // which other subchain; of several bounds, by the first
   std::vector<std::string> bounds;    // keys, as in plan::RelaxedBound
   Millis cost{0};                     // of the longest node (kLongestNode), else of a run, with the planned threads
   std::vector<SubchainId> others;     // that share its core

@@ -103,6 +103,26 @@ TEST(Explain, NamesTheRateThatAFrameWaitsFor) {
   EXPECT_EQ(slow(one).through, SubchainId(0));
 }
 
+// All rates are capped but that of "third", which would have short frames; slices may be no shorter than 1 ms.
+TEST(Explain, AFrameWaitsForTheOneThatCannotBeCutFiner) {
+  graph::AppSpec spec = graph::spec_of({"fast", "slow", "third", "base"}, {"fast base", "slow base", "third base"});
+  node(spec, "base").external = true;
+  node(spec, "fast").input = graph::InputKind::kQueue;
+  node(spec, "fast").max_rate = node(spec, "slow").max_rate = at_hertz(10.0);
+  spec.objective = {graph::response("fast base", 1.0), graph::response("slow base", 1.0),
+                    graph::response("third base", 1.0)};
+  const auto waits_for = [&](double fast_cost, double slow_cost) {
+    Case any = built(spec, fast_cost, slow_cost);
+    any.costs.set(*any.app.graph.find_node("third"), model::CostProfile::constant(Millis{2.0}));
+    const Explained one = explained(any, {1, 0.06});
+    EXPECT_EQ(one.why.reasons[0].binding, Binding::kRateCap);
+    EXPECT_EQ(one.why.reasons[2].binding, Binding::kOtherRate);
+    return one.why.reasons[2].through;
+  };
+  EXPECT_EQ(waits_for(4.0, 8.0), SubchainId(0));
+  EXPECT_EQ(waits_for(40.0, 8.0), SubchainId(1));
+}
+
 TEST(Explain, NamesMinSliceOnlyWhereAShorterSliceWouldBeBetter) {
   graph::AppSpec spec = fast_and_slow();
   spec.scheduler.min_slice = std::chrono::milliseconds{20};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "plan/limits.h"
 #include "plan/predict.h"
@@ -117,15 +118,27 @@ class Reasons {
   bool waits_for_rate(std::size_t i, Reason& reason) const {
     const plan::CorePlan& core = core_of(i);
     if (core.idle <= core.frame * plan::kTolerance) return false;
+    std::optional<std::size_t> through;
     for (const std::size_t j : rivals(i)) {
-      const Member& other = instance_.members[j];
-      const bool exact = other.exact_period > 0.0;
-      if (!exact && !same(timings_[j].period, other.least_period, plan::kTolerance)) continue;
-      reason.binding = Binding::kOtherRate;
-      reason.through = SubchainId(j);
-      return true;
+      if (is_at_rate(j) && (!through || holds_frame(j) > holds_frame(*through))) through = j;
     }
-    return false;
+    if (!through) return false;
+    reason.binding = Binding::kOtherRate;
+    reason.through = SubchainId(*through);
+    return true;
+  }
+
+  // How surely one that is at its rate keeps the frame from being shorter. At its least slice: for sure. Else a whole
+  // number of frames more would have to fit, and a queue node could do with any shorter slice.
+  int holds_frame(std::size_t i) const {
+    const Member& member = instance_.members[i];
+    if (1.0 / plan_.subchains[i].share >= member.most_every * (1.0 - kMet)) return 2;
+    return member.queue ? 0 : 1;
+  }
+
+  bool is_at_rate(std::size_t i) const {
+    const Member& member = instance_.members[i];
+    return member.exact_period > 0.0 || same(timings_[i].period, member.least_period, plan::kTolerance);
   }
 
   const plan::CorePlan& core_of(std::size_t i) const {
@@ -165,14 +178,17 @@ class Reasons {
   }
 
   void note_if_slowed(std::size_t b, std::size_t i, Reason& reason) const {
+    const double without = period_without(b, i);
+    if (without > 1.0 + kMet || (without > 1.0 - kMet && !bounds_[b].met)) return;
+    // The one that gains most by the bound.
+    std::optional<std::size_t> through;
     for (const std::size_t j : rivals(i)) {
       if (!concerns(instance_.bounds[b], j)) continue;
-      const double without = period_without(b, i);
-      if (without > 1.0 + kMet || (without > 1.0 - kMet && !bounds_[b].met)) return;
-      reason.bounds.push_back(bounds_[b].key);
-      if (!reason.through) reason.through = SubchainId(j);
-      return;
+      if (!through || period_without(b, j) > period_without(b, *through)) through = j;
     }
+    if (!through) return;
+    reason.bounds.push_back(bounds_[b].key);
+    if (!reason.through) reason.through = SubchainId(*through);
   }
 
   const graph::App& app_;

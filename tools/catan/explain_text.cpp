@@ -102,16 +102,17 @@ class Text {
         return fmt::format("the frame of its core waits for the rate of {}; {} of the core is left idle",
                            name(*reason.through), percent(idle(i)));
       case Binding::kMinSlice:
-        return fmt::format("min_slice: {}; a smaller part in each frame would be better, but {}",
-                           plan_.subchains[i].every == 1 ? "it runs whole in every frame"
-                                                         : "its slice is as short as min_slice allows",
-                           "slices are not cut finer");
+        return plan_.subchains[i].every == 1
+                   ? fmt::format("min_slice: its run of {} may not be split over frames, which would be better",
+                                 ms(reason.cost))
+                   : fmt::format("min_slice: its slice of {} may be no shorter, which would be better",
+                                 ms(plan_.subchains[i].slice));
       case Binding::kBound:
-        return fmt::format("{} keeps it this fast, at the expense of {}", in_words(reason.bounds),
-                           names(reason.others));
+        return fmt::format("{} {} it this fast, at the expense of {}", in_words(reason.bounds),
+                           reason.bounds.size() == 1 ? "keeps" : "keep", names(reason.others));
       case Binding::kOtherBound:
-        return fmt::format("{}; slowed by {}, which keeps {} fast", core, in_words(reason.bounds),
-                           name(*reason.through));
+        return fmt::format("{}; slowed by {}{}", core, in_words(reason.bounds),
+                           reason.bounds.size() == 1 ? ", which keeps " + name(*reason.through) + " fast" : "");
       default:
         return core;
     }
@@ -135,18 +136,14 @@ class Text {
 
   std::string cost_text(const BoundCost& bound) const {
     if (!bound.without.plan) return "";
-    const bool equal = std::abs(bound.cost) <= plan::kTolerance * plan_.objective;
-    const double factor = bound.without.plan->relax_factor;
-    if (factor < plan_.relax_factor * (1.0 - plan::kTolerance)) {
-      return "that the others give way: " + without_it(factor) +
-             (equal ? "" : "; objective " + change(plan_.objective, bound.without.plan->objective));
+    std::string text = "nothing";
+    if (bound.cost > plan::kTolerance * plan_.objective) {
+      text = fmt::format("{} ({:.3g}%)", ms(bound.cost), 100.0 * bound.cost / plan_.objective);
     }
-    return equal ? "nothing" : fmt::format("{} ({:.3g}%)", ms(bound.cost), 100.0 * bound.cost / plan_.objective);
-  }
-
-  std::string without_it(double factor) const {
-    if (factor <= 1.0 + plan::kTolerance) return "without it they all hold";
-    return fmt::format("without it by {:.4g}, not {:.4g}", factor, plan_.relax_factor);
+    const double factor = bound.without.plan->relax_factor;
+    if (explanation_.bounds.size() == 1 || factor >= plan_.relax_factor * (1.0 - plan::kTolerance)) return text;
+    if (factor <= 1.0 + plan::kTolerance) return text + "; without it the others hold";
+    return text + fmt::format("; without it the others give way by {:.4g}, not {:.4g}", factor, plan_.relax_factor);
   }
 
   std::string alternatives() const {
