@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 namespace ctn::test {
@@ -93,6 +95,80 @@ TEST(Plan, WithoutCostsSaysSo) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("no cost file: every node is taken to cost 5ms"));
   EXPECT_NEAR(json::parse(outcome.out)["subchains"]["loop"]["period_ms"].get<double>(), 5.0 / 0.94, 1e-9);
+}
+
+const std::string kNavigation = "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --explain";
+
+TEST(Plan, ExplainsItself) {
+  const Outcome outcome = catan(kNavigation);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, StartsWith("navigation on 2 cores: optimal")) << "the plan comes first";
+  for (const char* fragment : {
+           "its cost: 3.400ms a run on a core of its own",
+           "its core, shared with GM, GP and NC: it gets 30.6% of it for runs of 2.716ms",
+           "the max_rate of GP allows no more",
+           "objective[0].max  60.000ms  7.017ms  53.220ms              nothing",
+           "local has one; GL, GM and NC share one; GP has one",
+           "one core fewer        82.647ms   +29.427ms (+55.3%)",
+           "next best allocation  53.620ms   +0.400ms (+0.751%)",
+           "response time of scan -> LM -> LP -> base (weight 1 -> 2): nothing changes",
+           "period of GL (weight 0.5 -> 1)\n",
+       }) {
+    EXPECT_THAT(outcome.out, HasSubstr(fragment));
+  }
+}
+
+std::string written(const std::string& name, const std::string& text) {
+  const std::string path = testing::TempDir() + name;
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(Plan, ExplainsWhoPaysForABound) {
+  const std::string app = written("bound.yaml", R"(catan: 1
+app: pair
+nodes: { fast: {}, slow: {}, base: { external: true } }
+edges: [fast -> base, slow -> base]
+objective:
+  - { response_time: [fast, base], weight: 1.0 }
+  - { response_time: [slow, base], weight: 0.05, max: 150ms }
+)");
+  const std::string costs = written("bound.costs.yaml", "fast: 4ms\nslow: 40ms\n");
+  const Outcome outcome = catan("plan " + app + " --costs " + costs + " --explain");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("objective[1].max keeps it this fast, at the expense of fast"));
+  EXPECT_THAT(outcome.out, HasSubstr("slowed by objective[1].max, which keeps slow fast"));
+  EXPECT_THAT(outcome.out, HasSubstr("other allocation  none"));
+  EXPECT_THAT(outcome.out, HasSubstr("fast has one; slow has one")) << "with one core more";
+}
+
+TEST(Plan, ExplainsBoundsThatGiveWay) {
+  const Outcome outcome = catan("plan vr.yaml --costs vr.costs.yaml --cores 3 --explain");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("its rate is given: min_rate and max_rate of Timewarp are equal"));
+  EXPECT_THAT(outcome.out, HasSubstr("nothing; without it the others give way by 1.287, not 1.378"));
+}
+
+TEST(Plan, ExplainsItselfToPrograms) {
+  const Outcome outcome = catan(kNavigation + " --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json plan = json::parse(outcome.out);
+  const json& why = plan["explanation"];
+  EXPECT_EQ(why["subchains"]["local"]["binds"], "cost");
+  EXPECT_EQ(why["subchains"]["GP"]["binds"], "rate_cap");
+  EXPECT_EQ(why["subchains"]["GP"]["node"], "GP");
+  EXPECT_EQ(why["subchains"]["GL"]["shares_with"], json({"GM", "GP", "NC"}));
+  EXPECT_EQ(why["bounds"][0]["bound"], "objective[0].max");
+  EXPECT_EQ(why["bounds"][0]["binds"], false);
+  EXPECT_LT(why["one_core_more"]["objective"], plan["objective"]);
+  EXPECT_GT(why["one_core_fewer"]["objective"], plan["objective"]);
+  EXPECT_GT(why["runner_up"]["plan"]["objective"], plan["objective"]);
+  EXPECT_EQ(why["runner_up"]["proven"], true);
+  ASSERT_EQ(why["weight_doubled"].size(), 5U);
+  EXPECT_EQ(why["weight_doubled"][1]["allocation_changes"], true);
+  EXPECT_EQ(json::parse(catan(kNavigation.substr(0, kNavigation.rfind(' ')) + " --json").out).contains("explanation"),
+            false);
 }
 
 }  // namespace

@@ -22,6 +22,12 @@ bool Graph::has_edge(NodeId from, NodeId to) const {
   return std::find(successors.begin(), successors.end(), to) != successors.end();
 }
 
+Graph Graph::without_min_rate(NodeId id) const {
+  Graph graph = *this;
+  graph.nodes_[id.index()].min_rate.reset();
+  return graph;
+}
+
 std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) const {
   std::vector<ChainElement> elements;
   bool continues = false;  // the node before on the path was of the last element

@@ -90,6 +90,10 @@ class Graph {
   // The row of elements of a chain; its length is what the formulas call n. Precondition: `path` follows edges.
   std::vector<ChainElement> chain_elements(std::span<const NodeId> path) const;
 
+  // The same graph but that this node's rate has no lower bound: to ask what the bound is worth. A bound less breaks no
+  // invariant.
+  Graph without_min_rate(NodeId id) const;
+
   // "scan -> LM -> LP".
   std::string path_name(std::span<const NodeId> path) const;
 

@@ -34,6 +34,17 @@ std::vector<std::string> names(const App& app, const std::vector<SubchainId>& id
   return result;
 }
 
+TEST(Graph, CanBeHadWithoutABoundOnARate) {
+  AppSpec spec = spec_of({"a", "b"}, {"a b"});
+  node(spec, "a").min_rate = node(spec, "b").min_rate = At<Rate>{Rate{5.0}, {}};
+  spec.objective = {period("a", 1.0)};
+  const Graph graph = build_app(spec).value().graph;
+  const Graph without = graph.without_min_rate(*graph.find_node("b"));
+  EXPECT_EQ(without.nodes()[0].min_rate, Rate{5.0});
+  EXPECT_EQ(without.nodes()[1].min_rate, std::nullopt);
+  EXPECT_EQ(graph.nodes()[1].min_rate, Rate{5.0});
+}
+
 TEST(Graph, FindsByName) {
   const App app = navigation();
   EXPECT_EQ(app.graph.node(*app.graph.find_node("GL")).name, "GL");

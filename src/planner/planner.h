@@ -9,6 +9,7 @@
 //   shared_core.h  one core under a linear objective, exactly: what the bound is made of
 //   frame_fit.h    free shares where all whole numbers are decided: an interior-point method
 //   owned.h        an app of one subchain
+//   explain.h      why a plan is as it is, by planning again (reasons.h, runner_up.h)
 //
 // First without bounds: where all of them hold, that plan is the best. Else the least factor is sought by which all
 // bounds must be scaled to hold, and then the best plan under the bounds so scaled. What it makes satisfies

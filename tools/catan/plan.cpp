@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -12,9 +13,11 @@
 #include "config/app_file.h"
 #include "config/cost_file.h"
 #include "config/quantity.h"
+#include "explain.h"
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "plan_text.h"
+#include "planner/explain.h"
 #include "planner/planner.h"
 
 namespace ctn::tool {
@@ -27,6 +30,7 @@ struct Options {
   std::string planner = "joint";
   int cores = 1;
   bool json = false;
+  bool explain = false;
 };
 
 Result<model::CostTable> costs_of(const graph::App& app, const std::string& file) {
@@ -46,6 +50,12 @@ Result<double> slack_of(const graph::App& app, const std::string& text) {
   return Error(ErrorKind::kCaller, {std::move(problem)});
 }
 
+// `why` may be null.
+std::string shown(const plan::Plan& plan, const graph::App& app, const planner::Explanation* why, bool json) {
+  if (json) return why ? add_explanation(plan::to_json(plan, app), *why, app) : plan::to_json(plan, app);
+  return plan_text(plan, app) + (why ? explain_text(*why, plan, app) : "");
+}
+
 int make(const Options& options) {
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
@@ -55,13 +65,16 @@ int make(const Options& options) {
   if (!costs) return report_error(costs.error());
   const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
   const auto begin = std::chrono::steady_clock::now();
-  auto plan = planner::make_plan(*app, *costs, {options.cores, *slack, method});
+  const planner::Request request{options.cores, *slack, method};
+  auto plan = planner::make_plan(*app, *costs, request);
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
   if (const auto proof = plan::validate(*plan, *app, *costs, options.cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
-  print(options.json ? plan::to_json(*plan, *app) : plan_text(*plan, *app));
+  std::optional<planner::Explanation> why;
+  if (options.explain) why = planner::explain(*app, *costs, request, *plan);
+  print(shown(*plan, *app, why ? &*why : nullptr, options.json));
   return kSuccess;
 }
 
@@ -74,6 +87,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "Examples:\n"
       "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --json > plan.json\n"
+      "  catan plan app.yaml --cores 2 --costs costs.yaml --explain    why, and what else could be had\n"
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--cores", options->cores, "How many cores the app gets")
@@ -88,6 +102,9 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       ->check(CLI::IsMember({"joint", "two-stage"}))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
+  command->add_flag("--explain", options->explain,
+                    "Add what binds each period, what bounds cost, and how other plans differ "
+                    "(docs/plan-explained.md); plans many times over");
   command->callback([options, &exit_code] { exit_code = make(*options); });
 }
 
