@@ -155,7 +155,7 @@ void plan_case(const std::string& name, const Goal& goal, const std::vector<Rand
 void goals() {
   fmt::print("Plans, from app and costs to a plan that says how good it is (ms)\n");
   fmt::print("{:<40} {:>4} {:>20} {:>9} {:>9} {:>7} {:>10} {:>7}\n", "case", "apps", "goal", "median", "slowest",
-             "optimal", "worst gap", "");
+             "optimal", "worst gap", "verdict");
   plan_case("stage II, navigation, 1 core", {0.2, 0.0}, just(navigation(1)), 501);
   plan_case("stage II, VR, 1 core", {0.1, 0.0}, just(vr(1)), 501);
   plan_case("joint, navigation with detector, 2 cores", {2.0, 0.0}, just(with_detector(2)), 201);
@@ -286,7 +286,7 @@ void against_ipopt(const std::string& name, const std::vector<RandomCase>& apps)
 
 void duels() {
   fmt::print("\nAgainst other solvers (ms; goal: {:g} times faster, never a worse objective)\n", kTimesFaster);
-  fmt::print("{:<40} {:>4} {:>9} {:>10} {:>8} {:>7}\n", "case", "apps", "Catan", "other", "ratio", "");
+  fmt::print("{:<40} {:>4} {:>9} {:>10} {:>8} {:>7}\n", "case", "apps", "Catan", "other", "ratio", "verdict");
   against_cbc("stage I, navigation, 2 cores", just(navigation(2)));
   against_cbc("stage I, with detector, 2 cores", just(with_detector(2)));
   against_cbc("stage I, 8 subchains on 3 cores", random_apps(8, 3, 10));
