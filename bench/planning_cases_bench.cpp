@@ -1,0 +1,385 @@
+// The planner's goals, measured: how long plans take and how good they are, beside solvers that others wrote (CBC for
+// stage I, Ipopt for stage II), and what planning both stages as one is worth. docs/benchmarks.md says how to read it.
+//
+// Exit: 0, however slow; 1 if a result is wrong, which is then named on stderr.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/app_file.h"
+#include "config/cost_file.h"
+#include "plan/validate.h"
+#include "planner/allocation.h"
+#include "planner/assemble.h"
+#include "planner/planner.h"
+#include "planner/random_apps.h"
+#include "solvers/cbc_stage_one.h"
+#include "solvers/ipopt_stage_two.h"
+#include "solvers/rounding.h"
+
+namespace ctn {
+namespace {
+
+using planner::Allocation;
+using planner::Instance;
+using planner::RandomCase;
+using planner::Target;
+
+constexpr double kSame = 1e-6;         // solvers agree
+constexpr double kPatience = 60.0;     // s for one program of CBC's
+constexpr double kTimesFaster = 20.0;  // the goal against other solvers
+
+int wrong_results = 0;
+
+void wrong(const std::string& what) {
+  ++wrong_results;
+  fmt::print(stderr, "WRONG: {}\n", what);
+}
+
+void progress(const std::string& what) { fmt::print(stderr, "... {}\n", what); }
+
+// ---- Time
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Milliseconds, the median of so many runs; of fewer where they take longer than a second in all.
+double timed(int runs, const std::function<void()>& run) {
+  using Clock = std::chrono::steady_clock;
+  std::vector<double> took;
+  double sum = 0.0;
+  for (int i = 0; i < runs && (i == 0 || sum < 1000.0); ++i) {
+    const auto begin = Clock::now();
+    run();
+    took.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    sum += took.back();
+  }
+  return median(std::move(took));
+}
+
+// ---- Apps
+
+RandomCase from_files(const std::string& stem, int cores) {
+  const std::string path = std::string(CATAN_SOURCE_DIR) + "/" + stem;
+  auto app = config::load_app(path + ".yaml");
+  if (!app) throw std::runtime_error(app.error().message());
+  auto costs = config::load_costs(path + ".costs.yaml", *app);
+  if (!costs) throw std::runtime_error(costs.error().message());
+  return {*std::move(app), *std::move(costs), cores, graph::kDefaultSlack};
+}
+
+RandomCase navigation(int cores) { return from_files("tests/apps/navigation", cores); }
+RandomCase with_detector(int cores) { return from_files("bench/apps/navigation_with_detector", cores); }
+RandomCase vr(int cores) { return from_files("tests/apps/vr", cores); }
+
+// Costs over a range of 1 to 20 ms, about as many chains as subchains, some subchains of two nodes.
+std::vector<RandomCase> random_apps(int subchains, int cores, std::uint64_t count) {
+  std::vector<RandomCase> apps;
+  for (std::uint64_t seed = 1; seed <= count; ++seed) {
+    apps.push_back(planner::random_case(
+        seed, {.subchains = subchains, .chains = subchains, .dearest = 20.0, .pairs = true}, cores));
+  }
+  return apps;
+}
+
+std::vector<RandomCase> just(RandomCase one) {
+  std::vector<RandomCase> apps;
+  apps.push_back(std::move(one));
+  return apps;
+}
+
+Instance instance_of(const RandomCase& any) { return planner::make_instance(any.app, any.costs, any.cores, any.slack); }
+
+std::optional<plan::Plan> planned(const RandomCase& any, planner::Method method, const std::string& name) {
+  auto plan = planner::make_plan(any.app, any.costs, {.cores = any.cores, .slack = any.slack, .method = method});
+  if (!plan) {
+    wrong(fmt::format("{}: no plan: {}", name, plan.error().message()));
+    return std::nullopt;
+  }
+  if (const Status valid = plan::validate(*plan, any.app, any.costs, any.cores); !valid) {
+    wrong(fmt::format("{}: an invalid plan: {}", name, valid.error().message()));
+    return std::nullopt;
+  }
+  return *std::move(plan);
+}
+
+// ---- 1. Goals
+
+struct Goal {
+  double most_ms = 0.0;
+  double most_gap = 0.0;  // 0: proven optimal
+
+  std::string text() const {
+    return most_gap > 0.0 ? fmt::format("gap <= {:g} %, {:g} ms", 100.0 * most_gap, most_ms)
+                          : fmt::format("optimal, {:g} ms", most_ms);
+  }
+};
+
+void plan_case(const std::string& name, const Goal& goal, const std::vector<RandomCase>& apps, int runs) {
+  progress(name);
+  std::vector<double> took;
+  std::size_t optimal = 0;
+  double gap = 0.0;
+  for (const RandomCase& any : apps) {
+    const auto plan = planned(any, planner::Method::kJoint, name);
+    if (!plan) continue;
+    optimal += plan->quality == plan::Quality::kOptimal ? 1 : 0;
+    gap = std::max(gap, plan->gap);
+    took.push_back(timed(runs, [&] {
+      static_cast<void>(planner::make_plan(any.app, any.costs, {.cores = any.cores, .slack = any.slack}));
+    }));
+  }
+  if (took.empty()) return;
+  const double typical = median(took);
+  const bool met = typical <= goal.most_ms && (goal.most_gap > 0.0 ? gap <= goal.most_gap : optimal == apps.size());
+  fmt::print("{:<40} {:>4} {:>20} {:>9.3f} {:>9.3f} {:>7} {:>8.3g} % {:>7}\n", name, apps.size(), goal.text(), typical,
+             *std::max_element(took.begin(), took.end()), fmt::format("{}/{}", optimal, apps.size()), 100.0 * gap,
+             met ? "met" : "MISSED");
+  std::fflush(stdout);
+}
+
+void goals() {
+  fmt::print("Plans, from app and costs to a plan that says how good it is (ms)\n");
+  fmt::print("{:<40} {:>4} {:>20} {:>9} {:>9} {:>7} {:>10} {:>7}\n", "case", "apps", "goal", "median", "slowest",
+             "optimal", "worst gap", "verdict");
+  plan_case("stage II, navigation, 1 core", {0.2, 0.0}, just(navigation(1)), 501);
+  plan_case("stage II, VR, 1 core", {0.1, 0.0}, just(vr(1)), 501);
+  plan_case("joint, navigation with detector, 2 cores", {2.0, 0.0}, just(with_detector(2)), 201);
+  plan_case("joint, 12 subchains on 4 cores", {20.0, 0.0}, random_apps(12, 4, 20), 5);
+  plan_case("joint, 20 subchains on 8 cores", {50.0, 0.01}, random_apps(20, 8, 20), 5);
+  plan_case("joint, 64 subchains on 16 cores", {250.0, 0.05}, random_apps(64, 16, 10), 3);
+}
+
+// ---- 2. Against other solvers
+
+// The bounds scaled as far as it takes for them to hold.
+Target target_of(const RandomCase& any, const Instance& instance) {
+  const auto plan = planned(any, planner::Method::kJoint, "target");
+  return objective_target(instance, plan ? plan->relax_factor * (1.0 + 1e-9) : 1.0);
+}
+
+bool limits_hold(const Target& target, const std::vector<planner::Timing>& timings) {
+  return std::all_of(target.limits.begin(), target.limits.end(), [&](const planner::Group& limit) {
+    return value_of(limit, timings) <= limit.limit * (1.0 + kSame);
+  });
+}
+
+struct Duel {
+  std::vector<double> ours;
+  std::vector<double> theirs;
+  std::size_t unfinished = 0;  // theirs, within their time
+  std::string note;
+};
+
+void print_duel(const std::string& name, const Duel& duel) {
+  if (duel.ours.empty()) return;
+  const double ours = median(duel.ours);
+  const double theirs = median(duel.theirs);
+  fmt::print("{:<40} {:>4} {:>9.3f} {:>10.2f} {:>8.0f} {:>7}  {}{}\n", name, duel.ours.size(), ours, theirs,
+             theirs / ours, theirs >= kTimesFaster * ours ? "met" : "MISSED", duel.note,
+             duel.unfinished > 0 ? fmt::format("; {} not finished in {:g} s", duel.unfinished, kPatience) : "");
+  std::fflush(stdout);
+}
+
+void against_cbc(const std::string& name, const std::vector<RandomCase>& apps) {
+  progress(name + ", and the same by CBC");
+  Duel duel;
+  double worst = -1.0;
+  for (const RandomCase& any : apps) {
+    const Instance instance = instance_of(any);
+    Target free = objective_target(instance, 1.0);
+    free.limits.clear();
+    planner::Planned ours;
+    duel.ours.push_back(timed(101, [&] {
+      planner::Effort effort{planner::Request{}.effort};
+      ours = allocate_by_equal_shares(instance, free, effort);
+    }));
+    solvers::StageOne theirs;
+    duel.theirs.push_back(timed(3, [&] { theirs = solvers::cbc_stage_one(instance, free, kPatience); }));
+    duel.unfinished += theirs.proven ? 0 : 1;
+    if (theirs.found && !(ours.found && ours.shares.value <= theirs.value * (1.0 + kSame))) {
+      wrong(fmt::format("{}: stage I {} where CBC finds {:.9g}", name,
+                        ours.found ? fmt::format("finds {:.9g}", ours.shares.value) : "finds nothing", theirs.value));
+    }
+    if (ours.found && theirs.found) worst = std::max(worst, ours.shares.value / theirs.value - 1.0);
+  }
+  duel.note = fmt::format("objective at most {:+.4f} % from CBC's", 100.0 * worst);
+  print_duel(name, duel);
+}
+
+Allocation on_cores_by_turns(const Instance& instance) {
+  Allocation allocation;
+  allocation.shared_cores = instance.cores;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    allocation.core_of.push_back(static_cast<int>(i) % instance.cores);
+    allocation.owned.push_back(0);
+  }
+  return allocation;
+}
+
+// The better of the two ways to round that are allowed, if any is.
+std::optional<double> rounded_value(const Instance& instance, const Target& target, const Allocation& allocation,
+                                    const std::vector<planner::Timing>& relaxed) {
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    if (allocation.core_of[i] >= 0 && instance.members[i].exact_period > 0.0) return std::nullopt;
+  }
+  std::optional<double> best;
+  for (const solvers::Frame frame : {solvers::Frame::kLongest, solvers::Frame::kShortest}) {
+    const std::vector<planner::Timing> timings = solvers::rounded(instance, allocation, relaxed, frame);
+    if (!limits_hold(target, timings)) continue;
+    const double value = objective_of(instance, timings);
+    best = best ? std::min(*best, value) : value;
+  }
+  return best;
+}
+
+void against_ipopt(const std::string& name, const std::vector<RandomCase>& apps) {
+  progress(name + ", and the same by Ipopt");
+  Duel duel;
+  double above = 0.0;
+  std::optional<double> below;
+  for (const RandomCase& any : apps) {
+    const Instance instance = instance_of(any);
+    const Target target = target_of(any, instance);
+    const Allocation allocation = on_cores_by_turns(instance);
+    planner::Planned ours;
+    duel.ours.push_back(timed(501, [&] {
+      planner::Effort effort{planner::Request{}.effort};
+      ours = plan_shares(instance, target, allocation, effort);
+    }));
+    solvers::StageTwo theirs;
+    duel.theirs.push_back(timed(51, [&] { theirs = solvers::ipopt_stage_two(instance, target, allocation); }));
+    if (!theirs.solved || !ours.found) {
+      wrong(fmt::format("{}: {} finds no solution", name, ours.found ? "Ipopt" : "stage II"));
+      continue;
+    }
+    if (ours.shares.value < theirs.value * (1.0 - kSame)) {
+      wrong(fmt::format("{}: {:.9g} is below the relaxation {:.9g}", name, ours.shares.value, theirs.value));
+    }
+    above = std::max(above, ours.shares.value / theirs.value - 1.0);
+    const auto rounding = rounded_value(instance, target, allocation, theirs.timings);
+    if (!rounding) continue;
+    if (ours.shares.value > *rounding * (1.0 + kSame)) {
+      wrong(fmt::format("{}: {:.9g} is above a rounded relaxation, {:.9g}", name, ours.shares.value, *rounding));
+    }
+    below = std::max(below.value_or(-1.0), ours.shares.value / *rounding - 1.0);
+  }
+  duel.note = fmt::format("at most {:+.3f} % from the relaxation; {}", 100.0 * above,
+                          below ? fmt::format("at most {:+.3f} % from it rounded", 100.0 * *below)
+                                : "rounding it meets no bounds or exact rates");
+  print_duel(name, duel);
+}
+
+void duels() {
+  fmt::print("\nAgainst other solvers (ms; goal: {:g} times faster, never a worse objective)\n", kTimesFaster);
+  fmt::print("{:<40} {:>4} {:>9} {:>10} {:>8} {:>7}\n", "case", "apps", "Catan", "other", "ratio", "verdict");
+  against_cbc("stage I, navigation, 2 cores", just(navigation(2)));
+  against_cbc("stage I, with detector, 2 cores", just(with_detector(2)));
+  against_cbc("stage I, 8 subchains on 3 cores", random_apps(8, 3, 10));
+  against_cbc("stage I, 12 subchains on 4 cores", random_apps(12, 4, 2));
+  against_ipopt("stage II, navigation, 1 core", just(navigation(1)));
+  against_ipopt("stage II, VR, 1 core", just(vr(1)));
+  against_ipopt("stage II, 6 subchains on 2 cores", random_apps(6, 2, 20));
+}
+
+// ---- 3. What joint planning is worth
+
+struct Worth {
+  std::string over;
+  std::vector<double> percent;  // by app: how much more the other costs
+
+  void add(double other, double joint) { percent.push_back(100.0 * (other / joint - 1.0)); }
+  void print() const {
+    if (percent.empty()) return;
+    double sum = 0.0;
+    std::size_t differs = 0;
+    for (const double p : percent) {
+      sum += p;
+      differs += p > 1e-4 ? 1 : 0;
+    }
+    const auto count = static_cast<double>(percent.size());
+    fmt::print("{:<56} {:>4} {:>8.2f} % {:>8.2f} % {:>7.1f} %\n", over, percent.size(), sum / count,
+               *std::max_element(percent.begin(), percent.end()), 100.0 * static_cast<double>(differs) / count);
+  }
+};
+
+struct Worths {
+  Worth two_stage{"two-stage: stage I by equal shares, then exact shares", {}};
+  Worth longest{"joint's cores, relaxation rounded, longest frame", {}};
+  Worth shortest{"joint's cores, relaxation rounded, shortest frame", {}};
+  Worth both{"stage I's cores, relaxation rounded, longest frame", {}};
+};
+
+std::optional<double> rounded_plan(const Instance& instance, const plan::Plan& plan, solvers::Frame frame) {
+  Allocation allocation;
+  if (!allocation_of(plan, instance, allocation)) return std::nullopt;
+  const Target target = objective_target(instance, 1.0);
+  const solvers::StageTwo relaxed = solvers::ipopt_stage_two(instance, target, allocation);
+  if (!relaxed.solved) return std::nullopt;
+  return objective_of(instance, solvers::rounded(instance, allocation, relaxed.timings, frame));
+}
+
+void compare(std::uint64_t seed, Worths& worths) {
+  const int subchains = 5 + static_cast<int>(seed % 4);
+  const int cores = 2 + static_cast<int>(seed / 4 % 2);
+  const RandomCase any =
+      planner::random_case(seed, {.subchains = subchains, .chains = subchains, .dearest = 20.0, .pairs = true}, cores);
+  const std::string name = fmt::format("seed {} ({} subchains, {} cores)", seed, subchains, cores);
+  const auto joint = planned(any, planner::Method::kJoint, name + ", joint");
+  if (!joint) return;
+  const Instance instance = instance_of(any);
+  const auto add = [&](Worth& worth, const std::optional<double>& other) {
+    if (!other) return;
+    worth.add(*other, joint->objective);
+    if (joint->quality == plan::Quality::kOptimal && *other < joint->objective * (1.0 - kSame)) {
+      wrong(
+          fmt::format("{}: called optimal at {:.9g}, but {} gives {:.9g}", name, joint->objective, worth.over, *other));
+    }
+  };
+  add(worths.longest, rounded_plan(instance, *joint, solvers::Frame::kLongest));
+  add(worths.shortest, rounded_plan(instance, *joint, solvers::Frame::kShortest));
+  const auto two_stage = planned(any, planner::Method::kTwoStage, name + ", two-stage");
+  if (!two_stage) return;
+  add(worths.two_stage, two_stage->objective);
+  add(worths.both, rounded_plan(instance, *two_stage, solvers::Frame::kLongest));
+}
+
+void worth_of_joint() {
+  constexpr std::uint64_t kApps = 200;
+  progress(fmt::format("joint against other ways to plan, over {} random apps", kApps));
+  Worths worths;
+  for (std::uint64_t seed = 1; seed <= kApps; ++seed) compare(seed, worths);
+  fmt::print("\nWhat other ways to plan cost more than joint, over random apps of 5 to 8 subchains on 2 or 3 cores\n");
+  fmt::print("{:<56} {:>4} {:>10} {:>10} {:>9}\n", "instead of joint", "apps", "mean", "worst", "differs");
+  for (const Worth* worth : {&worths.two_stage, &worths.longest, &worths.shortest, &worths.both}) worth->print();
+}
+
+}  // namespace
+}  // namespace ctn
+
+int main() {
+  try {
+    ctn::goals();
+    ctn::duels();
+    ctn::worth_of_joint();
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return EXIT_FAILURE;
+  }
+  if (ctn::wrong_results > 0) fmt::print("\n{} results are WRONG: see above\n", ctn::wrong_results);
+  return ctn::wrong_results == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
