@@ -88,7 +88,6 @@ bool compare_stage_one(const Instance& instance, const Target& target) {
 }
 
 void compare_stage_one(const RandomLimits& limits, bool threads = false) {
-  GTEST_SKIP() << "stage I finds nothing for any app: it compares with infinity - infinity before its first solution";
   std::uint64_t found = 0;
   for (std::uint64_t seed = 1; seed <= kApps; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -165,12 +164,10 @@ TEST(StageTwoAgainstIpopt, IsTheRelaxationWhereNothingIsToBeRounded) {
 }
 
 TEST(StageTwoAgainstIpopt, IsTheRelaxationWithRateCapsWhereNothingIsToBeRounded) {
-  GTEST_SKIP() << "one core's bound is too high where all shares on it are free and its frame is bounded";
   compare_stage_two({.dearest = 20.0, .caps = true}, kAll);
 }
 
 TEST(StageTwoAgainstIpopt, HoldsForQueuesBesideRateCapsOnOneCore) {
-  GTEST_SKIP() << "one core's bound is too high beside a cheap queue (1 queue, seed 67) and where all shares are free";
   for (std::size_t queues = 1; queues <= 4; ++queues) {
     for (std::uint64_t seed = 1; seed <= 150; ++seed) {
       SCOPED_TRACE(std::to_string(queues) + " queues, seed " + std::to_string(seed));
