@@ -50,6 +50,9 @@ std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
   return problems;
 }
 
+// A step of stage I looks at one choice for one subchain: far less than one of the other searches.
+constexpr std::size_t kStageOneSteps = 20;
+
 class Planning {
  public:
   Planning(const graph::App& app, const model::CostTable& costs, const Request& request)
@@ -77,6 +80,7 @@ class Planning {
     Effort effort{request_.effort};
     Allocation allocation;
     if (request_.method == Method::kTwoStage) {
+      effort = {kStageOneSteps * request_.effort};
       Planned first = allocate_by_equal_shares(instance_, target, effort);
       if (!first.found && !target.limits.empty()) {
         Target free = target;

@@ -282,7 +282,7 @@ RunnerUp runner_up_of(const graph::App& app, const model::CostTable& costs, cons
   const Planned planned = contest.run(plan.relax_factor);
   runner_up.proven = all && contest.to_the_end();
   if (planned.found) {
-    runner_up.plan = assemble(app, costs, instance, planned, request.slack);
+    runner_up.plan = assemble(app, costs, instance, planned, request.cores, request.slack);
     runner_up.plan->planner = plan.planner;
   }
   return runner_up;

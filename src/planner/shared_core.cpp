@@ -67,12 +67,15 @@ bool SharedCore::narrow(double& from, double& to) {
     highest = std::max(highest, std::isfinite(bend.high) ? bend.high : bend.low);
   }
   if (steps < kWorthwhile || !(lowest > 0.0)) return false;
-  const double middle = std::sqrt(first * (std::isfinite(last) ? last : first));
+  double middle = std::sqrt(first * (std::isfinite(last) ? last : first));
   place(middle * middle);
   between(middle * middle, middle * middle);
   if (!answer_.feasible) return false;
   const double limit = 2.0 * std::sqrt(answer_.value * usable_) * (1.0 + 1e-9);
   clear();
+  // Where this point's own value is attained, which the place it was found at need not be.
+  middle = std::sqrt((b_ + root_ * middle) / (a_ + root_ / middle));
+  if (!(middle > 0.0) || !std::isfinite(middle)) return false;
   const auto bisect = [&](double inside, double outside) {
     if (relaxed_sum(outside) <= limit) return outside;
     for (int i = 0; i < 12; ++i) {
@@ -130,8 +133,6 @@ void SharedCore::walk(double from, double to) {
 
 // Every n as it is best for this t squared; the larger of two that are equal.
 void SharedCore::place(double at) {
-  a_ = 0.0;
-  b_ = 0.0;
   root_ = 0.0;
   now_.resize(items_.size());
   for (std::size_t i = 0; i < items_.size(); ++i) {
@@ -155,8 +156,18 @@ void SharedCore::place(double at) {
       }
     }
     now_[i] = n;
-    a_ += item.weight * n;
-    b_ += item.cost / n;
+  }
+  add_up();
+}
+
+// Anew rather than by differences: nothing may be left of items that follow t.
+void SharedCore::add_up() {
+  a_ = 0.0;
+  b_ = 0.0;
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    if (now_[i] == 0.0) continue;
+    a_ += items_[i].weight * now_[i];
+    b_ += items_[i].cost / now_[i];
   }
 }
 
@@ -201,10 +212,9 @@ void SharedCore::take(const Step& step) {
   const Item& item = items_[i];
   const double n = now_[i];
   if (item.free) {
-    a_ -= item.weight * n;
-    b_ -= item.cost / n;
     root_ += std::sqrt(item.weight * item.cost);
     now_[i] = 0.0;
+    add_up();
     return;
   }
   const double t = std::sqrt(step.at);

@@ -65,6 +65,7 @@ class SharedCore {
   bool narrow(double& from, double& to);
   double relaxed_sum(double t) const;
   void place(double at);
+  void add_up();
   void walk(double from, double to);
   void push(std::size_t item);
   void between(double from, double to);
