@@ -47,7 +47,7 @@ class Joint {
 
  private:
   double known() const { return best_.found ? best_.shares.value : kInfinity; }
-  double limit() const { return known() - kProven * std::abs(known()); }
+  double limit() const { return proof_of(known()); }
 
   // Returns what is proven of it.
   double try_allocation(const Allocation& allocation) { return try_allocation(allocation, effort_.left); }

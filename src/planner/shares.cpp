@@ -362,7 +362,7 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
     }
     consider(allocation);
     const double known = std::min(best_.value, cutoff_);
-    if (best >= known - kProven * std::abs(known)) break;
+    if (best >= proof_of(known)) break;
     if (!contested_) break;
     if (round % kRoundsTogether == kRoundsTogether - 1) {
       const double gap = known - best;
@@ -665,7 +665,7 @@ void SharesSolver::explore(const Allocation& allocation, Node node, std::vector<
   }
   effort.spend(1 + rounds_ + (core_.steps() - before) / 16);
   const double known = std::min(best_.value, cutoff_);
-  if (bound == kInfinity || bound >= known - kProven * std::abs(known)) return;
+  if (bound == kInfinity || bound >= proof_of(known)) return;
   double at = 0.0;
   const int chosen = branch_on(node.box, at);
   if (chosen < 0) {
@@ -709,7 +709,7 @@ Shares SharesSolver::solve(const Allocation& allocation, double cutoff, Effort& 
     Node node = std::move(open.back());
     open.pop_back();
     const double known = std::min(best_.value, cutoff_);
-    if (node.bound >= known - kProven * std::abs(known)) continue;
+    if (node.bound >= proof_of(known)) continue;
     if (open.empty()) open.reserve(16);
     explore(allocation, std::move(node), open, effort);
   }
