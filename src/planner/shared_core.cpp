@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 namespace ctn::planner {
@@ -11,6 +10,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Frames that differ by no more than this part are the same.
 constexpr double kRounding = 1e-12;
+constexpr double kMeeting = 1e-9;  // t squared
 
 }  // namespace
 
@@ -18,6 +18,7 @@ const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, d
   usable_ = usable;
   least_frame_ = 0.0;
   most_frame_ = kInfinity;
+  limited_ = false;
   clear();
   if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kRounding)) return answer_;
   // Most frames are as long as they like: then a short part of the walk will do.
@@ -30,6 +31,7 @@ const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, d
   clear();
   least_frame_ = least_frame;
   most_frame_ = most_frame;
+  limited_ = true;
   walk(0.0, kInfinity);
   return answer_;
 }
@@ -67,15 +69,18 @@ bool SharedCore::narrow(double& from, double& to) {
     highest = std::max(highest, std::isfinite(bend.high) ? bend.high : bend.low);
   }
   if (steps < kWorthwhile || !(lowest > 0.0)) return false;
+  // A point that is not far from the best, and the t where its own value is attained.
   double middle = std::sqrt(first * (std::isfinite(last) ? last : first));
-  place(middle * middle);
-  between(middle * middle, middle * middle);
-  if (!answer_.feasible) return false;
+  for (int look = 0; look < 3; ++look) {
+    place(middle * middle);
+    between(middle * middle, middle * middle);
+    if (!answer_.feasible) return false;
+    middle = std::sqrt((b_ + root_ * middle) / (a_ + root_ / middle));
+    if (!(middle > 0.0) || !std::isfinite(middle)) return false;
+  }
   const double limit = 2.0 * std::sqrt(answer_.value * usable_) * (1.0 + 1e-9);
   clear();
-  // Where this point's own value is attained, which the place it was found at need not be.
-  middle = std::sqrt((b_ + root_ * middle) / (a_ + root_ / middle));
-  if (!(middle > 0.0) || !std::isfinite(middle)) return false;
+  if (relaxed_sum(middle) > limit) return false;
   const auto bisect = [&](double inside, double outside) {
     if (relaxed_sum(outside) <= limit) return outside;
     for (int i = 0; i < 12; ++i) {
@@ -111,22 +116,24 @@ double SharedCore::relaxed_sum(double t) const {
 
 void SharedCore::walk(double from, double to) {
   place(from);
-  heap_.clear();
-  for (std::size_t i = 0; i < items_.size(); ++i) push(i);
+  next_.resize(items_.size());
+  for (std::size_t i = 0; i < items_.size(); ++i) next_[i] = step_of(i);
   double reached = from;
-  while (!heap_.empty()) {
-    const Step step = heap_.front();
-    if (step.at > to) break;
-    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
-    heap_.pop_back();
-    if (step.at > reached) {
-      between(reached, step.at);
-      reached = step.at;
+  for (;;) {
+    std::size_t first = 0;
+    for (std::size_t i = 1; i < next_.size(); ++i) {
+      if (next_[i] < next_[first]) first = i;
     }
-    take(step);
+    if (next_.empty() || !(next_[first] <= to) || next_[first] == kInfinity) break;
+    const double at = next_[first];
+    if (at > reached) {
+      between(reached, at);
+      reached = at;
+    }
+    take(first, at);
     ++steps_;
     // Frames only get longer from here on.
-    if (b_ > most_frame_ * usable_ * (1.0 + kRounding)) return;
+    if (limited_ && b_ > most_frame_ * usable_ * (1.0 + kRounding)) return;
   }
   between(reached, to);
 }
@@ -171,23 +178,23 @@ void SharedCore::add_up() {
   }
 }
 
-void SharedCore::push(std::size_t i) {
+// The t squared at which an item takes its next step; infinite where it takes none.
+double SharedCore::step_of(std::size_t i) const {
   const Item& item = items_[i];
-  if (item.weight <= 0.0 || item.cost <= 0.0) return;
   const double n = now_[i];
-  if (item.free) {
-    if (n == 0.0) return;
-    heap_.push_back({item.cost / (item.weight * n * n), static_cast<int>(i)});
-  } else if (n > item.least) {
-    heap_.push_back({item.cost / (item.weight * n * (n - 1.0)), static_cast<int>(i)});
-  } else {
-    return;
-  }
-  std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+  if (item.weight <= 0.0 || item.cost <= 0.0 || n == 0.0) return kInfinity;
+  if (item.free) return item.cost / (item.weight * n * n);
+  return n > item.least ? item.cost / (item.weight * n * (n - 1.0)) : kInfinity;
 }
 
 // All points of the curve for t squared from `from` to `to`, where no n takes a step.
 void SharedCore::between(double from, double to) {
+  if (!limited_ && from < to) {
+    // The sum that is minimised is a minimum of smooth ones, so the best point is none where two of them meet: it is
+    // where its own is least, at t squared = B / A.
+    const double at = b_ / a_;
+    if (at < from * (1.0 - kMeeting) || at > to * (1.0 + kMeeting)) return;
+  }
   const double shortest = least_frame_ * usable_;
   const double longest = most_frame_ < kInfinity ? most_frame_ * usable_ * (1.0 + kRounding) : kInfinity;
   if (root_ <= 0.0) {
@@ -207,29 +214,33 @@ void SharedCore::between(double from, double to) {
   offer((a_ + root_ / t) * frame, frame, t, -1, 0.0);
 }
 
-void SharedCore::take(const Step& step) {
-  const auto i = static_cast<std::size_t>(step.item);
+void SharedCore::take(std::size_t i, double at) {
   const Item& item = items_[i];
-  const double n = now_[i];
   if (item.free) {
     root_ += std::sqrt(item.weight * item.cost);
     now_[i] = 0.0;
     add_up();
-    return;
+  } else {
+    const double more = at * item.weight;  // C / (n (n - 1))
+    if (limited_) cross(i, at, more);
+    a_ -= item.weight;
+    b_ += more;
+    now_[i] -= 1.0;
   }
-  const double t = std::sqrt(step.at);
+  next_[i] = step_of(i);
+}
+
+// Where the frame passes one of its limits in the middle of a step.
+void SharedCore::cross(std::size_t i, double at, double more) {
+  const Item& item = items_[i];
+  const double t = std::sqrt(at);
   const double before = b_ + root_ * t;
-  const double more = item.cost / (n * (n - 1.0));
   for (const double frame : {least_frame_, most_frame_}) {
     const double part = (frame * usable_ - before) / more;
     if (part <= kRounding || part >= 1.0 - kRounding) continue;
     const double a = a_ + (root_ > 0.0 ? root_ / t : 0.0) - part * item.weight;
-    offer(a * frame, frame, t, step.item, n - part);
+    offer(a * frame, frame, t, static_cast<int>(i), now_[i] - part);
   }
-  a_ -= item.weight;
-  b_ += more;
-  now_[i] = n - 1.0;
-  push(i);
 }
 
 void SharedCore::offer(double value, double frame, double t, int split, double every_of_split) {

@@ -47,13 +47,6 @@ class SharedCore {
   std::size_t steps() const { return steps_; }
 
  private:
-  struct Step {
-    double at = 0.0;  // t squared
-    int item = 0;
-
-    friend bool operator>(const Step& x, const Step& y) { return x.at > y.at; }
-  };
-
   // Of the relaxed sum of one item, as a function of t: it falls up to `low`, is `flat` up to `high`, then rises.
   struct Bend {
     double low = 0.0;
@@ -67,17 +60,19 @@ class SharedCore {
   void place(double at);
   void add_up();
   void walk(double from, double to);
-  void push(std::size_t item);
+  double step_of(std::size_t item) const;
   void between(double from, double to);
-  void take(const Step& step);
+  void take(std::size_t item, double at);
+  void cross(std::size_t item, double at, double more);
   void offer(double value, double frame, double root_t, int split, double every_of_split);
 
   std::vector<Item> items_;
   double usable_ = 1.0;
   double least_frame_ = 0.0;
   double most_frame_ = 0.0;
-  std::vector<double> now_;  // n, by item; 0 once it is free to follow t
-  std::vector<Step> heap_;
+  bool limited_ = false;      // the frame is
+  std::vector<double> now_;   // n, by item; 0 once it is free to follow t
+  std::vector<double> next_;  // t squared of the next step, by item
   std::vector<Bend> bends_;
   double a_ = 0.0;     // sum of b n over the items that do not follow t
   double b_ = 0.0;     // sum of C / n over the same

@@ -18,7 +18,7 @@ constexpr double kMet = 1e-10;
 // otherwise be put off without end.
 constexpr double kLongestFrame = 100.0;
 constexpr int kRounds = 80;         // of adjusting multipliers, at most
-constexpr int kRoundsTogether = 6;  // after so many the gap must have shrunk
+constexpr int kRoundsTogether = 4;  // after so many the gap must have shrunk
 constexpr std::size_t kFitEffort = 100;
 
 // The nearest point, by distance, whose coordinates are >= 0 and sum to `sum`.
@@ -358,7 +358,7 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
       best_point = point_;
     } else {
       patience *= 0.6;
-      if (patience < 0.02) break;
+      if (patience < 0.05) break;
     }
     consider(allocation);
     const double known = std::min(best_.value, cutoff_);
@@ -366,7 +366,7 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
     if (!contested_) break;
     if (round % kRoundsTogether == kRoundsTogether - 1) {
       const double gap = known - best;
-      if (gap > 0.6 * gap_before) break;
+      if (gap > 0.5 * gap_before) break;
       gap_before = gap;
     }
     double aim = std::isfinite(known) ? known : goal;
