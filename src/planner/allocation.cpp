@@ -15,10 +15,10 @@ namespace ctn::planner {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFewSteps = 2e7;        // of dynamic programming over sets: up to here
-constexpr std::size_t kFew = 13;         // subchains: never more
-constexpr std::size_t kQuickLook = 400;  // effort
-constexpr std::size_t kLookedAt = 40;    // partitions
+constexpr double kFewSteps = 2e7;       // of dynamic programming over sets: up to here
+constexpr std::size_t kFew = 13;        // subchains: never more
+constexpr std::size_t kQuickLook = 60;  // effort
+constexpr std::size_t kLookedAt = 64;   // partitions
 
 class Joint {
  public:
@@ -71,7 +71,7 @@ class Joint {
     best_.bound = -kInfinity;
     std::vector<double> multipliers = solver_.multipliers();
     // The multipliers that are best for the best partition are good for its rivals too.
-    constexpr int kRounds = 3;
+    constexpr int kRounds = 2;
     for (int round = 0; round < kRounds; ++round) {
       prices.refresh();
       Partitions partitions(instance_, prices);
