@@ -38,8 +38,7 @@ struct Request {
   int cores = 1;                        // 1 to kMostCores
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
   Method method = Method::kJoint;
-  std::size_t effort =
-      300'000;  // steps of each search, about a microsecond each; then the best plan so far, with its gap
+  std::size_t effort = 300'000;  // steps of each search, a few microseconds each; then the best so far, with its gap
   const plan::Plan* warm = nullptr;  // a plan to begin with, of the same app; what it says of cores is all that counts
 };
 

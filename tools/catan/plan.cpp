@@ -97,8 +97,9 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       ->type_name("FILE");
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
       ->type_name("PCT");
-  // Both find the same plan for the apps that can be planned so far: those of one subchain.
-  command->add_option("--planner", options->planner, "How cores are allocated")
+  command
+      ->add_option("--planner", options->planner,
+                   "How cores are allocated: jointly with the shares, or before them as if shares were equal")
       ->check(CLI::IsMember({"joint", "two-stage"}))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
