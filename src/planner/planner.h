@@ -15,8 +15,9 @@
 // bounds must be scaled to hold, and then the best plan under the bounds so scaled. What it makes satisfies
 // `plan::validate`.
 //
-// Subchains that no term of the objective weighs are not put off without end: no frame is longer than 100 times one run of
-// everything on its core, unless a rate cap asks for it. A run that costs nothing has a share of 1 where its share is free.
+// Subchains that no term of the objective weighs are not put off without end: no frame is longer than 100 times one run
+// of everything on its core, unless a rate cap asks for it. A run that costs nothing has a share of 1 where its share
+// is free.
 //
 // Units: see plan.h. Thread safety: pure functions.
 #pragma once
