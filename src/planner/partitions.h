@@ -22,7 +22,7 @@ class Partitions {
     const std::size_t sets = std::size_t{1} << instance.members.size();
     group_.assign(sets, 0.0);
     exact_.assign(sets, 0);
-    least_.assign(static_cast<std::size_t>(instance.cores + 1),
+    least_.assign(static_cast<std::size_t>(instance.cores) + 1,
                   std::vector<double>(sets, std::numeric_limits<double>::infinity()));
     for (Set set = 1; set < sets; ++set) {
       if (std::has_single_bit(set)) continue;

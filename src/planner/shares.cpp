@@ -678,9 +678,10 @@ void SharesSolver::explore(const Allocation& allocation, Node node, std::vector<
   Node lower = node;
   lower.box.most[i] = at;
   node.box.least[i] = at + 1.0;
-  const bool low_first = point_.every[i] <= at;
-  open.push_back(low_first ? std::move(node) : std::move(lower));
-  open.push_back(low_first ? std::move(lower) : std::move(node));
+  // The half that the point is in is looked at first.
+  if (point_.every[i] <= at) std::swap(lower, node);
+  open.push_back(std::move(lower));
+  open.push_back(std::move(node));
 }
 
 void SharesSolver::prepare(const Allocation& allocation) {
