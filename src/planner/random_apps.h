@@ -36,6 +36,7 @@ struct RandomLimits {
   double dearest = 8.0;
   double lightest = 0.01;  // weight of a term
   double heaviest = 1.0;
+  bool reversed = false;  // the same app, written down the other way round
   bool all_queues = false;
   bool zeros = false;   // some cost nothing
   bool queue = false;   // the first subchain takes batches
@@ -136,6 +137,12 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
         term.max = graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 8.0) * total}), {}};
       }
     }
+  }
+  if (limits.reversed) {
+    std::reverse(spec.nodes.begin(), spec.nodes.end());
+    std::reverse(spec.edges.begin(), spec.edges.end());
+    std::reverse(spec.subchains.begin(), spec.subchains.end());
+    std::reverse(spec.objective.begin(), spec.objective.end());
   }
   Result<graph::App> built = graph::build_app(spec);
   if (!built) throw std::logic_error(built.error().message());

@@ -134,6 +134,18 @@ TEST(SharingProperty, TenTimesTheTimeIsTenTimesThePlan) {
   }
 }
 
+TEST(SharingProperty, TheOrderInWhichAnAppIsWrittenDoesNotMatter) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomLimits limits = kMixed;
+    const int cores = 1 + static_cast<int>(seed % 3);
+    const plan::Plan plan = proven_plan(random_case(seed, limits, cores), {});
+    limits.reversed = true;
+    const plan::Plan reversed = proven_plan(random_case(seed, limits, cores), {});
+    EXPECT_NEAR(reversed.objective, plan.objective, 1e-9 * plan.objective);
+  }
+}
+
 TEST(SharingProperty, TheSameInputGivesTheSamePlan) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const RandomCase any = random_case(seed, kMixed, 2);
