@@ -27,7 +27,7 @@ class Joint {
 
   Planned run(const Allocation* warm, const Planned* known) {
     if (known) best_ = *known;
-    if (warm) try_allocation(*warm);
+    if (warm) try_allocation(*warm, kQuickLook);
     if (instance_.cores == 1 && instance_.members.size() > 1) {
       // There is but one allocation.
       const std::size_t count = instance_.members.size();
