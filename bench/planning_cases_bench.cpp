@@ -163,8 +163,7 @@ void plan_case(const std::string& name, const Goal& goal, const std::vector<Rand
 // The shares alone, of the one allocation that one core leaves.
 void shares_case(const std::string& name, const Goal& goal, const RandomCase& any) {
   const Instance instance = instance_of(any);
-  Target free = objective_target(instance, 1.0);
-  free.limits.clear();
+  const Target free = free_target(instance);
   const std::vector<int> on_the_core(instance.members.size(), 0);
   planner::Planned planned;
   const double took = timed(501, [&] {
@@ -227,8 +226,7 @@ void against_cbc(const std::string& name, const std::vector<RandomCase>& apps) {
   double worst = -1.0;
   for (const RandomCase& any : apps) {
     const Instance instance = instance_of(any);
-    Target free = objective_target(instance, 1.0);
-    free.limits.clear();
+    const Target free = free_target(instance);
     planner::Planned ours;
     duel.ours.push_back(timed(101, [&] {
       planner::Effort effort;
@@ -245,16 +243,6 @@ void against_cbc(const std::string& name, const std::vector<RandomCase>& apps) {
   }
   duel.note = fmt::format("objective at most {:+.4f} % from CBC's", 100.0 * worst);
   print_duel(name, duel);
-}
-
-Allocation on_cores_by_turns(const Instance& instance) {
-  Allocation allocation;
-  allocation.shared_cores = instance.cores;
-  for (std::size_t i = 0; i < instance.members.size(); ++i) {
-    allocation.core_of.push_back(static_cast<int>(i) % instance.cores);
-    allocation.owned.push_back(0);
-  }
-  return allocation;
 }
 
 // The better of the two ways to round that are allowed, if any is.
@@ -281,7 +269,7 @@ void against_ipopt(const std::string& name, const std::vector<RandomCase>& apps)
   for (const RandomCase& any : apps) {
     const Instance instance = instance_of(any);
     const Target target = target_of(any, instance);
-    const Allocation allocation = on_cores_by_turns(instance);
+    const Allocation allocation = solvers::dealt(instance);
     planner::Planned ours;
     duel.ours.push_back(timed(501, [&] {
       planner::Effort effort{planner::Request{}.effort};

@@ -73,16 +73,6 @@ Group group_of(const graph::App& app, const model::CostTable& costs, const graph
   return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
 }
 
-// Threads beyond these change no node's cost.
-int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
-  int useful = 1;
-  for (const NodeId node : app.graph.subchain(id).nodes) {
-    const auto& measured = costs[node].by_threads();
-    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
-  }
-  return useful;
-}
-
 // With k cores, the q with the least L + p among those that meet an exact rate; period infinite where none does.
 Owned best_with(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
                 const Member& member, int threads_of_use) {
@@ -116,13 +106,26 @@ Member member_of(const graph::App& app, const model::CostTable& costs, SubchainI
   if (limits.exact) member.exact_period = limits.exact->count();
 
   const int threads = useful_threads(app, costs, id);
-  const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
-  const int most = static_cast<int>(std::min<long long>(cores, nodes * threads));
+  const int most = useful_cores(app, costs, id, cores);
   for (int k = 1; k <= most; ++k) member.owned.push_back(best_with(app, costs, id, k, slack, member, threads));
   return member;
 }
 
 }  // namespace
+
+int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
+  int useful = 1;
+  for (const NodeId node : app.graph.subchain(id).nodes) {
+    const auto& measured = costs[node].by_threads();
+    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
+  }
+  return useful;
+}
+
+int useful_cores(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores) {
+  const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
+  return static_cast<int>(std::min<long long>(cores, nodes * useful_threads(app, costs, id)));
+}
 
 Instance make_instance(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
   Instance instance;
@@ -160,10 +163,14 @@ double value_of(const Group& group, const std::vector<Timing>& timings) {
   return largest;
 }
 
-double objective_of(const Instance& instance, const std::vector<Timing>& timings) {
+double weighted_sum(const std::vector<Group>& groups, const std::vector<Timing>& timings) {
   double sum = 0.0;
-  for (const Group& group : instance.objective) sum += group.weight * value_of(group, timings);
+  for (const Group& group : groups) sum += group.weight * value_of(group, timings);
   return sum;
+}
+
+double objective_of(const Instance& instance, const std::vector<Timing>& timings) {
+  return weighted_sum(instance.objective, timings);
 }
 
 double factor_of(const Instance& instance, const std::vector<Timing>& timings) {

@@ -62,6 +62,11 @@ struct Instance {
   double usable = 1.0;  // of a core: 1 - slack
 };
 
+// Threads beyond these change no node's cost, and cores beyond these (of at most `cores`) no figure of its subchain:
+// every node already has all the cores that it can use to itself.
+int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id);
+int useful_cores(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores);
+
 Instance make_instance(const graph::App& app, const model::CostTable& costs, int cores, double slack);
 
 // A subchain's timing, as the forms take it.
@@ -72,6 +77,8 @@ struct Timing {
 
 double value_of(const Form& form, const std::vector<Timing>& timings);
 double value_of(const Group& group, const std::vector<Timing>& timings);  // its largest form
+// Of the groups' values, each with its weight.
+double weighted_sum(const std::vector<Group>& groups, const std::vector<Timing>& timings);
 double objective_of(const Instance& instance, const std::vector<Timing>& timings);
 // The least factor by which all bounds have to be scaled to hold; at least 1.
 double factor_of(const Instance& instance, const std::vector<Timing>& timings);

@@ -12,6 +12,7 @@
 #include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
+#include "planner/instance.h"
 
 namespace ctn::planner {
 namespace {
@@ -73,25 +74,9 @@ bool better_cores(const Candidate& a, const Candidate& b) {
   return clearly_less(a.prediction.objective, b.prediction.objective);
 }
 
-// Threads beyond these change no node's cost.
-int useful_threads(const Input& in) {
-  int useful = 1;
-  for (const NodeId node : in.app.graph.subchain(kOnly).nodes) {
-    const auto& measured = in.costs[node].by_threads();
-    useful = std::max(useful, measured.empty() ? in.app.graph.node(node).max_threads : measured.rbegin()->first);
-  }
-  return useful;
-}
-
-// With more cores than these no figure changes: every node already has all the cores that it can use to itself.
-int useful_cores(const Input& in, int cores) {
-  const auto nodes = static_cast<long long>(in.app.graph.subchain(kOnly).nodes.size());
-  return static_cast<int>(std::min<long long>(cores, nodes * useful_threads(in)));
-}
-
 std::optional<Candidate> best_on(const Input& in, int cores) {
   std::optional<Candidate> best;
-  for (int threads = 1; threads <= std::min(cores, useful_threads(in)); ++threads) {
+  for (int threads = 1; threads <= std::min(cores, useful_threads(in.app, in.costs, kOnly)); ++threads) {
     std::optional<Candidate> other = candidate(in, cores, threads);
     if (other && (!best || better_threads(*other, *best))) best = std::move(other);
   }
@@ -120,14 +105,6 @@ Error unattainable(const Input& in, int cores) {
                                     1000.0 / shortest.count(), in.app.graph.subchain(kOnly).name)}});
 }
 
-// Figures beyond what a double holds would neither compare nor print.
-Error too_large() {
-  return Error(ErrorKind::kCaller, {Problem{{},
-                                            "objective",
-                                            "weights x times add up to more than can be computed with",
-                                            "scale all weights down: only their ratios matter"}});
-}
-
 plan::Plan to_plan(const Input& in, Candidate best, int cores) {
   plan::Plan plan;
   plan.slack = in.slack;
@@ -143,14 +120,13 @@ plan::Plan to_plan(const Input& in, Candidate best, int cores) {
 Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
   const Input in{app, costs, slack, plan::period_limits(app.graph, kOnly)};
 
-  const int useful = useful_cores(in, cores);
+  const int useful = useful_cores(in.app, in.costs, kOnly, cores);
   std::optional<Candidate> best;
   for (int k = 1; k <= useful; ++k) {
     std::optional<Candidate> other = best_on(in, k);
     if (other && (!best || better_cores(*other, *best))) best = std::move(other);
   }
   if (!best) return unattainable(in, useful);
-  if (!std::isfinite(best->prediction.objective)) return too_large();
   return to_plan(in, *std::move(best), cores);
 }
 

@@ -50,6 +50,14 @@ std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
   return problems;
 }
 
+// Figures beyond what a double holds would neither compare nor print.
+Error too_large() {
+  return Error(ErrorKind::kCaller, {Problem{{},
+                                            "objective",
+                                            "weights x times add up to more than can be computed with",
+                                            "scale all weights down: only their ratios matter"}});
+}
+
 // A step of stage I looks at one choice for one subchain: far less than one of the other searches.
 constexpr std::size_t kStageOneSteps = 20;
 
@@ -62,11 +70,8 @@ class Planning {
         instance_(make_instance(app, costs, request.cores, request.slack)) {}
 
   Result<plan::Plan> run() {
-    Target free = objective_target(instance_, 1.0);
-    free.limits.clear();
-    Planned planned = search(free, nullptr);
+    Planned planned = search(free_target(instance_), nullptr);
     if (!planned.found) return unattainable();
-    if (!std::isfinite(planned.shares.value)) return too_large();
     if (factor_of(instance_, planned.shares.timings) > 1.0 + plan::kTolerance) planned = bounded(planned);
     plan::Plan plan = assemble(app_, costs_, instance_, planned, request_.cores, request_.slack);
     plan.gap = plan.objective > 0.0 ? std::max(0.0, (plan.objective - planned.bound) / plan.objective) : 0.0;
@@ -83,8 +88,7 @@ class Planning {
       effort = {kStageOneSteps * request_.effort};
       Planned first = allocate_by_equal_shares(instance_, target, effort);
       if (!first.found && !target.limits.empty()) {
-        Target free = target;
-        free.limits.clear();
+        const Target free{target.groups, {}};
         first = allocate_by_equal_shares(instance_, free, effort);
       }
       if (!first.found) return first;
@@ -122,6 +126,8 @@ class Planning {
       needed += member.cost / member.exact_period;
       exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
     }
+    // Without exact rates there is always a plan, if its value can be told from infinity.
+    if (exact.empty()) return too_large();
     const double there = request_.cores * instance_.usable;
     std::string what = fmt::format(
         "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of a core, of {:.4g} % that "
@@ -141,22 +147,13 @@ class Planning {
     const int most = std::min<int>(kMostCores, request_.cores + static_cast<int>(instance_.members.size()));
     for (int cores = request_.cores + 1; cores <= most; ++cores) {
       const Instance larger = make_instance(app_, costs_, cores, request_.slack);
-      Target target = objective_target(larger, 1.0);
-      target.limits.clear();
+      const Target target = free_target(larger);
       Effort effort{request_.effort / 8};
       if (plan_jointly(larger, target, nullptr, nullptr, effort).found) {
         return fmt::format("give it {} cores, lower a rate, or make its nodes cheaper", cores);
       }
     }
     return "lower a rate, or make its nodes cheaper: more cores would not do";
-  }
-
-  // Figures beyond what a double holds would neither compare nor print.
-  static Error too_large() {
-    return Error(ErrorKind::kCaller, {Problem{{},
-                                              "objective",
-                                              "weights x times add up to more than can be computed with",
-                                              "scale all weights down: only their ratios matter"}});
   }
 
   const graph::App& app_;
@@ -172,6 +169,7 @@ Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& cost
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
   Result<plan::Plan> plan = app.graph.subchains().size() == 1 ? plan_owned(app, costs, request.cores, request.slack)
                                                               : Planning(app, costs, request).run();
+  if (plan && !std::isfinite(plan->objective)) return too_large();
   if (plan) plan->planner = request.method == Method::kJoint ? "joint" : "two-stage";
   return plan;
 }

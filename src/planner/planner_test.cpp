@@ -272,6 +272,9 @@ TEST(Planner, RefusesWeightsBeyondArithmetic) {
   graph::AppSpec spec = face_tracking();
   spec.objective[0].weight.value = 1e308;
   EXPECT_THAT(refusal(spec, {1, 0.06}), HasSubstr("scale all weights down"));
+  graph::AppSpec two = seeing_and_planning();
+  two.objective[0].weight.value = 1e308;
+  EXPECT_THAT(refusal(two, {1, 0.06}), HasSubstr("scale all weights down"));
 }
 
 }  // namespace

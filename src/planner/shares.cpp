@@ -54,6 +54,8 @@ Target objective_target(const Instance& instance, double factor) {
   return target;
 }
 
+Target free_target(const Instance& instance) { return {instance.objective, {}}; }
+
 Target factor_target(const Instance& instance) {
   Group factor{1.0, 0.0, {Form{1.0, {}}}};
   for (const Group& bound : instance.bounds) {
@@ -129,9 +131,8 @@ const SharesSolver::Prices& SharesSolver::prices() {
 }
 
 // The frames that rate caps, exact rates and the box leave. False: none.
-bool SharesSolver::limit_frames(const Allocation& allocation, const Box& box) {
-  const auto cores = static_cast<std::size_t>(allocation.shared_cores);
-  for (std::size_t core = 0; core < cores; ++core) {
+bool SharesSolver::limit_frames(const Box& box) {
+  for (std::size_t core = 0; core < members_.size(); ++core) {
     double least = 0.0;
     double usable = instance_.usable;
     double longest = kInfinity;
@@ -143,7 +144,7 @@ bool SharesSolver::limit_frames(const Allocation& allocation, const Box& box) {
       const Member& member = instance_.members[i];
       total += member.cost;
       slowest = std::max({slowest, member.least_period, member.exact_period});
-      if (member.queue && member.exact_period > 0.0) {
+      if (set_apart(member)) {
         usable -= member.cost / member.exact_period;
         least = std::max(least, member.exact_period / member.most_every);
         continue;
@@ -335,20 +336,15 @@ void SharesSolver::start_caps() {
   std::copy(cap_price_.begin(), cap_price_.end(), multipliers_.begin() + static_cast<std::ptrdiff_t>(offsets_.back()));
 }
 
-double SharesSolver::goal() const {
-  const double known = std::min(best_.value, cutoff_);
-  return std::isfinite(known) ? known : 0.0;
-}
-
 // The best bound that some rounds of adjusting find; multipliers_ are then those of it. Considers every point on the
 // way as a solution. Infinite where nothing is feasible.
-double SharesSolver::climb(const Allocation& allocation, const Box& box, double goal, int rounds) {
+double SharesSolver::climb(const Allocation& allocation, const Box& box) {
   double best = -kInfinity;
   std::vector<double> at_best = multipliers_;
   Point best_point;
   double patience = 1.0;
   double gap_before = kInfinity;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     relax(allocation, box);
     ++rounds_;
     if (!point_.feasible) return kInfinity;
@@ -361,15 +357,14 @@ double SharesSolver::climb(const Allocation& allocation, const Box& box, double 
       if (patience < 0.05) break;
     }
     consider(allocation);
-    const double known = std::min(best_.value, cutoff_);
-    if (best >= proof_of(known)) break;
+    if (best >= proof_of(known())) break;
     if (!contested_) break;
     if (round % kRoundsTogether == kRoundsTogether - 1) {
-      const double gap = known - best;
+      const double gap = known() - best;
       if (gap > 0.5 * gap_before) break;
       gap_before = gap;
     }
-    double aim = std::isfinite(known) ? known : goal;
+    double aim = std::isfinite(known()) ? known() : 0.0;
     if (!(aim > point_.value)) aim = point_.value + 0.05 * std::abs(point_.value);
     if (!adjust(point_.value + patience * (aim - point_.value), point_.value)) break;
   }
@@ -465,8 +460,7 @@ void SharesSolver::consider(const Allocation& allocation) {
 }
 
 void SharesSolver::keep(const std::vector<Timing>& timings, const std::vector<double>& frames) {
-  double value = 0.0;
-  for (const Group& group : target_.groups) value += group.weight * value_of(group, timings);
+  const double value = weighted_sum(target_.groups, timings);
   if (!(value < best_.value)) return;
   for (const Group& limit : target_.limits) {
     if (value_of(limit, timings) > limit.limit * (1.0 + kMet)) return;
@@ -659,13 +653,12 @@ void SharesSolver::explore(const Allocation& allocation, Node node, std::vector<
   multipliers_ = std::move(node.multipliers);
   double bound = kInfinity;
   const bool root = node.bound == -kInfinity;
-  if (limit_frames(allocation, node.box) && !hopeless(node.box)) {
+  if (limit_frames(node.box) && !hopeless(node.box)) {
     if (root) start_caps();
-    bound = climb(allocation, node.box, goal(), kRounds);
+    bound = climb(allocation, node.box);
   }
   effort.spend(1 + rounds_ + (core_.steps() - before) / 16);
-  const double known = std::min(best_.value, cutoff_);
-  if (bound == kInfinity || bound >= proof_of(known)) return;
+  if (bound == kInfinity || bound >= proof_of(known())) return;
   double at = 0.0;
   const int chosen = branch_on(node.box, at);
   if (chosen < 0) {
@@ -709,32 +702,13 @@ Shares SharesSolver::solve(const Allocation& allocation, double cutoff, Effort& 
   while (!open.empty() && effort.left > 0) {
     Node node = std::move(open.back());
     open.pop_back();
-    const double known = std::min(best_.value, cutoff_);
-    if (node.bound >= proof_of(known)) continue;
-    if (open.empty()) open.reserve(16);
+    if (node.bound >= proof_of(known())) continue;
     explore(allocation, std::move(node), open, effort);
   }
   multipliers_ = at_root;
   best_.bound = std::min(best_.value, cutoff);
   for (const Node& node : open) best_.bound = std::min(best_.bound, node.bound);
   return std::move(best_);
-}
-
-double SharesSolver::improve(const Allocation& allocation, double goal, int rounds) {
-  prepare(allocation);
-  best_ = {};
-  cutoff_ = goal;
-  if (!limit_frames(allocation, full_)) return kInfinity;
-  start_caps();
-  return climb(allocation, full_, goal, rounds);
-}
-
-double SharesSolver::bound(const Allocation& allocation) {
-  prepare(allocation);
-  if (!limit_frames(allocation, full_)) return kInfinity;
-  start_caps();
-  relax(allocation, full_);
-  return point_.feasible ? point_.value : kInfinity;
 }
 
 double SharesSolver::price_of_owned(int subchain, int cores) {
@@ -745,15 +719,11 @@ double SharesSolver::price_of_owned(int subchain, int cores) {
 }
 
 double SharesSolver::price_of_shared(const std::vector<int>& members) {
-  Allocation alone;
-  alone.core_of.assign(instance_.members.size(), -1);
-  for (const int index : members) alone.core_of[static_cast<std::size_t>(index)] = 0;
-  alone.shared_cores = 1;
   members_.assign(1, members);
   least_frame_.resize(1);
   most_frame_.resize(1);
   usable_.resize(1);
-  if (!limit_frames(alone, full_)) return kInfinity;
+  if (!limit_frames(full_)) return kInfinity;
   price_caps(members, usable_[0]);
   return solve_core(members, 0, full_);
 }

@@ -11,6 +11,7 @@
 // Units: milliseconds. Thread safety: one object a thread.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -37,6 +38,7 @@ struct Target {
 };
 
 Target objective_target(const Instance& instance, double factor);
+Target free_target(const Instance& instance);  // the objective without bounds
 Target factor_target(const Instance& instance);
 
 struct Shares {
@@ -64,8 +66,6 @@ class SharesSolver {
   // The best shares if they are better than `cutoff`. Where the effort runs out, what was found and what was proven.
   Shares solve(const Allocation& allocation, double cutoff, Effort& effort);
 
-  // A lower bound of the value of any shares, by the multipliers found best last (or by default).
-  double bound(const Allocation& allocation);
   // The linear part of the bound: what each period and execution time costs under the current multipliers.
   struct Prices {
     std::vector<double> period;
@@ -78,9 +78,6 @@ class SharesSolver {
   // A lower bound of what a group on one core costs under these prices.
   double price_of_shared(const std::vector<int>& members);
   double price_of_owned(int subchain, int cores);
-
-  // Moves the multipliers towards those that are best for this allocation; `goal`: a value known to be attainable.
-  double improve(const Allocation& allocation, double goal, int rounds);
 
  private:
   struct Box {
@@ -103,14 +100,14 @@ class SharesSolver {
   };
 
   void price();
-  bool limit_frames(const Allocation& allocation, const Box& box);
+  bool limit_frames(const Box& box);
   double weight(std::size_t i) const { return prices_.period[i] + prices_.execution[i]; }
   void price_caps(const std::vector<int>& members, double usable);
   double solve_core(const std::vector<int>& members, std::size_t core, const Box& box);
   void relax(const Allocation& allocation, const Box& box);
   bool adjust(double goal, double level);
   void start_caps();
-  double climb(const Allocation& allocation, const Box& box, double goal, int rounds);
+  double climb(const Allocation& allocation, const Box& box);
   void consider(const Allocation& allocation);
   void consider_every(const Allocation& allocation, const std::vector<double>& every);
   bool fit_core(int core, const std::vector<double>& every, std::vector<Timing>& timings, double& frame) const;
@@ -121,7 +118,7 @@ class SharesSolver {
   void finish_leaf(const Allocation& allocation, const Box& box);
   void explore(const Allocation& allocation, Node node, std::vector<Node>& open, Effort& effort);
   void prepare(const Allocation& allocation);
-  double goal() const;
+  double known() const { return std::min(best_.value, cutoff_); }
   bool shared(std::size_t i, const Allocation& allocation) const { return allocation.core_of[i] >= 0; }
 
   const Instance& instance_;

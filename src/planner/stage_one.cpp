@@ -103,11 +103,7 @@ class StageOne {
     return timing;
   }
 
-  double value() const {
-    double sum = 0.0;
-    for (const Group& group : target_.groups) sum += group.weight * value_of(group, timings_);
-    return sum;
-  }
+  double value() const { return weighted_sum(target_.groups, timings_); }
 
   bool limits_hold() const {
     return std::all_of(target_.limits.begin(), target_.limits.end(),

@@ -57,4 +57,14 @@ std::vector<Timing> rounded(const Instance& instance, const Allocation& allocati
   return timings;
 }
 
+planner::Allocation dealt(const planner::Instance& instance) {
+  planner::Allocation allocation;
+  allocation.shared_cores = instance.cores;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    allocation.core_of.push_back(static_cast<int>(i) % instance.cores);
+    allocation.owned.push_back(0);
+  }
+  return allocation;
+}
+
 }  // namespace ctn::solvers

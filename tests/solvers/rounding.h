@@ -21,4 +21,7 @@ enum class Frame { kLongest, kShortest };
 std::vector<planner::Timing> rounded(const planner::Instance& instance, const planner::Allocation& allocation,
                                      const std::vector<planner::Timing>& relaxed, Frame frame);
 
+// Every core shared, the subchains dealt to them by turns.
+planner::Allocation dealt(const planner::Instance& instance);
+
 }  // namespace ctn::solvers

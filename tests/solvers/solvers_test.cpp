@@ -34,12 +34,6 @@ RandomCase random_app(std::uint64_t seed, RandomLimits limits) {
 
 Instance instance_of(const RandomCase& any) { return planner::make_instance(any.app, any.costs, any.cores, any.slack); }
 
-Target without_limits(const Instance& instance) {
-  Target target = objective_target(instance, 1.0);
-  target.limits.clear();
-  return target;
-}
-
 // Subchains that get faster with cores, some more than others.
 void add_threads(Instance& instance) {
   double worth = 1.0;
@@ -108,19 +102,8 @@ TEST(StageOneAgainstCbc, IsTheSameWithRatesAndBounds) {
 
 TEST(StageOneAgainstCbc, IsTheSameWithExactRates) { compare_stage_one({.dearest = 20.0, .exact = true}); }
 
-// Every core shared, by turns.
-Allocation dealt(const Instance& instance) {
-  Allocation allocation;
-  allocation.shared_cores = instance.cores;
-  for (std::size_t i = 0; i < instance.members.size(); ++i) {
-    allocation.core_of.push_back(static_cast<int>(i) % instance.cores);
-    allocation.owned.push_back(0);
-  }
-  return allocation;
-}
-
 void compare_stage_two(const Instance& instance) {
-  const Target target = without_limits(instance);
+  const Target target = free_target(instance);
   const Allocation allocation = dealt(instance);
   const StageTwo relaxed = ipopt_stage_two(instance, target, allocation);
   ASSERT_TRUE(relaxed.solved);
