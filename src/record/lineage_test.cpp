@@ -218,7 +218,8 @@ History random_history() {
   std::vector<std::vector<Run>> of(history.nodes.size());
   TimePoint now = at(0);
   for (int step = *rc::gen::inRange(0, 150); step > 0; --step) {
-    now += milliseconds{*rc::gen::inRange(0, 4)};
+    // No two steps at one instant: else a run of no length could end just when an earlier one had begun without it.
+    now += milliseconds{*rc::gen::inRange(0, 4)} + Nanos{1};
     const auto node = *rc::gen::inRange<std::size_t>(0, history.nodes.size());
     if (history.nodes[node].external || busy_until[node] > now) continue;
     Run run{.node = NodeId{node}, .number = of[node].size() + 1, .begin = now, .consumed = {}};
