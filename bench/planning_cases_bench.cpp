@@ -168,7 +168,7 @@ void shares_case(const std::string& name, const Goal& goal, const RandomCase& an
   planner::Planned planned;
   const double took = timed(501, [&] {
     planner::Effort effort;
-    planned = plan_shares(instance, free, {on_the_core, on_the_core, 1}, effort);
+    planned = plan_shares(instance, free, {on_the_core, on_the_core, on_the_core, 1}, effort);
   });
   const double gap = std::max(0.0, 1.0 - planned.bound / planned.shares.value);
   const bool optimal = gap <= kSame;

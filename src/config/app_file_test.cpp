@@ -47,6 +47,21 @@ const graph::Node& node(const graph::App& app, std::string_view name) {
   return app.graph.node(*app.graph.find_node(name));
 }
 
+TEST(AppFile, ReadsKindsOfCores) {
+  const auto app = parse_app(
+      "catan: 1\napp: demo\ncores: { big: { count: 2 }, little: { count: 4, speed: 0.45 }, spare: {} }\n"
+      "nodes: { a: {} }\nobjective: [{ period: a, weight: 1 }]\n",
+      "app.yaml");
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  const std::vector<graph::CoreKind> expected{{"big", 2, 1.0}, {"little", 4, 0.45}, {"spare", 1, 1.0}};
+  EXPECT_EQ(app->core_kinds, expected);
+  EXPECT_EQ(app->core_count(), 7);
+  EXPECT_EQ(app->kind_of(1), 0U);
+  EXPECT_EQ(app->kind_of(2), 1U);
+  EXPECT_EQ(app->kind_of(6), 2U);
+  EXPECT_EQ(app->cores_by_kind(3), (std::vector<int>{2, 1, 0}));
+}
+
 TEST(AppFile, ReadsNodes) {
   const graph::App app = parsed(kNavigation);
   EXPECT_EQ(app.name, "navigation");

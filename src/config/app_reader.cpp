@@ -10,8 +10,9 @@ namespace ctn::config {
 namespace {
 
 using Keys = std::string_view;
-constexpr std::array<Keys, 9> kTopKeys{"catan",     "app",   "nodes", "edges",    "subchains",
-                                       "objective", "order", "steal", "scheduler"};
+constexpr std::array<Keys, 10> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains",
+                                        "objective", "order", "steal", "scheduler", "cores"};
+constexpr std::array<Keys, 2> kCoreKeys{"count", "speed"};
 constexpr std::array<Keys, 10> kNodeKeys{"input",         "modes",    "external", "unscheduled", "period",
                                          "output_period", "min_rate", "max_rate", "max_threads", "fallback_rate"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
@@ -41,6 +42,7 @@ graph::AppSpec AppReader::read() {
   const MapReader map(root_, "", kTopKeys, problems_);
   read_version(map);
   read_app_name(map);
+  read_cores(map);
   read_nodes(map);
   read_edges(map);
   read_subchains(map);
@@ -69,6 +71,28 @@ void AppReader::read_app_name(const MapReader& map) {
   } else if (auto read = read_name(*name, "app", problems_)) {
     spec_.name = std::move(*read);
     if (spec_.name.value.empty()) problems_.add(name->place, "app", "the app's name is empty", "write app: NAME");
+  }
+}
+
+void AppReader::read_cores(const MapReader& map) {
+  const Value* cores = map.find("cores");
+  if (cores == nullptr) return;
+  constexpr std::string_view kMend = "write one entry a kind, as in big: { count: 2, speed: 1.0 }";
+  if (!expect(*cores, ValueKind::kMap, "cores", kMend, problems_)) return;
+  if (cores->entries.empty()) problems_.add(cores->place, "cores", "no kind of cores is named", std::string(kMend));
+  for (const Entry* entry : read_entries(*cores, "cores", problems_)) {
+    const std::string key = join_key("cores", entry->key);
+    if (!expect(entry->value, ValueKind::kMap, key, kMend, problems_)) continue;
+    const MapReader keys(entry->value, key, kCoreKeys, problems_);
+    graph::CoreKindSpec kind;
+    kind.name = {entry->key, entry->place};
+    if (const Value* count = keys.find("count")) {
+      if (auto number = read_int(*count, keys.key_of("count"), 1, kMostThreads, problems_)) kind.count = *number;
+    }
+    if (const Value* speed = keys.find("speed")) {
+      if (auto number = read_number(*speed, keys.key_of("speed"), problems_)) kind.speed = *number;
+    }
+    spec_.core_kinds.push_back(std::move(kind));
   }
 }
 

@@ -23,6 +23,7 @@ class AppReader {
  private:
   void read_version(const MapReader& map);
   void read_app_name(const MapReader& map);
+  void read_cores(const MapReader& map);
   void read_nodes(const MapReader& map);
   graph::NodeSpec read_node(const Entry& entry, const std::string& key);
   void read_edges(const MapReader& map);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -16,7 +17,8 @@
 namespace ctn::config {
 namespace {
 
-constexpr std::array<std::string_view, 2> kCostKeys{"threads", "modes"};
+constexpr std::array<std::string_view, 3> kCostKeys{"threads", "modes", "kinds"};
+constexpr std::string_view kKindsMend = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
 constexpr std::string_view kThreadsMend = "write it as in {threads: {1: 10ms, 2: 6ms}}";
 constexpr std::string_view kModesMend = "write it as in {modes: {skip: [0.8, 1.1ms], match: [0.2, 9ms]}}";
 constexpr double kSumTolerance = 1e-3;  // probabilities such as 0.333 are rounded
@@ -24,7 +26,7 @@ constexpr double kSumTolerance = 1e-3;  // probabilities such as 0.333 are round
 class CostReader {
  public:
   CostReader(const Value& root, const graph::App& app, Problems& problems)
-      : root_(root), graph_(app.graph), problems_(problems), table_(app.graph, Millis{0}) {}
+      : root_(root), app_(app), graph_(app.graph), problems_(problems), table_(app.graph, Millis{0}) {}
 
   model::CostTable read();
 
@@ -34,9 +36,12 @@ class CostReader {
   std::optional<model::CostProfile> read_threads(const Value& value, const graph::Node& node, const std::string& key);
   std::optional<model::CostProfile> read_modes(const Value& value, const graph::Node& node, const std::string& key);
   std::optional<model::ModeCost> read_mode(const Entry& entry, const graph::Node& node, const std::string& key);
+  const Value* kinds_of(const Value& value) const;
+  void read_kinds(const Value& value, NodeId id, const std::string& key);
   void report_missing_nodes();
 
   const Value& root_;
+  const graph::App& app_;
   const graph::Graph& graph_;
   Problems& problems_;
   model::CostTable table_;
@@ -68,7 +73,51 @@ void CostReader::read_node(const Entry& entry) {
     problems_.add(entry.place, key, "the node is external: it costs this machine nothing", "remove it");
     return;
   }
+  if (const Value* kinds = kinds_of(entry.value)) return read_kinds(*kinds, *id, key);
   if (auto profile = read_profile(entry.value, node, key)) table_.set(*id, std::move(*profile));
+}
+
+// The value of `kinds` where it is all that a node's entry holds.
+const Value* CostReader::kinds_of(const Value& value) const {
+  if (value.kind != ValueKind::kMap || value.entries.size() != 1) return nullptr;
+  return value.entries.front().key == "kinds" ? &value.entries.front().value : nullptr;
+}
+
+// A cost for each kind of cores. On a core of speed 1 the node costs what it does on the first kind, times its speed.
+void CostReader::read_kinds(const Value& value, NodeId id, const std::string& node_key) {
+  const std::string key = join_key(node_key, "kinds");
+  if (!expect(value, ValueKind::kMap, key, kKindsMend, problems_)) return;
+  if (app_.core_kinds.empty()) {
+    problems_.add(value.place, key, "the app does not say that its cores differ",
+                  "give one cost, or add cores: with one entry a kind to the app file");
+    return;
+  }
+  std::vector<std::string> names;
+  for (const graph::CoreKind& kind : app_.core_kinds) names.push_back(kind.name);
+  std::vector<std::string> missing = names;
+  for (const Entry* entry : read_entries(value, key, problems_)) {
+    const auto found = std::find(names.begin(), names.end(), entry->key);
+    if (found == names.end()) {
+      const auto meant = nearest(entry->key, names);
+      problems_.add(
+          entry->place, join_key(key, entry->key), "the app has no such kind of cores",
+          meant ? fmt::format("did you mean {}?", quote(*meant)) : fmt::format("the kinds are {}", quote_list(names)));
+      continue;
+    }
+    std::erase(missing, entry->key);
+    const std::string entry_key = join_key(key, entry->key);
+    if (const Value* nested = kinds_of(entry->value)) {
+      problems_.add(nested->place, join_key(entry_key, "kinds"), "kinds within a kind", "give this kind one cost");
+      continue;
+    }
+    auto profile = read_profile(entry->value, graph_.node(id), entry_key);
+    if (!profile) continue;
+    const auto kind = static_cast<std::size_t>(found - names.begin());
+    if (kind == 0) table_.set(id, profile->times(app_.core_kinds.front().speed));
+    table_.set_on(id, kind, std::move(*profile));
+  }
+  if (missing.empty()) return;
+  problems_.add(value.place, key, fmt::format("no cost for {}", quote_list(missing)), "give every kind of cores one");
 }
 
 std::optional<model::CostProfile> CostReader::read_profile(const Value& value, const graph::Node& node,
@@ -87,6 +136,10 @@ std::optional<model::CostProfile> CostReader::read_profile(const Value& value, c
   const MapReader map(value, key, kCostKeys, problems_);
   const Value* threads = map.find("threads");
   const Value* modes = map.find("modes");
+  if (map.find("kinds") != nullptr) {
+    problems_.add(value.place, key, "costs by kind of cores stand alone", "put threads or modes under each kind");
+    return std::nullopt;
+  }
   if (threads != nullptr && modes != nullptr) {
     problems_.add(value.place, key, "a cost is given by threads or by modes, not both", "keep one of them");
     return std::nullopt;

@@ -48,6 +48,32 @@ TEST(CostFile, UnscheduledNodesAndZeroAreOptionalAndAllowed) {
   EXPECT_EQ(cost(*costs, "imu"), 0.0);
 }
 
+TEST(CostFile, ReadsCostsOfEachKindOfCores) {
+  const graph::App app = *parse_app(
+      "catan: 1\napp: demo\ncores: { big: { speed: 2 }, little: { count: 3, speed: 0.5 } }\n"
+      "nodes: { a: {}, b: { modes: [x, y] } }\nedges: [a -> b]\nobjective: [{ period: b, weight: 1 }]\n",
+      "app.yaml");
+  const auto costs = parse_costs(
+      "a: 6ms\nb: { kinds: { little: 8ms, big: { modes: { x: [0.5, 1ms], y: [0.5, 3ms] } } } }\n", "c.yaml", app);
+  ASSERT_TRUE(costs.ok()) << costs.error().message();
+  const NodeId a{0};
+  const NodeId b{1};
+  EXPECT_EQ((*costs)[a].single_thread().count(), 6.0);
+  EXPECT_EQ(costs->on(app, 0)[a].single_thread().count(), 3.0);
+  EXPECT_EQ(costs->on(app, 1)[a].single_thread().count(), 12.0);
+  EXPECT_EQ((*costs)[b].single_thread().count(), 4.0) << "on a core of speed 1: twice what it is on the first kind";
+  EXPECT_EQ(costs->on(app, 0)[b].single_thread().count(), 2.0);
+  EXPECT_EQ(costs->on(app, 1)[b].single_thread().count(), 8.0);
+}
+
+TEST(CostFile, KindsOfCoresMustBeTheApps) {
+  const auto costs = parse_costs("camera: { kinds: { big: 1ms } }\nGL: 2ms\n", "c.yaml", app());
+  ASSERT_FALSE(costs.ok());
+  EXPECT_EQ(costs.error().message(),
+            "c.yaml:1:18: camera.kinds: the app does not say that its cores differ; give one cost, or add cores: with "
+            "one entry a kind to the app file");
+}
+
 TEST(CostFile, RoundedProbabilitiesAreMadeToAddUp) {
   const auto costs =
       parse_costs("camera: 1ms\nGL: { modes: { skip: [0.3333, 3ms], match: [0.6663, 3ms] } }\n", "c.yaml", app());

@@ -54,6 +54,32 @@ std::string Graph::path_name(std::span<const NodeId> path) const {
   return text;
 }
 
+std::size_t App::kind_of(int core) const {
+  std::size_t kind = 0;
+  for (int first = 0; kind + 1 < core_kinds.size(); ++kind) {
+    first += core_kinds[kind].count;
+    if (core < first) break;
+  }
+  return kind;
+}
+
+std::optional<int> App::core_count() const {
+  if (core_kinds.empty()) return std::nullopt;
+  int count = 0;
+  for (const CoreKind& kind : core_kinds) count += kind.count;
+  return count;
+}
+
+std::vector<int> App::cores_by_kind(int cores) const {
+  if (core_kinds.empty()) return {cores};
+  std::vector<int> counts;
+  for (const CoreKind& kind : core_kinds) {
+    counts.push_back(std::clamp(cores, 0, kind.count));
+    cores -= counts.back();
+  }
+  return counts;
+}
+
 double App::weight_of(SubchainId subchain) const {
   double sum = 0.0;
   for (const Term& term : objective) {

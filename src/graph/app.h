@@ -4,7 +4,8 @@
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
 // chain of the objective is a path with at least one node that is not external; weights are finite and >= 0; min_rate
-// <= max_rate, for the nodes of a subchain taken together.
+// <= max_rate, for the nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a
+// finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
@@ -126,13 +127,32 @@ struct StealOptions {
   std::vector<SubchainId> off;       // those that never steal
 };
 
+// Cores that are alike. `speed` says how fast they are beside a core of speed 1, for which compute times are given.
+struct CoreKind {
+  std::string name;
+  int count = 1;
+  double speed = 1.0;
+
+  friend bool operator==(const CoreKind&, const CoreKind&) = default;
+};
+
 struct App {
   std::string name;
   Graph graph;
+  std::vector<CoreKind> core_kinds;  // empty: all cores are alike, however many. Else cores are numbered kind by kind
   std::vector<Term> objective;
   std::vector<SubchainId> order;  // every subchain once: the order of slots in a frame
   StealOptions steal;
   SchedulerOptions scheduler;
+
+  // How many kinds of cores there are; 1 where the app says nothing of them.
+  std::size_t kinds() const { return core_kinds.empty() ? 1 : core_kinds.size(); }
+  // The kind that a core is of. Precondition: core >= 0, and, where the app lists its cores, below core_count().
+  std::size_t kind_of(int core) const;
+  // How many cores the app lists; none where it says nothing of them.
+  std::optional<int> core_count() const;
+  // How many of the first `cores` are of each kind.
+  std::vector<int> cores_by_kind(int cores) const;
 
   // The sum of the weights of all terms that a subchain's nodes take part in: its rank where no order was written.
   double weight_of(SubchainId subchain) const;

@@ -33,6 +33,9 @@ class AppBuilder {
     Place place;       // of the node it leads to
   };
 
+  // build.cpp
+  void add_core_kinds();
+
   // build_nodes.cpp
   void add_nodes();
   void check_kind(const NodeSpec& spec, const std::string& key);

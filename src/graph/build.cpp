@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 #include "base/text.h"
@@ -14,6 +15,7 @@ Result<App> AppBuilder::build() {
   app_.name = spec_.name.value;
   app_.scheduler = spec_.scheduler;
   if (!app_.name.empty()) check_name(spec_.name, "app", "app");
+  add_core_kinds();
   add_nodes();
   add_edges();
   check_cycles();
@@ -27,6 +29,34 @@ Result<App> AppBuilder::build() {
     return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);
   });
   return Error(ErrorKind::kCaller, std::move(problems_));
+}
+
+void AppBuilder::add_core_kinds() {
+  constexpr double kSlowest = 1e-3;
+  constexpr double kFastest = 1e3;
+  constexpr int kMostCores = 1024;
+  std::set<std::string_view> seen;
+  int cores = 0;
+  for (std::size_t i = 0; i < spec_.core_kinds.size(); ++i) {
+    const CoreKindSpec& spec = spec_.core_kinds[i];
+    const std::string key = is_name(spec.name) ? "cores." + spec.name.value : fmt::format("cores[{}]", i);
+    if (check_name(spec.name, key, "kind of cores") && !seen.insert(spec.name.value).second) {
+      problem(spec.name.place, key, fmt::format("there are two kinds of cores {}", quote(spec.name.value)),
+              "rename or remove one");
+    }
+    const int count = spec.count.value;
+    if (count < 1 || count > kMostCores - cores) {
+      problem(spec.count.place, key + ".count", fmt::format("{} cores are out of range", count),
+              fmt::format("write a whole number from 1, at most {} for all kinds together", kMostCores));
+    } else {
+      cores += count;
+    }
+    if (!(spec.speed.value >= kSlowest && spec.speed.value <= kFastest)) {
+      problem(spec.speed.place, key + ".speed", fmt::format("a speed of {} is out of range", spec.speed.value),
+              "write how fast these cores are beside one of speed 1, from 0.001 to 1000, as in 0.45");
+    }
+    app_.core_kinds.push_back({spec.name.value, count, spec.speed.value});
+  }
 }
 
 void AppBuilder::problem(const Place& place, std::string_view key, std::string_view what, std::string_view mend) {

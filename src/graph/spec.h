@@ -56,8 +56,15 @@ struct TermSpec {
   Place place;
 };
 
+struct CoreKindSpec {
+  Name name;
+  At<int> count{1, {}};
+  At<double> speed{1.0, {}};
+};
+
 struct AppSpec {
   Name name;
+  std::vector<CoreKindSpec> core_kinds;
   std::vector<NodeSpec> nodes;
   std::vector<PathSpec> edges;
   std::vector<SubchainSpec> subchains;

@@ -39,11 +39,37 @@ Millis CostProfile::with_threads(int q, int max_threads) const {
   return std::prev(by_threads_.upper_bound(q))->second;
 }
 
+CostProfile CostProfile::times(double factor) const {
+  assert(factor >= 0.0);
+  CostProfile scaled = *this;
+  for (ModeCost& mode : scaled.modes_) mode.cost *= factor;
+  for (auto& [threads, elapsed] : scaled.by_threads_) elapsed *= factor;
+  return scaled;
+}
+
 CostTable::CostTable(const graph::Graph& graph, Millis initial) {
   profiles_.reserve(graph.nodes().size());
   for (const graph::Node& node : graph.nodes()) {
     profiles_.push_back(CostProfile::constant(node.external ? Millis{0} : initial));
   }
+}
+
+CostTable CostTable::on(const graph::App& app, std::size_t kind) const {
+  assert(kind < app.kinds());
+  CostTable table = *this;
+  table.on_kind_.clear();
+  if (app.core_kinds.empty()) return table;
+  for (std::size_t i = 0; i < profiles_.size(); ++i) {
+    const auto given = on_kind_.find({NodeId(i), kind});
+    table.profiles_[i] = given != on_kind_.end() ? given->second : profiles_[i].times(1.0 / app.core_kinds[kind].speed);
+  }
+  return table;
+}
+
+std::vector<CostTable> costs_by_kind(const graph::App& app, const CostTable& costs) {
+  std::vector<CostTable> tables;
+  for (std::size_t kind = 0; kind < app.kinds(); ++kind) tables.push_back(costs.on(app, kind));
+  return tables;
 }
 
 Millis CostTable::subchain_total(const graph::Graph& graph, SubchainId subchain) const {

@@ -40,6 +40,9 @@ class CostProfile {
   // else single_thread() / min(q, max_threads). Precondition: q >= 1, max_threads >= 1.
   Millis with_threads(int q, int max_threads) const;
 
+  // The same, all times multiplied. Precondition: factor >= 0.
+  CostProfile times(double factor) const;
+
   const std::vector<ModeCost>& modes() const { return modes_; }
   const std::map<int, Millis>& by_threads() const { return by_threads_; }
 
@@ -50,7 +53,8 @@ class CostProfile {
   std::map<int, Millis> by_threads_;
 };
 
-// One profile a node, indexed by NodeId. External nodes cost nothing.
+// One profile a node, indexed by NodeId: what it costs on a core of speed 1, which is every core where the app says
+// nothing of them. External nodes cost nothing.
 class CostTable {
  public:
   // Every node that is not external costs `initial`, unscheduled ones too.
@@ -59,11 +63,20 @@ class CostTable {
   const CostProfile& operator[](NodeId node) const { return profiles_[node.index()]; }
   void set(NodeId node, CostProfile profile) { profiles_[node.index()] = std::move(profile); }
 
+  // What a node costs on cores of one of the app's kinds; else it is what it costs on one of speed 1, divided by speed.
+  void set_on(NodeId node, std::size_t kind, CostProfile profile) { on_kind_[{node, kind}] = std::move(profile); }
+  // What all nodes cost on cores of that kind, by itself. Precondition: kind < app.kinds().
+  CostTable on(const graph::App& app, std::size_t kind) const;
+
   // C_i: the sum of single_thread() over the subchain's nodes.
   Millis subchain_total(const graph::Graph& graph, SubchainId subchain) const;
 
  private:
   std::vector<CostProfile> profiles_;
+  std::map<std::pair<NodeId, std::size_t>, CostProfile> on_kind_;
 };
+
+// `costs` on each of the app's kinds of cores; one table where all are alike.
+std::vector<CostTable> costs_by_kind(const graph::App& app, const CostTable& costs);
 
 }  // namespace ctn::model

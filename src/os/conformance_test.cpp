@@ -264,6 +264,20 @@ TEST_P(OsConformance, EveryLevelIsWhatWasSet) {
   }
 }
 
+TEST_P(OsConformance, ALevelMayBeShiftedWithoutAnAnswer) {
+  SKIP_WITHOUT_REAL_TIME();
+  Parked parked(os());
+  SchedulingGuard guard(os(), parked.id());
+  ASSERT_TRUE(os().set_level(parked.id(), Level::kBackground).ok());
+  for (const Level level : {Level::kActive, Level::kOrdinary, Level::kBackground}) {
+    os().shift_level(parked.id(), level);
+    const auto found = os().level(parked.id());
+    ASSERT_TRUE(found.ok()) << found.error().message();
+    EXPECT_EQ(*found, level) << to_string(level);
+  }
+  os().shift_level(gone_thread(), Level::kActive);  // nobody is harmed, and nobody told
+}
+
 TEST_P(OsConformance, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
   if (os().real_time_facts().permitted) GTEST_SKIP() << "needs a process that may not set real-time levels";
   Parked parked(os());

@@ -137,6 +137,9 @@ class Os {
   // Sets, reads back, and fails (kEnvironment) unless what was asked is what is. What the thread creates later does not
   // inherit a real-time level.
   virtual Status set_level(ThreadId thread, Level level) = 0;
+  // The same for a dispatcher, which has no time to look and nobody to tell: one system call, no answer. For a thread
+  // whose level was set with set_level() before; what was refused then is refused now.
+  virtual void shift_level(ThreadId thread, Level level) = 0;
   virtual Result<Level> level(ThreadId thread) = 0;
   virtual Status set_affinity(ThreadId thread, const CpuSet& cpus) = 0;
   virtual Result<CpuSet> affinity(ThreadId thread) = 0;

@@ -21,13 +21,18 @@ inline bool at_least(Millis a, Millis b) { return a >= b || same(a, b); }
 class Check {
  public:
   Check(const Plan& checked, const graph::App& for_app, const model::CostTable& at_costs)
-      : plan(checked), app(for_app), costs(at_costs) {}
+      : plan(checked), app(for_app), costs(at_costs), by_kind_(model::costs_by_kind(for_app, at_costs)) {}
 
   void problem(std::string key, std::string what);
   // Notes a problem unless the figure is what the formulas say it must be.
   void expect(const std::string& key, double planned, double must_be, const char* why);
   void expect(const std::string& key, Millis planned, Millis must_be, const char* why) {
     expect(key, planned.count(), must_be.count(), why);
+  }
+
+  // What nodes cost on the cores that a subchain has. Precondition: it has some, all of one kind.
+  const model::CostTable& costs_of(SubchainId id) const {
+    return by_kind_[app.kind_of(plan.subchains[id.index()].cores.front())];
   }
 
   bool ok() const { return problems_.empty(); }
@@ -42,6 +47,7 @@ class Check {
   const model::CostTable& costs;
 
  private:
+  const std::vector<model::CostTable> by_kind_;
   std::vector<Problem> problems_;
 };
 

@@ -91,7 +91,7 @@ void check_shared_core(Check& check, std::size_t number, const Members& members)
 
 void check_share(Check& check, SubchainId id) {
   const SubchainPlan& subchain = check.plan.subchains[id.index()];
-  const Millis cost = check.costs.subchain_total(check.app.graph, id);
+  const Millis cost = check.costs_of(id).subchain_total(check.app.graph, id);
   check.expect(check.subchain_key(id, "slice_ms"), subchain.slice, subchain.share * cost, "share x compute time");
   if (subchain.every.has_value() == takes_batches(check.app.graph, id)) {
     check.problem(check.subchain_key(id, "every"),
@@ -124,7 +124,7 @@ void check_owning_subchain(Check& check, SubchainId id) {
     return;
   }
   const model::OwnedCores owned =
-      model::owned_cores_with(check.app.graph, id, check.costs, cores, subchain.threads, check.plan.slack);
+      model::owned_cores_with(check.app.graph, id, check.costs_of(id), cores, subchain.threads, check.plan.slack);
   const PeriodLimits limits = period_limits(check.app.graph, id);
   check.expect(check.subchain_key(id, "share"), subchain.share, 1.0, "owning its cores");
   check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, owned.execution, "the cost of its nodes");
@@ -142,9 +142,19 @@ void check_owning_subchain(Check& check, SubchainId id) {
 
 void check_cores(Check& check) {
   const std::vector<Members> members = members_by_core(check.plan);
-  const bool sharing = std::any_of(members.begin(), members.end(), is_shared);
+  const auto kind = [&](std::size_t core) { return check.app.kind_of(static_cast<int>(core)); };
+  std::vector<char> sharing(check.app.kinds(), 0);
   for (std::size_t core = 0; core < members.size(); ++core) {
-    if (members[core].empty() && sharing) {
+    if (is_shared(members[core])) sharing[kind(core)] = 1;
+  }
+  for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
+    const std::vector<int>& cores = check.plan.subchains[i].cores;
+    if (check.app.kind_of(cores.front()) == check.app.kind_of(cores.back())) continue;
+    check.problem(check.subchain_key(SubchainId(i), "cores"), "it owns cores of different kinds");
+  }
+  for (std::size_t core = 0; core < members.size(); ++core) {
+    // A core of another kind may be too slow to be of use.
+    if (members[core].empty() && sharing[kind(core)]) {
       check.problem(fmt::format("cores[{}]", core), "nobody has this core, while others are shared");
     }
     if (!is_shared(members[core])) continue;

@@ -90,6 +90,9 @@ void check_shape(Check& check, int core_count) {
   } else {
     for (std::size_t i = 0; i < subchains; ++i) check_subchain(check, SubchainId{i}, core_count);
   }
+  if (core_count > check.app.core_count().value_or(core_count)) {
+    check.problem("cores", fmt::format("there are {}, the app lists {}", core_count, *check.app.core_count()));
+  }
   if (plan.cores.size() != static_cast<std::size_t>(core_count)) {
     check.problem("cores", fmt::format("{} are planned, there are {}", plan.cores.size(), core_count));
   }

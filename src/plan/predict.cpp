@@ -56,8 +56,9 @@ namespace {
 Expectation::Timing expect_owned(const Plan& plan, const graph::App& app, SubchainId id,
                                  const model::CostTable& typical) {
   const SubchainPlan& planned = plan.subchains[id.index()];
-  const model::OwnedCores owned = model::owned_cores_with(
-      app.graph, id, typical, static_cast<int>(planned.cores.size()), planned.threads, plan.slack);
+  const model::OwnedCores owned =
+      model::owned_cores_with(app.graph, id, typical.on(app, app.kind_of(planned.cores.front())),
+                              static_cast<int>(planned.cores.size()), planned.threads, plan.slack);
   const Millis execution = std::min(owned.execution, planned.execution);
   const PeriodLimits limits = period_limits(app.graph, id);
   if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};

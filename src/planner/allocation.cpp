@@ -28,15 +28,12 @@ class Joint {
   Planned run(const Allocation* warm, const Planned* known) {
     if (known) best_ = *known;
     if (warm) try_allocation(*warm, kQuickLook);
-    if (instance_.cores == 1 && instance_.members.size() > 1) {
-      // There is but one allocation.
-      const std::size_t count = instance_.members.size();
-      best_.bound = try_allocation({std::vector<int>(count, 0), std::vector<int>(count, 0), 1});
+    if (instance_.cores() == 1 && instance_.members.size() > 1) {
+      best_.bound = try_allocation(all_on_one());
       return std::move(best_);
     }
     Prices prices(instance_, solver_);
-    const auto count = static_cast<double>(instance_.members.size());
-    if (instance_.members.size() <= kFew && std::pow(3.0, count) * instance_.cores <= kFewSteps) {
+    if (instance_.members.size() <= kFew && Partitions::steps(instance_) <= kFewSteps) {
       few(prices);
     } else {
       many(prices);
@@ -46,6 +43,16 @@ class Joint {
   }
 
  private:
+  // The one allocation that there is on one core.
+  Allocation all_on_one() const {
+    int kind = 0;
+    while (instance_.kind(kind).count == 0) ++kind;
+    Allocation allocation = Allocation::none(instance_.members.size());
+    allocation.shared_cores = 1;
+    for (std::size_t i = 0; i < instance_.members.size(); ++i) allocation.share(i, kind);
+    return allocation;
+  }
+
   double known() const { return best_.found ? best_.shares.value : kInfinity; }
   double limit() const { return proof_of(known()); }
 

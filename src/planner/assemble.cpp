@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "plan/limits.h"
 #include "plan/predict.h"
@@ -17,31 +19,45 @@ std::vector<int> numbers_from(int first, int count) {
   return numbers;
 }
 
-void place(const Allocation& allocation, plan::Plan& plan, std::vector<int>& number_of_shared) {
-  int next = 0;
+// Of each kind the next core that nobody has.
+class Numbers {
+ public:
+  explicit Numbers(const Instance& instance) {
+    for (const CoreKind& kind : instance.kinds) next_.push_back(kind.first);
+  }
+  int take(int kind, int count = 1) { return std::exchange(of(kind), of(kind) + count); }
+
+ private:
+  int& of(int kind) { return next_[static_cast<std::size_t>(kind)]; }
+  std::vector<int> next_;
+};
+
+void place(const Instance& instance, const Allocation& allocation, plan::Plan& plan,
+           std::vector<int>& number_of_shared) {
+  Numbers numbers(instance);
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const int shared = allocation.core_of[i];
     if (shared < 0) {
-      plan.subchains[i].cores = numbers_from(next, allocation.owned[i]);
-      next += allocation.owned[i];
+      plan.subchains[i].cores =
+          numbers_from(numbers.take(allocation.kind[i], allocation.owned[i]), allocation.owned[i]);
       continue;
     }
     int& number = number_of_shared[static_cast<std::size_t>(shared)];
-    if (number < 0) number = next++;
+    if (number < 0) number = numbers.take(allocation.kind[i]);
     plan.subchains[i].cores = {number};
   }
 }
 
-void own(const Member& member, int cores, plan::SubchainPlan& subchain) {
-  const Owned& owned = member.owned[static_cast<std::size_t>(cores - 1)];
+void own(const Member& member, const OnKind& on, int cores, plan::SubchainPlan& subchain) {
+  const Owned& owned = on.owned[static_cast<std::size_t>(cores - 1)];
   subchain.period = Millis{owned.period};
   subchain.execution = Millis{owned.execution};
-  subchain.slice = Millis{member.cost};
+  subchain.slice = Millis{on.cost};
   subchain.threads = owned.threads;
   if (!member.queue) subchain.every = 1;
 }
 
-void share(const Member& member, double frame, double period, plan::SubchainPlan& subchain) {
+void share(const Member& member, const OnKind& on, double frame, double period, plan::SubchainPlan& subchain) {
   double f = frame / period;
   if (!member.queue) {
     subchain.every = std::max(1, static_cast<int>(std::lround(period / frame)));
@@ -49,7 +65,7 @@ void share(const Member& member, double frame, double period, plan::SubchainPlan
   }
   subchain.share = f;
   subchain.period = subchain.execution = Millis{frame / f};
-  subchain.slice = Millis{f * member.cost};
+  subchain.slice = Millis{f * on.cost};
 }
 
 void lay_out(const graph::App& app, const Instance& instance, const Allocation& allocation, int shared, double frame,
@@ -81,16 +97,16 @@ plan::Plan assemble(const graph::App& app, const model::CostTable& costs, const 
   plan.subchains.resize(instance.members.size());
   plan.cores.resize(static_cast<std::size_t>(cores));
   std::vector<int> number_of_shared(static_cast<std::size_t>(allocation.shared_cores), -1);
-  place(allocation, plan, number_of_shared);
+  place(instance, allocation, plan, number_of_shared);
   for (plan::CorePlan& core : plan.cores) core.frames = app.scheduler.frames;
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const Member& member = instance.members[i];
     const int shared = allocation.core_of[i];
     if (shared < 0) {
-      own(member, allocation.owned[i], plan.subchains[i]);
+      own(member, member.on_kind(allocation.kind[i]), allocation.owned[i], plan.subchains[i]);
     } else {
-      share(member, planned.shares.frames[static_cast<std::size_t>(shared)], planned.shares.timings[i].period,
-            plan.subchains[i]);
+      share(member, member.on_kind(allocation.kind[i]), planned.shares.frames[static_cast<std::size_t>(shared)],
+            planned.shares.timings[i].period, plan.subchains[i]);
     }
   }
   for (int shared = 0; shared < allocation.shared_cores; ++shared) {
@@ -113,28 +129,35 @@ bool allocation_of(const plan::Plan& plan, const Instance& instance, Allocation&
       ++members[static_cast<std::size_t>(core)];
     }
   }
-  allocation = {};
-  allocation.core_of.assign(count, -1);
-  allocation.owned.assign(count, 0);
+  allocation = Allocation::none(count);
+  std::vector<int> used(instance.kinds.size(), 0);
+  const auto use = [&](int kind, int cores) { used[static_cast<std::size_t>(kind)] += cores; };
   std::vector<int> number(members.size(), -1);
   for (std::size_t i = 0; i < count; ++i) {
     const std::vector<int>& cores = plan.subchains[i].cores;
     const auto first = static_cast<std::size_t>(cores.front());
+    const int kind = instance.kind_of_core(cores.front());
     if (cores.size() == 1 && members[first] > 1) {
-      if (number[first] < 0) number[first] = allocation.shared_cores++;
+      if (number[first] < 0) {
+        number[first] = allocation.shared_cores++;
+        use(kind, 1);
+      }
       allocation.core_of[i] = number[first];
+      allocation.kind[i] = kind;
     } else {
       for (const int core : cores) {
-        if (members[static_cast<std::size_t>(core)] > 1) return false;
+        if (members[static_cast<std::size_t>(core)] > 1 || instance.kind_of_core(core) != kind) return false;
       }
-      if (cores.size() > instance.members[i].owned.size()) return false;
-      if (!std::isfinite(instance.members[i].owned[cores.size() - 1].period)) return false;
-      allocation.owned[i] = static_cast<int>(cores.size());
+      const std::vector<Owned>& owned = instance.members[i].on_kind(kind).owned;
+      if (cores.size() > owned.size() || !std::isfinite(owned[cores.size() - 1].period)) return false;
+      allocation.own(i, static_cast<int>(cores.size()), kind);
+      use(kind, allocation.owned[i]);
     }
   }
-  int used = allocation.shared_cores;
-  for (const int owned : allocation.owned) used += owned;
-  return used <= instance.cores;
+  for (int kind = 0; kind < instance.kind_count(); ++kind) {
+    if (used[static_cast<std::size_t>(kind)] > instance.kind(kind).count) return false;
+  }
+  return true;
 }
 
 }  // namespace ctn::planner

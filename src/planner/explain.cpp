@@ -57,8 +57,11 @@ class Explaining {
     const std::vector<plan::SoftBound> bounds = plan::soft_bounds(app_);
     for (std::size_t b = 0; b < bounds.size(); ++b) explanation.bounds.push_back(cost_of(bounds[b], b));
     explanation.reasons = reasons_of(app_, costs_, instance_, plan_, explanation.bounds);
-    explanation.one_more = with_cores(request_.cores + 1);
-    if (request_.cores > 1) explanation.one_fewer = with_cores(request_.cores - 1);
+    for (std::size_t kind = 0; kind < instance_.kinds.size(); ++kind) {
+      explanation.one_more.push_back(with_cores(kind, 1));
+      std::optional<Variation>& fewer = explanation.one_fewer.emplace_back();
+      if (request_.cores > 1 && instance_.kinds[kind].given > 0) fewer = with_cores(kind, -1);
+    }
     explanation.runner_up = runner_up_of(app_, costs_, request_, plan_);
     for (std::size_t term = 0; term < app_.objective.size(); ++term) explanation.doubled.push_back(doubled(term));
     return explanation;
@@ -71,10 +74,10 @@ class Explaining {
     return {*std::move(plan), ""};
   }
 
-  Variation with_cores(int cores) const {
+  Variation with_cores(std::size_t kind, int more) const {
     Request request = request_;
-    request.cores = cores;
-    return planned(app_, request);
+    request.cores += more;
+    return planned(with_more_cores(app_, request_.cores, kind, more), request);
   }
 
   BoundCost cost_of(const plan::SoftBound& bound, std::size_t index) const {
@@ -100,7 +103,7 @@ class Explaining {
     for (std::size_t t = 0; t < found.terms.size(); ++t) {
       found.objective += app_.objective[t].weight * found.terms[t].count();
     }
-    found.allocation_changes = allocation_groups(*found.with.plan) != allocation_groups(plan_);
+    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(plan_, app_);
     return found;
   }
 
@@ -113,7 +116,7 @@ class Explaining {
 
 }  // namespace
 
-std::vector<CoreGroup> allocation_groups(const plan::Plan& plan) {
+std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::App& app) {
   std::vector<CoreGroup> groups;
   std::vector<int> first;  // core of each group
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
@@ -124,7 +127,7 @@ std::vector<CoreGroup> allocation_groups(const plan::Plan& plan) {
       continue;
     }
     first.push_back(cores.front());
-    groups.push_back({{SubchainId(i)}, static_cast<int>(cores.size())});
+    groups.push_back({{SubchainId(i)}, static_cast<int>(cores.size()), static_cast<int>(app.kind_of(cores.front()))});
   }
   return groups;
 }

@@ -26,12 +26,14 @@ namespace ctn::planner {
 struct CoreGroup {
   std::vector<SubchainId> subchains;  // ascending
   int cores = 1;
+  int kind = 0;  // of its cores, among the app's
 
   friend auto operator<=>(const CoreGroup&, const CoreGroup&) = default;
 };
 
-// Who shares with whom and who owns how many, whatever the cores' numbers: equal for the same allocation.
-std::vector<CoreGroup> allocation_groups(const plan::Plan& plan);
+// Who shares with whom and who owns how many of which kind, whatever the cores' numbers: equal for the same allocation.
+// `app` is the one that the plan was made for, with the cores that it was made for.
+std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::App& app);
 
 // The first that applies is given, in this order.
 enum class Binding {
@@ -95,8 +97,8 @@ struct Explanation {
   std::vector<Millis> terms;    // in the order of the objective, as planned
   std::vector<Reason> reasons;  // by SubchainId
   std::vector<BoundCost> bounds;
-  Variation one_more;                  // core
-  std::optional<Variation> one_fewer;  // none: the plan has just one core
+  std::vector<Variation> one_more;                  // core, by kind
+  std::vector<std::optional<Variation>> one_fewer;  // core, by kind; none: there is no other, or none of that kind
   RunnerUp runner_up;
   std::vector<DoubledWeight> doubled;  // in the order of the objective
 };

@@ -152,6 +152,8 @@ class Fit {
   }
 
   const Member& member(int index) const { return in_.instance.members[static_cast<std::size_t>(index)]; }
+  double cost(int index) const { return in_.cost[static_cast<std::size_t>(index)]; }
+  double most_every(int index) const { return in_.most_every[static_cast<std::size_t>(index)]; }
 
   bool add_core(std::size_t core) {
     double busy = 0.0;
@@ -165,7 +167,7 @@ class Fit {
         if (m.exact_period == 0.0) free.push_back(index);
         continue;
       }
-      busy += m.cost / n;
+      busy += cost(index) / n;
       least = std::max(least, m.least_period / n);
       if (m.exact_period > 0.0) {
         least = std::max(least, m.exact_period / n);
@@ -200,10 +202,10 @@ class Fit {
     Room left{room, {}};
     for (const int index : free) {
       const Member& m = member(index);
-      const double longest = m.most_every * frame;
+      const double longest = most_every(index) * frame;
       if (!(longest > m.least_period)) return false;
       const int v = variable(m.least_period + 0.95 * (longest - m.least_period));
-      left.terms.emplace_back(v, m.cost);
+      left.terms.emplace_back(v, cost(index));
       barrier_.linear.push_back({longest, {{v, -1.0}}});
       if (m.least_period > 0.0) barrier_.linear.push_back({-m.least_period, {{v, 1.0}}});
       set_free(index, v);
@@ -223,8 +225,8 @@ class Fit {
       bool fits = true;
       for (const int index : free) {
         const Member& m = member(index);
-        fits = fits && m.most_every * frame > m.least_period * 1.0001;
-        room -= m.cost / (m.most_every * frame * 0.999);
+        fits = fits && most_every(index) * frame > m.least_period * 1.0001;
+        room -= cost(index) / (most_every(index) * frame * 0.999);
       }
       if (fits && room > 0.0) break;
       if (frame >= least + 0.98 * (most - least)) return false;
@@ -238,10 +240,10 @@ class Fit {
     if (busy > 0.0) left.terms.emplace_back(t, busy);
     for (const int index : free) {
       const Member& m = member(index);
-      const double longest = m.most_every * frame;
+      const double longest = most_every(index) * frame;
       const int v = variable(std::max(0.9995 * longest, 0.5 * (m.least_period + longest)));
-      left.terms.emplace_back(v, m.cost);
-      barrier_.linear.push_back({0.0, {{t, m.most_every}, {v, -1.0}}});
+      left.terms.emplace_back(v, cost(index));
+      barrier_.linear.push_back({0.0, {{t, most_every(index)}, {v, -1.0}}});
       if (m.least_period > 0.0) barrier_.linear.push_back({-m.least_period, {{v, 1.0}}});
       set_free(index, v);
     }

@@ -20,6 +20,8 @@ struct FrameFit {
   const Instance& instance;
   const Target& target;
   const std::vector<std::vector<int>>& members;  // by shared core
+  const std::vector<double>& cost;               // by subchain: on the core that it has
+  const std::vector<double>& most_every;         // by subchain: n at most
   const std::vector<double>& usable;             // of each, less what exact queue nodes take
   const std::vector<double>& least_frame;
   const std::vector<double>& most_frame;

@@ -37,7 +37,7 @@ double spread_bound(const Instance& instance, Prices& prices) {
   double mass = 0.0;
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const int index = static_cast<int>(i);
-    const int most = static_cast<int>(instance.members[i].owned.size());
+    const int most = static_cast<int>(instance.members[i].on[0].owned.size());
     const double alone = std::min(prices.of_owned(index, 1), prices.root(i) * prices.root(i));
     double spread = alone;
     bool divisible = false;
@@ -54,9 +54,9 @@ double spread_bound(const Instance& instance, Prices& prices) {
   }
   std::sort(heads.begin(), heads.end(), std::greater<>());
   // As many heads as there are cores; more than one on a core is never better than moving one away.
-  for (std::size_t i = static_cast<std::size_t>(instance.cores); i < heads.size(); ++i) mass += heads[i];
-  heads.resize(std::min(heads.size(), static_cast<std::size_t>(instance.cores)));
-  return prices.constant() + water_level_cost(heads, mass, instance.cores);
+  for (std::size_t i = static_cast<std::size_t>(instance.cores()); i < heads.size(); ++i) mass += heads[i];
+  heads.resize(std::min(heads.size(), static_cast<std::size_t>(instance.cores())));
+  return prices.constant() + water_level_cost(heads, mass, instance.cores());
 }
 
 double pooled_bound(const Instance& instance, Prices& prices) {
@@ -69,15 +69,15 @@ double pooled_bound(const Instance& instance, Prices& prices) {
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const Member& member = instance.members[i];
     double weight = prices.weight(i);
-    for (std::size_t k = 0; k < member.owned.size(); ++k) {
-      const double period = member.owned[k].period;
+    for (std::size_t k = 0; k < member.on[0].owned.size(); ++k) {
+      const double period = member.on[0].owned[k].period;
       if (!std::isfinite(period) || period <= 0.0) continue;
       weight = std::min(weight, prices.of_owned(static_cast<int>(i), static_cast<int>(k + 1)) / period);
     }
-    parts.push_back({weight, member.cost, std::max(member.least_period, member.exact_period)});
+    parts.push_back({weight, member.on[0].cost, std::max(member.least_period, member.exact_period)});
   }
   // p = max(cap, sqrt(C / b) / v); who is capped for some v is so for any larger one.
-  double room = instance.cores * instance.usable;
+  double room = instance.cores() * instance.usable;
   double v = 0.0;
   std::vector<char> capped(parts.size(), 0);
   for (bool changed = true; changed;) {
@@ -123,7 +123,7 @@ class Cover {
   Cover(const Instance& instance, Prices& prices) : instance_(instance), prices_(prices) {
     const std::size_t count = instance.members.size();
     for (std::size_t i = 0; i < count; ++i) {
-      for (int k = 1; k <= static_cast<int>(instance.members[i].owned.size()); ++k) {
+      for (int k = 1; k <= static_cast<int>(instance.members[i].on[0].owned.size()); ++k) {
         const double cost = prices.of_owned(static_cast<int>(i), k);
         if (std::isfinite(cost)) columns_.push_back({Set{1} << i, k, cost});
       }
@@ -154,7 +154,7 @@ class Cover {
       ++shared;
     }
     // What one more core would be worth: with even loads X on K cores, the cost K X^2 falls by X^2 for another.
-    const double core = shared > 0 ? sharing / shared : (goal - prices_.constant()) / instance_.cores;
+    const double core = shared > 0 ? sharing / shared : (goal - prices_.constant()) / instance_.cores();
     for (const Piece& piece : known) {
       const double worth = prices_.of(piece) + core * piece.cores;
       double roots = 0.0;
@@ -203,7 +203,7 @@ class Cover {
 
   // The bound at the present cover prices, and how often its groups cover each subchain.
   double evaluate(std::vector<int>& covered) {
-    const int cores = instance_.cores;
+    const int cores = instance_.cores();
     std::vector<double> least(static_cast<std::size_t>(cores + 1), kInfinity);
     std::vector<const Column*> of(static_cast<std::size_t>(cores + 1), nullptr);
     for (const Column& column : columns_) {
@@ -258,7 +258,7 @@ class Cover {
     double best = -kInfinity;
     double total = 0.0;
     for (std::size_t i = 0; i < count; ++i) total += prices_.root(i);
-    const double even = total / instance_.cores;
+    const double even = total / instance_.cores();
     std::vector<std::pair<double, int>> gains(count);
     for (const double factor : {0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0}) {
       const double t = factor * even;

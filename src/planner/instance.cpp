@@ -91,23 +91,27 @@ Owned best_with(const graph::App& app, const model::CostTable& costs, SubchainId
   return best;
 }
 
-Member member_of(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack) {
-  Member member;
-  member.cost = costs.subchain_total(app.graph, id).count();
-  member.queue = plan::takes_batches(app.graph, id);
+OnKind on_kind(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
+               const Member& member) {
+  OnKind on;
+  on.cost = costs.subchain_total(app.graph, id).count();
   const double min_slice = to_millis(app.scheduler.min_slice).count();
-  member.most_every = 1.0;
-  if (member.cost >= min_slice) {
-    const double slices = min_slice > 0.0 ? member.cost / min_slice : 1e9;
-    member.most_every = member.queue ? slices : std::floor(slices * (1.0 + kRounding));
+  if (on.cost >= min_slice) {
+    const double slices = min_slice > 0.0 ? on.cost / min_slice : 1e9;
+    on.most_every = member.queue ? slices : std::floor(slices * (1.0 + kRounding));
   }
+  const int threads = useful_threads(app, costs, id);
+  const int most = useful_cores(app, costs, id, cores);
+  for (int k = 1; k <= most; ++k) on.owned.push_back(best_with(app, costs, id, k, slack, member, threads));
+  return on;
+}
+
+Member member_of(const graph::App& app, SubchainId id) {
+  Member member;
+  member.queue = plan::takes_batches(app.graph, id);
   const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
   member.least_period = limits.least.count();
   if (limits.exact) member.exact_period = limits.exact->count();
-
-  const int threads = useful_threads(app, costs, id);
-  const int most = useful_cores(app, costs, id, cores);
-  for (int k = 1; k <= most; ++k) member.owned.push_back(best_with(app, costs, id, k, slack, member, threads));
   return member;
 }
 
@@ -131,11 +135,21 @@ Instance make_instance(const graph::App& app, const model::CostTable& costs, int
   Instance instance;
   instance.usable = 1.0 - slack;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
-    instance.members.push_back(member_of(app, costs, SubchainId(i), cores, slack));
+    instance.members.push_back(member_of(app, SubchainId(i)));
   }
-  int of_use = 0;
-  for (const Member& member : instance.members) of_use += static_cast<int>(member.owned.size());
-  instance.cores = std::min(cores, of_use);
+  const std::vector<model::CostTable> tables = model::costs_by_kind(app, costs);
+  const std::vector<int> counts = app.cores_by_kind(cores);
+  int first = 0;
+  for (std::size_t kind = 0; kind < counts.size(); ++kind) {
+    int of_use = 0;
+    for (std::size_t i = 0; i < instance.members.size(); ++i) {
+      Member& member = instance.members[i];
+      member.on.push_back(on_kind(app, tables[kind], SubchainId(i), counts[kind], slack, member));
+      of_use += static_cast<int>(member.on.back().owned.size());
+    }
+    instance.kinds.push_back({first, counts[kind], std::min(counts[kind], of_use)});
+    first += counts[kind];
+  }
   for (const graph::Term& term : app.objective) {
     instance.objective.push_back(group_of(app, costs, term));
     instance.objective.back().weight = term.weight;
@@ -146,6 +160,18 @@ Instance make_instance(const graph::App& app, const model::CostTable& costs, int
     instance.bounds.back().limit = bound.asked.count();
   }
   return instance;
+}
+
+int Instance::cores() const {
+  int sum = 0;
+  for (const CoreKind& kind : kinds) sum += kind.count;
+  return sum;
+}
+
+int Instance::kind_of_core(int core) const {
+  int kind = 0;
+  while (kind + 1 < kind_count() && core >= this->kind(kind + 1).first) ++kind;
+  return kind;
 }
 
 double value_of(const Form& form, const std::vector<Timing>& timings) {

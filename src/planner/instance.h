@@ -45,21 +45,40 @@ struct Owned {
   int threads = 1;
 };
 
+// A subchain on cores of one kind.
+struct OnKind {
+  double cost = 0.0;         // C: of one run, single-threaded
+  double most_every = 1.0;   // n at most: a slice is at least min_slice, or a whole run; whole unless a queue's
+  std::vector<Owned> owned;  // [k - 1]: with k cores; only as many as are of use; period infinite where out of reach
+};
+
 struct Member {
-  double cost = 0.0;          // C: of one run, single-threaded
   bool queue = false;         // its share is free
-  double most_every = 1.0;    // n at most: a slice is at least min_slice, or a whole run; whole unless `queue`
   double least_period = 0.0;  // rate cap
   double exact_period = 0.0;  // exact rate; 0: none
-  std::vector<Owned> owned;   // [k - 1]: with k cores; only as many as are of use; period infinite where out of reach
+  std::vector<OnKind> on;     // by kind of cores
+
+  const OnKind& on_kind(int kind) const { return on[static_cast<std::size_t>(kind)]; }
+};
+
+// Cores that are alike.
+struct CoreKind {
+  int first = 0;  // the number of the first of them
+  int given = 1;  // how many there are
+  int count = 1;  // no more than can be of use
 };
 
 struct Instance {
   std::vector<Member> members;  // by SubchainId
   std::vector<Group> objective;
   std::vector<Group> bounds;
-  int cores = 1;        // no more than can be of use
-  double usable = 1.0;  // of a core: 1 - slack
+  std::vector<CoreKind> kinds;  // at least one
+  double usable = 1.0;          // of a core: 1 - slack
+
+  int kind_count() const { return static_cast<int>(kinds.size()); }
+  const CoreKind& kind(int number) const { return kinds[static_cast<std::size_t>(number)]; }
+  int cores() const;                 // of all kinds, no more than can be of use
+  int kind_of_core(int core) const;  // of a core as it is numbered in plans; core >= 0
 };
 
 // Threads beyond these change no node's cost, and cores beyond these (of at most `cores`) no figure of its subchain:

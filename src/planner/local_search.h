@@ -25,19 +25,22 @@ class LocalSearch {
     const std::size_t count = instance_.members.size();
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return prices_.root(a) > prices_.root(b); });
-    std::vector<Piece> pieces(std::min(count, static_cast<std::size_t>(instance_.cores)));
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return root(a) > root(b); });
+    std::vector<Piece> pieces;
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      const auto cores = static_cast<std::size_t>(instance_.kind(kind).count);
+      pieces.insert(pieces.end(), std::min(count, cores), Piece{0, 1, kind});
+    }
     std::vector<double> load(pieces.size(), 0.0);
     for (const std::size_t i : order) {
-      std::size_t least = 0;
+      std::size_t best = 0;
       for (std::size_t g = 0; g < pieces.size(); ++g) {
-        const bool empty = pieces[g].set == 0;
-        if (empty != (pieces[least].set == 0) ? empty : load[g] < load[least]) least = g;
+        if (promise(i, pieces[g], load[g]) < promise(i, pieces[best], load[best])) best = g;
       }
-      pieces[least].set |= Set{1} << i;
-      load[least] += prices_.root(i);
+      pieces[best].set |= Set{1} << i;
+      load[best] += prices_.root(i, pieces[best].kind);
     }
+    drop_empty(pieces);
     return pieces;
   }
 
@@ -53,54 +56,76 @@ class LocalSearch {
 
  private:
   static double finite(double price) { return std::isfinite(price) ? price : 1e30; }
-  double price(Set set, int cores = 1) { return set == 0 ? 0.0 : finite(prices_.of({set, cores})); }
+  double price(const Piece& piece) { return piece.set == 0 ? 0.0 : finite(prices_.of(piece)); }
   static bool clearly(double gain, double of) { return gain > 1e-12 * std::abs(of) + 1e-300; }
 
-  int spare(const std::vector<Piece>& pieces) const {
-    int used = 0;
-    for (const Piece& piece : pieces) used += piece.cores;
-    return instance_.cores - used;
+  // Of all kinds: on the one where it is least.
+  double root(std::size_t i) const {
+    double least = prices_.root(i, 0);
+    for (int kind = 1; kind < instance_.kind_count(); ++kind) least = std::min(least, prices_.root(i, kind));
+    return least;
+  }
+  // What a core's load would be with it; where all are alike an empty core comes first, however small the loads.
+  std::pair<bool, double> promise(std::size_t i, const Piece& piece, double load) const {
+    const bool alike = instance_.kind_count() == 1;
+    return {alike && piece.set != 0, alike ? load : load + prices_.root(i, piece.kind)};
+  }
+  static void drop_empty(std::vector<Piece>& pieces) {
+    std::erase_if(pieces, [](const Piece& piece) { return piece.set == 0; });
   }
 
-  // The best use of one more core: for one that owns cores, or for a member of a shared one.
-  double best_gift(const std::vector<Piece>& pieces, Piece& from, Piece& to, Piece& rest) {
-    double best = 0.0;
+  int spare(const std::vector<Piece>& pieces, int kind) const {
+    int left = instance_.kind(kind).count;
+    for (const Piece& piece : pieces) left -= piece.kind == kind ? piece.cores : 0;
+    return left;
+  }
+
+  // What a spare core may be used for: `from` becomes `to`, and what is left of it `rest`.
+  struct Gift {
+    double gain = 0.0;
+    Piece from;
+    Piece to;
+    Piece rest;
+  };
+
+  // The best use of one more core of a kind: for one that owns cores of it, for a member of a shared core, or for all
+  // that share one of another kind.
+  void look_for_gifts(const std::vector<Piece>& pieces, int kind, Gift& best) {
     for (const Piece& piece : pieces) {
-      const double now = price(piece.set, piece.cores);
+      const double now = price(piece);
+      const auto look = [&](const Piece& to, const Piece& rest) {
+        const double gain = now - price(to) - price(rest);
+        if (gain > best.gain && clearly(gain, now)) best = {gain, piece, to, rest};
+      };
+      if (piece.kind != kind && piece.cores == 1) look({piece.set, 1, kind}, {});
       if (std::has_single_bit(piece.set)) {
-        const double then = prices_.of_owned(std::countr_zero(piece.set), piece.cores + 1);
-        if (now - then > best && clearly(now - then, now)) {
-          best = now - then;
-          from = piece;
-          to = {piece.set, piece.cores + 1};
-          rest = {};
-        }
+        if (piece.kind == kind) look({piece.set, piece.cores + 1, kind}, {});
         continue;
       }
       for (Set left = piece.set; left != 0; left &= left - 1) {
         const Set one = left & (~left + 1);
-        const double then = price(one) + price(piece.set & ~one);
-        if (now - then > best && clearly(now - then, now)) {
-          best = now - then;
-          from = piece;
-          to = {one, 1};
-          rest = {piece.set & ~one, 1};
-        }
+        look({one, 1, kind}, {piece.set & ~one, 1, piece.kind});
       }
+    }
+  }
+
+  Gift best_gift(const std::vector<Piece>& pieces) {
+    Gift best;
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      if (spare(pieces, kind) > 0) look_for_gifts(pieces, kind, best);
     }
     return best;
   }
 
-  void give(std::vector<Piece>& pieces, const Piece& from, const Piece& to, const Piece& rest) {
-    *std::find(pieces.begin(), pieces.end(), from) = to;
-    if (rest.set != 0) pieces.push_back(rest);
+  static void give(std::vector<Piece>& pieces, const Gift& gift) {
+    *std::find(pieces.begin(), pieces.end(), gift.from) = gift.to;
+    if (gift.rest.set != 0) pieces.push_back(gift.rest);
   }
 
   bool give_spare_cores(std::vector<Piece>& pieces) {
     bool given = false;
-    Piece from, to, rest;
-    while (spare(pieces) > 0 && best_gift(pieces, from, to, rest) > 0.0) {
-      give(pieces, from, to, rest);
+    for (Gift gift = best_gift(pieces); gift.gain > 0.0; gift = best_gift(pieces)) {
+      give(pieces, gift);
       given = true;
     }
     return given;
@@ -112,36 +137,44 @@ class LocalSearch {
       for (std::size_t h = 0; h < pieces.size(); ++h) {
         if (g == h || pieces[g].cores != 1 || pieces[h].cores != 1) continue;
         if (!effort.spend(4)) return any;
-        const double now = price(pieces[g].set) + price(pieces[h].set);
-        double best = now;
-        Set best_g = pieces[g].set;
-        Set best_h = pieces[h].set;
-        const auto look = [&](Set at_g, Set at_h) {
-          if (at_g == 0 || at_h == 0) return;
-          const double then = price(at_g) + price(at_h);
-          if (then < best && clearly(best - then, now)) {
-            best = then;
-            best_g = at_g;
-            best_h = at_h;
-          }
-        };
-        for (Set left = pieces[g].set; left != 0; left &= left - 1) {
-          const Set one = left & (~left + 1);
-          look(pieces[g].set & ~one, pieces[h].set | one);
-          if (h < g) continue;
-          for (Set other = pieces[h].set; other != 0; other &= other - 1) {
-            const Set two = other & (~other + 1);
-            look((pieces[g].set & ~one) | two, (pieces[h].set & ~two) | one);
-          }
-        }
-        if (best < now) {
-          pieces[g].set = best_g;
-          pieces[h].set = best_h;
-          any = true;
-        }
+        any = better_pair(pieces[g], pieces[h], h > g) || any;
       }
     }
+    // A core may be too slow to be of use.
+    drop_empty(pieces);
     return any;
+  }
+
+  // The best move from one to the other, or, if `swaps`, exchange between them.
+  bool better_pair(Piece& from, Piece& to, bool swaps) {
+    const double now = price(from) + price(to);
+    const bool alike = from.kind == to.kind;
+    double best = now;
+    Set best_from = from.set;
+    Set best_to = to.set;
+    const auto look = [&](Set at_from, Set at_to) {
+      if (alike && (at_from == 0 || at_to == 0)) return;
+      const double then = price({at_from, 1, from.kind}) + price({at_to, 1, to.kind});
+      if (then < best && clearly(best - then, now)) {
+        best = then;
+        best_from = at_from;
+        best_to = at_to;
+      }
+    };
+    if (!alike && swaps) look(to.set, from.set);
+    for (Set left = from.set; left != 0; left &= left - 1) {
+      const Set one = left & (~left + 1);
+      look(from.set & ~one, to.set | one);
+      if (!swaps) continue;
+      for (Set other = to.set; other != 0; other &= other - 1) {
+        const Set two = other & (~other + 1);
+        look((from.set & ~one) | two, (to.set & ~two) | one);
+      }
+    }
+    if (!(best < now)) return false;
+    from.set = best_from;
+    to.set = best_to;
+    return true;
   }
 
   // Two groups on one core, and the core that this frees to whom it serves best; or one core less for an owner of
@@ -155,8 +188,8 @@ class LocalSearch {
         if (accept(pieces, std::move(changed), now)) return true;
         continue;
       }
-      for (std::size_t h = g + 1; h < pieces.size(); ++h) {
-        if (pieces[h].cores > 1) continue;
+      for (std::size_t h = 0; h < pieces.size(); ++h) {
+        if (h == g || pieces[h].cores > 1 || (h < g && pieces[h].kind == pieces[g].kind)) continue;
         if (!effort.spend(16)) return false;
         std::vector<Piece> changed = pieces;
         changed[g].set |= changed[h].set;
@@ -168,9 +201,9 @@ class LocalSearch {
   }
 
   bool accept(std::vector<Piece>& pieces, std::vector<Piece> changed, double now) {
-    Piece from, to, rest;
-    if (!(best_gift(changed, from, to, rest) > 0.0)) return false;
-    give(changed, from, to, rest);
+    const Gift gift = best_gift(changed);
+    if (!(gift.gain > 0.0)) return false;
+    give(changed, gift);
     const double then = prices_.of_all(changed);
     if (!(std::isfinite(then) && clearly(now - then, now))) return false;
     pieces = std::move(changed);

@@ -31,7 +31,9 @@ struct Candidate {
 
 struct Input {
   const graph::App& app;
-  const model::CostTable& costs;
+  const model::CostTable& base;   // of a core of speed 1
+  const model::CostTable& costs;  // of the kind looked at
+  int first;                      // the number of the first core of that kind
   double slack;
   plan::PeriodLimits limits;
 };
@@ -50,13 +52,13 @@ std::optional<Candidate> candidate(const Input& in, int cores, int threads) {
   }
   Candidate made;
   made.subchain.cores.resize(static_cast<std::size_t>(cores));
-  std::iota(made.subchain.cores.begin(), made.subchain.cores.end(), 0);
+  std::iota(made.subchain.cores.begin(), made.subchain.cores.end(), in.first);
   made.subchain.period = period;
   made.subchain.execution = owned.execution;
   if (!plan::takes_batches(in.app.graph, kOnly)) made.subchain.every = 1;
   made.subchain.slice = in.costs.subchain_total(in.app.graph, kOnly);
   made.subchain.threads = threads;
-  made.prediction = plan::predict(in.app, in.costs, {&made.subchain, 1});
+  made.prediction = plan::predict(in.app, in.base, {&made.subchain, 1});
   return made;
 }
 
@@ -83,12 +85,16 @@ std::optional<Candidate> best_on(const Input& in, int cores) {
   return best;
 }
 
-// Why no number of cores and threads meets the exact rate.
-Error unattainable(const Input& in, int cores) {
+Millis shortest_period(const Input& in, int cores) {
   Millis shortest = formula(in, 1, 1).period;
   for (int k = 1; k <= cores; ++k) {
     for (int threads = 1; threads <= k; ++threads) shortest = std::min(shortest, formula(in, k, threads).period);
   }
+  return shortest;
+}
+
+// Why no number of cores and threads meets the exact rate.
+Error unattainable(const Input& in, int cores, Millis shortest) {
   const Millis exact = *in.limits.exact;
   const std::string& node = in.app.graph.node(*in.limits.exact_of).name;
   return Error(ErrorKind::kCaller,
@@ -111,22 +117,33 @@ plan::Plan to_plan(const Input& in, Candidate best, int cores) {
   plan.subchains.push_back(std::move(best.subchain));
   plan.cores.resize(static_cast<std::size_t>(cores));
   for (plan::CorePlan& core : plan.cores) core.frames = in.app.scheduler.frames;
-  plan::fill_predictions(plan, in.app, in.costs);
+  plan::fill_predictions(plan, in.app, in.base);
   return plan;
 }
 
 }  // namespace
 
 Result<plan::Plan> plan_owned(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
-  const Input in{app, costs, slack, plan::period_limits(app.graph, kOnly)};
-
-  const int useful = useful_cores(in.app, in.costs, kOnly, cores);
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, kOnly);
+  const std::vector<int> counts = app.cores_by_kind(cores);
   std::optional<Candidate> best;
-  for (int k = 1; k <= useful; ++k) {
-    std::optional<Candidate> other = best_on(in, k);
-    if (other && (!best || better_cores(*other, *best))) best = std::move(other);
+  Millis shortest = Millis::max();
+  int useful = 0;
+  int first = 0;
+  for (std::size_t kind = 0; kind < counts.size(); first += counts[kind++]) {
+    if (counts[kind] == 0) continue;
+    const model::CostTable of_kind = costs.on(app, kind);
+    const Input in{app, costs, of_kind, first, slack, limits};
+    const int of_use = useful_cores(app, of_kind, kOnly, counts[kind]);
+    useful = std::max(useful, of_use);
+    shortest = std::min(shortest, shortest_period(in, of_use));
+    for (int k = 1; k <= of_use; ++k) {
+      std::optional<Candidate> other = best_on(in, k);
+      if (other && (!best || better_cores(*other, *best))) best = std::move(other);
+    }
   }
-  if (!best) return unattainable(in, useful);
+  const Input in{app, costs, costs, 0, slack, limits};
+  if (!best) return unattainable(in, useful, shortest);
   return to_plan(in, *std::move(best), cores);
 }
 

@@ -18,10 +18,11 @@ using Set = std::uint64_t;  // of subchains
 
 std::vector<int> members_of(Set set);
 
-// A group of an allocation: a set, and how many cores it has. Several subchains have just one.
+// A group of an allocation: a set, and how many cores of which kind it has. Several subchains have just one.
 struct Piece {
   Set set = 0;
   int cores = 1;
+  int kind = 0;
 
   friend bool operator==(const Piece&, const Piece&) = default;
 };
@@ -40,22 +41,28 @@ class Prices {
 
   double constant() const { return constant_; }
   double of(const Piece& piece);
-  double of_owned(int subchain, int cores) const;  // infinite where it has no use for so many
-  int most_owned(int subchain) const { return static_cast<int>(owned_[static_cast<std::size_t>(subchain)].size()); }
+  double of_owned(int subchain, int cores, int kind = 0) const;  // infinite where it has no use for so many
+  int most_owned(int subchain, int kind = 0) const { return static_cast<int>(on(kind).owned[index(subchain)].size()); }
   // A bound that ignores whole numbers and rates: (sum of roots)^2, by Cauchy and Schwarz.
-  double simple(Set set) const;
+  double simple(Set set, int kind) const;
   double weight(std::size_t subchain) const { return weight_[subchain]; }
-  double root(std::size_t subchain) const { return root_[subchain]; }
+  double root(std::size_t subchain, int kind = 0) const { return on(kind).root[subchain]; }
   double of_all(const std::vector<Piece>& pieces);
 
  private:
+  struct OfKind {
+    std::unordered_map<Set, double> known;
+    std::vector<double> root;                // by subchain
+    std::vector<std::vector<double>> owned;  // by subchain, and cores - 1
+  };
+  const OfKind& on(int kind) const { return kinds_[index(kind)]; }
+  static std::size_t index(int number) { return static_cast<std::size_t>(number); }
+
   const Instance& instance_;
   SharesSolver& solver_;
   double constant_ = 0.0;
-  std::unordered_map<Set, double> known_;
   std::vector<double> weight_;
-  std::vector<double> root_;
-  std::vector<std::vector<double>> owned_;
+  std::vector<OfKind> kinds_;
 };
 
 }  // namespace ctn::planner

@@ -27,6 +27,12 @@ std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
                         "cores",
                         fmt::format("{} cores are more than this version plans for", request.cores),
                         fmt::format("give at most {}", kMostCores)});
+  } else if (request.cores > app.core_count().value_or(request.cores)) {
+    problems.push_back(
+        {{},
+         "cores",
+         fmt::format("there are {} cores to plan for, and the app lists {}", request.cores, *app.core_count()),
+         fmt::format("give at most {}, or list the others under cores in the app file", *app.core_count())});
   }
   if (!(request.slack >= 0.0 && request.slack < 1.0)) {
     problems.push_back({{},
@@ -118,40 +124,54 @@ class Planning {
   }
 
   Error unattainable() const {
-    double needed = 0.0;
+    double needed = 0.0;  // of cores of speed 1
     std::string exact;
     for (std::size_t i = 0; i < instance_.members.size(); ++i) {
       const Member& member = instance_.members[i];
       if (member.exact_period <= 0.0) continue;
-      needed += member.cost / member.exact_period;
+      needed += costs_.subchain_total(app_.graph, SubchainId(i)).count() / member.exact_period;
       exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
     }
     // Without exact rates there is always a plan, if its value can be told from infinity.
     if (exact.empty()) return too_large();
-    const double there = request_.cores * instance_.usable;
+    const double there = speed_of_all() * instance_.usable;
+    const std::string_view unit = app_.core_kinds.empty() ? "a core" : "a core of speed 1";
     std::string what = fmt::format(
-        "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of a core, of {:.4g} % that "
+        "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of {}, of {:.4g} % that "
         "there is",
         exact, request_.cores == 1 ? "1 core" : fmt::format("{} cores", request_.cores), 100.0 * request_.slack,
-        100.0 * needed, 100.0 * there);
+        100.0 * needed, unit, 100.0 * there);
     if (needed > there) {
-      what += fmt::format("; {:.4g} % of a core is missing", 100.0 * (needed - there));
+      what += fmt::format("; {:.4g} % of {} is missing", 100.0 * (needed - there), unit);
     } else {
       what += ", but not side by side: each sets the pace of its core, and beside it everything else has to fit";
     }
     return Error(ErrorKind::kCaller, {Problem{{}, "nodes", std::move(what), mend()}});
   }
 
-  // The fewest cores that would do.
+  double speed_of_all() const {
+    if (app_.core_kinds.empty()) return request_.cores;
+    const std::vector<int> counts = app_.cores_by_kind(request_.cores);
+    double sum = 0.0;
+    for (std::size_t kind = 0; kind < counts.size(); ++kind) sum += counts[kind] * app_.core_kinds[kind].speed;
+    return sum;
+  }
+
+  // The fewest cores that would do; where they differ, the fewest more of the fastest kind.
   std::string mend() const {
+    const std::size_t fastest = fastest_kind(app_);
     const int most = std::min<int>(kMostCores, request_.cores + static_cast<int>(instance_.members.size()));
     for (int cores = request_.cores + 1; cores <= most; ++cores) {
-      const Instance larger = make_instance(app_, costs_, cores, request_.slack);
+      const int more = cores - request_.cores;
+      const graph::App larger_app = with_more_cores(app_, request_.cores, fastest, more);
+      const Instance larger = make_instance(larger_app, costs_, cores, request_.slack);
       const Target target = free_target(larger);
       Effort effort{request_.effort / 8};
-      if (plan_jointly(larger, target, nullptr, nullptr, effort).found) {
-        return fmt::format("give it {} cores, lower a rate, or make its nodes cheaper", cores);
-      }
+      if (!plan_jointly(larger, target, nullptr, nullptr, effort).found) continue;
+      const std::string give = app_.core_kinds.empty()
+                                   ? fmt::format("give it {} cores", cores)
+                                   : fmt::format("give it {} more of kind {}", more, app_.core_kinds[fastest].name);
+      return give + ", lower a rate, or make its nodes cheaper";
     }
     return "lower a rate, or make its nodes cheaper: more cores would not do";
   }
@@ -163,6 +183,21 @@ class Planning {
 };
 
 }  // namespace
+
+std::size_t fastest_kind(const graph::App& app) {
+  const auto fastest = std::max_element(app.core_kinds.begin(), app.core_kinds.end(),
+                                        [](const auto& a, const auto& b) { return a.speed < b.speed; });
+  return static_cast<std::size_t>(fastest - app.core_kinds.begin());
+}
+
+graph::App with_more_cores(const graph::App& app, int cores, std::size_t kind, int more) {
+  graph::App other = app;
+  if (app.core_kinds.empty()) return other;
+  const std::vector<int> counts = app.cores_by_kind(cores);
+  for (std::size_t k = 0; k < counts.size(); ++k) other.core_kinds[k].count = counts[k];
+  other.core_kinds[kind].count += more;
+  return other;
+}
 
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
   std::vector<Problem> problems = mistakes(app, request);

@@ -39,15 +39,21 @@ constexpr std::size_t kMostSubchains = 64;
 enum class Method { kJoint, kTwoStage };
 
 struct Request {
-  int cores = 1;                        // 1 to kMostCores
+  int cores = 1;                        // 1 to kMostCores; of those that the app lists, the first so many
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
   Method method = Method::kJoint;
   std::size_t effort = 300'000;  // steps of each search, a few microseconds each; then the best so far, with its gap
   const plan::Plan* warm = nullptr;  // a plan to begin with, of the same app; what it says of cores is all that counts
 };
 
-// Errors (kCaller): no cores or too many; slack out of range; more subchains than this plans for; exact rates and caps
-// that cannot be met, with how much is missing.
+// The same app with so many cores more (or fewer) of a kind than the first `cores` of those that it lists; the app
+// itself where it lists none. What it is made for is planning with cores that are not there.
+graph::App with_more_cores(const graph::App& app, int cores, std::size_t kind, int more);
+// The index of the kind of the fastest cores; 0 where all are alike.
+std::size_t fastest_kind(const graph::App& app);
+
+// Errors (kCaller): no cores, too many, or more than the app lists; slack out of range; more subchains than this plans
+// for; exact rates and caps that cannot be met, with how much is missing.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
 
 }  // namespace ctn::planner

@@ -44,6 +44,7 @@ struct RandomLimits {
   bool exact = false;   // one has an exact rate
   bool bounds = false;  // some chains have a max, some nodes a min_rate
   bool pairs = false;   // some subchains have two nodes
+  bool kinds = false;   // cores differ: two or three kinds of them
 };
 
 // A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
@@ -144,6 +145,12 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
     std::reverse(spec.subchains.begin(), spec.subchains.end());
     std::reverse(spec.objective.begin(), spec.objective.end());
   }
+  for (int left = cores, kind = 0; limits.kinds && left > 0; ++kind) {
+    const int count = kind == 2 ? left : 1 + static_cast<int>(uniform(0.0, 0.999) * left);
+    const std::string kind_name(1, static_cast<char>('A' + kind));
+    spec.core_kinds.push_back({{kind_name, {}}, {count, {}}, {log_uniform(0.3, 2.0), {}}});
+    left -= count;
+  }
   Result<graph::App> built = graph::build_app(spec);
   if (!built) throw std::logic_error(built.error().message());
   graph::App app = *std::move(built);
@@ -159,6 +166,14 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
                 model::CostProfile::constant(Millis{(1.0 - part) * cost[static_cast<std::size_t>(i)]}));
     }
   }
+  // Some nodes gain more by a faster core than others.
+  for (std::size_t i = 0; limits.kinds && i < app.graph.nodes().size(); ++i) {
+    const NodeId id(i);
+    if (app.graph.node(id).external || chance(0.5)) continue;
+    for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+      costs.set_on(id, kind, costs[id].times(uniform(0.7, 1.4) / app.core_kinds[kind].speed));
+    }
+  }
   return {std::move(app), std::move(costs), cores, 0.06};
 }
 
@@ -170,9 +185,14 @@ class BruteForce {
     double objective = std::numeric_limits<double>::infinity();
   };
 
-  explicit BruteForce(const RandomCase& any) : any_(any), count_(any.app.graph.subchains().size()) {
+  explicit BruteForce(const RandomCase& any)
+      : any_(any),
+        count_(any.app.graph.subchains().size()),
+        costs_(model::costs_by_kind(any.app, any.costs)),
+        free_(any.app.cores_by_kind(any.cores)) {
     timings_.resize(count_);
     group_.resize(count_);
+    kind_.resize(static_cast<std::size_t>(any.cores));
   }
 
   Best run() {
@@ -192,23 +212,35 @@ class BruteForce {
   static constexpr double kRounding = 1e-9;
 
   SubchainId id(std::size_t i) const { return SubchainId(i); }
-  double cost(std::size_t i) const { return any_.costs.subchain_total(any_.app.graph, id(i)).count(); }
+  std::size_t kind(std::size_t i) const { return kind_[static_cast<std::size_t>(group_[i])]; }
+  double cost(std::size_t i) const { return costs_[kind(i)].subchain_total(any_.app.graph, id(i)).count(); }
 
   void partition(std::size_t i, int groups) {
-    if (i == count_) return own(0, groups);
-    for (int g = 0; g <= groups && g < any_.cores; ++g) {
+    if (i == count_) return own(0);
+    for (int g = 0; g < groups; ++g) {
       group_[i] = g;
-      partition(i + 1, std::max(groups, g + 1));
+      partition(i + 1, groups);
+    }
+    for (std::size_t kind = 0; groups < any_.cores && kind < free_.size(); ++kind) {
+      if (free_[kind] == 0) continue;
+      group_[i] = groups;
+      kind_[static_cast<std::size_t>(groups)] = kind;
+      --free_[kind];
+      partition(i + 1, groups + 1);
+      ++free_[kind];
     }
   }
 
   // Gives the spare cores to those that are alone, in every way.
-  void own(std::size_t i, int used) {
+  void own(std::size_t i) {
     if (i == count_) return share(0);
     const bool alone = std::count(group_.begin(), group_.end(), group_[i]) == 1;
-    if (!alone) return own(i + 1, used);
-    for (int k = 1; used + k - 1 <= any_.cores; ++k) {
-      const model::OwnedCores owned = model::owned_cores(any_.app.graph, id(i), any_.costs, k, any_.slack);
+    if (!alone) return own(i + 1);
+    int& free = free_[kind(i)];
+    const int before = free;
+    for (int k = 1; k - 1 <= before; ++k) {
+      free = before - (k - 1);
+      const model::OwnedCores owned = model::owned_cores(any_.app.graph, id(i), costs_[kind(i)], k, any_.slack);
       const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(i));
       double period = std::max(owned.period.count(), limits.least.count());
       if (limits.exact) {
@@ -216,8 +248,9 @@ class BruteForce {
         period = limits.exact->count();
       }
       timings_[i] = {period, owned.execution.count()};
-      own(i + 1, used + k - 1);
+      own(i + 1);
     }
+    free = before;
   }
 
   std::vector<std::size_t> members(int g) const {
@@ -330,6 +363,9 @@ class BruteForce {
 
   const RandomCase& any_;
   std::size_t count_;
+  const std::vector<model::CostTable> costs_;  // by kind of cores
+  std::vector<int> free_;                      // cores, by kind
+  std::vector<std::size_t> kind_;              // of cores, by group
   std::vector<int> group_;
   std::vector<Timing> timings_;
   bool factor_only_ = true;

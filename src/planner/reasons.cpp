@@ -27,7 +27,12 @@ class Reasons {
  public:
   Reasons(const graph::App& app, const model::CostTable& costs, const Instance& instance, const plan::Plan& plan,
           const std::vector<BoundCost>& bounds)
-      : app_(app), costs_(costs), instance_(instance), plan_(plan), bounds_(bounds), timings_(timings_of(plan)) {}
+      : app_(app),
+        costs_(model::costs_by_kind(app, costs)),
+        instance_(instance),
+        plan_(plan),
+        bounds_(bounds),
+        timings_(timings_of(plan)) {}
 
   Reason of(std::size_t i) const {
     const plan::SubchainPlan& entry = plan_.subchains[i];
@@ -38,8 +43,7 @@ class Reasons {
       reason.binding = Binding::kNothing;
       return reason;
     }
-    reason.core_part =
-        instance_.members[i].cost / entry.period.count() / instance_.usable / static_cast<double>(entry.cores.size());
+    reason.core_part = on(i).cost / entry.period.count() / instance_.usable / static_cast<double>(entry.cores.size());
     if (own_rate(i, reason)) return reason;
     if (reason.others.empty()) {
       of_owner(i, reason);
@@ -50,8 +54,12 @@ class Reasons {
   }
 
  private:
+  std::size_t kind_of(std::size_t i) const { return app_.kind_of(plan_.subchains[i].cores.front()); }
+  // On the cores that it has.
+  const OnKind& on(std::size_t i) const { return instance_.members[i].on[kind_of(i)]; }
+
   Millis node_time(std::size_t i, NodeId node) const {
-    return costs_[node].with_threads(plan_.subchains[i].threads, app_.graph.node(node).max_threads);
+    return costs_[kind_of(i)][node].with_threads(plan_.subchains[i].threads, app_.graph.node(node).max_threads);
   }
 
   Millis run_time(std::size_t i) const {
@@ -132,7 +140,7 @@ class Reasons {
   // number of frames more would have to fit, and a queue node could do with any shorter slice.
   int holds_frame(std::size_t i) const {
     const Member& member = instance_.members[i];
-    if (1.0 / plan_.subchains[i].share >= member.most_every * (1.0 - kMet)) return 2;
+    if (1.0 / plan_.subchains[i].share >= on(i).most_every * (1.0 - kMet)) return 2;
     return member.queue ? 0 : 1;
   }
 
@@ -149,11 +157,11 @@ class Reasons {
   bool would_gain_by_smaller_slice(std::size_t i) const {
     const Member& member = instance_.members[i];
     const plan::SubchainPlan& entry = plan_.subchains[i];
-    if (member.queue) return 1.0 / entry.share >= member.most_every * (1.0 - kMet);
-    if (*entry.every < member.most_every) return false;
+    if (member.queue) return 1.0 / entry.share >= on(i).most_every * (1.0 - kMet);
+    if (*entry.every < on(i).most_every) return false;
     const plan::CorePlan& core = core_of(i);
     const int every = *entry.every + 1;
-    const double saved = (entry.slice.count() - member.cost / every) / instance_.usable;
+    const double saved = (entry.slice.count() - on(i).cost / every) / instance_.usable;
     const double frame = std::max(core.frame.count() - saved, core.frame_min.count());
     std::vector<Timing> timings = timings_;
     for (const std::size_t j : rivals(i)) {
@@ -192,7 +200,7 @@ class Reasons {
   }
 
   const graph::App& app_;
-  const model::CostTable& costs_;
+  const std::vector<model::CostTable> costs_;  // by kind of cores
   const Instance& instance_;
   const plan::Plan& plan_;
   const std::vector<BoundCost>& bounds_;

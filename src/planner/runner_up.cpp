@@ -11,6 +11,7 @@
 #include "planner/allocation.h"
 #include "planner/assemble.h"
 #include "planner/instance.h"
+#include "planner/pieces.h"
 
 namespace ctn::planner {
 namespace {
@@ -21,23 +22,24 @@ constexpr std::size_t kFewSubchains = 7;  // up to here all allocations are look
 constexpr std::size_t kMostAllocations = 20'000;
 constexpr std::size_t kEfforts = 4;  // of what a plan may take, for all allocations together
 
-int cores_of(const Groups& groups) {
+int cores_of(const Groups& groups, int kind) {
   return std::accumulate(groups.begin(), groups.end(), 0,
-                         [](int sum, const CoreGroup& group) { return sum + group.cores; });
+                         [&](int sum, const CoreGroup& group) { return sum + (group.kind == kind ? group.cores : 0); });
 }
 
-bool any_shared(const Groups& groups) {
-  return std::any_of(groups.begin(), groups.end(), [](const CoreGroup& group) { return group.subchains.size() > 1; });
+bool any_shared(const Groups& groups, int kind) {
+  return std::any_of(groups.begin(), groups.end(),
+                     [&](const CoreGroup& group) { return group.kind == kind && group.subchains.size() > 1; });
 }
 
-// Numbers of cores that make a subchain faster than any fewer do, by subchain, ascending.
-std::vector<std::vector<int>> cores_of_use(const Instance& instance) {
+// Numbers of cores of a kind that make a subchain faster than any fewer do, by subchain, ascending.
+std::vector<std::vector<int>> cores_of_use(const Instance& instance, int kind) {
   std::vector<std::vector<int>> useful;
   for (const Member& member : instance.members) {
     std::vector<int>& counts = useful.emplace_back();
     Owned best{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), 1};
-    for (std::size_t k = 0; k < member.owned.size(); ++k) {
-      const Owned& owned = member.owned[k];
+    for (std::size_t k = 0; k < member.on_kind(kind).owned.size(); ++k) {
+      const Owned& owned = member.on_kind(kind).owned[k];
       if (!(owned.period < best.period || owned.execution < best.execution)) continue;
       best.period = std::min(best.period, owned.period);
       best.execution = std::min(best.execution, owned.execution);
@@ -48,25 +50,20 @@ std::vector<std::vector<int>> cores_of_use(const Instance& instance) {
 }
 
 Allocation to_allocation(const Groups& groups, std::size_t subchains) {
-  Allocation allocation;
-  allocation.core_of.assign(subchains, -1);
-  allocation.owned.assign(subchains, 0);
+  std::vector<Piece> pieces;
   for (const CoreGroup& group : groups) {
-    if (group.subchains.size() == 1) {
-      allocation.owned[group.subchains.front().index()] = group.cores;
-      continue;
-    }
-    for (const SubchainId id : group.subchains) allocation.core_of[id.index()] = allocation.shared_cores;
-    ++allocation.shared_cores;
+    Piece& piece = pieces.emplace_back(Piece{0, group.cores, group.kind});
+    for (const SubchainId id : group.subchains) piece.set |= Set{1} << id.index();
   }
-  return allocation;
+  return planner::to_allocation(pieces, subchains);
 }
 
 // A set of allocations without the plan's own.
 class Others {
  public:
-  Others(const Instance& instance, Groups own)
-      : instance_(instance), useful_(cores_of_use(instance)), own_(std::move(own)) {}
+  Others(const Instance& instance, Groups own) : instance_(instance), own_(std::move(own)) {
+    for (int kind = 0; kind < instance.kind_count(); ++kind) useful_.push_back(cores_of_use(instance, kind));
+  }
 
   // False: there are too many.
   bool add_all() {
@@ -88,7 +85,11 @@ class Others {
       }
     }
     for (std::size_t from = 0; from < own_.size(); ++from) {
-      for (std::size_t to = 0; to < own_.size(); ++to) hand_over(from, to);
+      for (std::size_t to = 0; to < own_.size(); ++to) {
+        hand_over(from, to);
+        exchange_kinds(from, to);
+      }
+      for (int kind = 0; kind < instance_.kind_count(); ++kind) change_kind(from, kind);
     }
   }
 
@@ -104,23 +105,38 @@ class Others {
       groups[g].subchains.pop_back();
       if (!room) return false;
     }
-    if (static_cast<int>(groups.size()) >= instance_.cores) return true;
-    groups.push_back({{SubchainId(i)}, 1});
-    const bool room = partition(i + 1, groups);
-    groups.pop_back();
+    bool room = true;
+    for (int kind = 0; kind < instance_.kind_count() && room; ++kind) {
+      if (spare(groups, kind) <= 0) continue;
+      groups.push_back({{SubchainId(i)}, 1, kind});
+      room = partition(i + 1, groups);
+      groups.pop_back();
+    }
     return room;
+  }
+
+  int spare(const Groups& groups, int kind) const { return instance_.kind(kind).count - cores_of(groups, kind); }
+  bool too_many(const Groups& groups) const {
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      if (spare(groups, kind) < 0) return true;
+    }
+    return false;
+  }
+  // How many cores of its kind are of use to one that is alone.
+  const std::vector<int>& useful(const CoreGroup& alone) const {
+    return useful_[static_cast<std::size_t>(alone.kind)][alone.subchains.front().index()];
   }
 
   // Gives those that are alone cores, in every way.
   bool own(std::size_t g, Groups& groups) {
-    if (cores_of(groups) > instance_.cores) return true;
+    if (too_many(groups)) return true;
     if (g == groups.size()) {
       add(groups);
       return found_.size() < kMostAllocations;
     }
     if (groups[g].subchains.size() > 1) return own(g + 1, groups);
     bool room = true;
-    for (const int cores : useful_[groups[g].subchains.front().index()]) {
+    for (const int cores : useful(groups[g])) {
       groups[g].cores = cores;
       if (room) room = own(g + 1, groups);
     }
@@ -128,10 +144,12 @@ class Others {
     return room;
   }
 
-  // No core may be left without work beside a shared one.
+  // No core may be left without work beside a shared one of its kind.
   void add(Groups groups) {
-    const int used = cores_of(groups);
-    if (used > instance_.cores || (used < instance_.cores && any_shared(groups))) return;
+    if (too_many(groups)) return;
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      if (spare(groups, kind) > 0 && any_shared(groups, kind)) return;
+    }
     std::sort(groups.begin(), groups.end());
     if (groups != own_) found_.insert(std::move(groups));
   }
@@ -163,18 +181,37 @@ class Others {
   void set_apart(SubchainId id, std::size_t from) {
     Groups groups = own_;
     take(groups, id, from);
-    groups.push_back({{id}, 1});
-    complete(groups);
-    for (CoreGroup& group : groups) {
-      if (group.cores == 1) continue;
-      --group.cores;
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      groups.push_back({{id}, 1, kind});
       complete(groups);
-      ++group.cores;
+      for (CoreGroup& group : groups) {
+        if (group.cores == 1 || group.kind != kind) continue;
+        --group.cores;
+        complete(groups);
+        ++group.cores;
+      }
+      groups.pop_back();
     }
   }
 
+  // All that share a core, or one that is alone on one, on a core of another kind.
+  void change_kind(std::size_t from, int kind) {
+    if (own_[from].kind == kind || own_[from].cores > 1) return;
+    Groups groups = own_;
+    groups[from].kind = kind;
+    complete(std::move(groups));
+  }
+
+  void exchange_kinds(std::size_t from, std::size_t to) {
+    if (from >= to || own_[from].kind == own_[to].kind || own_[from].cores != own_[to].cores) return;
+    Groups groups = own_;
+    std::swap(groups[from].kind, groups[to].kind);
+    complete(std::move(groups));
+  }
+
   void hand_over(std::size_t from, std::size_t to) {
-    if (from == to || own_[from].cores == 1 || own_[to].subchains.size() > 1) return;
+    if (from == to || own_[from].kind != own_[to].kind) return;
+    if (own_[from].cores == 1 || own_[to].subchains.size() > 1) return;
     Groups groups = own_;
     --groups[from].cores;
     ++groups[to].cores;
@@ -186,14 +223,15 @@ class Others {
     std::erase_if(groups, [](const CoreGroup& group) { return group.subchains.empty(); });
     for (const CoreGroup& group : groups) {
       if (group.subchains.size() > 1) continue;
-      const std::vector<int>& useful = useful_[group.subchains.front().index()];
-      if (std::find(useful.begin(), useful.end(), group.cores) == useful.end()) return;
+      const std::vector<int>& of_use = useful(group);
+      if (std::find(of_use.begin(), of_use.end(), group.cores) == of_use.end()) return;
     }
     add(groups);
     for (std::size_t first = 0; first < groups.size(); ++first) {
       Groups filled = groups;
       for (std::size_t step = 0; step < filled.size(); ++step) {
-        give(filled[(first + step) % filled.size()], instance_.cores - cores_of(filled));
+        CoreGroup& group = filled[(first + step) % filled.size()];
+        give(group, spare(filled, group.kind));
       }
       add(std::move(filled));
     }
@@ -202,13 +240,13 @@ class Others {
   void give(CoreGroup& group, int spare) const {
     if (group.subchains.size() > 1) return;
     const int before = group.cores;
-    for (const int cores : useful_[group.subchains.front().index()]) {
+    for (const int cores : useful(group)) {
       if (cores <= before + spare) group.cores = std::max(group.cores, cores);
     }
   }
 
   const Instance& instance_;
-  const std::vector<std::vector<int>> useful_;
+  std::vector<std::vector<std::vector<int>>> useful_;  // by kind and subchain
   const Groups own_;
   std::set<Groups> found_;
 };
@@ -273,7 +311,7 @@ class Contest {
 RunnerUp runner_up_of(const graph::App& app, const model::CostTable& costs, const Request& request,
                       const plan::Plan& plan) {
   const Instance instance = make_instance(app, costs, request.cores, request.slack);
-  Others others(instance, allocation_groups(plan));
+  Others others(instance, allocation_groups(plan, app));
   const bool all = instance.members.size() <= kFewSubchains && others.add_all();
   if (!all) others.add_neighbours();
   RunnerUp runner_up;

@@ -90,10 +90,22 @@ SharesSolver::SharesSolver(const Instance& instance, const Target& target) : ins
   }
   steepness_.resize(multipliers_.size());
   cap_price_.resize(instance.members.size());
-  for (const Member& member : instance.members) {
-    full_.least.push_back(1.0);
-    full_.most.push_back(member.most_every);
-  }
+  full_.least.assign(instance.members.size(), 1.0);
+  full_.most.resize(instance.members.size());
+  cost_.resize(instance.members.size());
+  for (std::size_t i = 0; i < instance.members.size(); ++i) place(i, 0);
+}
+
+// What a subchain costs, and how often it may run at most, follow from the kind of its cores.
+void SharesSolver::place(std::size_t i, int kind) {
+  const OnKind& on = instance_.members[i].on_kind(kind);
+  cost_[i] = on.cost;
+  full_.most[i] = on.most_every;
+}
+
+const Owned& SharesSolver::owned(std::size_t i, const Allocation& allocation) const {
+  const OnKind& on = instance_.members[i].on_kind(allocation.kind[i]);
+  return on.owned[static_cast<std::size_t>(allocation.owned[i] - 1)];
 }
 
 // ---- The Lagrangian
@@ -142,11 +154,11 @@ bool SharesSolver::limit_frames(const Box& box) {
     for (const int index : members_[core]) {
       const auto i = static_cast<std::size_t>(index);
       const Member& member = instance_.members[i];
-      total += member.cost;
+      total += cost_[i];
       slowest = std::max({slowest, member.least_period, member.exact_period});
       if (set_apart(member)) {
-        usable -= member.cost / member.exact_period;
-        least = std::max(least, member.exact_period / member.most_every);
+        usable -= cost_[i] / member.exact_period;
+        least = std::max(least, member.exact_period / full_.most[i]);
         continue;
       }
       any_item = true;
@@ -179,7 +191,7 @@ void SharesSolver::price_caps(const std::vector<int>& members, double usable) {
     const Member& member = instance_.members[i];
     cap_price_[i] = 0.0;
     if (set_apart(member)) continue;
-    roots += std::sqrt(weight(i) * member.cost);
+    roots += std::sqrt(weight(i) * cost_[i]);
     any = any || capped_at(member) > 0.0;
   }
   if (!any) return;
@@ -192,10 +204,10 @@ void SharesSolver::price_caps(const std::vector<int>& members, double usable) {
       const Member& member = instance_.members[i];
       const double cap = capped_at(member);
       if (cap <= 0.0 || cap_price_[i] > 0.0 || set_apart(member) || weight(i) <= 0.0) continue;
-      if (!(std::sqrt(member.cost / weight(i)) < cap * v)) continue;
+      if (!(std::sqrt(cost_[i] / weight(i)) < cap * v)) continue;
       cap_price_[i] = 1.0;  // capped; its price follows
-      room -= member.cost / cap;
-      roots -= std::sqrt(weight(i) * member.cost);
+      room -= cost_[i] / cap;
+      roots -= std::sqrt(weight(i) * cost_[i]);
       changed = true;
     }
     if (room <= 0.0) break;
@@ -207,7 +219,7 @@ void SharesSolver::price_caps(const std::vector<int>& members, double usable) {
     const double cap = capped_at(member);
     // Rounding may leave a hair of the roots of what is all capped.
     const bool all = roots <= 1e-12 * weight(i) * cap;
-    const double price = room <= 0.0 ? 0.0 : all ? weight(i) : weight(i) - v * v * member.cost / (cap * cap);
+    const double price = room <= 0.0 ? 0.0 : all ? weight(i) : weight(i) - v * v * cost_[i] / (cap * cap);
     cap_price_[i] = std::clamp(price, 0.0, weight(i));
   }
 }
@@ -225,7 +237,7 @@ double SharesSolver::solve_core(const std::vector<int>& members, std::size_t cor
       continue;
     }
     value += cap_price_[i] * capped_at(member);
-    items.push_back({weight(i) - cap_price_[i], member.cost, box.least[i], box.most[i], member.queue});
+    items.push_back({weight(i) - cap_price_[i], cost_[i], box.least[i], box.most[i], member.queue});
   }
   const SharedCore::Answer& answer = core_.solve(usable_[core], least_frame_[core], most_frame_[core]);
   answer_ = &answer;
@@ -239,13 +251,13 @@ void SharesSolver::relax(const Allocation& allocation, const Box& box) {
   const double* caps = multipliers_.data() + offsets_.back();
   for (std::size_t i = 0; i < count; ++i) cap_price_[i] = std::min(caps[i], weight(i));
   point_.feasible = false;
-  point_.split = -1;
+  point_.split.clear();
   point_.value = prices_.constant;
   for (std::size_t i = 0; i < count; ++i) {
     if (shared(i, allocation)) continue;
-    const Owned& owned = instance_.members[i].owned[static_cast<std::size_t>(allocation.owned[i] - 1)];
-    point_.timings[i] = {owned.period, owned.execution};
-    point_.value += prices_.period[i] * owned.period + prices_.execution[i] * owned.execution;
+    const Owned& alone = owned(i, allocation);
+    point_.timings[i] = {alone.period, alone.execution};
+    point_.value += prices_.period[i] * alone.period + prices_.execution[i] * alone.execution;
   }
   for (std::size_t core = 0; core < static_cast<std::size_t>(allocation.shared_cores); ++core) {
     point_.value += solve_core(members_[core], core, box);
@@ -260,7 +272,7 @@ void SharesSolver::relax(const Allocation& allocation, const Box& box) {
         point_.every[i] = member.exact_period / answer_->frame;
         continue;
       }
-      if (position == answer_->split) point_.split = index;
+      if (position == answer_->split) point_.split.push_back(index);
       point_.every[i] = answer_->every[static_cast<std::size_t>(position++)];
       point_.timings[i].period = point_.timings[i].execution = point_.every[i] * answer_->frame;
     }
@@ -389,13 +401,13 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     const Member& member = instance_.members[i];
     if (member.queue) {
       if (member.exact_period > 0.0) {
-        least = std::max(least, member.exact_period / member.most_every);
+        least = std::max(least, member.exact_period / full_.most[i]);
       } else {
         free = true;
       }
       continue;
     }
-    busy += member.cost / every[i];
+    busy += cost_[i] / every[i];
     least = std::max(least, member.least_period / every[i]);
     if (member.exact_period > 0.0) {
       const double given = member.exact_period / every[i];
@@ -417,7 +429,7 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     if (member.queue) {
       period =
           member.exact_period > 0.0 ? member.exact_period : std::max(every[i] * point_.frames[k], member.least_period);
-      if (member.exact_period == 0.0) wanted += member.cost / period;
+      if (member.exact_period == 0.0) wanted += cost_[i] / period;
     } else if (member.exact_period > 0.0) {
       period = member.exact_period;
     }
@@ -433,7 +445,7 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     if (!member.queue || member.exact_period > 0.0) continue;
     double period = timings[i].period;
     period = scale > 1.0 ? period * scale : std::max(period * scale, member.least_period);
-    if (period > member.most_every * frame * (1.0 + kRounding)) return false;
+    if (period > full_.most[i] * frame * (1.0 + kRounding)) return false;
     timings[i] = {period, period};
   }
   return true;
@@ -448,15 +460,20 @@ void SharesSolver::consider_every(const Allocation& allocation, const std::vecto
   keep(timings, frames);
 }
 
+// Every n that is split is rounded down or up: in all ways where there are few of them, else all alike.
 void SharesSolver::consider(const Allocation& allocation) {
-  if (point_.split < 0) return consider_every(allocation, point_.every);
+  constexpr std::size_t kFew = 3;
+  const std::size_t splits = point_.split.size();
   std::vector<double> every = point_.every;
-  double& split = every[static_cast<std::size_t>(point_.split)];
-  const double part = split;
-  split = std::floor(part);
-  consider_every(allocation, every);
-  split = std::ceil(part);
-  consider_every(allocation, every);
+  const std::size_t ways = splits <= kFew ? std::size_t{1} << splits : 2;
+  for (std::size_t way = 0; way < ways; ++way) {
+    for (std::size_t s = 0; s < splits; ++s) {
+      const auto i = static_cast<std::size_t>(point_.split[s]);
+      const bool up = splits <= kFew ? (way >> s & 1U) != 0 : way == 1;
+      every[i] = up ? std::ceil(point_.every[i]) : std::floor(point_.every[i]);
+    }
+    consider_every(allocation, every);
+  }
 }
 
 void SharesSolver::keep(const std::vector<Timing>& timings, const std::vector<double>& frames) {
@@ -481,13 +498,13 @@ bool SharesSolver::hopeless(const Box& box) {
     double busy = 0.0;
     for (const int index : members_[core]) {
       const auto i = static_cast<std::size_t>(index);
-      if (whole(instance_.members[i])) busy += instance_.members[i].cost / box.most[i];
+      if (whole(instance_.members[i])) busy += cost_[i] / box.most[i];
     }
     const double frame = std::max(least_frame_[core], busy / usable_[core]);
     for (const int index : members_[core]) {
       const auto i = static_cast<std::size_t>(index);
       const Member& member = instance_.members[i];
-      double period = std::max(member.cost / usable_[core], member.least_period);
+      double period = std::max(cost_[i] / usable_[core], member.least_period);
       if (whole(member)) period = std::max(period, box.least[i] * frame);
       if (member.exact_period > 0.0) period = member.exact_period;
       shortest[i] = {period, period};
@@ -561,9 +578,9 @@ int SharesSolver::branch_on(const Box& box, double& at) const {
     return static_cast<int>(i);
   };
   const auto open = [&](std::size_t i) { return whole(instance_.members[i]) && box.most[i] > box.least[i]; };
-  if (point_.split >= 0 && open(static_cast<std::size_t>(point_.split))) {
-    const auto i = static_cast<std::size_t>(point_.split);
-    return divide(i, point_.every[i]);
+  for (const int split : point_.split) {
+    const auto i = static_cast<std::size_t>(split);
+    if (open(i)) return divide(i, point_.every[i]);
   }
   int chosen = -1;
   double worst = 0.0;
@@ -641,7 +658,7 @@ void SharesSolver::finish_leaf(const Allocation& allocation, const Box& box) {
   }
   consider_every(allocation, every);
   if (!free || !contested_) return;
-  FrameFit fit{instance_, target_, members_, usable_, least_frame_, most_frame_};
+  FrameFit fit{instance_, target_, members_, cost_, full_.most, usable_, least_frame_, most_frame_};
   std::vector<Timing> timings = point_.timings;
   std::vector<double> frames = point_.frames;
   if (fit.solve(every, timings, frames)) keep(timings, frames);
@@ -682,6 +699,7 @@ void SharesSolver::prepare(const Allocation& allocation) {
   const auto cores = static_cast<std::size_t>(allocation.shared_cores);
   members_.assign(cores, {});
   for (std::size_t i = 0; i < count; ++i) {
+    place(i, allocation.kind[i]);
     if (shared(i, allocation)) members_[static_cast<std::size_t>(allocation.core_of[i])].push_back(static_cast<int>(i));
   }
   least_frame_.resize(cores);
@@ -711,15 +729,16 @@ Shares SharesSolver::solve(const Allocation& allocation, double cutoff, Effort& 
   return std::move(best_);
 }
 
-double SharesSolver::price_of_owned(int subchain, int cores) {
+double SharesSolver::price_of_owned(int subchain, int cores, int kind) {
   const auto i = static_cast<std::size_t>(subchain);
-  const Owned& owned = instance_.members[i].owned[static_cast<std::size_t>(cores - 1)];
-  if (!std::isfinite(owned.period)) return kInfinity;
-  return prices_.period[i] * owned.period + prices_.execution[i] * owned.execution;
+  const Owned& alone = instance_.members[i].on_kind(kind).owned[static_cast<std::size_t>(cores - 1)];
+  if (!std::isfinite(alone.period)) return kInfinity;
+  return prices_.period[i] * alone.period + prices_.execution[i] * alone.execution;
 }
 
-double SharesSolver::price_of_shared(const std::vector<int>& members) {
+double SharesSolver::price_of_shared(const std::vector<int>& members, int kind) {
   members_.assign(1, members);
+  for (const int index : members) place(static_cast<std::size_t>(index), kind);
   least_frame_.resize(1);
   most_frame_.resize(1);
   usable_.resize(1);

@@ -26,7 +26,22 @@ namespace ctn::planner {
 struct Allocation {
   std::vector<int> core_of;  // by subchain: the shared core; -1: it owns `owned` cores
   std::vector<int> owned;    // by subchain: how many; 0 on a shared core
+  std::vector<int> kind;     // by subchain: of its cores
   int shared_cores = 0;
+
+  // Nobody has anything yet.
+  static Allocation none(std::size_t subchains) {
+    return {std::vector<int>(subchains, -1), std::vector<int>(subchains, 0), std::vector<int>(subchains, 0), 0};
+  }
+  void own(std::size_t subchain, int cores, int of_kind) {
+    owned[subchain] = cores;
+    kind[subchain] = of_kind;
+  }
+  // On the shared core that is numbered last.
+  void share(std::size_t subchain, int of_kind) {
+    core_of[subchain] = shared_cores - 1;
+    kind[subchain] = of_kind;
+  }
 
   friend bool operator==(const Allocation&, const Allocation&) = default;
 };
@@ -76,8 +91,8 @@ class SharesSolver {
   const std::vector<double>& multipliers() const { return multipliers_; }
   void set_multipliers(std::vector<double> multipliers) { multipliers_ = std::move(multipliers); }
   // A lower bound of what a group on one core costs under these prices.
-  double price_of_shared(const std::vector<int>& members);
-  double price_of_owned(int subchain, int cores);
+  double price_of_shared(const std::vector<int>& members, int kind);
+  double price_of_owned(int subchain, int cores, int kind);
 
  private:
   struct Box {
@@ -96,9 +111,11 @@ class SharesSolver {
     std::vector<Timing> timings;
     std::vector<double> every;
     std::vector<double> frames;
-    int split = -1;
+    std::vector<int> split;  // at most one on each core: its n is not whole, though it should be
   };
 
+  void place(std::size_t i, int kind);
+  const Owned& owned(std::size_t i, const Allocation& allocation) const;
   void price();
   bool limit_frames(const Box& box);
   double weight(std::size_t i) const { return prices_.period[i] + prices_.execution[i]; }
@@ -135,6 +152,7 @@ class SharesSolver {
   std::vector<double> most_frame_;
   std::vector<double> usable_;
   std::vector<std::vector<int>> members_;  // by shared core
+  std::vector<double> cost_;               // by subchain: on the kind of cores that it has
   std::vector<double> steepness_;          // by multiplier: the last subgradient
   std::vector<double> cap_price_;          // by subchain: of its rate cap, in the last core solved
   const SharedCore::Answer* answer_ = nullptr;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "plan/json.h"
 #include "plan/validate.h"
@@ -63,6 +64,15 @@ TEST(SharingProperty, IsWhatBruteForceFindsWithExactRates) { compare({.exact = t
 
 TEST(SharingProperty, IsWhatBruteForceFindsWithBounds) { compare({.caps = true, .bounds = true}, 2e-9, 600); }
 
+TEST(SharingProperty, IsWhatBruteForceFindsOnCoresThatDiffer) {
+  compare({.subchains = 4, .dearest = 7.0, .pairs = true, .kinds = true}, 1e-9, 600);
+}
+
+TEST(SharingProperty, IsWhatBruteForceFindsOnCoresThatDifferWithBoundsAndRates) {
+  compare({.subchains = 4, .dearest = 7.0, .caps = true, .bounds = true, .kinds = true}, 2e-9, 400);
+  compare({.subchains = 4, .dearest = 7.0, .exact = true, .kinds = true}, 1e-9, 300);
+}
+
 // The brute force finds free shares by narrowing down, to so many digits.
 TEST(SharingProperty, IsWhatBruteForceFindsWithAQueue) {
   compare({.subchains = 4, .dearest = 5.0, .queue = true, .caps = true}, 1e-7, 200);
@@ -92,6 +102,90 @@ TEST(SharingProperty, ACoreMoreIsNeverWorse) {
       expect_no_worse(more, fewer);
       fewer = std::move(more);
     }
+  }
+}
+
+constexpr RandomLimits kOnKinds{
+    .subchains = 6, .chains = 5, .cheapest = 2.0, .dearest = 40.0, .caps = true, .pairs = true, .kinds = true};
+
+// The same app with other numbers of cores of each kind.
+RandomCase with_counts(RandomCase any, const std::vector<int>& counts) {
+  any.cores = 0;
+  for (std::size_t kind = 0; kind < counts.size(); ++kind) {
+    any.app.core_kinds[kind].count = counts[kind];
+    any.cores += counts[kind];
+  }
+  return any;
+}
+
+TEST(SharingProperty, ACoreMoreOfAnyKindIsNeverWorse) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomCase any = random_case(seed, kOnKinds, 1 + static_cast<int>(seed % 4));
+    const plan::Plan fewer = proven_plan(any, {});
+    for (std::size_t kind = 0; kind < any.app.kinds(); ++kind) {
+      std::vector<int> counts = any.app.cores_by_kind(any.cores);
+      ++counts[kind];
+      expect_no_worse(proven_plan(with_counts(any, counts), {}), fewer);
+    }
+  }
+}
+
+TEST(SharingProperty, KindsThatAreAlikeAreLikeOne) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomCase one = random_case(seed, kMixed, 3);
+    RandomCase two = one;
+    two.app.core_kinds = {{"a", 1, 1.0}, {"b", 2, 1.0}};
+    const plan::Plan plan = proven_plan(one, {});
+    EXPECT_NEAR(proven_plan(two, {}).objective, plan.objective, 1e-9 * plan.objective);
+  }
+}
+
+TEST(SharingProperty, TwiceTheSpeedIsHalfTheCost) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomCase fast = random_case(seed, kMixed, 2);
+    RandomCase cheap = fast;
+    fast.app.core_kinds = {{"fast", 2, 2.0}};
+    for (std::size_t i = 0; i < fast.app.graph.nodes().size(); ++i) {
+      cheap.costs.set(NodeId(i), fast.costs[NodeId(i)].times(0.5));
+    }
+    const plan::Plan plan = proven_plan(cheap, {});
+    EXPECT_NEAR(proven_plan(fast, {}).objective, plan.objective, 1e-9 * plan.objective);
+  }
+}
+
+TEST(SharingProperty, ACoreThatIsFarTooSlowIsLeftAlone) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomLimits limits = kMixed;
+    limits.caps = false;
+    const RandomCase one = random_case(seed, limits, 2);
+    RandomCase two = one;
+    two.cores = 3;
+    two.app.core_kinds = {{"good", 2, 1.0}, {"hopeless", 1, 0.001}};
+    const plan::Plan plan = proven_plan(two, {});
+    EXPECT_NEAR(plan.objective, proven_plan(one, {}).objective, 1e-9 * plan.objective);
+    EXPECT_TRUE(plan.cores[2].slots.empty());
+  }
+}
+
+TEST(SharingProperty, ManySubchainsArePlannedOnCoresThatDiffer) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomLimits many = kOnKinds;
+    many.subchains = seed % 2 == 0 ? 20 : 40;
+    const RandomCase any = random_case(seed, many, 8);
+    const plan::Plan plan = proven_plan(any, {.effort = 50'000});
+    EXPECT_LT(plan.gap, 0.3);
+    // No worse than on its fastest cores alone.
+    std::vector<int> counts = any.app.cores_by_kind(any.cores);
+    std::fill(counts.begin(), counts.end(), 0);
+    const std::size_t fastest = fastest_kind(any.app);
+    counts[fastest] = any.app.core_kinds[fastest].count;
+    const plan::Plan alone = proven_plan(with_counts(any, counts), {.effort = 50'000});
+    EXPECT_LE(plan.objective, alone.objective * 1.05);
   }
 }
 

@@ -13,6 +13,14 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// With equal shares among so many, itself included; infinite where that is too long for an exact rate.
+double period_among(const Instance& instance, std::size_t i, int kind, int rivals) {
+  const Member& member = instance.members[i];
+  const double period = std::max(rivals * member.on_kind(kind).cost / instance.usable, member.least_period);
+  if (member.exact_period <= 0.0) return period;
+  return period <= member.exact_period * (1.0 + kProven) ? member.exact_period : kInfinity;
+}
+
 }  // namespace
 
 std::vector<Timing> equal_shares(const Instance& instance, const Allocation& allocation) {
@@ -24,15 +32,12 @@ std::vector<Timing> equal_shares(const Instance& instance, const Allocation& all
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const Member& member = instance.members[i];
     if (allocation.core_of[i] < 0) {
-      const Owned& owned = member.owned[static_cast<std::size_t>(allocation.owned[i] - 1)];
+      const Owned& owned = member.on_kind(allocation.kind[i]).owned[static_cast<std::size_t>(allocation.owned[i] - 1)];
       timings.push_back({owned.period, owned.execution});
       continue;
     }
     const int rivals = sharing[static_cast<std::size_t>(allocation.core_of[i])];
-    double period = std::max(rivals * member.cost / instance.usable, member.least_period);
-    if (member.exact_period > 0.0) {
-      period = period <= member.exact_period * (1.0 + kProven) ? member.exact_period : kInfinity;
-    }
+    const double period = period_among(instance, i, allocation.kind[i], rivals);
     timings.push_back({period, period});
   }
   return timings;
@@ -40,7 +45,8 @@ std::vector<Timing> equal_shares(const Instance& instance, const Allocation& all
 
 namespace {
 
-// With equal shares only the *sizes* of the groups matter: subchain i has k cores of its own, or is one of m on a core.
+// With equal shares only the *sizes* of the groups matter: subchain i has k cores of its own, or is one of m on a core
+// of some kind.
 // So the search chooses a class for each subchain, not a partner; those of a class are then put together in their
 // order.
 class StageOne {
@@ -49,26 +55,25 @@ class StageOne {
       : instance_(instance), target_(target), effort_(effort) {
     const std::size_t count = instance.members.size();
     for (std::size_t i = 0; i < count; ++i) {
-      const Member& member = instance.members[i];
       std::vector<Choice>& choices = choices_.emplace_back();
-      for (int k = 1; k <= static_cast<int>(member.owned.size()); ++k) {
-        const Owned& owned = member.owned[static_cast<std::size_t>(k - 1)];
-        if (std::isfinite(owned.period)) choices.push_back({{owned.period, owned.execution}, k, 1});
-      }
-      for (int m = 2; m <= static_cast<int>(count); ++m) {
-        double period = std::max(m * member.cost / instance.usable, member.least_period);
-        if (member.exact_period > 0.0) {
-          if (period > member.exact_period * (1.0 + kProven)) continue;
-          period = member.exact_period;
+      for (int kind = 0; kind < instance.kind_count(); ++kind) {
+        const std::vector<Owned>& owned = instance.members[i].on_kind(kind).owned;
+        for (int k = 1; k <= static_cast<int>(owned.size()); ++k) {
+          const Owned& alone = owned[static_cast<std::size_t>(k - 1)];
+          if (std::isfinite(alone.period)) choices.push_back({{alone.period, alone.execution}, k, 1, kind});
         }
-        choices.push_back({{period, period}, 1, m});
+        for (int m = 2; m <= static_cast<int>(count); ++m) {
+          const double period = period_among(instance, i, kind, m);
+          if (std::isfinite(period)) choices.push_back({{period, period}, 1, m, kind});
+        }
       }
       std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) {
         return a.timing.period + a.timing.execution < b.timing.period + b.timing.execution;
       });
     }
     chosen_.assign(count, 0);
-    in_class_.assign(count + 1, 0);
+    in_class_.assign(instance.kinds.size(), std::vector<int>(count + 1, 0));
+    owned_.assign(instance.kinds.size(), 0);
     timings_.resize(count);
   }
 
@@ -78,7 +83,7 @@ class StageOne {
       if (choices_[i].empty()) return planned;
       timings_[i] = shortest(i);
     }
-    descend(0, 0);
+    descend(0);
     planned.found = std::isfinite(best_);
     if (!planned.found) return planned;
     planned.allocation = built();
@@ -92,6 +97,7 @@ class StageOne {
     Timing timing;
     int cores = 1;
     int rivals = 1;  // how many share the core, itself included
+    int kind = 0;
   };
 
   Timing shortest(std::size_t i) const {
@@ -110,24 +116,37 @@ class StageOne {
                        [&](const Group& limit) { return value_of(limit, timings_) <= limit.limit * (1.0 + kProven); });
   }
 
-  // Cores that the classes begun need, each of them full.
-  int cores_needed(int owned) const {
-    int cores = owned;
-    for (std::size_t m = 2; m < in_class_.size(); ++m) {
-      cores += static_cast<int>((static_cast<std::size_t>(in_class_[m]) + m - 1) / m);
+  // There are cores for all that the classes begun need, each of them full.
+  bool cores_suffice() const {
+    for (std::size_t kind = 0; kind < in_class_.size(); ++kind) {
+      int cores = owned_[kind];
+      for (std::size_t m = 2; m < in_class_[kind].size(); ++m) {
+        cores += static_cast<int>((static_cast<std::size_t>(in_class_[kind][m]) + m - 1) / m);
+      }
+      if (cores > instance_.kinds[kind].count) return false;
     }
-    return cores;
+    return true;
   }
   // Subchains that are still missing for all classes begun to be full.
   std::size_t missing() const {
     std::size_t sum = 0;
-    for (std::size_t m = 2; m < in_class_.size(); ++m) {
-      sum += (m - static_cast<std::size_t>(in_class_[m]) % m) % m;
+    for (const std::vector<int>& of_kind : in_class_) {
+      for (std::size_t m = 2; m < of_kind.size(); ++m) sum += (m - static_cast<std::size_t>(of_kind[m]) % m) % m;
     }
     return sum;
   }
 
-  void descend(std::size_t i, int owned) {
+  // Counts a choice in, or out again.
+  void count(const Choice& choice, int sign) {
+    const auto kind = static_cast<std::size_t>(choice.kind);
+    if (choice.rivals > 1) {
+      in_class_[kind][static_cast<std::size_t>(choice.rivals)] += sign;
+    } else {
+      owned_[kind] += sign * choice.cores;
+    }
+  }
+
+  void descend(std::size_t i) {
     if (effort_.left == 0) return;
     if (i == choices_.size()) {
       if (missing() > 0 || !limits_hold()) return;
@@ -141,38 +160,36 @@ class StageOne {
     const Timing before = timings_[i];
     for (std::size_t c = 0; c < choices_[i].size(); ++c) {
       const Choice& choice = choices_[i][c];
-      const bool shares = choice.rivals > 1;
-      if (shares) ++in_class_[static_cast<std::size_t>(choice.rivals)];
-      const int used = owned + (shares ? 0 : choice.cores);
+      count(choice, 1);
       timings_[i] = choice.timing;
       chosen_[i] = c;
       effort_.spend(1);
-      if (cores_needed(used) <= instance_.cores && missing() <= choices_.size() - i - 1 &&
-          value() * (1.0 + kProven) < best_ && limits_hold()) {
-        descend(i + 1, used);
+      if (cores_suffice() && missing() <= choices_.size() - i - 1 && value() * (1.0 + kProven) < best_ &&
+          limits_hold()) {
+        descend(i + 1);
       }
-      if (shares) --in_class_[static_cast<std::size_t>(choice.rivals)];
+      count(choice, -1);
     }
     timings_[i] = before;
   }
 
   Allocation built() const {
-    Allocation allocation;
-    allocation.core_of.assign(choices_.size(), -1);
-    allocation.owned.assign(choices_.size(), 0);
-    std::map<int, std::pair<int, int>> open;  // class: core, and how many it has
+    Allocation allocation = Allocation::none(choices_.size());
+    std::map<std::pair<int, int>, std::pair<int, int>> open;  // kind and class: core, and how many it has
     for (std::size_t i = 0; i < choices_.size(); ++i) {
       const Choice& choice = choices_[i][best_choice_[i]];
       if (choice.rivals == 1) {
-        allocation.owned[i] = choice.cores;
+        allocation.own(i, choice.cores, choice.kind);
         continue;
       }
-      auto& [core, members] = open.try_emplace(choice.rivals, -1, choice.rivals).first->second;
+      const std::pair<int, int> full{-1, choice.rivals};
+      auto& [core, members] = open.try_emplace({choice.kind, choice.rivals}, full).first->second;
       if (members == choice.rivals) {
         core = allocation.shared_cores++;
         members = 0;
       }
       allocation.core_of[i] = core;
+      allocation.kind[i] = choice.kind;
       ++members;
     }
     return allocation;
@@ -184,7 +201,8 @@ class StageOne {
   std::vector<std::vector<Choice>> choices_;
   std::vector<std::size_t> chosen_;
   std::vector<std::size_t> best_choice_;
-  std::vector<int> in_class_;  // by m
+  std::vector<std::vector<int>> in_class_;  // by kind and m
+  std::vector<int> owned_;                  // by kind: cores
   std::vector<Timing> timings_;
   double best_ = kInfinity;
 };

@@ -40,6 +40,16 @@ Status write_nodes(sqlite::Database& database, const graph::Graph& graph) {
   return Done{};
 }
 
+Status write_core_kinds(sqlite::Database& database, const graph::App& app) {
+  auto row = database.prepare("INSERT INTO core_kinds VALUES (?, ?, ?, ?)");
+  if (!row) return row.error();
+  for (std::size_t id = 0; id < app.core_kinds.size(); ++id) {
+    const graph::CoreKind& kind = app.core_kinds[id];
+    if (auto done = row->run(id, std::string_view(kind.name), kind.count, kind.speed); !done) return done;
+  }
+  return Done{};
+}
+
 Status write_edges(sqlite::Database& database, const graph::Graph& graph) {
   auto row = database.prepare("INSERT INTO edges VALUES (?, ?, ?)");
   if (!row) return row.error();
@@ -119,9 +129,9 @@ class AppReader {
     spec_.name.value = meta.text("app").value_or("");
     spec_.order.emplace();
     spec_.steal_priority.emplace();
-    for (const auto step :
-         {&AppReader::read_nodes, &AppReader::read_modes, &AppReader::read_edges, &AppReader::read_subchains,
-          &AppReader::read_subchain_nodes, &AppReader::read_chains, &AppReader::read_chain_nodes}) {
+    for (const auto step : {&AppReader::read_core_kinds, &AppReader::read_nodes, &AppReader::read_modes,
+                            &AppReader::read_edges, &AppReader::read_subchains, &AppReader::read_subchain_nodes,
+                            &AppReader::read_chains, &AppReader::read_chain_nodes}) {
       if (auto done = (this->*step)(); !done) return done.error();
     }
     if (!read_options(meta)) return damaged(database_, "meta");
@@ -143,6 +153,17 @@ class AppReader {
       if (count < kMostRows) take(cells);
       if (count >= kMostRows || !cells.ok()) return damaged(database_, table);
     }
+  }
+
+  Status read_core_kinds() {
+    return each_row("core_kinds", "id, name, count, speed", "id", [this](Cells& cells) {
+      expect_next(cells, 0, spec_.core_kinds.size());
+      graph::CoreKindSpec kind;
+      kind.name.value = cells.text(1);
+      kind.count.value = static_cast<int>(cells.integer(2, 1, std::numeric_limits<int>::max()));
+      kind.speed.value = cells.real(3);
+      spec_.core_kinds.push_back(std::move(kind));
+    });
   }
 
   Status read_nodes() {
@@ -309,7 +330,7 @@ Status write_app(sqlite::Database& database, const graph::App& app) {
   for (const auto step : {write_nodes, write_edges}) {
     if (auto done = step(database, app.graph); !done) return done;
   }
-  for (const auto step : {write_subchains, write_chains, write_options}) {
+  for (const auto step : {write_core_kinds, write_subchains, write_chains, write_options}) {
     if (auto done = step(database, app); !done) return done;
   }
   return Done{};

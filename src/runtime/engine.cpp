@@ -44,9 +44,16 @@ Error cannot_share(const plan::Plan& plan) {
       "give the session as many CPUs as the app has subchains, or put its nodes into fewer subchains");
 }
 
+// What runs cost is measured on whatever core they are on, and not yet told apart.
+Error cores_must_be_alike() {
+  return Error::caller("the app lists kinds of cores, which this version plans for but does not measure apart",
+                       "remove cores from the app file, and give the session CPUs of one kind");
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, EngineOptions options) {
+  if (app.kinds() > 1) return cores_must_be_alike();
   Result<os::CpuSet> cpus = choose_cpus(os, options.cpus);
   if (!cpus) return cpus.error();
   return std::unique_ptr<Engine>(new Engine(std::move(app), os, std::move(options), std::move(*cpus)));

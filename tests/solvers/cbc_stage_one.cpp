@@ -111,7 +111,7 @@ class Milp {
   std::size_t count() const { return instance_.members.size(); }
 
   Timing shared(const Member& member, int sharing) const {
-    double period = std::max(sharing * member.cost / instance_.usable, member.least_period);
+    double period = std::max(sharing * member.on[0].cost / instance_.usable, member.least_period);
     if (member.exact_period > 0.0) {
       period = period <= member.exact_period * (1.0 + kRounding) ? member.exact_period : kInfinity;
     }
@@ -124,8 +124,8 @@ class Milp {
       const auto add = [&](int cores, int sharing, const Timing& timing) {
         if (std::isfinite(timing.period)) ways.push_back({program_.binary(), cores, sharing, timing});
       };
-      for (std::size_t k = 0; k < member.owned.size(); ++k) {
-        add(static_cast<int>(k + 1), 1, {member.owned[k].period, member.owned[k].execution});
+      for (std::size_t k = 0; k < member.on[0].owned.size(); ++k) {
+        add(static_cast<int>(k + 1), 1, {member.on[0].owned[k].period, member.on[0].owned[k].execution});
       }
       for (int m = 2; m <= static_cast<int>(count()); ++m) add(1, m, shared(member, m));
       Row one;
@@ -135,7 +135,7 @@ class Milp {
   }
 
   void add_cores() {
-    const auto cores = static_cast<std::size_t>(instance_.cores);
+    const auto cores = static_cast<std::size_t>(instance_.cores());
     on_.assign(count(), std::vector<int>(cores));
     for (std::vector<int>& row : on_) {
       for (int& column : row) column = program_.binary();
@@ -202,10 +202,9 @@ class Milp {
 
   void read(StageOne& answer) const {
     Allocation& allocation = answer.allocation;
-    allocation.core_of.assign(count(), -1);
-    allocation.owned.assign(count(), 0);
+    allocation = planner::Allocation::none(count());
     std::vector<Timing> timings;
-    std::vector<int> number(static_cast<std::size_t>(instance_.cores), -1);
+    std::vector<int> number(static_cast<std::size_t>(instance_.cores()), -1);
     for (std::size_t i = 0; i < count(); ++i) {
       const auto way =
           std::find_if(ways_[i].begin(), ways_[i].end(), [&](const Way& w) { return program_.is_set(w.column); });

@@ -165,18 +165,19 @@ class Relaxation {
 
   void add_period(std::size_t i, const std::vector<double>& load) {
     const Member& member = instance_.members[i];
-    double least = std::max(member.least_period, 1e-6 * member.cost);
+    double least = std::max(member.least_period, 1e-6 * member.on[0].cost);
     double most = kNone;
     double start = 0.0;
     double execution = -1.0;
     if (allocation_.core_of[i] < 0) {
-      const planner::Owned& owned = member.owned[static_cast<std::size_t>(allocation_.owned[i] - 1)];
+      const planner::Owned& owned = member.on[0].owned[static_cast<std::size_t>(allocation_.owned[i] - 1)];
       least = most = start = owned.period;
       execution = owned.execution;
     } else if (member.exact_period > 0.0) {
       least = most = start = member.exact_period;
     } else {
-      const double equal = load[static_cast<std::size_t>(allocation_.core_of[i])] * member.cost / instance_.usable;
+      const double equal =
+          load[static_cast<std::size_t>(allocation_.core_of[i])] * member.on[0].cost / instance_.usable;
       start = std::max(1.1 * equal, member.least_period);
     }
     periods_.push_back(program_.add(least, most, start, 0.0));
@@ -192,7 +193,7 @@ class Relaxation {
     for (std::size_t i = 0; i < instance_.members.size(); ++i) {
       if (allocation_.core_of[i] != core) continue;
       members.push_back(i);
-      busy.terms.emplace_back(periods_[i], instance_.members[i].cost);
+      busy.terms.emplace_back(periods_[i], instance_.members[i].on[0].cost);
       shortest = std::min(shortest, program_.start[static_cast<std::size_t>(periods_[i])]);
     }
     program_.rows.push_back(busy);
@@ -200,7 +201,7 @@ class Relaxation {
     for (const std::size_t i : members) {
       const Member& member = instance_.members[i];
       if (!member.queue) program_.rows.push_back({0.0, -kNone, false, {{frame, 1.0}, {periods_[i], -1.0}}});
-      program_.rows.push_back({0.0, -kNone, false, {{periods_[i], 1.0}, {frame, -member.most_every}}});
+      program_.rows.push_back({0.0, -kNone, false, {{periods_[i], 1.0}, {frame, -member.on[0].most_every}}});
     }
   }
 

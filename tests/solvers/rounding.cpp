@@ -19,7 +19,7 @@ double chosen_frame(const Instance& instance, const std::vector<std::size_t>& me
   double shortest = 0.0;
   for (const std::size_t i : members) {
     if (!instance.members[i].queue) longest = std::min(longest, relaxed[i].period);
-    shortest = std::max(shortest, relaxed[i].period / instance.members[i].most_every);
+    shortest = std::max(shortest, relaxed[i].period / instance.members[i].on[0].most_every);
   }
   // Only queue nodes: nothing is rounded, so any frame will do.
   return frame == Frame::kLongest && std::isfinite(longest) ? longest : shortest;
@@ -34,8 +34,8 @@ void round_core(const Instance& instance, const std::vector<std::size_t>& member
   for (const std::size_t i : members) {
     const Member& member = instance.members[i];
     const double n = timings[i].period / chosen;
-    every.push_back(member.queue ? n : std::clamp(std::round(n), 1.0, member.most_every));
-    busy += member.cost / every.back();
+    every.push_back(member.queue ? n : std::clamp(std::round(n), 1.0, member.on[0].most_every));
+    busy += member.on[0].cost / every.back();
     least = std::max(least, member.least_period / every.back());
   }
   const double made = std::max(busy / instance.usable, least);
@@ -59,10 +59,11 @@ std::vector<Timing> rounded(const Instance& instance, const Allocation& allocati
 
 planner::Allocation dealt(const planner::Instance& instance) {
   planner::Allocation allocation;
-  allocation.shared_cores = instance.cores;
+  allocation.shared_cores = instance.cores();
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
-    allocation.core_of.push_back(static_cast<int>(i) % instance.cores);
+    allocation.core_of.push_back(static_cast<int>(i) % instance.cores());
     allocation.owned.push_back(0);
+    allocation.kind.push_back(0);
   }
   return allocation;
 }

@@ -39,11 +39,11 @@ void add_threads(Instance& instance) {
   double worth = 1.0;
   for (planner::Member& member : instance.members) {
     worth = worth > 0.9 ? 0.3 : worth + 0.2;
-    member.owned.resize(static_cast<std::size_t>(instance.cores), member.owned.front());
-    for (std::size_t k = 1; k < member.owned.size(); ++k) {
+    member.on[0].owned.resize(static_cast<std::size_t>(instance.cores()), member.on[0].owned.front());
+    for (std::size_t k = 1; k < member.on[0].owned.size(); ++k) {
       const double speed = 1.0 + worth * static_cast<double>(k);
-      member.owned[k].period = std::max(member.owned.front().period / speed, member.least_period);
-      member.owned[k].execution = member.owned.front().execution / speed;
+      member.on[0].owned[k].period = std::max(member.on[0].owned.front().period / speed, member.least_period);
+      member.on[0].owned[k].execution = member.on[0].owned.front().execution / speed;
     }
   }
 }
@@ -56,7 +56,7 @@ void expect_valid(const Instance& instance, const Allocation& allocation) {
     used += allocation.owned[i];
     if (allocation.core_of[i] >= 0) ++sharing[static_cast<std::size_t>(allocation.core_of[i])];
   }
-  EXPECT_LE(used, instance.cores);
+  EXPECT_LE(used, instance.cores());
   for (const int members : sharing) EXPECT_GE(members, 2);
 }
 

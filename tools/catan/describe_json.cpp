@@ -70,6 +70,10 @@ Json scheduler_json(const graph::SchedulerOptions& options) {
 std::string describe_json(const graph::App& app, const model::CostTable* costs) {
   const graph::Graph& graph = app.graph;
   Json json{{"app", app.name}, {"nodes", Json::object()}, {"edges", Json::array()}, {"subchains", Json::object()}};
+  if (!app.core_kinds.empty()) json["cores"] = Json::object();
+  for (const graph::CoreKind& kind : app.core_kinds) {
+    json["cores"][kind.name] = {{"count", kind.count}, {"speed", kind.speed}};
+  }
   for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
     json["nodes"][graph.node(NodeId(i)).name] = node_json(graph, NodeId(i), costs);
   }

@@ -52,19 +52,36 @@ std::string settings(const Node& node) {
   return join(parts);
 }
 
-std::string cost_text(const Graph& graph, const model::CostTable* costs, std::size_t node) {
-  if (costs == nullptr || graph.node(NodeId(node)).external) return "";
-  return fmt::format("{:.6g}ms", (*costs)[NodeId(node)].single_thread().count());
+// On each kind of cores.
+std::string cost_text(const Graph& graph, const std::vector<model::CostTable>& costs, NodeId node) {
+  if (graph.node(node).external) return "";
+  std::vector<std::string> parts;
+  for (const model::CostTable& table : costs) {
+    parts.push_back(fmt::format("{:.6g}ms", table[node].single_thread().count()));
+  }
+  return join(parts, " / ");
 }
 
-std::string nodes_text(const Graph& graph, const model::CostTable* costs) {
+std::string nodes_text(const App& app, const model::CostTable* costs) {
+  const Graph& graph = app.graph;
+  std::vector<model::CostTable> by_kind;
+  if (costs != nullptr) by_kind = model::costs_by_kind(app, *costs);
   Table table({"node", "kind", "inputs", "settings", "cost"});
   for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
     const Node& node = graph.node(NodeId(i));
-    table.add(
-        {node.name, kind(graph, node), names(graph, node.predecessors), settings(node), cost_text(graph, costs, i)});
+    table.add({node.name, kind(graph, node), names(graph, node.predecessors), settings(node),
+               cost_text(graph, by_kind, NodeId(i))});
   }
   return table.text();
+}
+
+std::string cores_text(const App& app) {
+  if (app.core_kinds.empty()) return "";
+  Table table({"cores", "how many", "speed"});
+  for (const graph::CoreKind& kind : app.core_kinds) {
+    table.add({kind.name, fmt::format("{}", kind.count), fmt::format("{:.6g}", kind.speed)});
+  }
+  return "cores\n" + table.text() + "\n";
 }
 
 // Within a subchain each run triggers the next; everything else is triggered by Catan, or runs by itself.
@@ -125,10 +142,11 @@ std::string counted(std::size_t count, std::string_view thing) {
 
 std::string describe_text(const graph::App& app, const model::CostTable* costs) {
   const Graph& graph = app.graph;
-  return fmt::format("{}: {}, {}, {}, {}\n\nnodes\n{}\ntriggers\n{}\nobjective\n{}\nscheduler\n{}", app.name,
+  return fmt::format("{}: {}, {}, {}, {}\n\n{}nodes\n{}\ntriggers\n{}\nobjective\n{}\nscheduler\n{}", app.name,
                      counted(graph.nodes().size(), "node"), counted(graph.edges().size(), "edge"),
                      counted(graph.subchains().size(), "subchain"), counted(app.objective.size(), "term"),
-                     nodes_text(graph, costs), triggers_text(app), objective_text(app), scheduler_text(app));
+                     cores_text(app), nodes_text(app, costs), triggers_text(app), objective_text(app),
+                     scheduler_text(app));
 }
 
 }  // namespace ctn::tool

@@ -1,3 +1,7 @@
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include "explain.h"
@@ -50,37 +54,39 @@ Json reason_json(const planner::Reason& reason, const graph::Graph& graph) {
           {"core_part", reason.core_part}};
 }
 
-Json allocation_json(const plan::Plan& plan, const graph::Graph& graph) {
+Json allocation_json(const plan::Plan& plan, const graph::App& app) {
   Json groups = Json::array();
-  for (const planner::CoreGroup& group : planner::allocation_groups(plan)) {
-    groups.push_back({{"subchains", names(group.subchains, graph)}, {"cores", group.cores}});
+  for (const planner::CoreGroup& group : planner::allocation_groups(plan, app)) {
+    Json entry{{"subchains", names(group.subchains, app.graph)}, {"cores", group.cores}};
+    if (!app.core_kinds.empty()) entry["kind"] = app.core_kinds[static_cast<std::size_t>(group.kind)].name;
+    groups.push_back(std::move(entry));
   }
   return groups;
 }
 
-Json plan_json(const plan::Plan& plan, const graph::Graph& graph) {
+Json plan_json(const plan::Plan& plan, const graph::App& app) {
   return {
-      {"objective", plan.objective}, {"relax_factor", plan.relax_factor}, {"allocation", allocation_json(plan, graph)}};
+      {"objective", plan.objective}, {"relax_factor", plan.relax_factor}, {"allocation", allocation_json(plan, app)}};
 }
 
-Json variation_json(const planner::Variation& variation, const graph::Graph& graph) {
+Json variation_json(const planner::Variation& variation, const graph::App& app) {
   if (!variation.plan) return {{"refused", variation.refusal}};
-  return plan_json(*variation.plan, graph);
+  return plan_json(*variation.plan, app);
 }
 
-Json bound_json(const planner::BoundCost& bound, const graph::Graph& graph) {
+Json bound_json(const planner::BoundCost& bound, const graph::App& app) {
   return {{"bound", bound.key},
           {"asked_ms", bound.asked.count()},
           {"planned_ms", bound.planned.count()},
           {"binds", bound.binds},
           {"cost", bound.without.plan ? Json(bound.cost) : Json(nullptr)},
-          {"without", variation_json(bound.without, graph)}};
+          {"without", variation_json(bound.without, app)}};
 }
 
-Json runner_up_json(const planner::RunnerUp& runner_up, const graph::Graph& graph) {
+Json runner_up_json(const planner::RunnerUp& runner_up, const graph::App& app) {
   return {{"proven", runner_up.proven},
           {"allocations", runner_up.allocations},
-          {"plan", runner_up.plan ? plan_json(*runner_up.plan, graph) : Json(nullptr)}};
+          {"plan", runner_up.plan ? plan_json(*runner_up.plan, app) : Json(nullptr)}};
 }
 
 Json times(const std::vector<Millis>& values) {
@@ -89,7 +95,7 @@ Json times(const std::vector<Millis>& values) {
   return all;
 }
 
-Json doubled_json(const planner::DoubledWeight& doubled, std::size_t term, const graph::Graph& graph) {
+Json doubled_json(const planner::DoubledWeight& doubled, std::size_t term, const graph::App& app) {
   Json document = {{"term", term}};
   if (!doubled.with.plan) {
     document["refused"] = doubled.with.refusal;
@@ -98,22 +104,37 @@ Json doubled_json(const planner::DoubledWeight& doubled, std::size_t term, const
   document["terms_ms"] = times(doubled.terms);
   document["objective"] = doubled.objective;
   document["allocation_changes"] = doubled.allocation_changes;
-  document["allocation"] = allocation_json(*doubled.with.plan, graph);
+  document["allocation"] = allocation_json(*doubled.with.plan, app);
   return document;
 }
 
-Json explanation_json(const planner::Explanation& explanation, const graph::Graph& graph) {
+// With one core more or fewer: one plan, or one a kind of cores.
+Json with_cores_json(const std::vector<std::optional<planner::Variation>>& by_kind, const graph::App& app, int cores,
+                     int more) {
+  const auto one = [&](std::size_t kind) {
+    const auto& variation = by_kind[kind];
+    return variation ? variation_json(*variation, planner::with_more_cores(app, cores, kind, more)) : Json(nullptr);
+  };
+  if (app.core_kinds.empty()) return one(0);
+  Json all = Json::object();
+  for (std::size_t kind = 0; kind < by_kind.size(); ++kind) all[app.core_kinds[kind].name] = one(kind);
+  return all;
+}
+
+Json explanation_json(const planner::Explanation& explanation, const graph::App& app, int cores) {
+  const graph::Graph& graph = app.graph;
   Json document = {{"subchains", Json::object()}, {"terms_ms", times(explanation.terms)}, {"bounds", Json::array()}};
   for (std::size_t i = 0; i < explanation.reasons.size(); ++i) {
     document["subchains"][graph.subchain(SubchainId(i)).name] = reason_json(explanation.reasons[i], graph);
   }
-  for (const planner::BoundCost& bound : explanation.bounds) document["bounds"].push_back(bound_json(bound, graph));
-  document["one_core_more"] = variation_json(explanation.one_more, graph);
-  document["one_core_fewer"] = explanation.one_fewer ? variation_json(*explanation.one_fewer, graph) : Json(nullptr);
-  document["runner_up"] = runner_up_json(explanation.runner_up, graph);
+  for (const planner::BoundCost& bound : explanation.bounds) document["bounds"].push_back(bound_json(bound, app));
+  document["one_core_more"] =
+      with_cores_json({explanation.one_more.begin(), explanation.one_more.end()}, app, cores, 1);
+  document["one_core_fewer"] = with_cores_json(explanation.one_fewer, app, cores, -1);
+  document["runner_up"] = runner_up_json(explanation.runner_up, app);
   document["weight_doubled"] = Json::array();
   for (std::size_t i = 0; i < explanation.doubled.size(); ++i) {
-    document["weight_doubled"].push_back(doubled_json(explanation.doubled[i], i, graph));
+    document["weight_doubled"].push_back(doubled_json(explanation.doubled[i], i, app));
   }
   return document;
 }
@@ -123,7 +144,8 @@ Json explanation_json(const planner::Explanation& explanation, const graph::Grap
 std::string add_explanation(std::string_view plan_json, const planner::Explanation& explanation,
                             const graph::App& app) {
   Json document = Json::parse(plan_json);
-  document["explanation"] = explanation_json(explanation, app.graph);
+  const auto cores = static_cast<int>(document["cores"].size());
+  document["explanation"] = explanation_json(explanation, app, cores);
   return document.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -148,12 +148,18 @@ class Text {
 
   std::string alternatives() const {
     Table table({"plan", "objective", "change", "relaxed by", "cores"});
-    table.add({"this one", ms(plan_.objective), "", relaxed(plan_), allocation(plan_)});
-    add(table, "one core more", explanation_.one_more);
-    if (explanation_.one_fewer) add(table, "one core fewer", *explanation_.one_fewer);
+    table.add({"this one", ms(plan_.objective), "", relaxed(plan_), allocation(plan_, app_)});
+    for (std::size_t kind = 0; kind < explanation_.one_more.size(); ++kind) {
+      add(table, "one" + of_kind(kind) + " core more", explanation_.one_more[kind], with(kind, 1));
+    }
+    for (std::size_t kind = 0; kind < explanation_.one_fewer.size(); ++kind) {
+      if (const auto& fewer = explanation_.one_fewer[kind]) {
+        add(table, "one" + of_kind(kind) + " core fewer", *fewer, with(kind, -1));
+      }
+    }
     const planner::RunnerUp& runner_up = explanation_.runner_up;
     if (runner_up.plan) {
-      add(table, label(runner_up), {runner_up.plan, ""});
+      add(table, label(runner_up), {runner_up.plan, ""}, app_);
     } else {
       table.add({"other allocation", "none", "", "", ""});
     }
@@ -170,13 +176,21 @@ class Text {
     return better ? "best allocation" : "next best allocation";
   }
 
-  void add(Table& table, const std::string& label, const planner::Variation& other) const {
+  void add(Table& table, const std::string& label, const planner::Variation& other, const graph::App& app) const {
     if (!other.plan) {
       table.add({label, "none", "", "", other.refusal});
       return;
     }
     table.add({label, ms(other.plan->objective), change(plan_.objective, other.plan->objective), relaxed(*other.plan),
-               allocation(*other.plan)});
+               allocation(*other.plan, app)});
+  }
+
+  // " big" where cores differ, else nothing.
+  std::string of_kind(std::size_t kind) const {
+    return app_.core_kinds.empty() ? "" : " " + app_.core_kinds[kind].name;
+  }
+  graph::App with(std::size_t kind, int more) const {
+    return planner::with_more_cores(app_, static_cast<int>(plan_.cores.size()), kind, more);
   }
 
   // Empty for all plans: the column is left out.
@@ -184,16 +198,18 @@ class Text {
     return plan.relax_factor > 1.0 + plan::kTolerance ? fmt::format("{:.4g}", plan.relax_factor) : "";
   }
 
-  std::string allocation(const plan::Plan& plan) const {
+  std::string allocation(const plan::Plan& plan, const graph::App& app) const {
     std::vector<std::string> parts;
     int used = 0;
-    for (const planner::CoreGroup& group : planner::allocation_groups(plan)) {
+    for (const planner::CoreGroup& group : planner::allocation_groups(plan, app)) {
       used += group.cores;
       const std::string& first = name(group.subchains.front());
+      const std::string kind = of_kind(static_cast<std::size_t>(group.kind));
       if (group.subchains.size() > 1) {
-        parts.push_back(names(group.subchains) + " share one");
+        parts.push_back(names(group.subchains) + " share one" + kind);
       } else {
-        parts.push_back(group.cores == 1 ? first + " has one" : fmt::format("{} has {}", first, group.cores));
+        parts.push_back(group.cores == 1 ? first + " has one" + kind
+                                         : fmt::format("{} has {}{}", first, group.cores, kind));
       }
     }
     const auto unused = static_cast<int>(plan.cores.size()) - used;
@@ -212,7 +228,7 @@ class Text {
 
   std::string doubled(const planner::DoubledWeight& other) const {
     if (!other.with.plan) return ": no plan, " + other.with.refusal + "\n";
-    const std::string cores = other.allocation_changes ? "    cores: " + allocation(*other.with.plan) + "\n" : "";
+    const std::string cores = other.allocation_changes ? "    cores: " + allocation(*other.with.plan, app_) + "\n" : "";
     if (same(other)) return ": nothing changes\n" + cores;
     Table table({"", "  now", "then", "change"});
     for (std::size_t t = 0; t < other.terms.size(); ++t) {

@@ -28,7 +28,7 @@ struct Options {
   std::string costs;
   std::string slack;
   std::string planner = "joint";
-  int cores = 1;
+  std::optional<int> cores;
   bool json = false;
   bool explain = false;
 };
@@ -65,11 +65,11 @@ int make(const Options& options) {
   if (!costs) return report_error(costs.error());
   const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
   const auto begin = std::chrono::steady_clock::now();
-  const planner::Request request{options.cores, *slack, method};
+  const planner::Request request{options.cores.value_or(app->core_count().value_or(1)), *slack, method};
   auto plan = planner::make_plan(*app, *costs, request);
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
-  if (const auto proof = plan::validate(*plan, *app, *costs, options.cores); !proof) {
+  if (const auto proof = plan::validate(*plan, *app, *costs, request.cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
   std::optional<planner::Explanation> why;
@@ -90,9 +90,8 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "  catan plan app.yaml --cores 2 --costs costs.yaml --explain    why, and what else could be had\n"
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
-  command->add_option("--cores", options->cores, "How many cores the app gets")
-      ->check(CLI::Range(1, planner::kMostCores))
-      ->capture_default_str();
+  command->add_option("--cores", options->cores, "How many cores the app gets; else those that it lists, or 1")
+      ->check(CLI::Range(1, planner::kMostCores));
   command->add_option("--costs", options->costs, "Compute times (docs/cost-file.md); else scheduler.bootstrap_cost")
       ->type_name("FILE");
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")

@@ -53,11 +53,15 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
       slots.push_back(
           fmt::format("{} {:.3f} + {}", app.graph.subchain(slot.subchain).name, slot.offset.count(), ms(slot.slice)));
     }
+    const auto number = static_cast<int>(i);
+    const std::string label = app.core_kinds.empty()
+                                  ? fmt::format("{}", i)
+                                  : fmt::format("{} {}", i, app.core_kinds[app.kind_of(number)].name);
     if (slots.empty()) {
-      table.add({fmt::format("{}", i), "", "", "", owner_text(plan, app, static_cast<int>(i)), ""});
+      table.add({label, "", "", "", owner_text(plan, app, number), ""});
       continue;
     }
-    table.add({fmt::format("{}", i), ms(core.frame), core.frame_min.count() > 0 ? ms(core.frame_min) : "",
+    table.add({label, ms(core.frame), core.frame_min.count() > 0 ? ms(core.frame_min) : "",
                core.frames == graph::FrameMode::kElastic ? "elastic" : "fixed",
                fmt::format("{}", fmt::join(slots, " | ")), ms(core.idle)});
   }

@@ -290,6 +290,8 @@ Status FakeOs::set_level(ThreadId thread, Level level) {
   return set;
 }
 
+void FakeOs::shift_level(ThreadId thread, Level level) { static_cast<void>(set_level(thread, level)); }
+
 Result<Level> FakeOs::level(ThreadId thread) {
   const Lock lock(mutex_);
   const Task* const task = find(thread);

@@ -64,6 +64,7 @@ class FakeOs : public Os {
   // The new thread has the maker's CPUs; it runs when its turn comes, not before the maker gives up the baton.
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
   Status set_level(ThreadId thread, Level level) override;
+  void shift_level(ThreadId thread, Level level) override;
   Result<Level> level(ThreadId thread) override;
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;

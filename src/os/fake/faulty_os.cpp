@@ -112,6 +112,8 @@ Status FaultyOs::set_level(ThreadId thread, Level level) {
                             "order less");
 }
 
+void FaultyOs::shift_level(ThreadId thread, Level level) { static_cast<void>(set_level(thread, level)); }
+
 Result<Level> FaultyOs::level(ThreadId thread) {
   if (auto error = lost(thread)) return *error;
   if (const auto order = next(Call::kLevel)) return order->error.value_or(refused());

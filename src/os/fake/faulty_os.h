@@ -69,6 +69,7 @@ class FaultyOs : public Os {
     return inner_.spawn(name, std::move(body));
   }
   Status set_level(ThreadId thread, Level level) override;
+  void shift_level(ThreadId thread, Level level) override;
   Result<Level> level(ThreadId thread) override;
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;

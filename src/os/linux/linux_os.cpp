@@ -116,6 +116,7 @@ class LinuxOs : public Os {
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
 
   Status set_level(ThreadId thread, Level level) override { return scheduling_.set_level(thread, level); }
+  void shift_level(ThreadId thread, Level level) override { scheduling_.shift_level(thread, level); }
   Result<Level> level(ThreadId thread) override { return scheduling_.level(thread); }
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override { return scheduling_.set_affinity(thread, cpus); }
   Result<CpuSet> affinity(ThreadId thread) override { return scheduling_.affinity(thread); }

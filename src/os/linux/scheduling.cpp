@@ -89,6 +89,10 @@ Status Scheduling::set_level(ThreadId thread, Level level) {
   return set_policy(thread, policy_of(level), fmt::format("set level {} for", to_string(level)));
 }
 
+void Scheduling::shift_level(ThreadId thread, Level level) {
+  if (is_number(thread)) static_cast<void>(calls_.set_policy(kernel_number(thread), policy_of(level)));
+}
+
 Result<Level> Scheduling::level(ThreadId thread) {
   const char* const what = "read the level of";
   if (!is_number(thread)) return refused(thread, what, ESRCH);

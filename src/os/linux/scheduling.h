@@ -20,6 +20,7 @@ class Scheduling {
   Scheduling(LinuxRoots roots, KernelCalls& calls) : roots_(std::move(roots)), calls_(calls) {}
 
   Status set_level(ThreadId thread, Level level);
+  void shift_level(ThreadId thread, Level level);
   Result<Level> level(ThreadId thread);
   Status set_affinity(ThreadId thread, const CpuSet& cpus);
   Result<CpuSet> affinity(ThreadId thread);
