@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "planner/cover.h"
 #include "planner/group_bound.h"
 #include "planner/local_search.h"
 #include "planner/partitions.h"
@@ -131,18 +132,79 @@ class Joint {
     constexpr int kRounds = 6;
     for (int round = 0; round < kRounds && effort_.left > 0; ++round) {
       prices.refresh();
-      best_.bound = std::max({best_.bound, spread_bound(instance_, prices), pooled_bound(instance_, prices)});
+      raise_bound(std::max(spread_bound(instance_, prices), pooled_bound(instance_, prices)));
       search.improve(pieces, effort_);
       if (pieces == last) break;
       last = pieces;
-      const Allocation allocation = to_allocation(pieces, instance_.members.size());
-      try_allocation(allocation, std::max<std::size_t>(1, effort_.left / 4));
+      try_allocation(to_allocation(pieces, instance_.members.size()), std::max<std::size_t>(1, effort_.left / 64));
     }
     prices.refresh();
-    best_.bound = std::max({best_.bound, spread_bound(instance_, prices), pooled_bound(instance_, prices)});
-    if (best_.bound < limit() && effort_.left > 0) {
-      best_.bound = std::max(best_.bound, cover_bound(instance_, prices, pieces, effort_));
+    raise_bound(std::max(spread_bound(instance_, prices), pooled_bound(instance_, prices)));
+    if (!best_.found) try_allocation(to_allocation(pieces, instance_.members.size()));
+    // Where cores differ, spreading is all that is known.
+    if (best_.found && best_.bound < limit() && instance_.kind_count() == 1) close_gap(prices);
+  }
+
+  void raise_bound(double bound) { best_.bound = std::max(best_.bound, bound); }
+
+  // Bounds by covering, and partitions that by these may be better than what is known. Multipliers that are best for
+  // one of them are poor for the others: the bound rises with those that suit them all.
+  void close_gap(Prices& prices) {
+    constexpr int kRounds = 8;
+    Effort part{effort_.left / 16};
+    const std::size_t given = part.left;
+    std::vector<double> multipliers = solver_.multipliers();
+    PairCover start = cover_by_pairs(instance_, prices, to_pieces(best_.allocation), part);
+    raise_bound(start.bound);
+    for (int round = 0; round < kRounds && best_.bound < limit() && part.left > 0; ++round) {
+      Cover cover(instance_, prices, std::move(start.prices), to_pieces(best_.allocation));
+      raise_bound(cover.bound(limit(), part));
+      if (best_.bound >= limit()) break;
+      Cover::Partitions rivals = cover.below(limit(), part);
+      multipliers = look_at(rivals, multipliers, part);
+      // Where these are all, what a look leaves open is settled.
+      if (rivals.complete_to >= limit()) settle(rivals, multipliers, part);
+      double proven = std::min(rivals.complete_to, known());
+      for (const auto& [bound, pieces] : rivals.found) proven = std::min(proven, bound);
+      raise_bound(proven);
+      if (cover.gave_up() || rivals.found.empty()) break;
+      start.prices = cover.prices();
+      solver_.set_multipliers(multipliers);
+      prices.refresh();
     }
+    effort_.spend(given - part.left);
+  }
+
+  // The most promising, each from the same multipliers. Returns a mean of these and of those that are best for each.
+  std::vector<double> look_at(Cover::Partitions& rivals, const std::vector<double>& multipliers, Effort& part) {
+    constexpr std::size_t kMost = 30;
+    constexpr double kInertia = 3.0;
+    std::vector<double> mean = multipliers;
+    double weight = kInertia;
+    const std::size_t looked_at = std::min(rivals.found.size(), kMost);
+    for (std::size_t r = 0; r < looked_at && rivals.found[r].first < limit(); ++r) {
+      try_rival(rivals.found[r], multipliers, kQuickLook, part);
+      weight += 1.0;
+      for (std::size_t m = 0; m < mean.size(); ++m) mean[m] += (solver_.multipliers()[m] - mean[m]) / weight;
+    }
+    return mean;
+  }
+
+  void settle(Cover::Partitions& rivals, const std::vector<double>& multipliers, Effort& part) {
+    for (auto& rival : rivals.found) {
+      if (rival.first < limit() && part.left > 0) try_rival(rival, multipliers, part.left / 2, part);
+    }
+  }
+
+  // Raises the bound that comes with it.
+  void try_rival(std::pair<double, std::vector<Piece>>& rival, const std::vector<double>& multipliers, std::size_t most,
+                 Effort& part) {
+    auto& [bound, pieces] = rival;
+    const std::size_t before = effort_.left;
+    solver_.set_multipliers(multipliers);
+    bound = std::max(bound, try_allocation(to_allocation(pieces, instance_.members.size()), most));
+    part.spend(before - effort_.left);
+    effort_.left = before;  // which pays for the part as a whole
   }
 
   const Instance& instance_;

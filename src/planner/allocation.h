@@ -7,8 +7,9 @@
 // groups, so dynamic programming over sets of subchains gives the least total, which is a lower bound on every plan.
 // All partitions whose bound is below the best plan known are then looked at, the most promising first, until none is
 // left: the result is proven.
-// Joint, more subchains: local search (moves, swaps, cores given and taken), then the exact shares of what it found,
-// beside a lower bound, so that the plan says how far from the optimum it can be at most.
+// Joint, more subchains: local search (moves, swaps, cores given and taken) finds a plan; set partitioning with groups
+// made as they are needed (cover.h) bounds all others, and names those that may be better. Where these are few the
+// result is proven; else the plan says how far from the optimum it can be at most.
 //
 // Identical cores are not told apart, so that no allocation is looked at twice.
 //

@@ -32,17 +32,19 @@ double water_level_cost(std::vector<double> heads, double mass, int cores) {
 
 }  // namespace
 
-double spread_bound(const Instance& instance, Prices& prices) {
+namespace {
+
+double spread_over_alike(const Instance& instance, Prices& prices) {
   std::vector<double> heads;
   double mass = 0.0;
+  const int cores = instance.cores();
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const int index = static_cast<int>(i);
-    const int most = static_cast<int>(instance.members[i].on[0].owned.size());
-    const double alone = std::min(prices.of_owned(index, 1), prices.root(i) * prices.root(i));
+    const double alone = std::min(prices.of_owned(index, 1, 0), prices.root(i, 0) * prices.root(i, 0));
     double spread = alone;
     bool divisible = false;
-    for (int k = 2; k <= most; ++k) {
-      const double price = prices.of_owned(index, k);
+    for (int k = 2; k <= prices.most_owned(index, 0); ++k) {
+      const double price = prices.of_owned(index, k, 0);
       if (price < alone) divisible = true;
       spread = std::min(spread, price * k);
     }
@@ -54,30 +56,83 @@ double spread_bound(const Instance& instance, Prices& prices) {
   }
   std::sort(heads.begin(), heads.end(), std::greater<>());
   // As many heads as there are cores; more than one on a core is never better than moving one away.
-  for (std::size_t i = static_cast<std::size_t>(instance.cores()); i < heads.size(); ++i) mass += heads[i];
-  heads.resize(std::min(heads.size(), static_cast<std::size_t>(instance.cores())));
-  return prices.constant() + water_level_cost(heads, mass, instance.cores());
+  for (std::size_t i = static_cast<std::size_t>(cores); i < heads.size(); ++i) mass += heads[i];
+  heads.resize(std::min(heads.size(), static_cast<std::size_t>(cores)));
+  return prices.constant() + water_level_cost(heads, mass, cores);
+}
+
+// On a core of that kind a root is at least so many times what it is on one of the first.
+double least_ratio(const Instance& instance, const Prices& prices, int kind) {
+  double least = kInfinity;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    if (prices.root(i, 0) > 0.0) least = std::min(least, prices.root(i, kind) / prices.root(i, 0));
+  }
+  return std::isfinite(least) ? least : 1.0;
+}
+
+// A load X, in roots on the first kind, costs at least (ratio X)^2 on one core of another; no load is indivisible.
+double spread_over_kinds(const Instance& instance, Prices& prices) {
+  std::vector<double> ratios;
+  double capacity = 0.0;
+  for (int kind = 0; kind < instance.kind_count(); ++kind) {
+    ratios.push_back(least_ratio(instance, prices, kind));
+    if (instance.kind(kind).count > 0) capacity += instance.kind(kind).count / (ratios.back() * ratios.back());
+  }
+  double mass = 0.0;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    double root = prices.root(i, 0);
+    for (int kind = 0; kind < instance.kind_count(); ++kind) {
+      const double ratio = ratios[static_cast<std::size_t>(kind)];
+      for (int k = 1; k <= prices.most_owned(static_cast<int>(i), kind); ++k) {
+        root = std::min(root, std::sqrt(k * prices.of_owned(static_cast<int>(i), k, kind)) / ratio);
+      }
+    }
+    mass += root;
+  }
+  return prices.constant() + (capacity > 0.0 && std::isfinite(capacity) ? mass * mass / capacity : 0.0);
+}
+
+// So much of what runs cost on a core of the first kind do all cores get done in a millisecond, at most.
+double pooled_speed(const Instance& instance) {
+  double sum = 0.0;
+  for (int kind = 0; kind < instance.kind_count(); ++kind) {
+    double speed = kind == 0 ? 1.0 : 0.0;
+    for (const Member& member : instance.members) {
+      if (member.on_kind(0).cost > 0.0) speed = std::max(speed, member.on_kind(0).cost / member.on_kind(kind).cost);
+    }
+    if (instance.kind(kind).count > 0) sum += instance.kind(kind).count * speed;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double spread_bound(const Instance& instance, Prices& prices) {
+  return instance.kind_count() == 1 ? spread_over_alike(instance, prices) : spread_over_kinds(instance, prices);
 }
 
 double pooled_bound(const Instance& instance, Prices& prices) {
   struct Part {
     double weight = 0.0;  // at most what a millisecond of its period costs, whoever has which cores
-    double cost = 0.0;
+    double cost = 0.0;    // on a core of the first kind
     double cap = 0.0;
   };
   std::vector<Part> parts;
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const Member& member = instance.members[i];
     double weight = prices.weight(i);
-    for (std::size_t k = 0; k < member.on[0].owned.size(); ++k) {
-      const double period = member.on[0].owned[k].period;
-      if (!std::isfinite(period) || period <= 0.0) continue;
-      weight = std::min(weight, prices.of_owned(static_cast<int>(i), static_cast<int>(k + 1)) / period);
+    for (int kind = 0; kind < instance.kind_count(); ++kind) {
+      const std::vector<Owned>& owned = member.on_kind(kind).owned;
+      for (std::size_t k = 0; k < owned.size(); ++k) {
+        const double period = owned[k].period;
+        if (!std::isfinite(period) || period <= 0.0) continue;
+        weight = std::min(weight, prices.of_owned(static_cast<int>(i), static_cast<int>(k + 1), kind) / period);
+      }
     }
-    parts.push_back({weight, member.on[0].cost, std::max(member.least_period, member.exact_period)});
+    parts.push_back({weight, member.on_kind(0).cost, std::max(member.least_period, member.exact_period)});
   }
   // p = max(cap, sqrt(C / b) / v); who is capped for some v is so for any larger one.
-  double room = instance.cores() * instance.usable;
+  double room = pooled_speed(instance) * instance.usable;
   double v = 0.0;
   std::vector<char> capped(parts.size(), 0);
   for (bool changed = true; changed;) {
@@ -109,76 +164,39 @@ double pooled_bound(const Instance& instance, Prices& prices) {
 
 namespace {
 
-constexpr std::size_t kMostColumns = 8'000;
 constexpr int kCoverRounds = 400;
+constexpr std::size_t kLargest = 2;  // members of a column
 
-struct Column {
-  Set set = 0;
-  int cores = 1;
-  double cost = 0.0;
-};
-
-class Cover {
+class PairPrices {
  public:
-  Cover(const Instance& instance, Prices& prices) : instance_(instance), prices_(prices) {
+  PairPrices(const Instance& instance, Prices& prices) : instance_(instance), prices_(prices) {
     const std::size_t count = instance.members.size();
     for (std::size_t i = 0; i < count; ++i) {
-      for (int k = 1; k <= static_cast<int>(instance.members[i].on[0].owned.size()); ++k) {
-        const double cost = prices.of_owned(static_cast<int>(i), k);
-        if (std::isfinite(cost)) columns_.push_back({Set{1} << i, k, cost});
-      }
-    }
-    // Groups of two, of three, and so on, as long as there are not too many.
-    double groups = static_cast<double>(count);
-    for (largest_ = 1; largest_ < static_cast<int>(count); ++largest_) {
-      groups *= static_cast<double>(count - static_cast<std::size_t>(largest_)) / (largest_ + 1);
-      if (static_cast<double>(columns_.size()) + groups > static_cast<double>(kMostColumns)) break;
-      add_groups(0, 0, largest_ + 1);
+      const int most = std::min(instance.cores(), prices.most_owned(static_cast<int>(i), 0));
+      for (int k = 1; k <= most; ++k) add({Set{1} << i, k});
+      for (std::size_t j = 0; j < i; ++j) add({Set{1} << i | Set{1} << j, 1});
     }
   }
 
   std::size_t columns() const { return columns_.size(); }
 
-  double improve(const std::vector<Piece>& known) {
+  PairCover improve(const std::vector<Piece>& known) {
     const std::size_t count = instance_.members.size();
-    cover_.assign(count, 0.0);
-    double goal = prices_.constant();
-    double sharing = 0.0;
-    int shared = 0;
-    for (const Piece& piece : known) {
-      const double cost = prices_.of(piece);
-      if (!std::isfinite(cost)) return -kInfinity;
-      goal += cost;
-      if (std::has_single_bit(piece.set)) continue;
-      sharing += cost;
-      ++shared;
-    }
-    // What one more core would be worth: with even loads X on K cores, the cost K X^2 falls by X^2 for another.
-    const double core = shared > 0 ? sharing / shared : (goal - prices_.constant()) / instance_.cores();
-    for (const Piece& piece : known) {
-      const double worth = prices_.of(piece) + core * piece.cores;
-      double roots = 0.0;
-      for (const int i : members_of(piece.set)) roots += prices_.root(static_cast<std::size_t>(i));
-      for (const int i : members_of(piece.set)) {
-        const auto index = static_cast<std::size_t>(i);
-        cover_[index] = roots > 0.0 ? worth * prices_.root(index) / roots : worth / std::popcount(piece.set);
-      }
-    }
-    double best = -kInfinity;
-    std::vector<double> at_best = cover_;
+    const double goal = start(known);
+    if (!std::isfinite(goal)) return {-kInfinity, {std::vector<double>(count, 0.0), 0.0}};
+    PairCover best{-kInfinity, at_};
     double patience = 1.0;
     int failures = 0;
     std::vector<int> covered(count);
     for (int round = 0; round < kCoverRounds; ++round) {
       const double value = evaluate(covered);
-      if (value > best) {
-        best = value;
-        at_best = cover_;
+      if (value > best.bound) {
+        best = {value, at_};
         failures = 0;
       } else if (++failures == 8) {
         patience *= 0.6;
         failures = 0;
-        cover_ = at_best;
+        at_ = best.prices;
         if (patience < 1e-3) break;
         continue;
       }
@@ -186,19 +204,43 @@ class Cover {
       for (const int times : covered) norm += (1.0 - times) * (1.0 - times);
       if (norm == 0.0 || goal - value <= 1e-12 * std::abs(goal)) break;
       const double step = patience * (goal - value) / norm;
-      for (std::size_t i = 0; i < count; ++i) cover_[i] += step * (1.0 - covered[i]);
+      for (std::size_t i = 0; i < count; ++i) at_.members[i] += step * (1.0 - covered[i]);
     }
     return best;
   }
 
  private:
-  void add_groups(Set set, std::size_t from, int missing) {
-    if (missing == 0) {
-      const double cost = prices_.of({set, 1});
-      if (std::isfinite(cost)) columns_.push_back({set, 1, cost});
-      return;
+  void add(const Piece& piece) {
+    const double cost = prices_.of(piece);
+    if (std::isfinite(cost)) columns_.push_back({piece, cost});
+  }
+
+  // What a group that is known costs, and its core, shared out among its members by their roots. Returns the cost of
+  // all that is known.
+  double start(const std::vector<Piece>& known) {
+    double goal = prices_.constant();
+    double sharing = 0.0;
+    int shared = 0;
+    for (const Piece& piece : known) {
+      const double cost = prices_.of(piece);
+      goal += cost;
+      if (std::has_single_bit(piece.set)) continue;
+      sharing += cost;
+      ++shared;
     }
-    for (std::size_t i = from; i < instance_.members.size(); ++i) add_groups(set | Set{1} << i, i + 1, missing - 1);
+    // What one more core would be worth: with even loads X on K cores, the cost K X^2 falls by X^2 for another.
+    at_.core = shared > 0 ? sharing / shared : (goal - prices_.constant()) / instance_.cores();
+    at_.members.assign(instance_.members.size(), 0.0);
+    for (const Piece& piece : known) {
+      const double worth = prices_.of(piece) + at_.core * piece.cores;
+      double roots = 0.0;
+      for (const int i : members_of(piece.set)) roots += prices_.root(static_cast<std::size_t>(i), 0);
+      for (const int i : members_of(piece.set)) {
+        const auto index = static_cast<std::size_t>(i);
+        at_.members[index] = roots > 0.0 ? worth * prices_.root(index, 0) / roots : worth / std::popcount(piece.set);
+      }
+    }
+    return goal;
   }
 
   // The bound at the present cover prices, and how often its groups cover each subchain.
@@ -207,12 +249,9 @@ class Cover {
     std::vector<double> least(static_cast<std::size_t>(cores + 1), kInfinity);
     std::vector<const Column*> of(static_cast<std::size_t>(cores + 1), nullptr);
     for (const Column& column : columns_) {
-      double reduced = column.cost;
-      for (Set rest = column.set; rest != 0; rest &= rest - 1) {
-        reduced -= cover_[static_cast<std::size_t>(std::countr_zero(rest))];
-      }
-      const auto k = static_cast<std::size_t>(column.cores);
-      if (column.cores <= cores && reduced < least[k]) {
+      const double reduced = column.cost - at_.worth(column.piece.set);
+      const auto k = static_cast<std::size_t>(column.piece.cores);
+      if (reduced < least[k]) {
         least[k] = reduced;
         of[k] = &column;
       }
@@ -222,6 +261,8 @@ class Cover {
       least[1] = larger;
       of[1] = nullptr;
     }
+    at_.core = 0.0;
+    for (int k = 1; k <= cores; ++k) at_.core = std::max(at_.core, -least[static_cast<std::size_t>(k)] / k);
     // The cheapest way to fill the cores; one may stay empty.
     std::vector<double> filled(static_cast<std::size_t>(cores + 1), 0.0);
     std::vector<int> last(static_cast<std::size_t>(cores + 1), 0);
@@ -241,12 +282,12 @@ class Cover {
       const int j = last[static_cast<std::size_t>(k)];
       if (j > 0) {
         const Column* column = of[static_cast<std::size_t>(j)];
-        for (const int i : column ? members_of(column->set) : larger_) ++covered[static_cast<std::size_t>(i)];
+        for (const int i : column ? members_of(column->piece.set) : larger_) ++covered[static_cast<std::size_t>(i)];
       }
       k -= std::max(1, j);
     }
     double value = prices_.constant() + filled.back();
-    for (const double price : cover_) value += price;
+    for (const double price : at_.members) value += price;
     return value;
   }
 
@@ -254,19 +295,20 @@ class Cover {
   // 2 t (sum x) - t^2 for any t, and then every member counts for itself.
   double least_of_larger_groups() {
     const std::size_t count = instance_.members.size();
-    if (static_cast<int>(count) <= largest_) return kInfinity;
+    if (count <= kLargest) return kInfinity;
     double best = -kInfinity;
     double total = 0.0;
-    for (std::size_t i = 0; i < count; ++i) total += prices_.root(i);
+    for (std::size_t i = 0; i < count; ++i) total += prices_.root(i, 0);
     const double even = total / instance_.cores();
     std::vector<std::pair<double, int>> gains(count);
     for (const double factor : {0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0}) {
       const double t = factor * even;
-      for (std::size_t i = 0; i < count; ++i) gains[i] = {2.0 * t * prices_.root(i) - cover_[i], static_cast<int>(i)};
+      for (std::size_t i = 0; i < count; ++i)
+        gains[i] = {2.0 * t * prices_.root(i, 0) - at_.members[i], static_cast<int>(i)};
       std::sort(gains.begin(), gains.end());
       double sum = -t * t;
       std::size_t taken = 0;
-      while (taken < count && (taken <= static_cast<std::size_t>(largest_) || gains[taken].first < 0.0)) {
+      while (taken < count && (taken <= kLargest || gains[taken].first < 0.0)) {
         sum += gains[taken++].first;
       }
       if (sum <= best) continue;
@@ -280,17 +322,16 @@ class Cover {
   const Instance& instance_;
   Prices& prices_;
   std::vector<Column> columns_;
-  int largest_ = 1;            // members of the largest groups among the columns
-  std::vector<double> cover_;  // by subchain
-  std::vector<int> larger_;    // a group that least_of_larger_groups found
+  CoverPrices at_;           // a core costs so much that no group is worth more than it costs
+  std::vector<int> larger_;  // a group that least_of_larger_groups found
 };
 
 }  // namespace
 
-double cover_bound(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort) {
-  Cover cover(instance, prices);
-  effort.spend(cover.columns());
-  return cover.improve(known);
+PairCover cover_by_pairs(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort) {
+  PairPrices pairs(instance, prices);
+  effort.spend(1 + pairs.columns());
+  return pairs.improve(known);
 }
 
 }  // namespace ctn::planner

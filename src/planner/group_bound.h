@@ -3,6 +3,9 @@
 // Units: milliseconds. Thread safety: pure but for the prices' memory.
 #pragma once
 
+#include <vector>
+
+#include "planner/cover_program.h"
 #include "planner/instance.h"
 #include "planner/pieces.h"
 
@@ -17,8 +20,13 @@ double spread_bound(const Instance& instance, Prices& prices);
 double pooled_bound(const Instance& instance, Prices& prices);
 
 // Every subchain must be in one group: with a price on each for being covered, the cheapest groups that the cores have
-// room for are a bound (Lagrangian relaxation of set partitioning). Knows of whole numbers, which spread_bound does
-// not. The cover prices start from an allocation that is known, and are improved towards its cost.
-double cover_bound(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort);
+// room for are a bound (Lagrangian relaxation of set partitioning). Knows of whole numbers in groups of two, and of
+// larger groups what spread_bound does. The prices start from an allocation that is known, and are improved towards
+// its cost; finite, so that cover.h can go on from them.
+struct PairCover {
+  double bound = 0.0;
+  CoverPrices prices;
+};
+PairCover cover_by_pairs(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort);
 
 }  // namespace ctn::planner

@@ -41,12 +41,12 @@ class Prices {
 
   double constant() const { return constant_; }
   double of(const Piece& piece);
-  double of_owned(int subchain, int cores, int kind = 0) const;  // infinite where it has no use for so many
-  int most_owned(int subchain, int kind = 0) const { return static_cast<int>(on(kind).owned[index(subchain)].size()); }
+  double of_owned(int subchain, int cores, int kind) const;  // infinite where it has no use for so many
+  int most_owned(int subchain, int kind) const { return static_cast<int>(on(kind).owned[index(subchain)].size()); }
   // A bound that ignores whole numbers and rates: (sum of roots)^2, by Cauchy and Schwarz.
   double simple(Set set, int kind) const;
   double weight(std::size_t subchain) const { return weight_[subchain]; }
-  double root(std::size_t subchain, int kind = 0) const { return on(kind).root[subchain]; }
+  double root(std::size_t subchain, int kind) const { return on(kind).root[subchain]; }
   double of_all(const std::vector<Piece>& pieces);
 
  private:
