@@ -25,7 +25,8 @@ void SlackAccount::owe_for(Nanos busy) { debt_ += owed_for(busy); }
 void SlackAccount::pay(Nanos given) { debt_ = std::max(debt_ - given, Nanos{0}); }
 
 Nanos SlackAccount::busy_part(Nanos wait) const {
-  if (debt_ + owed_for(wait) < kSmallestSlack) return wait;
+  if (slack_ == 0.0) return wait;
+  if (wait < kSmallestSlack) return Nanos{0};
   // The busy part b makes the debt grow to debt + b s / (1 - s), which the rest, wait - b, is to pay.
   return scaled(std::max(wait - debt_, Nanos{0}), 1.0 - slack_);
 }
