@@ -146,10 +146,7 @@ bool SharedCoreDispatcher::enter_next_slot() {
   SharedCoreMember& owner = members_[next_slot_];
   const TimePoint planned = fixed() ? frame_start_ + owner.slot().offset : now_;
   if (now_ < planned) return false;
-  OpenSlot& slot = slot_.emplace();
-  slot.index = next_slot_++;
-  slot.planned = planned;
-  slot.end = planned + owner.slot().slice;
+  slot_ = OpenSlot{next_slot_++, planned, planned + owner.slot().slice, false, {}, {}};
   owner.begin_slot(planned);
   meet_thief();
   return true;
@@ -227,15 +224,11 @@ bool SharedCoreDispatcher::thief_can_go_on() const {
 // A slot has come to which somebody who is late may have reached.
 void SharedCoreDispatcher::meet_thief() {
   if (!thief_) return;
-  const bool in_its_own_slot = *thief_ == slot_->index;
-  if (in_its_own_slot || !thief_can_go_on()) {
-    thief_.reset();
-    return;
-  }
   if (slot_->end <= now_) return;  // nothing to steal here
   const SharedCoreMember& thief = members_[*thief_];
   const SharedCoreMember& victim = members_[slot_->index];
-  if (thief.slot().rank >= victim.slot().rank) {
+  // In its own slot, too: nobody outranks himself.
+  if (!thief_can_go_on() || thief.slot().rank >= victim.slot().rank) {
     thief_.reset();
     return;
   }

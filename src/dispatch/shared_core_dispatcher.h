@@ -119,8 +119,8 @@ class SharedCoreDispatcher {
   void change_schedule(SharedCoreSchedule schedule);
 
   // Hands over a subchain that no other core holds: RunState{} at first, then as it was released. It may come before
-  // its schedule does. Triggered from the next frame on; a run that is under way goes on at once. To be followed by a
-  // call of step().
+  // its schedule does. A run that is under way goes on in its next slot, frames count for it from the next one. To be
+  // followed by a call of step().
   void adopt(SubchainId subchain, const RunState& state);
 
   const SharedCoreSchedule& schedule() const { return schedule_; }

@@ -74,6 +74,12 @@ TEST(ElasticFrames, NoFrameIsShorterThanItsLeast) {
   EXPECT_EQ(core.timeline(), "0:2 .:8 0:2 .:8 0:2 b0:2") << "a run that is not done goes on in the background";
 }
 
+TEST(ElasticFrames, AskForNothingWhileNobodyHasWork) {
+  auto core = VirtualCore::with_all(elastic({every(1, 0, ms(2))}, 0.2, ms(10)), costs({{2}}));
+  core.run_until(at(ms(99)));
+  EXPECT_EQ(core.calls, 2U * 10U) << "the frame's start and the run's end";
+}
+
 TEST(ElasticFrames, WhatHasToBeWaitedIsTheBackgroundsButForTheSlack) {
   const auto schedule = without_stealing(elastic({every(1, 0, ms(2)), every(1, 1, ms(2))}, 0.2, ms(10)));
   auto core = VirtualCore::with_all(schedule, costs({{2}, {17, 1}}));
@@ -152,7 +158,7 @@ TEST(FixedFrames, AWholeFrameLateTheGridStartsAnew) {
 TEST(FixedFrames, ASlotThatIsOverBeforeItWasLookedAtHasItsTriggerSent) {
   const auto schedule = fixed({every(1, 0, ms(2)), every(1, 1, ms(2)), every(1, 2, ms(2))}, ms(10));
   SharedCoreDispatcher dispatcher(at(ms(0)), without_stealing(schedule));
-  for (const std::size_t index : {0, 1, 2}) dispatcher.adopt(SubchainId(index), {});
+  for (const std::size_t index : {0U, 1U, 2U}) dispatcher.adopt(SubchainId(index), {});
   const auto& late = dispatcher.step(at(ms(5)), {});
   ASSERT_THAT(late.triggers, SizeIs(3));
   ASSERT_THAT(late.levels, SizeIs(3));

@@ -143,9 +143,12 @@ RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   const SharedCoreSchedule schedule = arbitrary_schedule(some_subchains());
   const SubchainId hog(static_cast<std::size_t>(number(0, static_cast<int>(schedule.slots.size()))));
   const VirtualCore::Cost others = arbitrary_costs(ms(6), 10);
-  auto core = VirtualCore::with_all(schedule, [&](SubchainId subchain, std::uint64_t run) {
+  const VirtualCore::Cost cost = [&](SubchainId subchain, std::uint64_t run) {
     return subchain == hog ? Nanos{std::chrono::hours{1}} : others(subchain, run);
-  });
+  };
+  // Late timers cost time, but in elastic frames nobody his slice.
+  const bool late = schedule.frames == graph::FrameMode::kElastic && chance(30);
+  auto core = VirtualCore::with_all(schedule, cost, late ? arbitrary_lateness() : VirtualCore::Lateness{});
   core.run_until(kEnd);
   RC_PRE(!core.triggers[hog].empty());
   const TimePoint begin = core.triggers[hog].front().sent;
@@ -158,7 +161,7 @@ RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   }
   const Nanos had = core.cpu_time(hog, *first, core.frames.back(), Level::kActive);
   RC_ASSERT(had + stolen >= slot_of(schedule, hog).slice * frames);
-  RC_ASSERT(core.frames.back() - *first <= longest_frame(schedule) * frames + kSmallestSlack);
+  if (!late) RC_ASSERT(core.frames.back() - *first <= longest_frame(schedule) * frames + kSmallestSlack);
 }
 
 RC_GTEST_PROP(SharedCoreProperty, OrdinaryThreadsHaveTheSlackOverAnyRowOfFrames, ()) {
@@ -210,10 +213,17 @@ RC_GTEST_PROP(SharedCoreProperty, NobodyStealsFromAHigherRankNorForLongerThanASl
 RC_GTEST_PROP(SharedCoreProperty, SwapsLoseNoRun, ()) {
   const std::vector<int> all{0, 1, 2, 3};
   std::vector<std::vector<int>> members{all, {}};
-  const VirtualCore::Cost cost = arbitrary_costs(ms(4), 5);
+  const VirtualCore::Cost cost = arbitrary_costs(ms(2), 5);
+  // Who is stolen from, or whose slots are missed, may get nothing for long.
+  const bool undisturbed = chance(50);
+  const VirtualCore::Lateness lateness = undisturbed ? VirtualCore::Lateness{} : arbitrary_lateness();
+  const auto schedule_of = [&](const std::vector<int>& subchains) {
+    const SharedCoreSchedule schedule = arbitrary_schedule(subchains, microseconds{500});
+    return undisturbed ? without_stealing(schedule) : schedule;
+  };
   std::vector<VirtualCore> cores;
-  cores.push_back(VirtualCore::with_all(arbitrary_schedule(all, microseconds{500}), cost, arbitrary_lateness()));
-  cores.emplace_back(SharedCoreSchedule{}, cost, arbitrary_lateness());
+  cores.push_back(VirtualCore::with_all(schedule_of(all), cost, lateness));
+  cores.emplace_back(SharedCoreSchedule{}, cost, lateness);
   const auto exchange = [&](TimePoint until) {
     for (VirtualCore& core : cores) core.run_until(until);
     for (VirtualCore& core : cores) {
@@ -229,9 +239,7 @@ RC_GTEST_PROP(SharedCoreProperty, SwapsLoseNoRun, ()) {
     for (Nanos wait = microseconds{number(0, 30000)}; wait >= Nanos{0}; wait -= ms(1)) exchange(now += ms(1));
     members = {{}, {}};
     for (const int subchain : all) members[chance(50) ? 0 : 1].push_back(subchain);
-    for (const std::size_t core : {0, 1}) {
-      cores[core].change_schedule(arbitrary_schedule(members[core], microseconds{500}));
-    }
+    for (const std::size_t core : {0U, 1U}) cores[core].change_schedule(schedule_of(members[core]));
   }
   const auto completed = [&](SubchainId subchain) {
     return cores[0].completions[subchain].size() + cores[1].completions[subchain].size();
@@ -247,11 +255,7 @@ RC_GTEST_PROP(SharedCoreProperty, SwapsLoseNoRun, ()) {
     const VirtualCore::Threads& threads = home.threads.at(id);
     RC_ASSERT(threads.completed == completed(id));
     RC_ASSERT(threads.sent - threads.completed <= 1U);
-    // Who may be stolen from may get nothing for long.
-    const bool nobody_steals =
-        std::none_of(home.dispatcher.schedule().slots.begin(), home.dispatcher.schedule().slots.end(),
-                     [&](const SharedCoreSlot& slot) { return slot.may_steal; });
-    if (nobody_steals) RC_ASSERT(completed(id) > before[subchain]);
+    if (undisturbed) RC_ASSERT(completed(id) > before[subchain]);
   }
 }
 

@@ -123,10 +123,18 @@ TEST(Stealing, AHangingRunGivesBackWhatItStole) {
   EXPECT_EQ(core.steals[0].end, at(ms(5)));
 }
 
+TEST(Stealing, WhoseSlotIsStolenToItsLastInstantIsNotTriggeredInIt) {
+  auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}, 0.0), costs({{8, 4}, {4}}));
+  core.run_until(at(ms(16)));
+  EXPECT_EQ(core.timeline(), "0:12 1:4");
+  EXPECT_EQ(core.triggers[SubchainId(1)].front().sent, at(ms(12)));
+  EXPECT_EQ(core.slots[1].begin, core.slots[1].end);
+}
+
 TEST(Stealing, WhoeverALateDispatcherCostItsSlotMayGoOnInALowerRanks) {
   const auto schedule = fixed({every(1, 0, ms(2)), every(1, 1, ms(2)), every(1, 2, ms(2))}, ms(10));
   SharedCoreDispatcher dispatcher(at(ms(0)), schedule);
-  for (const std::size_t index : {0, 1, 2}) dispatcher.adopt(SubchainId(index), {});
+  for (const std::size_t index : {0U, 1U, 2U}) dispatcher.adopt(SubchainId(index), {});
   const auto& late = dispatcher.step(at(ms(5)), {});
   EXPECT_THAT(late.triggers, SizeIs(2)) << "0 and 1, whose slots are over; 2 gets what 0 leaves of its own";
   ASSERT_THAT(late.steals, SizeIs(1));
