@@ -1,0 +1,84 @@
+#include "dispatch/slack_account.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+
+namespace ctn::dispatch {
+namespace {
+
+using std::chrono::microseconds;
+
+TEST(SlackAccount, SavesUpWhatIsTooLittle) {
+  SlackAccount account;
+  account.set_slack(0.2);
+  account.owe_for(microseconds{796});
+  EXPECT_EQ(account.payable(), Nanos{0});
+  account.owe_for(microseconds{4});
+  EXPECT_EQ(account.payable(), microseconds{200});
+  account.pay(microseconds{150});
+  EXPECT_EQ(account.payable(), Nanos{0});
+  account.owe_for(microseconds{600});
+  EXPECT_EQ(account.payable(), microseconds{200});
+}
+
+TEST(SlackAccount, WhatWasGivenBeyondIsNotKept) {
+  SlackAccount account;
+  account.set_slack(0.5);
+  account.pay(microseconds{1000});
+  account.owe_for(microseconds{300});
+  EXPECT_EQ(account.payable(), microseconds{300});
+}
+
+TEST(SlackAccount, DividesAWaitSoThatNothingIsOwedAtItsEnd) {
+  SlackAccount account;
+  account.set_slack(0.2);
+  EXPECT_EQ(account.busy_part(microseconds{1000}), microseconds{800});
+  account.owe_for(microseconds{2000});
+  EXPECT_EQ(account.busy_part(microseconds{1000}), microseconds{400}) << "500 owed, and 100 for these 400";
+  EXPECT_EQ(account.busy_part(microseconds{400}), Nanos{0}) << "more is owed than is to be waited";
+}
+
+TEST(SlackAccount, DoesNotDivideAShortWait) {
+  SlackAccount account;
+  account.set_slack(0.2);
+  EXPECT_EQ(account.busy_part(microseconds{199}), Nanos{0});
+  EXPECT_EQ(account.busy_part(microseconds{200}), microseconds{160});
+}
+
+TEST(SlackAccount, WithoutSlackNothingIsOwed) {
+  SlackAccount account;
+  account.owe_for(std::chrono::hours{1});
+  EXPECT_EQ(account.payable(), Nanos{0});
+  EXPECT_EQ(account.busy_part(microseconds{500}), microseconds{500});
+  EXPECT_EQ(account.busy_part(microseconds{5}), microseconds{5});
+}
+
+// Frames that use no more than (1 - slack) T, and wait until F <= T.
+RC_GTEST_PROP(SlackAccountProperty, FramesAreNoLongerThanPlannedAndOrdinaryThreadsHaveTheirPart, ()) {
+  const Nanos frame = microseconds{*rc::gen::inRange(100, 20000)};
+  const Nanos least = frame * *rc::gen::inRange(0, 101) / 100;
+  const double slack = *rc::gen::inRange(0, 10) * 0.1;
+  SlackAccount account;
+  account.set_slack(slack);
+  Nanos now{0};
+  Nanos ordinary{0};
+  for (int frames = 1; frames <= 200; ++frames) {
+    const Nanos most = to_nanos(to_millis(frame) * (1.0 - slack));
+    const Nanos used = most * *rc::gen::inRange(0, 101) / 100;
+    account.owe_for(used);
+    const Nanos wait = std::max(least - used, Nanos{0});
+    const Nanos busy = account.busy_part(wait);
+    account.owe_for(busy);
+    const Nanos given = std::max(wait - busy, account.payable());
+    account.pay(given);
+    now += used + busy + given;
+    ordinary += given;
+    RC_ASSERT(now <= frame * frames + kSmallestSlack + Nanos{20 * frames});
+    RC_ASSERT(to_millis(ordinary + kSmallestSlack + Nanos{20 * frames}) >= to_millis(now) * slack);
+  }
+}
+
+}  // namespace
+}  // namespace ctn::dispatch

@@ -1,0 +1,239 @@
+// A core in virtual time, driven by the dispatcher of a shared core; for tests. Subchains' runs need given amounts of
+// CPU time; who runs is decided by levels as Linux would: the active subchain, else one in the background (the first in
+// the order of their ids), else an ordinary thread that is always busy. Subchains at the ordinary level get nothing:
+// the worst that can happen to them.
+//
+// It writes down who ran when and all that the dispatcher decided, and throws a Breach where the dispatcher breaks its
+// word: two subchains active at once, a trigger while a run is under way, asking for the present again and again.
+// Several cores can exchange subchains: what one has released is `adopt`ed by another.
+//
+// Units: Nanos from 0. Thread safety: none; one owner.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dispatch/shared_core_dispatcher.h"
+
+namespace ctn::dispatch {
+
+struct Breach : std::logic_error {
+  using std::logic_error::logic_error;
+};
+
+class VirtualCore {
+ public:
+  // CPU time of a subchain's run, by its number from 1.
+  using Cost = std::function<Nanos(SubchainId, std::uint64_t)>;
+  // How much later than asked for the dispatcher gets to its n-th call by a timer.
+  using Lateness = std::function<Nanos(std::uint64_t)>;
+
+  // A subchain's threads, as they are: they move from core to core with its runs.
+  struct Threads {
+    std::uint64_t sent = 0;
+    std::uint64_t completed = 0;
+    Nanos left{0};  // of the run under way
+    Level level = Level::kOrdinary;
+  };
+  struct Ran {
+    std::optional<SubchainId> subchain;  // none: the ordinary thread
+    Level level = Level::kOrdinary;
+    TimePoint begin{};
+    TimePoint end{};
+    friend bool operator==(const Ran&, const Ran&) = default;
+  };
+  struct Triggered {
+    std::uint64_t number = 0;
+    TimePoint due{};
+    TimePoint sent{};
+    friend bool operator==(const Triggered&, const Triggered&) = default;
+  };
+  struct Swap {
+    TimePoint at{};
+    std::vector<SubchainId> members;
+  };
+
+  VirtualCore(const SharedCoreSchedule& schedule, Cost cost, Lateness lateness = {})
+      : dispatcher(TimePoint{}, schedule), cost_(std::move(cost)), lateness_(std::move(lateness)) {}
+
+  // With all members of the schedule, none of which ever ran.
+  static VirtualCore with_all(const SharedCoreSchedule& schedule, Cost cost, Lateness lateness = {}) {
+    VirtualCore core(schedule, std::move(cost), std::move(lateness));
+    for (const SharedCoreSlot& slot : schedule.slots) core.adopt(slot.subchain, {}, {});
+    return core;
+  }
+
+  void adopt(SubchainId subchain, const RunState& state, const Threads& with) {
+    if (with.level != Level::kOrdinary) throw Breach("a subchain is handed over above the ordinary level");
+    threads[subchain] = with;
+    dispatcher.adopt(subchain, state);
+    call_at_ = now;
+  }
+
+  void change_schedule(const SharedCoreSchedule& schedule) {
+    dispatcher.change_schedule(schedule);
+    call_at_ = now;
+  }
+
+  void stop() {
+    obey(dispatcher.stop(now));
+    call_at_ = kNever;
+  }
+
+  void run_until(TimePoint end) {
+    while (true) {
+      if (now >= call_at_) call();
+      if (now >= end) return;
+      const std::optional<SubchainId> subchain = runner();
+      TimePoint next = std::min(end, call_at_);
+      if (subchain) next = std::min(next, now + threads[*subchain].left);
+      note(subchain, next);
+      now = next;
+      if (subchain) finish_run(*subchain);
+    }
+  }
+  void run_for(Nanos duration) { run_until(now + duration); }
+
+  // CPU time in [begin, end), as written down.
+  Nanos cpu_time(std::optional<SubchainId> subchain, TimePoint begin, TimePoint end,
+                 std::optional<Level> level = {}) const {
+    Nanos sum{0};
+    for (const Ran& ran : trace) {
+      if (ran.subchain != subchain || (level && ran.level != *level)) continue;
+      sum += std::max(Nanos{0}, std::min(ran.end, end) - std::max(ran.begin, begin));
+    }
+    return sum;
+  }
+  Nanos ordinary_time(TimePoint begin, TimePoint end) const { return cpu_time({}, begin, end); }
+
+  // "0:4 .:1 1:2", in milliseconds: who ran for how long, one after the other; "." is the ordinary thread, "b" in front
+  // says that it was in the background.
+  std::string timeline() const {
+    std::string text;
+    for (const Ran& ran : trace) {
+      if (!text.empty()) text += ' ';
+      if (ran.subchain && ran.level == Level::kBackground) text += 'b';
+      text += ran.subchain ? std::to_string(ran.subchain->index()) : ".";
+      std::string length = std::to_string(to_millis(ran.end - ran.begin).count());
+      length.erase(length.find_last_not_of('0') + 1);
+      if (length.back() == '.') length.pop_back();
+      text += ':' + length;
+    }
+    return text;
+  }
+
+  SharedCoreDispatcher dispatcher;
+  TimePoint now{};
+  std::map<SubchainId, Threads> threads;  // of those that are here
+  std::vector<Ran> trace;
+  std::map<SubchainId, std::vector<Triggered>> triggers;
+  std::map<SubchainId, std::vector<TimePoint>> completions;
+  std::vector<TimePoint> frames;  // when each began
+  std::vector<SharedCoreDispatcher::SlotUse> slots;
+  std::vector<SharedCoreDispatcher::Steal> steals;  // only when over
+  std::vector<std::pair<TimePoint, SharedCoreDispatcher::Hang>> hangs;
+  std::vector<Swap> swaps;
+  std::vector<std::pair<SubchainId, std::pair<RunState, Threads>>> released;  // and not yet taken elsewhere
+  std::uint64_t level_changes = 0;
+  std::uint64_t calls = 0;
+
+ private:
+  std::optional<SubchainId> runner() const {
+    for (const Level level : {Level::kActive, Level::kBackground}) {
+      for (const auto& [subchain, each] : threads) {
+        if (each.level == level && each.sent > each.completed) return subchain;
+      }
+    }
+    return std::nullopt;
+  }
+
+  void note(std::optional<SubchainId> subchain, TimePoint until) {
+    if (until == now) return;
+    const Level level = subchain ? threads[*subchain].level : Level::kOrdinary;
+    if (!trace.empty() && trace.back().subchain == subchain && trace.back().level == level) {
+      trace.back().end = until;
+    } else {
+      trace.push_back({subchain, level, now, until});
+    }
+    if (subchain) threads[*subchain].left -= until - now;
+  }
+
+  void finish_run(SubchainId subchain) {
+    Threads& each = threads[subchain];
+    if (each.left > Nanos{0}) return;
+    ++each.completed;
+    completions[subchain].push_back(now);
+    if (wake_ == subchain) call_at_ = now;
+  }
+
+  // As a driver does it: again and again while that is asked for.
+  void call() {
+    constexpr int kMostSwapsAtOnce = 3;
+    for (int again = 0;; ++again) {
+      if (again > kMostSwapsAtOnce) throw Breach("the dispatcher asks for the present again and again");
+      std::vector<std::uint64_t> completed;
+      for (const SharedCoreSlot& slot : dispatcher.schedule().slots) {
+        const auto found = threads.find(slot.subchain);
+        completed.push_back(found == threads.end() ? 0 : found->second.completed);
+      }
+      ++calls;
+      const SharedCoreDispatcher::Decision& decision = dispatcher.step(now, completed);
+      obey(decision);
+      wake_ = decision.wake_on_completion;
+      call_at_ = decision.ask_at;
+      if (call_at_ > now) break;
+      if (!decision.swapped) throw Breach("the dispatcher asks for the present without a reason");
+    }
+    if (lateness_ && call_at_ != kNever) call_at_ += lateness_(calls);
+  }
+
+  void obey(const SharedCoreDispatcher::Decision& decision) {
+    for (const SharedCoreDispatcher::LevelChange& change : decision.levels) {
+      if (threads.at(change.subchain).level == change.level) throw Breach("a level change that changes nothing");
+      threads.at(change.subchain).level = change.level;
+      ++level_changes;
+      const auto active = std::count_if(threads.begin(), threads.end(),
+                                        [](const auto& each) { return each.second.level == Level::kActive; });
+      if (active > 1) throw Breach("two subchains are active at once");
+    }
+    for (const SharedCoreDispatcher::Trigger& trigger : decision.triggers) send(trigger);
+    for (const SharedCoreDispatcher::Release& release : decision.released) {
+      released.push_back({release.subchain, {release.state, threads.at(release.subchain)}});
+      threads.erase(release.subchain);
+    }
+    if (decision.frame) frames.push_back(now);
+    for (const SharedCoreDispatcher::Steal& steal : decision.steals) {
+      if (steal.end) steals.push_back(steal);
+    }
+    slots.insert(slots.end(), decision.slots.begin(), decision.slots.end());
+    for (const SharedCoreDispatcher::Hang& hang : decision.hangs) hangs.emplace_back(now, hang);
+    if (decision.swapped) {
+      swaps.push_back({now, {}});
+      for (const auto& [subchain, each] : threads) swaps.back().members.push_back(subchain);
+    }
+  }
+
+  void send(const SharedCoreDispatcher::Trigger& trigger) {
+    Threads& each = threads.at(trigger.subchain);
+    if (each.sent > each.completed) throw Breach("a trigger while a run is under way");
+    if (trigger.number != each.sent + 1) throw Breach("triggers are not counted one by one");
+    if (trigger.due > now) throw Breach("a trigger before it is due");
+    ++each.sent;
+    each.left = cost_(trigger.subchain, each.sent);
+    triggers[trigger.subchain].push_back({trigger.number, trigger.due, now});
+  }
+
+  Cost cost_;
+  Lateness lateness_;
+  TimePoint call_at_{};
+  std::optional<SubchainId> wake_;
+};
+
+}  // namespace ctn::dispatch
