@@ -20,6 +20,10 @@ constexpr double kFewSteps = 2e7;       // of dynamic programming over sets: up 
 constexpr std::size_t kFew = 13;        // subchains: never more
 constexpr std::size_t kQuickLook = 60;  // effort
 constexpr std::size_t kLookedAt = 64;   // partitions
+// Of many subchains, these parts of the effort: for the shares of what local search finds, and for closing the gap.
+// More of it goes into proofs of less and less.
+constexpr std::size_t kToTry = 64;
+constexpr std::size_t kToCloseGap = 16;
 
 class Joint {
  public:
@@ -136,7 +140,7 @@ class Joint {
       search.improve(pieces, effort_);
       if (pieces == last) break;
       last = pieces;
-      try_allocation(to_allocation(pieces, instance_.members.size()), std::max<std::size_t>(1, effort_.left / 64));
+      try_allocation(to_allocation(pieces, instance_.members.size()), std::max<std::size_t>(1, effort_.left / kToTry));
     }
     prices.refresh();
     raise_bound(std::max(spread_bound(instance_, prices), pooled_bound(instance_, prices)));
@@ -151,7 +155,7 @@ class Joint {
   // one of them are poor for the others: the bound rises with those that suit them all.
   void close_gap(Prices& prices) {
     constexpr int kRounds = 8;
-    Effort part{effort_.left / 16};
+    Effort part{effort_.left / kToCloseGap};
     const std::size_t given = part.left;
     std::vector<double> multipliers = solver_.multipliers();
     PairCover start = cover_by_pairs(instance_, prices, to_pieces(best_.allocation), part);

@@ -17,8 +17,8 @@ constexpr double kCloseEnough = 0.02;  // of the gap to the goal: what more pric
 // New columns are looked for between the best prices so far and the program's: its own leap about.
 constexpr double kTowardsProgram = 0.6;
 constexpr std::size_t kSearchedColumns = 4'000;
-constexpr std::size_t kMostFound = 64;  // partitions
-constexpr std::size_t kMostNodes = 100'000;
+constexpr std::size_t kMostFound = 128;  // partitions
+constexpr std::size_t kMostNodes = 500'000;
 constexpr std::size_t kNodesAStep = 256;  // of effort
 
 std::vector<double> most_prices(const CoverPrices& start) {
