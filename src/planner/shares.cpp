@@ -435,8 +435,9 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     }
     timings[i] = {period, period};
   }
-  if (!free || wanted <= 0.0) return true;
   const double room = usable_[k] - busy / frame;
+  if (!free) return true;
+  if (wanted <= 0.0) return room >= -kMet * usable_[k];
   if (!(room > 0.0)) return false;
   const double scale = wanted / room;
   for (const int index : members_[k]) {

@@ -40,6 +40,26 @@ struct Trigger {
   TimePoint sent{};
 };
 
+// A slot of a shared core that is over, and had work.
+struct Slot {
+  int core = 0;  // as numbered in plans
+  SubchainId subchain;
+  TimePoint planned{};  // when it was to begin
+  TimePoint begin{};    // when its subchain became active: later if the slot was stolen from
+  TimePoint end{};
+  friend bool operator==(const Slot&, const Slot&) = default;
+};
+
+// A late subchain went on in another's slot.
+struct Steal {
+  int core = 0;
+  SubchainId thief;
+  SubchainId victim;
+  TimePoint begin{};
+  TimePoint end{};
+  friend bool operator==(const Steal&, const Steal&) = default;
+};
+
 // A plan came into force.
 struct PlanChange {
   TimePoint at{};

@@ -19,6 +19,8 @@
 namespace ctn::record {
 namespace {
 
+constexpr int kMostCores = 1 << 20;
+
 constexpr std::chrono::milliseconds kWait{5000};  // for a writer's commit
 constexpr int kLongestValue = 64 << 20;           // bytes of one value: far above what a writer writes
 
@@ -292,6 +294,33 @@ Status Reader::each_trigger(const std::function<void(const Trigger&)>& take) con
     trigger.due = cells.time(2);
     trigger.sent = cells.time(3);
     if (cells.ok()) take(trigger);
+  });
+}
+
+Status Reader::each_slot(const std::function<void(const Slot&)>& take) const {
+  const std::string rows = "core, subchain, planned_ns, begin_ns, end_ns FROM slots ORDER BY id";
+  return impl_->each_row("slots", rows, [&](Cells& cells) {
+    Slot slot;
+    slot.core = static_cast<int>(cells.integer(0, 0, kMostCores));
+    slot.subchain = SubchainId{cells.index(1, impl_->app.graph.subchains().size())};
+    slot.planned = cells.time(2);
+    slot.begin = cells.time(3);
+    slot.end = cells.time(4);
+    if (cells.ok()) take(slot);
+  });
+}
+
+Status Reader::each_steal(const std::function<void(const Steal&)>& take) const {
+  const std::string rows = "core, thief, victim, begin_ns, end_ns FROM steals ORDER BY id";
+  return impl_->each_row("steals", rows, [&](Cells& cells) {
+    const std::size_t subchains = impl_->app.graph.subchains().size();
+    Steal steal;
+    steal.core = static_cast<int>(cells.integer(0, 0, kMostCores));
+    steal.thief = SubchainId{cells.index(1, subchains)};
+    steal.victim = SubchainId{cells.index(2, subchains)};
+    steal.begin = cells.time(3);
+    steal.end = cells.time(4);
+    if (cells.ok()) take(steal);
   });
 }
 

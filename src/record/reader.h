@@ -47,6 +47,9 @@ class Reader {
   Status each_run(const std::function<void(const Run&)>& take) const;
   // By subchain, in the order of their numbers.
   Status each_trigger(const std::function<void(const Trigger&)>& take) const;
+  // In the order they were reported, which is by time for each core.
+  Status each_slot(const std::function<void(const Slot&)>& take) const;
+  Status each_steal(const std::function<void(const Steal&)>& take) const;
   // In the order they were written.
   Result<std::vector<PlanChange>> plans() const;
   Result<std::vector<Notice>> notices() const;

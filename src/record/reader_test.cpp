@@ -24,6 +24,8 @@ std::string sample_record(const Folder& folder) {
   for (std::uint64_t i = 1; i < 4; ++i) {
     writer->add(Trigger{SubchainId{0}, i, at(seconds{103}), at(seconds{103} + microseconds{i})});
   }
+  writer->add(Slot{0, SubchainId{1}, at(seconds{103}), at(seconds{103}), at(seconds{104})});
+  writer->add(Steal{0, SubchainId{0}, SubchainId{1}, at(seconds{103}), at(seconds{104})});
   writer->add(PlanChange{at(seconds{100}), "bootstrap", "{}"});
   writer->add(Notice{at(seconds{102}), "watchdog", "x"});
   EXPECT_TRUE(writer->close(at(seconds{110}), header().host).ok());
@@ -41,6 +43,10 @@ Status read_all(const std::string& path) {
   });
   if (!done) return done;
   done = reader->each_trigger([](const Trigger&) {});
+  if (!done) return done;
+  done = reader->each_slot([](const Slot&) {});
+  if (!done) return done;
+  done = reader->each_steal([](const Steal&) {});
   if (!done) return done;
   if (const auto plans = reader->plans(); !plans) return plans.error();
   if (const auto notices = reader->notices(); !notices) return notices.error();

@@ -78,6 +78,8 @@ struct Statements {
   sqlite::Statement run;
   sqlite::Statement consumed;
   sqlite::Statement trigger;
+  sqlite::Statement slot;
+  sqlite::Statement steal;
   sqlite::Statement plan;
   sqlite::Statement notice;
 };
@@ -89,11 +91,17 @@ Result<Statements> prepare(sqlite::Database& database) {
   if (!consumed) return consumed.error();
   auto trigger = database.prepare("INSERT INTO triggers VALUES (?, ?, ?, ?)");
   if (!trigger) return trigger.error();
+  auto slot =
+      database.prepare("INSERT INTO slots(core, subchain, planned_ns, begin_ns, end_ns) VALUES (?, ?, ?, ?, ?)");
+  if (!slot) return slot.error();
+  auto steal = database.prepare("INSERT INTO steals(core, thief, victim, begin_ns, end_ns) VALUES (?, ?, ?, ?, ?)");
+  if (!steal) return steal.error();
   auto plan = database.prepare("INSERT INTO plans(at_ns, reason, json) VALUES (?, ?, ?)");
   if (!plan) return plan.error();
   auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
   if (!notice) return notice.error();
-  return Statements{std::move(*run), std::move(*consumed), std::move(*trigger), std::move(*plan), std::move(*notice)};
+  return Statements{std::move(*run),   std::move(*consumed), std::move(*trigger), std::move(*slot),
+                    std::move(*steal), std::move(*plan),     std::move(*notice)};
 }
 
 class SqliteWriter : public Writer {
@@ -108,6 +116,8 @@ class SqliteWriter : public Writer {
 
   void add(const Run& run) override { hold(runs_, run); }
   void add(const Trigger& trigger) override { hold(triggers_, trigger); }
+  void add(const Slot& slot) override { hold(slots_, slot); }
+  void add(const Steal& steal) override { hold(steals_, steal); }
   void add(const PlanChange& change) override { hold(plans_, change); }
   void add(const Notice& notice) override { hold(notices_, notice); }
 
@@ -136,7 +146,9 @@ class SqliteWriter : public Writer {
     events.push_back(event);
     if (held() % kBatch == 0) (void)flush();
   }
-  std::size_t held() const { return runs_.size() + triggers_.size() + plans_.size() + notices_.size(); }
+  std::size_t held() const {
+    return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + plans_.size() + notices_.size();
+  }
 
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
     auto meta = MetaWriter::prepare(*database_);
@@ -169,6 +181,8 @@ class SqliteWriter : public Writer {
   void forget_held() {
     runs_.clear();
     triggers_.clear();
+    slots_.clear();
+    steals_.clear();
     plans_.clear();
     notices_.clear();
   }
@@ -180,6 +194,16 @@ class SqliteWriter : public Writer {
     for (const Trigger& trigger : triggers_) {
       const auto done =
           statements_->trigger.run(trigger.subchain.index(), trigger.number, ns(trigger.due), ns(trigger.sent));
+      if (!done) return done;
+    }
+    for (const Slot& slot : slots_) {
+      const auto done =
+          statements_->slot.run(slot.core, slot.subchain.index(), ns(slot.planned), ns(slot.begin), ns(slot.end));
+      if (!done) return done;
+    }
+    for (const Steal& steal : steals_) {
+      const auto done =
+          statements_->steal.run(steal.core, steal.thief.index(), steal.victim.index(), ns(steal.begin), ns(steal.end));
       if (!done) return done;
     }
     for (const PlanChange& change : plans_) {
@@ -211,6 +235,8 @@ class SqliteWriter : public Writer {
   std::optional<Statements> statements_;      // after the database: must go first
   std::vector<Run> runs_;
   std::vector<Trigger> triggers_;
+  std::vector<Slot> slots_;
+  std::vector<Steal> steals_;
   std::vector<PlanChange> plans_;
   std::vector<Notice> notices_;
   Status status_ = Done{};  // the first failure

@@ -41,6 +41,8 @@ class Writer {
 
   virtual void add(const Run& run) = 0;
   virtual void add(const Trigger& trigger) = 0;
+  virtual void add(const Slot& slot) = 0;
+  virtual void add(const Steal& steal) = 0;
   virtual void add(const PlanChange& change) = 0;
   virtual void add(const Notice& notice) = 0;
 
