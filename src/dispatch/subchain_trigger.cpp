@@ -21,9 +21,9 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
   return pacing;
 }
 
-SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing)
-    : pacing_(pacing), due_(start), last_due_(start), progress_at_(start) {
-  assert(pacing.period > Nanos{0});
+SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent, std::uint64_t completed)
+    : pacing_(pacing), due_(start), last_due_(start), sent_(sent), completed_(completed), progress_at_(start) {
+  assert(pacing.period > Nanos{0} && completed <= sent);
 }
 
 bool SubchainTrigger::may_overlap(std::uint64_t completed) const {

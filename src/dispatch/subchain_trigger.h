@@ -53,7 +53,9 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
 
 class SubchainTrigger {
  public:
-  SubchainTrigger(TimePoint start, const Pacing& pacing);
+  // The first trigger comes at `start`. A subchain that was triggered by others before goes on counting: `sent` of
+  // them, of which the runs up to `completed` have ended.
+  SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent = 0, std::uint64_t completed = 0);
 
   struct Decision {
     std::optional<TimePoint> trigger;  // send a trigger now; when it was due
@@ -73,6 +75,8 @@ class SubchainTrigger {
   void change_pacing(TimePoint now, const Pacing& pacing);
 
   std::uint64_t sent() const { return sent_; }
+  TimePoint last_trigger() const { return last_due_; }
+  bool hanging() const { return hanging_; }
 
  private:
   bool may_overlap(std::uint64_t completed) const;

@@ -1,7 +1,9 @@
 #include "plan/predict.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include "model/evaluate.h"
 #include "plan/limits.h"
@@ -53,25 +55,65 @@ void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable&
 
 namespace {
 
-Expectation::Timing expect_owned(const Plan& plan, const graph::App& app, SubchainId id,
-                                 const model::CostTable& typical) {
-  const SubchainPlan& planned = plan.subchains[id.index()];
-  const model::OwnedCores owned =
-      model::owned_cores_with(app.graph, id, typical.on(app, app.kind_of(planned.cores.front())),
-                              static_cast<int>(planned.cores.size()), planned.threads, plan.slack);
-  const Millis execution = std::min(owned.execution, planned.execution);
-  const PeriodLimits limits = period_limits(app.graph, id);
-  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
-  return {std::min(planned.period, std::max(owned.period, limits.least)), execution};
-}
+class Expecting {
+ public:
+  Expecting(const Plan& plan, const graph::App& app, const model::CostTable& typical)
+      : plan_(plan), app_(app), typical_(model::costs_by_kind(app, typical)) {}
+
+  Expectation::Timing of(SubchainId id) const {
+    const SubchainPlan& planned = plan_.subchains[id.index()];
+    const CorePlan& core = plan_.cores[static_cast<std::size_t>(planned.cores.front())];
+    return core.slots.empty() ? of_owner(id, planned) : of_sharer(id, planned, core);
+  }
+
+ private:
+  const model::CostTable& costs_of(const SubchainPlan& planned) const {
+    return typical_[app_.kind_of(planned.cores.front())];
+  }
+
+  Expectation::Timing of_owner(SubchainId id, const SubchainPlan& planned) const {
+    const model::OwnedCores owned = model::owned_cores_with(
+        app_.graph, id, costs_of(planned), static_cast<int>(planned.cores.size()), planned.threads, plan_.slack);
+    const Millis execution = std::min(owned.execution, planned.execution);
+    const PeriodLimits limits = period_limits(app_.graph, id);
+    if (app_.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
+    return {std::min(planned.period, std::max(owned.period, limits.least)), execution};
+  }
+
+  // A frame takes what its slots use of it; a run goes on in as many slots as its cost fills.
+  Expectation::Timing of_sharer(SubchainId id, const SubchainPlan& planned, const CorePlan& core) const {
+    const Millis cost = std::min(costs_of(planned).subchain_total(app_.graph, id), planned.slice / planned.share);
+    const Millis frame = frame_of(core);
+    const double slots = planned.slice.count() > 0.0 ? std::ceil(cost / planned.slice - kTolerance) : 1.0;
+    const double before_last = std::max(0.0, slots - 1.0);
+    const Millis execution = planned.share >= 1.0 ? cost : before_last * frame + (cost - before_last * planned.slice);
+    return {std::min(planned.period, frame / planned.share), std::min(planned.execution, execution)};
+  }
+
+  Millis frame_of(const CorePlan& core) const {
+    if (core.frames == graph::FrameMode::kFixed) return core.frame;
+    Millis used{0};
+    for (const Slot& slot : core.slots) {
+      const SubchainPlan& planned = plan_.subchains[slot.subchain.index()];
+      const Millis cost = costs_of(planned).subchain_total(app_.graph, slot.subchain);
+      used += std::min(slot.slice, planned.share * cost);
+    }
+    return std::clamp(used / (1.0 - plan_.slack), core.frame_min, core.frame);
+  }
+
+  const Plan& plan_;
+  const graph::App& app_;
+  const std::vector<model::CostTable> typical_;  // by kind of cores
+};
 
 }  // namespace
 
 Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical) {
+  const Expecting expecting(plan, app, typical);
   Expectation expected;
   std::vector<SubchainPlan> retimed = plan.subchains;
   for (std::size_t i = 0; i < retimed.size(); ++i) {
-    expected.subchains.push_back(expect_owned(plan, app, SubchainId(i), typical));
+    expected.subchains.push_back(expecting.of(SubchainId(i)));
     retimed[i].period = expected.subchains.back().period;
     retimed[i].execution = expected.subchains.back().execution;
   }

@@ -33,7 +33,8 @@ void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable&
 // What the plan is expected to give at typical compute times (a median of what was measured, say) under the
 // dispatcher's frames: with elastic ones the periods follow from `typical` by the formulas that the plan itself was
 // made with, though never longer than planned nor shorter than a cap allows; fixed frames and exact rates keep the
-// planned periods. Precondition: every subchain owns its cores.
+// planned periods. On shared cores an elastic frame takes what its slots use of it, and a run takes from the begin of
+// its first slot to where it ends in its last.
 Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical);
 
 }  // namespace ctn::plan

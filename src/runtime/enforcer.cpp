@@ -27,9 +27,12 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
 }
 
 void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {
-  if (!real_time()) return;
+  if (real_time()) os_.shift_level(thread, level);
+}
+
+void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {
   // Best effort: the thread may be gone, and a dispatcher has nobody to tell.
-  static_cast<void>(os_.set_level(thread, level));
+  static_cast<void>(os_.set_affinity(thread, cpus));
 }
 
 void Enforcer::refuse(const std::string& why) {

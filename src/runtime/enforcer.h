@@ -30,8 +30,10 @@ class Enforcer {
   // level that cannot be had is not: see above. A thread that is gone is neither.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus);
 
-  // For a trigger thread that contains a node which hangs: no lock, no bookkeeping; does nothing without levels.
+  // For controllers, of threads that apply() has placed before: no lock, no bookkeeping, no answer. Levels are left
+  // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
+  void move_now(os::ThreadId thread, const os::CpuSet& cpus);
 
   // All threads that still live get back what they had before the first apply().
   void release_all();

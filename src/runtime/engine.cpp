@@ -7,6 +7,8 @@
 
 #include "plan/predict.h"
 #include "planner/planner.h"
+#include "runtime/core_thread.h"
+#include "runtime/trigger_thread.h"
 
 namespace ctn::runtime {
 namespace {
@@ -33,15 +35,6 @@ Result<os::CpuSet> choose_cpus(os::Os& os, const os::CpuSet& asked) {
   }
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
   return asked;
-}
-
-// What the planner can do and the runtime cannot yet.
-Error cannot_share(const plan::Plan& plan) {
-  return Error::caller(
-      fmt::format(
-          "the plan has subchains share a core ({} subchains on {} CPUs), which this version's runtime cannot enforce",
-          plan.subchains.size(), plan.cores.size()),
-      "give the session as many CPUs as the app has subchains, or put its nodes into fewer subchains");
 }
 
 // What runs cost is measured on whatever core they are on, and not yet told apart.
@@ -76,7 +69,7 @@ Status Engine::start() {
   go_.store(1, std::memory_order_release);
   os_.wake(go_);
   housekeeper_thread_ =
-      os_.spawn("catan-house", [this] { housekeeper_->run(triggers_, [this](TimePoint now) { replan(now); }); });
+      os_.spawn("catan-house", [this] { housekeeper_->run(controllers_, [this](TimePoint now) { replan(now); }); });
   return Done{};
 }
 
@@ -85,7 +78,7 @@ Status Engine::prepare() {
   const os::RealTimeFacts facts = os_.real_time_facts();
   const bool real_time = options_.policy.plans() && facts.permitted;
   slack_ = app_.scheduler.slack.value_or(std::max(graph::kDefaultSlack, facts.reserved + kSlackMargin));
-  if (Status paced = make_first_pacings(); !paced) return paced;
+  if (Status assigned = make_first_assignment(); !assigned) return assigned;
 
   const TimePoint start = os_.now();
   const TimePoint warm_from = start + app_.scheduler.bootstrap + kSettle;
@@ -129,38 +122,43 @@ Status Engine::open_record(TimePoint start, TimePoint warm_from, std::unique_ptr
   return Done{};
 }
 
-Status Engine::make_first_pacings() {
-  pacings_.clear();
-  if (!options_.policy.plans()) {
-    const Result<std::vector<Rate>> rates = hand_set_rates(options_.policy, app_);
-    if (!rates) return rates.error();
-    for (const Rate rate : *rates) pacings_.push_back({to_nanos(rate.period()), 0, Nanos{0}});
+Status Engine::make_first_assignment() {
+  if (options_.policy.plans()) {
+    const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
+    Result<plan::Plan> plan = make_plan(unmeasured, unmeasured);
+    if (!plan) return plan.error();
+    plan_ = std::move(*plan);
+    places_ = assignment().places;
     return Done{};
   }
-  const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
-  Result<plan::Plan> plan = make_plan(unmeasured, unmeasured);
-  if (!plan) return plan.error();
-  plan_ = std::move(*plan);
-  pace();
+  const Result<std::vector<Rate>> rates = hand_set_rates(options_.policy, app_);
+  if (!rates) return rates.error();
+  places_.clear();
+  for (const Rate rate : *rates) places_.push_back({-1, cpus_, {to_nanos(rate.period()), 0, Nanos{0}}});
   return Done{};
 }
 
-void Engine::pace() {
-  pacings_.clear();
-  for (std::size_t index = 0; index < plan_->subchains.size(); ++index) {
-    pacings_.push_back(pacing_of(app_, *plan_, SubchainId(index)));
-  }
+Assignment Engine::assignment() const {
+  if (plan_) return assignment_of(app_, *plan_, cpus_, {});
+  return {0, places_, std::vector<dispatch::SharedCoreSchedule>(cpus_.size())};
 }
 
-Rate Engine::source_rate() const { return Rate::every(pacings_.front().period); }
+void Engine::publish(Assignment assignment) {
+  places_ = assignment.places;
+  controls_->board.publish(std::move(assignment));
+  controls_->nudge_all();
+}
+
+Rate Engine::source_rate() const {
+  if (places_.front().core < 0) return Rate::every(places_.front().pacing.period);
+  const Millis planned = plan_->subchains.front().period;
+  return Rate::every(plan_->expected ? plan_->expected->subchains.front().period : planned);
+}
 
 Result<plan::Plan> Engine::make_plan(const model::CostTable& costs, const model::CostTable& typical) {
   const TimePoint begin = os_.now();
   Result<plan::Plan> plan = planner::make_plan(app_, costs, {.cores = static_cast<int>(cpus_.size()), .slack = slack_});
   if (!plan) return plan;
-  for (const plan::CorePlan& core : plan->cores) {
-    if (!core.slots.empty()) return cannot_share(*plan);
-  }
   plan->solve_time = os_.now() - begin;
   plan->expected = plan::expect(*plan, app_, typical);
   return plan;
@@ -172,20 +170,32 @@ Status Engine::spawn_and_place() {
   wait_until_ready(node_threads);
   if (Status placed = place_nodes(); !placed) return placed;
 
-  const graph::Graph& graph = app_.graph;
-  trigger_ids_.resize(graph.subchains().size());
-  for (std::size_t index = 0; index < graph.subchains().size(); ++index) {
-    const SubchainId id(index);
-    triggers_.push_back(std::make_unique<TriggerThread>(os_, id, wiring_.ports_of(id), wiring_.signal(id), *enforcer_,
-                                                        pacings_[index]));
-    threads_.push_back(os_.spawn("catan-trigger", [this, index] {
-      trigger_ids_[index] = os_.current_thread();
+  spawn_controllers();
+  wait_until_ready(threads_.size());
+  return place_controllers();
+}
+
+void Engine::spawn_controllers() {
+  const std::size_t subchains = app_.graph.subchains().size();
+  subchains_ = wiring_.subchains();
+  controls_ = std::make_unique<Controls>(os_, *enforcer_, subchains, cpus_.size());
+  for (Handover& handover : controls_->handovers) handover.put({});
+  publish(assignment());
+  for (std::size_t index = 0; index < subchains; ++index) {
+    controllers_.push_back(std::make_unique<TriggerThread>(*controls_, subchains_, SubchainId(index)));
+  }
+  // A subchain that is the only one shares with nobody.
+  for (std::size_t core = 0; plan_ && subchains > 1 && core < cpus_.size(); ++core) {
+    controllers_.push_back(std::make_unique<CoreThread>(*controls_, subchains_, static_cast<int>(core)));
+  }
+  controller_ids_.resize(controllers_.size());
+  for (std::size_t index = 0; index < controllers_.size(); ++index) {
+    threads_.push_back(os_.spawn(index < subchains ? "catan-trigger" : "catan-core", [this, index] {
+      controller_ids_[index] = os_.current_thread();
       report_ready_and_wait();
-      if (!abandoned_.load()) triggers_[index]->run();
+      if (!abandoned_.load()) controllers_[index]->run();
     }));
   }
-  wait_until_ready(threads_.size());
-  return place_triggers();
 }
 
 void Engine::spawn_nodes() {
@@ -241,21 +251,17 @@ void Engine::run_unscheduled(NodeId node) {
   }
 }
 
-os::CpuSet Engine::cpus_of(const plan::SubchainPlan& subchain) const {
-  std::vector<int> cpus;
-  for (const int core : subchain.cores) cpus.push_back(cpus_.cpus()[static_cast<std::size_t>(core)]);
-  return os::CpuSet(std::move(cpus));
-}
-
+// Nodes that share a core wait in the background for their dispatcher.
 Status Engine::place_nodes() {
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     const graph::Node& node = app_.graph.nodes()[index];
     if (node.external) continue;
     os::CpuSet cpus = cpus_;
-    os::Level level = os::Level::kOrdinary;
-    if (plan_) {
-      level = node.unscheduled ? os::Level::kUnscheduled : os::Level::kActive;
-      if (node.subchain) cpus = cpus_of(plan_->subchains[node.subchain->index()]);
+    os::Level level = plan_ ? os::Level::kUnscheduled : os::Level::kOrdinary;
+    if (node.subchain) {
+      const SubchainPlace& place = places_[node.subchain->index()];
+      cpus = place.cpus;
+      level = place.core >= 0 ? os::Level::kBackground : place.level;
     }
     for (const os::ThreadId thread : wiring_.port(NodeId(index))->threads()) {
       if (Status placed = enforcer_->apply(thread, level, cpus); !placed) return placed;
@@ -264,10 +270,12 @@ Status Engine::place_nodes() {
   return Done{};
 }
 
-Status Engine::place_triggers() {
+Status Engine::place_controllers() {
   const os::Level level = plan_ ? os::Level::kDispatcher : os::Level::kOrdinary;
-  for (const os::ThreadId thread : trigger_ids_) {
-    if (Status placed = enforcer_->apply(thread, level, cpus_); !placed) return placed;
+  const std::size_t subchains = app_.graph.subchains().size();
+  for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
+    const os::CpuSet cpus = index < subchains ? cpus_ : os::CpuSet{cpus_.cpus()[index - subchains]};
+    if (Status placed = enforcer_->apply(controller_ids_[index], level, cpus); !placed) return placed;
   }
   return Done{};
 }
@@ -288,17 +296,8 @@ void Engine::replan(TimePoint now) {
 }
 
 void Engine::adopt(plan::Plan plan, const std::string& reason) {
-  const bool moves = !std::equal(plan.subchains.begin(), plan.subchains.end(), plan_->subchains.begin(),
-                                 [](const auto& after, const auto& before) { return after.cores == before.cores; });
   plan_ = std::move(plan);
-  if (moves) {
-    if (const Status placed = place_nodes(); !placed)
-      housekeeper_->notice("placement-failed", placed.error().message());
-  }
-  pace();
-  for (std::size_t index = 0; index < triggers_.size(); ++index) {
-    triggers_[index]->change_pacing(pacings_[index]);
-  }
+  publish(assignment());
   housekeeper_->plan_in_force(*plan_, source_rate(), reason);
 }
 
@@ -313,7 +312,7 @@ void Engine::end_threads() {
   ready_cpus_.reset();
   go_.store(1, std::memory_order_release);
   os_.wake(go_);
-  for (const auto& trigger : triggers_) trigger->stop();
+  for (const auto& controller : controllers_) controller->stop();
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     if (NodePort* port = wiring_.port(NodeId(index))) port->stop();
   }
@@ -325,7 +324,7 @@ Status Engine::stop() {
   if (!started_ || stopped_at_ != TimePoint{}) return stopped_;
   end_threads();
   stopped_at_ = os_.now();
-  stopped_ = housekeeper_->finish(triggers_);
+  stopped_ = housekeeper_->finish(controllers_);
   return stopped_;
 }
 
@@ -341,10 +340,13 @@ Status Engine::adopt_this_thread(std::string_view node) {
                          "use fewer threads");
   }
   if (!enforcer_) return Done{};  // placed with the others at the start
-  os::CpuSet cpus = cpus_;
+  const graph::Node& scheduled = app_.graph.node(*id);
   os::Level level = os::Level::kOrdinary;
-  if (options_.policy.plans()) level = app_.graph.node(*id).unscheduled ? os::Level::kUnscheduled : os::Level::kActive;
-  return enforcer_->apply(os_.current_thread(), level, cpus);
+  if (options_.policy.plans()) level = scheduled.unscheduled ? os::Level::kUnscheduled : os::Level::kBackground;
+  if (Status placed = enforcer_->apply(os_.current_thread(), level, cpus_); !placed) return placed;
+  // Whoever holds its subchain knows better.
+  if (scheduled.subchain) wiring_.signal(*scheduled.subchain).thread_joined(os_);
+  return Done{};
 }
 
 Snapshot Engine::snapshot() const {

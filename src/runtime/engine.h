@@ -2,8 +2,11 @@
 // plans, and takes everything back. include/catan/session.h is this engine on Linux; the tests run it in virtual time.
 //
 // Threads of a session:
-//   one a scheduled node       level active, on its subchain's cores (policy catan); ordinary, on all CPUs (hand-set
-//   rates) one an unscheduled node    level unscheduled one a subchain             its trigger thread, level dispatcher
+//   one a scheduled node       on its subchain's cores, active or, where they are shared, as their dispatcher says
+//                              (policy catan); ordinary, on all CPUs (hand-set rates)
+//   one an unscheduled node    level unscheduled
+//   one a subchain             its trigger thread, level dispatcher
+//   one a core                 the core's dispatcher, level dispatcher (policy catan)
 //   one housekeeper            level ordinary, wherever the system puts it
 //
 // Units: in the types. Thread safety: as include/catan/session.h says.
@@ -22,11 +25,12 @@
 #include "model/cost.h"
 #include "os/os.h"
 #include "plan/plan.h"
+#include "runtime/assignment.h"
+#include "runtime/controller.h"
 #include "runtime/enforcer.h"
 #include "runtime/housekeeper.h"
 #include "runtime/policy.h"
 #include "runtime/replan.h"
-#include "runtime/trigger_thread.h"
 #include "runtime/wiring.h"
 
 namespace ctn::runtime {
@@ -60,8 +64,9 @@ class Engine {
   Status prepare();
   void keep_cpus_ready();
   Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
-  Status make_first_pacings();
-  void pace();
+  Status make_first_assignment();
+  Assignment assignment() const;
+  void publish(Assignment assignment);
   Rate source_rate() const;  // of the first subchain's head, as paced
   Result<plan::Plan> make_plan(const model::CostTable& costs, const model::CostTable& typical);
   Status spawn_and_place();
@@ -69,12 +74,12 @@ class Engine {
   void run_node(NodeId node);
   void run_unscheduled(NodeId node);
   Status place_nodes();
-  Status place_triggers();
+  void spawn_controllers();
+  Status place_controllers();
   void wait_until_ready(std::size_t threads);
   void report_ready_and_wait();
   void replan(TimePoint now);
   void adopt(plan::Plan plan, const std::string& reason);
-  os::CpuSet cpus_of(const plan::SubchainPlan& subchain) const;
   void end_threads();
 
   graph::App app_;
@@ -90,9 +95,11 @@ class Engine {
   std::unique_ptr<Housekeeper> housekeeper_;
   std::optional<plan::Plan> plan_;  // the housekeeper's, once its thread runs
   std::optional<ReplanClock> replan_clock_;
-  std::vector<dispatch::Pacing> pacings_;  // by subchain; those in force, the housekeeper's as plan_ is
-  std::vector<std::unique_ptr<TriggerThread>> triggers_;
-  std::vector<os::ThreadId> trigger_ids_;
+  std::vector<SubchainPlace> places_;  // by subchain; those in force, the housekeeper's as plan_ is
+  std::vector<SubchainPorts> subchains_;
+  std::unique_ptr<Controls> controls_;
+  std::vector<std::unique_ptr<Controller>> controllers_;  // subchains, then cores
+  std::vector<os::ThreadId> controller_ids_;
   std::vector<std::unique_ptr<os::Thread>> threads_;
   std::unique_ptr<os::Thread> housekeeper_thread_;
   std::atomic<std::uint32_t> ready_{0};

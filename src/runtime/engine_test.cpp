@@ -212,8 +212,8 @@ TEST_F(TrackerTest, AHangingRunLosesItsLevelUntilItEnds) {
   open("catan", 1, fake);
   const Snapshot snapshot = run_for(seconds{20});
   ASSERT_EQ(snapshot.notices.size(), 2U);
-  EXPECT_TRUE(snapshot.notices[0].starts_with("watchdog: a run hangs"));
-  EXPECT_TRUE(snapshot.notices[1].starts_with("watchdog: the run that hung has ended"));
+  EXPECT_TRUE(snapshot.notices[0].starts_with("watchdog: a run of subchain track hangs"));
+  EXPECT_TRUE(snapshot.notices[1].starts_with("watchdog: the run of subchain track that hung has ended"));
   std::vector<os::Level> levels;
   for (const os::FakeOs::Change& change : fake.changes()) {
     if (change.level && change.at > at(seconds{4}) && change.at < at(seconds{19})) levels.push_back(*change.level);

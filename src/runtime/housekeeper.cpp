@@ -25,16 +25,16 @@ Housekeeper::Housekeeper(const graph::App& app, os::Os& os, Wiring& wiring, Time
       measurements_(app, warm_from),
       gathered_(app.graph.nodes().size()) {}
 
-void Housekeeper::run(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads, const Errand& errand) {
+void Housekeeper::run(const Controllers& controllers, const Errand& errand) {
   TimePoint next_flush = os_.now() + kFlushEvery;
   while (stopping_.load(std::memory_order_acquire) == 0) {
     os_.wait(stopping_, 0, os_.now() + kTick);
-    gather(trigger_threads);
+    gather(controllers);
     const TimePoint now = os_.now();
     if (errand) errand(now);
     if (now < next_flush) continue;
     next_flush = now + kFlushEvery;
-    note_losses(trigger_threads);
+    note_losses(controllers);
     flush();
   }
 }
@@ -44,9 +44,9 @@ void Housekeeper::stop() {
   os_.wake(stopping_);
 }
 
-Status Housekeeper::finish(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads) {
-  gather(trigger_threads);
-  note_losses(trigger_threads);
+Status Housekeeper::finish(const Controllers& controllers) {
+  gather(controllers);
+  note_losses(controllers);
   if (!writer_) return Done{};
   write_notices();
   Status closed = writer_->close(os_.now(), os_.host_facts());
@@ -54,7 +54,7 @@ Status Housekeeper::finish(const std::vector<std::unique_ptr<TriggerThread>>& tr
   return closed;
 }
 
-void Housekeeper::gather(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads) {
+void Housekeeper::gather(const Controllers& controllers) {
   const std::span<const NodeId> order = app_.graph.topological_order();
   for (std::size_t position = order.size(); position-- > 0;) {
     gathered_[position].clear();
@@ -62,16 +62,7 @@ void Housekeeper::gather(const std::vector<std::unique_ptr<TriggerThread>>& trig
     if (port == nullptr) continue;
     port->drain([&](record::Run run) { gathered_[position].push_back(std::move(run)); });
   }
-  for (const auto& thread : trigger_threads) {
-    thread->drain(
-        [&](const record::Trigger& trigger) {
-          if (writer_) writer_->add(trigger);
-        },
-        [&](const TriggerThread::Hang& hang) {
-          notice("watchdog", hang.began ? "a run hangs; its subchain was lowered to the ordinary level"
-                                        : "the run that hung has ended; its subchain has its level back");
-        });
-  }
+  for (const auto& controller : controllers) controller->drain(*this);
   const std::lock_guard lock(mutex_);
   for (const std::vector<record::Run>& runs : gathered_) {
     for (const record::Run& run : runs) {
@@ -81,12 +72,30 @@ void Housekeeper::gather(const std::vector<std::unique_ptr<TriggerThread>>& trig
   }
 }
 
-void Housekeeper::note_losses(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads) {
+void Housekeeper::triggered(const record::Trigger& trigger) {
+  if (writer_) writer_->add(trigger);
+}
+
+void Housekeeper::slot_over(const record::Slot& slot) {
+  if (writer_) writer_->add(slot);
+}
+
+void Housekeeper::stole(const record::Steal& steal) {
+  if (writer_) writer_->add(steal);
+}
+
+void Housekeeper::hang_changed(SubchainId subchain, bool began) {
+  const std::string& name = app_.graph.subchain(subchain).name;
+  notice("watchdog", began ? fmt::format("a run of subchain {} hangs: it was contained", name)
+                           : fmt::format("the run of subchain {} that hung has ended: it is as before", name));
+}
+
+void Housekeeper::note_losses(const Controllers& controllers) {
   std::uint64_t losses = 0;
   for (const NodeId node : app_.graph.topological_order()) {
     if (const NodePort* port = wiring_.port(node)) losses += port->lost_reports();
   }
-  for (const auto& thread : trigger_threads) losses += thread->lost_reports();
+  for (const auto& controller : controllers) losses += controller->lost_reports();
   std::string edges;
   for (const auto& [edge, count] : wiring_.dropped()) {
     losses += count;

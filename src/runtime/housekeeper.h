@@ -1,4 +1,4 @@
-// The session's one thread at the ordinary level: it gathers what nodes and trigger threads reported, keeps the
+// The session's one thread at the ordinary level: it gathers what nodes and controllers reported, keeps the
 // measurements, writes the record, and plans anew. Nothing on the hot path ever waits for it.
 //
 // How it gathers: it drains the rings of successors before those of their predecessors, then hands the runs on in the
@@ -22,14 +22,15 @@
 #include "os/os.h"
 #include "record/events.h"
 #include "record/writer.h"
+#include "runtime/controller.h"
 #include "runtime/measurements.h"
-#include "runtime/trigger_thread.h"
 #include "runtime/wiring.h"
 
 namespace ctn::runtime {
 
-class Housekeeper {
+class Housekeeper : private ReportSink {
  public:
+  using Controllers = std::vector<std::unique_ptr<Controller>>;
   using Notify = std::function<void(const std::string&)>;
 
   // `writer` may be null. References outlive it.
@@ -39,11 +40,11 @@ class Housekeeper {
   // What else is to be done every so often, after the runs are gathered: re-planning.
   using Errand = std::function<void(TimePoint now)>;
 
-  // Until stop(). `trigger_threads` are drained too.
-  void run(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads, const Errand& errand);
+  // Until stop(). `controllers` are drained too.
+  void run(const Controllers& controllers, const Errand& errand);
   void stop();
   // After run() has returned and all nodes have ended: gathers the rest, closes the record.
-  Status finish(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads);
+  Status finish(const Controllers& controllers);
 
   // Kept for the snapshot and the record, and told to `notify` at once.
   void notice(const std::string& kind, const std::string& detail);
@@ -57,8 +58,13 @@ class Housekeeper {
   void fill(Snapshot& snapshot, std::optional<double> hand_set_hz) const;
 
  private:
-  void gather(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads);
-  void note_losses(const std::vector<std::unique_ptr<TriggerThread>>& trigger_threads);
+  void triggered(const record::Trigger& trigger) override;
+  void slot_over(const record::Slot& slot) override;
+  void stole(const record::Steal& steal) override;
+  void hang_changed(SubchainId subchain, bool began) override;
+
+  void gather(const Controllers& controllers);
+  void note_losses(const Controllers& controllers);
   void write_notices();
   void flush();
 

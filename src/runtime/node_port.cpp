@@ -16,14 +16,20 @@ void SubchainSignal::complete(os::Os& os, std::uint64_t token) {
   std::uint64_t before = completed.load(std::memory_order_relaxed);
   while (before < token && !completed.compare_exchange_weak(before, token, std::memory_order_seq_cst)) {
   }
-  // Sequentially consistent on both sides: either this sees the wish, or the trigger thread sees the completion before
-  // it sleeps.
-  if (wants_completions.load(std::memory_order_seq_cst)) nudge(os);
+  // Sequentially consistent on both sides: either this sees the wish, or the holder sees the completion before it
+  // sleeps.
+  if (!wants_completions.load(std::memory_order_seq_cst)) return;
+  if (Attention* const holder = listener.load(std::memory_order_seq_cst)) holder->nudge(os);
 }
 
-void SubchainSignal::nudge(os::Os& os) {
-  attention.fetch_add(1, std::memory_order_release);
-  os.wake(attention);
+void SubchainSignal::thread_joined(os::Os& os) {
+  threads_joined.fetch_add(1, std::memory_order_release);
+  if (Attention* const holder = listener.load(std::memory_order_seq_cst)) holder->nudge(os);
+}
+
+void Attention::nudge(os::Os& os) {
+  word.fetch_add(1, std::memory_order_release);
+  os.wake(word);
 }
 
 NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node)
@@ -123,11 +129,7 @@ bool NodePort::add_thread(os::ThreadId thread) {
 
 std::vector<os::ThreadId> NodePort::threads() const {
   std::vector<os::ThreadId> threads;
-  const std::size_t count = std::min(thread_count_.load(), kMaxThreads);
-  for (std::size_t index = 0; index < count; ++index) {
-    const std::int32_t thread = threads_[index].load(std::memory_order_acquire);
-    if (thread != 0) threads.push_back(os::ThreadId{thread});
-  }
+  for_each_thread([&](os::ThreadId thread) { threads.push_back(thread); });
   return threads;
 }
 

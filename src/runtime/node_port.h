@@ -11,6 +11,7 @@
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -24,16 +25,25 @@
 
 namespace ctn::runtime {
 
-// Between the nodes of a subchain and its trigger thread.
+// What a controller (controller.h) sleeps on.
+struct Attention {
+  alignas(64) std::atomic<std::uint32_t> word{0};
+
+  // Wakes it, for it to look at everything anew.
+  void nudge(os::Os& os);
+};
+
+// Between the nodes of a subchain and the controller that holds it.
 struct SubchainSignal {
-  std::atomic<std::uint64_t> completed{0};     // the newest token whose run has ended
-  std::atomic<std::uint32_t> attention{0};     // the trigger thread waits on it
-  std::atomic<bool> wants_completions{false};  // only then is it woken when a run ends
+  std::atomic<std::uint64_t> completed{0};       // the newest token whose run has ended
+  std::atomic<Attention*> listener{nullptr};     // who holds the subchain
+  std::atomic<bool> wants_completions{false};    // only then is the holder woken when a run ends
+  std::atomic<std::uint32_t> threads_joined{0};  // counts threads that joined a node later
 
   // Called by nodes.
   void complete(os::Os& os, std::uint64_t token);
-  // Wakes the trigger thread, for it to look at its plan and at the stop flag.
-  void nudge(os::Os& os);
+  // A thread has joined one of the subchain's nodes: its holder is to give it its level.
+  void thread_joined(os::Os& os);
 };
 
 class NodePort {
@@ -69,6 +79,15 @@ class NodePort {
   // The node's threads: its own first. False: there is no room for another.
   bool add_thread(os::ThreadId thread);
   std::vector<os::ThreadId> threads() const;
+  // The same without a copy.
+  template <class Visit>
+  void for_each_thread(Visit&& visit) const {
+    const std::size_t count = std::min(thread_count_.load(std::memory_order_acquire), kMaxThreads);
+    for (std::size_t index = 0; index < count; ++index) {
+      const std::int32_t thread = threads_[index].load(std::memory_order_acquire);
+      if (thread != 0) visit(os::ThreadId{thread});
+    }
+  }
 
   // --- the collector ---
   // Calls take(record::Run) for each run reported so far, oldest first.
@@ -107,6 +126,12 @@ class NodePort {
   alignas(64) std::atomic<std::uint32_t> word_{
       0};  // low half of the newest token; changes with every trigger and on stop
   alignas(64) std::atomic<std::uint64_t> newest_output_{0};
+};
+
+// The nodes of a subchain and its signal, as a controller sees them.
+struct SubchainPorts {
+  std::vector<NodePort*> ports;  // in the order they run
+  SubchainSignal* signal = nullptr;
 };
 
 }  // namespace ctn::runtime

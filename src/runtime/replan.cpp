@@ -10,9 +10,6 @@
 namespace ctn::runtime {
 namespace {
 
-constexpr int kHangMultiple = 10;
-constexpr Nanos kShortestHang = std::chrono::seconds{1};
-
 bool differs(Millis before, Millis after) {
   return std::abs((after - before).count()) > kSwapThreshold * std::max(before, after).count();
 }

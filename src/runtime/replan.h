@@ -15,6 +15,10 @@ namespace ctn::runtime {
 // nothing has changed.
 constexpr double kSwapThreshold = 0.02;
 
+// A run that takes so many times as long as planned, and at least this long, is taken to hang.
+constexpr int kHangMultiple = 10;
+constexpr Nanos kShortestHang = std::chrono::seconds{1};
+
 bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
 
 // The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a

@@ -1,95 +1,85 @@
 #include "runtime/trigger_thread.h"
 
-#include <array>
-#include <utility>
+#include <algorithm>
 
 namespace ctn::runtime {
-namespace {
 
-constexpr std::size_t kPacings = 16;
-constexpr std::size_t kPacingWords = 5;
-
-std::array<std::uint64_t, kPacingWords> encode(const dispatch::Pacing& pacing) {
-  return {static_cast<std::uint64_t>(pacing.period.count()), static_cast<std::uint64_t>(pacing.in_flight_limit),
-          static_cast<std::uint64_t>(pacing.hang_after.count()),
-          static_cast<std::uint64_t>(pacing.after_completion.count()),
-          static_cast<std::uint64_t>(pacing.shortest.count())};
-}
-
-dispatch::Pacing decode(std::span<const std::uint64_t> words) {
-  return {.period = Nanos{static_cast<Nanos::rep>(words[0])},
-          .in_flight_limit = static_cast<int>(words[1]),
-          .hang_after = Nanos{static_cast<Nanos::rep>(words[2])},
-          .after_completion = Nanos{static_cast<Nanos::rep>(words[3])},
-          .shortest = Nanos{static_cast<Nanos::rep>(words[4])}};
-}
-
-}  // namespace
-
-TriggerThread::TriggerThread(os::Os& os, SubchainId subchain, std::vector<NodePort*> ports, SubchainSignal& signal,
-                             Enforcer& enforcer, const dispatch::Pacing& initial)
-    : os_(os),
-      subchain_(subchain),
-      ports_(std::move(ports)),
-      signal_(signal),
-      enforcer_(enforcer),
-      initial_(initial),
-      pacings_(kPacings, kPacingWords),
-      reports_(kReports, 3) {}
+TriggerThread::TriggerThread(Controls& controls, const std::vector<SubchainPorts>& subchains, SubchainId subchain)
+    : Controller(controls, subchains, subchain.index(), -1, controls.of_subchain[subchain.index()]),
+      controls_(controls),
+      subchain_(subchain) {}
 
 void TriggerThread::run() {
-  dispatch::SubchainTrigger trigger(os_.now(), initial_);
-  while (!stopping_.load(std::memory_order_acquire)) {
-    const std::uint32_t seen = signal_.attention.load(std::memory_order_acquire);
-    adopt_new_pacing(trigger);
-    const std::uint64_t completed = signal_.completed.load(std::memory_order_seq_cst);
-    const TimePoint now = os_.now();
-    const dispatch::SubchainTrigger::Decision decision = trigger.step(now, completed);
-    act(decision, now, trigger.sent());
-
-    signal_.wants_completions.store(decision.ask_on_completion, std::memory_order_seq_cst);
-    if (decision.ask_on_completion && signal_.completed.load(std::memory_order_seq_cst) != completed) continue;
-    os_.wait(signal_.attention, seen, decision.ask_at);
+  while (!stopping()) {
+    const std::uint32_t seen = attention_now();
+    follow();
+    if (!trigger_) {
+      sleep(seen, kNever);
+      continue;
+    }
+    const std::uint64_t done = completed(subchain_);
+    const TimePoint at = now();
+    const dispatch::SubchainTrigger::Decision decision = trigger_->step(at, std::min(done, trigger_->sent()));
+    act(decision, at);
+    want_completions(subchain_, decision.ask_on_completion);
+    if (decision.ask_on_completion && completed(subchain_) != done) continue;
+    sleep(seen, decision.ask_at);
   }
 }
 
-void TriggerThread::stop() {
-  stopping_.store(true, std::memory_order_release);
-  signal_.nudge(os_);
+void TriggerThread::follow() {
+  const Assignment& assignment = look();
+  const SubchainPlace& place = assignment.places[subchain_.index()];
+  const bool is_new = assignment.number != following_;
+  following_ = assignment.number;
+  if (place.core >= 0) {
+    if (trigger_) give_up();
+  } else if (trigger_) {
+    if (is_new && place != place_) change(place);
+    if (threads_joined(subchain_)) {
+      move_threads(subchain_, place_.cpus);
+      if (!contained_) set_level(subchain_, place_.level);
+    }
+  } else if (const std::optional<dispatch::RunState> state = controls_.handovers[subchain_.index()].take()) {
+    begin(place, *state);
+  }
 }
 
-void TriggerThread::change_pacing(const dispatch::Pacing& pacing) {
-  // A full ring means that the thread has not looked for long; it will look at the next one.
-  pacings_.push(encode(pacing));
-  signal_.nudge(os_);
+void TriggerThread::begin(const SubchainPlace& place, const dispatch::RunState& state) {
+  place_ = place;
+  contained_ = state.hanging;
+  hold(subchain_, place.cpus);
+  if (!contained_) set_level(subchain_, place.level);
+  TimePoint start = now();
+  if (state.sent > 0) start = std::max(start, state.triggered_at + place.pacing.period);
+  trigger_.emplace(start, place.pacing, state.sent, state.completed);
 }
 
-void TriggerThread::adopt_new_pacing(dispatch::SubchainTrigger& trigger) {
-  pacings_.drain([&](std::span<const std::uint64_t> words) { trigger.change_pacing(os_.now(), decode(words)); });
+void TriggerThread::change(const SubchainPlace& place) {
+  if (place.cpus != place_.cpus) move_threads(subchain_, place.cpus);
+  if (place.level != place_.level && !contained_) set_level(subchain_, place.level);
+  if (place.pacing != place_.pacing) trigger_->change_pacing(now(), place.pacing);
+  place_ = place;
 }
 
-void TriggerThread::act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now, std::uint64_t number) {
+void TriggerThread::give_up() {
+  set_level(subchain_, os::Level::kOrdinary);
+  dispatch::RunState state;
+  state.sent = trigger_->sent();
+  state.completed = std::min(completed(subchain_), state.sent);
+  state.triggered_at = trigger_->last_trigger();
+  state.hanging = trigger_->hanging();
+  trigger_.reset();
+  hand_over(subchain_, state);
+}
+
+void TriggerThread::act(const dispatch::SubchainTrigger::Decision& decision, TimePoint at) {
   if (decision.hang_began || decision.hang_ended) {
-    contain(decision.hang_began);
-    report(decision.hang_began ? kHangBegan : kHangEnded, now, now);
+    contained_ = decision.hang_began;
+    set_level(subchain_, contained_ ? os::Level::kOrdinary : place_.level);
+    report_hang(subchain_, contained_, at);
   }
-  if (decision.trigger) {
-    ports_.front()->trigger(number);
-    report(number, *decision.trigger, now);
-  }
-}
-
-void TriggerThread::contain(bool hanging) {
-  const os::Level level = hanging ? os::Level::kOrdinary : os::Level::kActive;
-  for (const NodePort* port : ports_) {
-    for (const os::ThreadId thread : port->threads()) enforcer_.set_level_now(thread, level);
-  }
-}
-
-void TriggerThread::report(std::uint64_t what, TimePoint due, TimePoint sent) {
-  const std::array<std::uint64_t, 3> words{what, static_cast<std::uint64_t>(due.time_since_epoch().count()),
-                                           static_cast<std::uint64_t>(sent.time_since_epoch().count())};
-  reports_.push(words);
+  if (decision.trigger) trigger(subchain_, trigger_->sent(), *decision.trigger);
 }
 
 }  // namespace ctn::runtime

@@ -105,6 +105,14 @@ std::vector<NodePort*> Wiring::ports_of(SubchainId subchain) {
   return ports;
 }
 
+std::vector<SubchainPorts> Wiring::subchains() {
+  std::vector<SubchainPorts> all;
+  for (std::size_t index = 0; index < signals_.size(); ++index) {
+    all.push_back({ports_of(SubchainId(index)), signals_[index].get()});
+  }
+  return all;
+}
+
 std::vector<std::pair<std::string, std::uint64_t>> Wiring::dropped() const {
   std::vector<std::pair<std::string, std::uint64_t>> dropped;
   for (const auto& [edge, open] : channels_) {

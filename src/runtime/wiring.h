@@ -44,6 +44,8 @@ class Wiring {
   const NodeBody& body(NodeId node) const { return bodies_[node.index()]; }
   SubchainSignal& signal(SubchainId subchain) { return *signals_[subchain.index()]; }
   std::vector<NodePort*> ports_of(SubchainId subchain);
+  // By SubchainId.
+  std::vector<SubchainPorts> subchains();
   // Values that queue channels lost, by edge name ("scan -> GL").
   std::vector<std::pair<std::string, std::uint64_t>> dropped() const;
 
