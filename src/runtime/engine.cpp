@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "plan/predict.h"
+#include "plan/recost.h"
 #include "planner/planner.h"
 #include "runtime/core_thread.h"
 #include "runtime/trigger_thread.h"
@@ -285,14 +286,16 @@ void Engine::replan(TimePoint now) {
   const bool first = replan_clock_->first();
   replan_clock_->made(now);
   const Millis unmeasured = app_.scheduler.bootstrap_cost;
-  Result<plan::Plan> plan = make_plan(housekeeper_->costs(unmeasured), housekeeper_->typical_costs(unmeasured));
+  const model::CostTable costs = housekeeper_->costs(unmeasured);
+  Result<plan::Plan> plan = make_plan(costs, housekeeper_->typical_costs(unmeasured));
   if (!plan) {
     if (!replan_failed_) housekeeper_->notice("replan-failed", plan.error().message());
     replan_failed_ = true;
     return;
   }
   replan_failed_ = false;
-  if (first || worth_a_swap(*plan_, *plan)) adopt(std::move(*plan), first ? "measured" : "periodic");
+  if (first || worth_a_swap(*plan_, plan::recost(*plan_, app_, costs), *plan))
+    adopt(std::move(*plan), first ? "measured" : "periodic");
 }
 
 void Engine::adopt(plan::Plan plan, const std::string& reason) {

@@ -10,29 +10,46 @@
 namespace ctn::runtime {
 namespace {
 
-bool differs(Millis before, Millis after) {
-  return std::abs((after - before).count()) > kSwapThreshold * std::max(before, after).count();
+bool differs(double before, double after, double threshold) {
+  return std::abs(after - before) > threshold * std::max(before, after);
+}
+bool differs(Millis before, Millis after) { return differs(before.count(), after.count(), kSwapThreshold); }
+
+bool shares(const plan::Plan& plan, std::size_t subchain) {
+  const auto core = static_cast<std::size_t>(plan.subchains[subchain].cores.front());
+  return core < plan.cores.size() && !plan.cores[core].slots.empty();
 }
 
-bool differs(const std::optional<plan::Expectation>& before, const std::optional<plan::Expectation>& after) {
-  if (!before || !after) return before.has_value() != after.has_value();
-  for (std::size_t index = 0; index < after->subchains.size(); ++index) {
-    if (differs(before->subchains[index].period, after->subchains[index].period)) return true;
-    if (differs(before->subchains[index].execution, after->subchains[index].execution)) return true;
+bool paced_differently(const plan::Plan& current, const plan::Plan& candidate, std::size_t index) {
+  const plan::SubchainPlan& before = current.subchains[index];
+  const plan::SubchainPlan& after = candidate.subchains[index];
+  if (differs(before.period, after.period) || differs(before.execution, after.execution)) return true;
+  if (!current.expected || !candidate.expected) return current.expected.has_value() != candidate.expected.has_value();
+  return differs(current.expected->subchains[index].period, candidate.expected->subchains[index].period) ||
+         differs(current.expected->subchains[index].execution, candidate.expected->subchains[index].execution);
+}
+
+bool does_better(const plan::Plan& current_now, const plan::Plan& candidate) {
+  if (differs(current_now.relax_factor, candidate.relax_factor, kSwapThreshold)) {
+    return candidate.relax_factor < current_now.relax_factor;
   }
-  return false;
+  return candidate.objective < current_now.objective * (1.0 - kSwapThreshold);
 }
 
 }  // namespace
 
-bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate) {
+bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
+                  const plan::Plan& candidate) {
+  if (!current_now || does_better(*current_now, candidate)) return true;
   for (std::size_t index = 0; index < candidate.subchains.size(); ++index) {
-    const plan::SubchainPlan& before = current.subchains[index];
-    const plan::SubchainPlan& after = candidate.subchains[index];
-    if (before.cores != after.cores || before.threads != after.threads || before.every != after.every) return true;
-    if (differs(before.period, after.period) || differs(before.execution, after.execution)) return true;
+    if (shares(current, index)) {
+      const Millis slice = current.subchains[index].slice;
+      if (current_now->subchains[index].slice > slice * (1.0 + kOverrunThreshold)) return true;
+    } else if (current.subchains[index].cores == candidate.subchains[index].cores) {
+      if (paced_differently(current, candidate, index)) return true;
+    }
   }
-  return differs(current.expected, candidate.expected);
+  return differs(current.objective, current_now->objective, kStaleThreshold);
 }
 
 dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain) {

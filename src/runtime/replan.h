@@ -3,6 +3,8 @@
 // Units: in the types. Thread safety: ReplanClock has one owner; the rest are pure functions.
 #pragma once
 
+#include <optional>
+
 #include "base/time.h"
 #include "dispatch/subchain_trigger.h"
 #include "graph/app.h"
@@ -10,16 +12,25 @@
 
 namespace ctn::runtime {
 
-// A new plan replaces one in force if it moves a subchain to other cores or changes a period or an execution time,
-// planned or expected, by more than this part: percentiles over a window of 50 runs wander by about as much when
-// nothing has changed.
-constexpr double kSwapThreshold = 0.02;
+// What a new plan must differ by to replace the one in force: percentiles over a window of 50 runs wander by about as
+// much when nothing has changed.
+constexpr double kSwapThreshold = 0.02;    // in the objective; in a time of a subchain that owns its cores
+constexpr double kOverrunThreshold = 0.1;  // by which runs have outgrown their slices on a shared core
+constexpr double kStaleThreshold = 0.1;    // in what the plan in force would promise now
 
 // A run that takes so many times as long as planned, and at least this long, is taken to hang.
 constexpr int kHangMultiple = 10;
 constexpr Nanos kShortestHang = std::chrono::seconds{1};
 
-bool worth_a_swap(const plan::Plan& current, const plan::Plan& candidate);
+// `current_now`: the plan in force at the compute times of the candidate (plan/recost.h); none where it cannot hold any
+// more. A candidate is worth it if
+//   - it does better than the plan in force would now, by more than noise: a lower factor of relaxed bounds, or a lower
+//     objective under the same;
+//   - a subchain that owns its cores would be paced differently: what it is paced by are its own measured times;
+//   - on a shared core, runs do not fit their slices any more (with elastic frames shorter runs need nothing new), or
+//   the
+//     promises of the plan in force have become wrong.
+bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now, const plan::Plan& candidate);
 
 // The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a
 // second.

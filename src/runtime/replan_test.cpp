@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 
 #include "runtime/test_app.h"
@@ -24,20 +25,62 @@ plan::Plan plan_with(double period, double execution, std::vector<int> cores = {
   return plan;
 }
 
+// One subchain with a core of its own, which the plan in force would time as the candidate does.
+bool worth(const plan::Plan& current, const plan::Plan& candidate) {
+  return worth_a_swap(current, candidate, candidate);
+}
+
 TEST(WorthASwap, NotForLessThanTheThreshold) {
-  EXPECT_FALSE(worth_a_swap(plan_with(100.0, 90.0), plan_with(101.9, 91.0)));
-  EXPECT_FALSE(worth_a_swap(plan_with(100.0, 90.0), plan_with(98.2, 89.0)));
+  EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(101.9, 91.0)));
+  EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(98.2, 89.0)));
 }
 
 TEST(WorthASwap, ForMoreInEitherDirection) {
-  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), plan_with(103.0, 90.0)));
-  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), plan_with(97.0, 90.0)));
-  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), plan_with(100.0, 95.0)));
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(103.0, 90.0)));
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(97.0, 90.0)));
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(100.0, 95.0)));
 }
 
-TEST(WorthASwap, ForOtherCores) { EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), plan_with(100.0, 90.0, {1}))); }
+TEST(WorthASwap, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
 
-TEST(WorthASwap, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth_a_swap(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
+plan::Plan with_objective(plan::Plan plan, double objective, double factor = 1.0) {
+  plan.objective = objective;
+  plan.relax_factor = factor;
+  return plan;
+}
+
+TEST(WorthASwap, ForOtherCoresOnlyIfThatIsBetter) {
+  const plan::Plan here = with_objective(plan_with(100.0, 90.0), 50.0);
+  const plan::Plan there = plan_with(100.0, 90.0, {1});
+  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 49.5)));
+  EXPECT_TRUE(worth_a_swap(here, here, with_objective(there, 48.5)));
+  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 40.0, 1.5))) << "bounds before the objective";
+  EXPECT_TRUE(
+      worth_a_swap(with_objective(here, 50.0, 1.5), with_objective(here, 50.0, 1.5), with_objective(there, 60.0)));
+}
+
+TEST(WorthASwap, ForAPlanThatCannotHoldAnyMore) {
+  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), std::nullopt, plan_with(100.0, 90.0)));
+}
+
+// A subchain that shares its core, in slices of so long.
+plan::Plan sharing(double slice, double objective) {
+  plan::Plan plan = with_objective(plan_with(100.0, 100.0), objective);
+  plan.subchains[0].slice = Millis{slice};
+  plan.cores.resize(1);
+  plan.cores[0].slots.push_back({SubchainId(0), Millis{0}, Millis{slice}, 1, 0});
+  return plan;
+}
+
+TEST(WorthASwap, OnASharedCoreForRunsThatOutgrowTheirSlices) {
+  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(10.9, 52.0), sharing(10.9, 52.0)));
+  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(11.1, 52.0), sharing(11.1, 52.0)));
+  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 47.0), sharing(5.0, 47.0))) << "frames are elastic";
+}
+
+TEST(WorthASwap, ForPromisesThatBecameWrong) {
+  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 40.0), sharing(5.0, 40.0)));
+}
 
 dispatch::Pacing paced(plan::Plan plan, double slack, const char* scheduler = "{}", const char* head = "{}") {
   const graph::App app = parse(std::string("catan: 1\napp: one\nnodes: { a: ") + head +
@@ -83,9 +126,9 @@ TEST(PacingOf, NeverGoesBeyondARateCap) {
 
 TEST(WorthASwap, ForAnotherExpectation) {
   const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
-  EXPECT_TRUE(worth_a_swap(plan, expecting(plan, 95.0, 80.0)));
-  EXPECT_TRUE(worth_a_swap(plan, expecting(plan, 90.0, 75.0)));
-  EXPECT_FALSE(worth_a_swap(plan, expecting(plan, 90.5, 80.5)));
+  EXPECT_TRUE(worth(plan, expecting(plan, 95.0, 80.0)));
+  EXPECT_TRUE(worth(plan, expecting(plan, 90.0, 75.0)));
+  EXPECT_FALSE(worth(plan, expecting(plan, 90.5, 80.5)));
 }
 
 TEST(ReplanClock, WaitsForTheBootstrapAndForEveryNode) {

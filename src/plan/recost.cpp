@@ -1,0 +1,94 @@
+#include "plan/recost.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "model/formulas.h"
+#include "plan/limits.h"
+#include "plan/predict.h"
+
+namespace ctn::plan {
+namespace {
+
+class Recosting {
+ public:
+  Recosting(const Plan& plan, const graph::App& app, const model::CostTable& costs)
+      : plan_(plan), app_(app), by_kind_(model::costs_by_kind(app, costs)) {}
+
+  std::optional<Plan> run(const model::CostTable& costs) {
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) slice(SubchainId(i));
+    for (CorePlan& core : plan_.cores) {
+      if (!core.slots.empty() && !lay_out(core)) return std::nullopt;
+    }
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) {
+      if (!time(SubchainId(i))) return std::nullopt;
+    }
+    plan_.quality = Quality::kFeasible;
+    plan_.gap = 1.0;
+    plan_.expected.reset();
+    fill_predictions(plan_, app_, costs);
+    return std::move(plan_);
+  }
+
+ private:
+  const model::CostTable& costs_of(const SubchainPlan& subchain) const {
+    return by_kind_[app_.kind_of(subchain.cores.front())];
+  }
+  CorePlan& core_of(const SubchainPlan& subchain) {
+    return plan_.cores[static_cast<std::size_t>(subchain.cores.front())];
+  }
+
+  void slice(SubchainId id) {
+    SubchainPlan& subchain = plan_.subchains[id.index()];
+    subchain.slice = subchain.share * costs_of(subchain).subchain_total(app_.graph, id);
+  }
+
+  bool lay_out(CorePlan& core) const {
+    Millis offset{0};
+    bool exact = false;
+    for (Slot& slot : core.slots) {
+      slot.offset = offset;
+      slot.slice = plan_.subchains[slot.subchain.index()].slice;
+      offset += slot.slice;
+      exact = exact || period_limits(app_.graph, slot.subchain).exact;
+    }
+    const double usable = 1.0 - plan_.slack;
+    const Millis needed = offset / usable;
+    if (exact && needed > core.frame * (1.0 + kTolerance)) return false;
+    const Millis frame = exact ? core.frame : std::max(needed, core.frame_min);
+    core.idle = std::max(Millis{0}, frame * usable - offset);
+    core.frame = (offset + core.idle) / usable;
+    return true;
+  }
+
+  bool time(SubchainId id) {
+    SubchainPlan& subchain = plan_.subchains[id.index()];
+    if (const CorePlan& core = core_of(subchain); !core.slots.empty()) {
+      subchain.period = subchain.execution = core.frame / subchain.share;
+      return true;
+    }
+    const model::OwnedCores owned = model::owned_cores_with(
+        app_.graph, id, costs_of(subchain), static_cast<int>(subchain.cores.size()), subchain.threads, plan_.slack);
+    const PeriodLimits limits = period_limits(app_.graph, id);
+    subchain.execution = owned.execution;
+    if (!limits.exact) {
+      subchain.period = std::max(owned.period, limits.least);
+      return true;
+    }
+    subchain.period = *limits.exact;
+    return owned.period <= *limits.exact * (1.0 + kTolerance);
+  }
+
+  Plan plan_;
+  const graph::App& app_;
+  const std::vector<model::CostTable> by_kind_;
+};
+
+}  // namespace
+
+std::optional<Plan> recost(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
+  return Recosting(plan, app, costs).run(costs);
+}
+
+}  // namespace ctn::plan

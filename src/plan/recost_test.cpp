@@ -1,0 +1,62 @@
+#include "plan/recost.h"
+
+#include <gtest/gtest.h>
+
+#include "plan/sample_plan.h"
+#include "plan/validate.h"
+
+namespace ctn::plan {
+namespace {
+
+TEST(Recost, AtTheSameCostsIsTheSamePlan) {
+  const graph::App app = sample_app();
+  const model::CostTable costs = sample_costs(app);
+  Plan plan = sample_plan(app, costs);
+  const std::optional<Plan> same = recost(plan, app, costs);
+  ASSERT_TRUE(same);
+  EXPECT_TRUE(validate(*same, app, costs, kSampleCores).ok());
+  // Idle time that no rate cap asks for is not kept.
+  EXPECT_NEAR(same->cores[0].frame.count(), 17.0 / 0.95, 1e-12);
+  EXPECT_EQ(same->subchains[2], plan.subchains[2]);
+}
+
+TEST(Recost, KeepsWhoHasWhatAndMovesTheRest) {
+  const graph::App app = sample_app();
+  const Plan plan = sample_plan(app, sample_costs(app));
+  model::CostTable dearer = sample_costs(app);
+  dearer.set(*app.graph.find_node("map"), model::CostProfile::constant(Millis{60}));
+  dearer.set(*app.graph.find_node("grab"), model::CostProfile::constant(Millis{30}));
+  const std::optional<Plan> now = recost(plan, app, dearer);
+  ASSERT_TRUE(now);
+  const Status valid = validate(*now, app, dearer, kSampleCores);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  EXPECT_DOUBLE_EQ(now->subchains[kSlow.index()].slice.count(), 15.0);
+  EXPECT_NEAR(now->cores[0].frame.count(), (6.0 + 15.0 + 6.0) / 0.95, 1e-12);
+  EXPECT_NEAR(now->subchains[kSee.index()].period.count(), 30.0 / 0.95, 1e-12);
+  EXPECT_EQ(now->subchains[kSee.index()].cores, plan.subchains[kSee.index()].cores);
+  EXPECT_GT(now->objective, plan.objective);
+}
+
+TEST(Recost, KeepsARateCap) {
+  const graph::App app = sample_app();
+  const Plan plan = sample_plan(app, sample_costs(app));
+  const model::CostTable nothing(app.graph, Millis{0.001});
+  const std::optional<Plan> now = recost(plan, app, nothing);
+  ASSERT_TRUE(now);
+  EXPECT_NEAR(now->cores[0].frame.count(), 10.0, 1e-12) << "fast runs at most 100 times a second";
+}
+
+TEST(Recost, AnExactRateOutOfReachIsSaid) {
+  graph::AppSpec spec = sample_spec();
+  node(spec, "detect").min_rate = node(spec, "detect").max_rate = graph::At<Rate>{Rate{50.0}, {}};
+  const graph::App app = graph::build_app(spec).value();
+  Plan plan = sample_plan(app, sample_costs(app));
+  model::CostTable dearer = sample_costs(app);
+  ASSERT_TRUE(recost(plan, app, dearer));
+  EXPECT_DOUBLE_EQ(recost(plan, app, dearer)->subchains[kSee.index()].period.count(), 20.0);
+  dearer.set(*app.graph.find_node("detect"), model::CostProfile::constant(Millis{40}));
+  EXPECT_FALSE(recost(plan, app, dearer));
+}
+
+}  // namespace
+}  // namespace ctn::plan
