@@ -1,7 +1,7 @@
 // An application in one process, scheduled by Catan.
 //
-//   auto session = ctn::Session::open("app.yaml", options);        // reads the app file, asks the machine what it
-//   grants auto& frames = session->channel<Image>("camera", "detect");      // one channel an edge
+//   auto session = ctn::Session::open("app.yaml", options);           // reads the app file
+//   auto& frames = session->channel<Image>("camera", "detect");       // one channel an edge
 //   session->node("camera", [&](ctn::Run& run) { frames.write(run, grab()); });
 //   session->node("detect", [&](ctn::Run& run) { if (auto* f = frames.read(run)) look(*f); });
 //   session->start();   ...   session->stop();
@@ -10,10 +10,14 @@
 // another's when its predecessor in the subchain has ended. What a run writes becomes visible when it ends. An
 // unscheduled node's function is called once every period of the node. External nodes have none.
 //
-// Policies: "catan" plans rates, cores and levels from measured compute times; "default" triggers each subchain at its
-// head's `fallback_rate` under ordinary scheduling; "rate:HZ" does so at a given rate. Without the permission to set
-// real-time levels "catan" plans and triggers but does not prioritise (rates only), and says so in the snapshot, in the
-// record and to on_notice.
+// Policies:
+//   "catan"          plans rates, cores, shares of cores and levels from measured compute times, again and again
+//   "static:FILE"    follows a plan that `catan plan --json` made, and never revises it
+//   "default"        triggers each subchain at its head's `fallback_rate`, under ordinary scheduling
+//   "rate:HZ"        as "default", but subchains that begin with a source at a given rate
+//   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
+// Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
+// says so in the snapshot, in the record and to on_notice.
 //
 // Thread safety: open, node, channel, queue, start, stop from one thread; snapshot and adopt_this_thread from any.
 #pragma once
@@ -39,6 +43,9 @@ struct SessionOptions {
   std::vector<int> cpus;                              // CPUs that nodes may use; empty: all that this process may use
   std::string record;                                 // path of the record to write; empty: none
   std::string note;                                   // kept in the record
+  bool stealing = true;                               // false: nobody goes on in another's slot when late
+  bool replan = true;                                 // false: the first plan from measured times stays
+  std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
   std::function<void(const std::string&)> on_notice;  // called from a thread at the ordinary level; may block
 };
 

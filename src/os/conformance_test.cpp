@@ -254,8 +254,8 @@ TEST_P(OsConformance, EveryLevelIsWhatWasSet) {
   SKIP_WITHOUT_REAL_TIME();
   Parked parked(os());
   SchedulingGuard guard(os(), parked.id());
-  for (const Level level :
-       {Level::kDispatcher, Level::kBackground, Level::kActive, Level::kUnscheduled, Level::kOrdinary}) {
+  for (const Level level : {Level::kDispatcher, Level::kBackground, Level::kActive, Level::kUnscheduled, fixed_level(0),
+                            fixed_level(kFixedLevels - 1), Level::kOrdinary}) {
     const Status set = os().set_level(parked.id(), level);
     ASSERT_TRUE(set.ok()) << set.error().message();
     const auto found = os().level(parked.id());

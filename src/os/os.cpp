@@ -52,7 +52,7 @@ const char* to_string(Level level) {
     case Level::kDispatcher:
       return "dispatcher";
   }
-  return "unknown";
+  return "fixed";
 }
 
 CpuSet::CpuSet(std::vector<int> cpus) : cpus_(std::move(cpus)) {

@@ -31,6 +31,11 @@ enum class ProcessId : std::int32_t {};
 enum class Level { kOrdinary, kBackground, kActive, kUnscheduled, kDispatcher };
 const char* to_string(Level level);
 
+// Beyond these there are fixed priorities, a level a rank: for programs that are compared with, and give each part one
+// priority for good. Not to be used beside the levels above. Precondition: 0 <= rank < kFixedLevels.
+constexpr int kFixedLevels = 66;
+constexpr Level fixed_level(int rank) { return static_cast<Level>(static_cast<int>(Level::kDispatcher) + 1 + rank); }
+
 // A set of CPU numbers, ascending, without duplicates.
 class CpuSet {
  public:

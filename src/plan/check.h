@@ -54,6 +54,7 @@ class Check {
 // The steps, in their order; each relies on those before having found nothing.
 void check_shape(Check& check, int core_count);
 void check_cores(Check& check);     // who has which core
+void check_frames(Check& check);    // slots and frames of shared cores; others have none
 void check_groups(Check& check);    // owned and shared cores by their formulas
 void check_rates(Check& check);     // caps and exact rates
 void check_promises(Check& check);  // chains, nodes, objective, relaxed bounds

@@ -166,7 +166,7 @@ void check_cores(Check& check) {
   }
 }
 
-void check_groups(Check& check) {
+void check_frames(Check& check) {
   const std::vector<Members> members = members_by_core(check.plan);
   for (std::size_t core = 0; core < members.size(); ++core) {
     if (is_shared(members[core])) {
@@ -175,6 +175,10 @@ void check_groups(Check& check) {
       check_no_frame(check, core);
     }
   }
+}
+
+void check_groups(Check& check) {
+  const std::vector<Members> members = members_by_core(check.plan);
   for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
     const SubchainId id{i};
     check_share(check, id);

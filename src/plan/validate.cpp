@@ -36,11 +36,25 @@ std::string Check::slot_key(std::size_t core, std::size_t slot, const char* fiel
   return fmt::format("cores[{}].slots[{}].{}", core, slot, field);
 }
 
+Status validate_layout(const Plan& plan, const graph::App& app, int core_count) {
+  const model::CostTable unknown(app.graph, Millis{0});
+  Check check(plan, app, unknown);
+  check_shape(check, core_count);
+  if (check.ok()) check_cores(check);
+  if (check.ok()) {
+    check_frames(check);
+    check_rates(check);
+  }
+  if (!check.ok()) return Error(ErrorKind::kCaller, check.take_problems());
+  return Done{};
+}
+
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count) {
   Check check(plan, app, costs);
   check_shape(check, core_count);
   if (check.ok()) check_cores(check);
   if (check.ok()) {
+    check_frames(check);
     check_groups(check);
     check_rates(check);
     check_promises(check);

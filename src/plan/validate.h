@@ -22,4 +22,8 @@ namespace ctn::plan {
 // JSON; kCaller, because a plan may come from a file. Precondition: core_count >= 0.
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count);
 
+// What can be proven of a plan without the compute times that it was made for: shape, who has which core, slots and
+// frames, rate caps and exact rates.
+Status validate_layout(const Plan& plan, const graph::App& app, int core_count);
+
 }  // namespace ctn::plan

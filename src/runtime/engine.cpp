@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
+#include "plan/json.h"
 #include "plan/predict.h"
 #include "plan/recost.h"
+#include "plan/validate.h"
 #include "planner/planner.h"
 #include "runtime/core_thread.h"
 #include "runtime/trigger_thread.h"
@@ -54,7 +58,9 @@ Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, Engin
 }
 
 Engine::Engine(graph::App app, os::Os& os, EngineOptions options, os::CpuSet cpus)
-    : app_(std::move(app)), os_(os), options_(std::move(options)), cpus_(std::move(cpus)), wiring_(app_, os_) {}
+    : app_(std::move(app)), os_(os), options_(std::move(options)), cpus_(std::move(cpus)), wiring_(app_, os_) {
+  app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
+}
 
 Engine::~Engine() { static_cast<void>(stop()); }
 
@@ -77,7 +83,7 @@ Status Engine::start() {
 Status Engine::prepare() {
   if (Status wired = wiring_.check(); !wired) return wired;
   const os::RealTimeFacts facts = os_.real_time_facts();
-  const bool real_time = options_.policy.plans() && facts.permitted;
+  const bool real_time = options_.policy.raises() && facts.permitted;
   slack_ = app_.scheduler.slack.value_or(std::max(graph::kDefaultSlack, facts.reserved + kSlackMargin));
   if (Status assigned = make_first_assignment(); !assigned) return assigned;
 
@@ -88,11 +94,12 @@ Status Engine::prepare() {
   std::unique_ptr<record::Writer> writer;
   if (Status opened = open_record(start, warm_from, writer); !opened) return opened;
   housekeeper_ = std::make_unique<Housekeeper>(app_, os_, wiring_, warm_from, std::move(writer), options_.on_notice);
-  if (options_.policy.plans() && !facts.permitted) housekeeper_->notice("rates-only", facts.why_not);
+  if (options_.policy.raises() && !facts.permitted) housekeeper_->notice("rates-only", facts.why_not);
   if (real_time) keep_cpus_ready();
   if (plan_) {
-    replan_clock_.emplace(start, app_.scheduler);
-    housekeeper_->plan_in_force(*plan_, source_rate(), "bootstrap");
+    const bool is_static = options_.policy.kind == Policy::Kind::kStatic;
+    if (!is_static) replan_clock_.emplace(start, app_.scheduler);
+    housekeeper_->plan_in_force(*plan_, source_rate(), is_static ? "static" : "bootstrap");
   }
   return Done{};
 }
@@ -124,23 +131,68 @@ Status Engine::open_record(TimePoint start, TimePoint warm_from, std::unique_ptr
 }
 
 Status Engine::make_first_assignment() {
-  if (options_.policy.plans()) {
-    const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
-    Result<plan::Plan> plan = make_plan(unmeasured, unmeasured);
-    if (!plan) return plan.error();
-    plan_ = std::move(*plan);
-    places_ = assignment().places;
-    return Done{};
-  }
-  const Result<std::vector<Rate>> rates = hand_set_rates(options_.policy, app_);
-  if (!rates) return rates.error();
-  places_.clear();
-  for (const Rate rate : *rates) places_.push_back({-1, cpus_, {to_nanos(rate.period()), 0, Nanos{0}}});
+  if (!options_.policy.follows_plan()) return place_by_hand();
+  const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
+  Result<plan::Plan> plan =
+      options_.policy.kind == Policy::Kind::kStatic ? read_plan() : make_plan(unmeasured, unmeasured);
+  if (!plan) return plan.error();
+  plan_ = std::move(*plan);
+  slack_ = plan_->slack;
+  places_ = assignment().places;
   return Done{};
 }
 
+// A plan that is given is taken at its word: at which compute times it was made is not known.
+Result<plan::Plan> Engine::read_plan() const {
+  std::ifstream file(options_.policy.plan);
+  std::stringstream text;
+  if (!file || !(text << file.rdbuf())) {
+    return Error::caller("cannot read the plan " + options_.policy.plan,
+                         "name a file that `catan plan APP --json` made for this app");
+  }
+  Result<plan::Plan> plan = plan::from_json(text.str(), app_, options_.policy.plan);
+  if (!plan) return plan;
+  if (Status valid = plan::validate_layout(*plan, app_, static_cast<int>(cpus_.size())); !valid) return valid.error();
+  if (options_.frames) {
+    for (plan::CorePlan& core : plan->cores) core.frames = *options_.frames;
+  }
+  return plan;
+}
+
+// By hand-set rates. With fixed priorities those of the app's order of stealing, nodes that run by themselves above
+// them, and who triggers above all.
+Status Engine::place_by_hand() {
+  const Result<std::vector<Rate>> rates = hand_set_rates(options_.policy, app_);
+  if (!rates) return rates.error();
+  const bool fixed = options_.policy.kind == Policy::Kind::kFifo;
+  const auto count = static_cast<int>(app_.steal.priority.size());
+  if (fixed && count + 2 > os::kFixedLevels) {
+    return Error::caller(fmt::format("{} subchains are more than there are fixed priorities", count),
+                         "use another scheduler");
+  }
+  places_.clear();
+  for (const Rate rate : *rates) {
+    places_.push_back({-1, cpus_, {.period = to_nanos(rate.period()), .hang_after = fixed ? kShortestHang : Nanos{0}}});
+  }
+  for (int rank = 0; fixed && rank < count; ++rank) {
+    const SubchainId id = app_.steal.priority[static_cast<std::size_t>(count - 1 - rank)];
+    places_[id.index()].level = os::fixed_level(rank);
+  }
+  return Done{};
+}
+
+os::Level Engine::level_of_unscheduled() const {
+  if (options_.policy.kind != Policy::Kind::kFifo) return plan_ ? os::Level::kUnscheduled : os::Level::kOrdinary;
+  return os::fixed_level(static_cast<int>(places_.size()));
+}
+
+os::Level Engine::level_of_controllers() const {
+  if (options_.policy.kind != Policy::Kind::kFifo) return plan_ ? os::Level::kDispatcher : os::Level::kOrdinary;
+  return os::fixed_level(static_cast<int>(places_.size()) + 1);
+}
+
 Assignment Engine::assignment() const {
-  if (plan_) return assignment_of(app_, *plan_, cpus_, {});
+  if (plan_) return assignment_of(app_, *plan_, cpus_, {.stealing = options_.stealing});
   return {0, places_, std::vector<dispatch::SharedCoreSchedule>(cpus_.size())};
 }
 
@@ -258,7 +310,7 @@ Status Engine::place_nodes() {
     const graph::Node& node = app_.graph.nodes()[index];
     if (node.external) continue;
     os::CpuSet cpus = cpus_;
-    os::Level level = plan_ ? os::Level::kUnscheduled : os::Level::kOrdinary;
+    os::Level level = level_of_unscheduled();
     if (node.subchain) {
       const SubchainPlace& place = places_[node.subchain->index()];
       cpus = place.cpus;
@@ -272,7 +324,7 @@ Status Engine::place_nodes() {
 }
 
 Status Engine::place_controllers() {
-  const os::Level level = plan_ ? os::Level::kDispatcher : os::Level::kOrdinary;
+  const os::Level level = level_of_controllers();
   const std::size_t subchains = app_.graph.subchains().size();
   for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
     const os::CpuSet cpus = index < subchains ? cpus_ : os::CpuSet{cpus_.cpus()[index - subchains]};
@@ -284,6 +336,7 @@ Status Engine::place_controllers() {
 void Engine::replan(TimePoint now) {
   if (!replan_clock_ || !replan_clock_->due(now, housekeeper_->all_measured())) return;
   const bool first = replan_clock_->first();
+  if (!first && !options_.replan) return;
   replan_clock_->made(now);
   const Millis unmeasured = app_.scheduler.bootstrap_cost;
   const model::CostTable costs = housekeeper_->costs(unmeasured);
@@ -345,7 +398,7 @@ Status Engine::adopt_this_thread(std::string_view node) {
   if (!enforcer_) return Done{};  // placed with the others at the start
   const graph::Node& scheduled = app_.graph.node(*id);
   os::Level level = os::Level::kOrdinary;
-  if (options_.policy.plans()) level = scheduled.unscheduled ? os::Level::kUnscheduled : os::Level::kBackground;
+  if (options_.policy.raises()) level = scheduled.unscheduled ? level_of_unscheduled() : os::Level::kBackground;
   if (Status placed = enforcer_->apply(os_.current_thread(), level, cpus_); !placed) return placed;
   // Whoever holds its subchain knows better.
   if (scheduled.subchain) wiring_.signal(*scheduled.subchain).thread_joined(os_);
@@ -358,7 +411,7 @@ Snapshot Engine::snapshot() const {
   if (!housekeeper_) return snapshot;
   snapshot.real_time = enforcer_->real_time();
   std::optional<double> hand_set_hz;
-  if (!options_.policy.plans()) hand_set_hz = source_rate().hertz();
+  if (!options_.policy.follows_plan()) hand_set_hz = source_rate().hertz();
   housekeeper_->fill(snapshot, hand_set_hz);
   return snapshot;
 }

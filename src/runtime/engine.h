@@ -40,6 +40,9 @@ struct EngineOptions {
   os::CpuSet cpus;     // empty: all that this thread may use
   std::string record;  // path; empty: none
   std::string note;
+  bool stealing = true;                      // false: nobody steals, whatever the app says
+  bool replan = true;                        // false: the first plan that rests on measurements stays
+  std::optional<graph::FrameMode> frames{};  // in place of the app's
   std::function<void(const std::string&)> on_notice;
 };
 
@@ -65,6 +68,10 @@ class Engine {
   void keep_cpus_ready();
   Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
   Status make_first_assignment();
+  Status place_by_hand();
+  os::Level level_of_unscheduled() const;
+  os::Level level_of_controllers() const;
+  Result<plan::Plan> read_plan() const;
   Assignment assignment() const;
   void publish(Assignment assignment);
   Rate source_rate() const;  // of the first subchain's head, as paced

@@ -13,19 +13,24 @@
 namespace ctn::runtime {
 
 struct Policy {
-  enum class Kind { kCatan, kDefault, kRate };
+  enum class Kind { kCatan, kDefault, kRate, kFifo, kStatic };
   Kind kind = Kind::kCatan;
   std::optional<Rate> rate;  // kRate
+  std::string plan;          // kStatic: the file that it is in
   std::string name;          // as written
 
-  bool plans() const { return kind == Kind::kCatan; }
+  // Follows a plan: its own, made anew as compute times change, or one that is given and never revised.
+  bool follows_plan() const { return kind == Kind::kCatan || kind == Kind::kStatic; }
+  // Needs real-time levels.
+  bool raises() const { return follows_plan() || kind == Kind::kFifo; }
 };
 
-// "catan", "default", "rate:30", "rate:12.5Hz". kCaller, naming all that would be right.
+// "catan", "default", "fifo", "rate:30", "rate:12.5Hz", "static:PLAN.json". kCaller, naming all that would be right.
 Result<Policy> parse_policy(std::string_view text);
 
-// Hand-set rates, by subchain: kDefault takes each head's fallback_rate; kRate gives its rate to subchains whose head
-// is a source, and the others their fallback_rate. kCaller names every head without one. Precondition: !policy.plans().
+// Hand-set rates, by subchain: kDefault and kFifo take each head's fallback_rate; kRate gives its rate to subchains
+// whose head is a source, and the others their fallback_rate. kCaller names every head without one. Precondition:
+// !policy.follows_plan().
 Result<std::vector<Rate>> hand_set_rates(const Policy& policy, const graph::App& app);
 
 }  // namespace ctn::runtime

@@ -8,14 +8,19 @@ namespace ctn::runtime {
 namespace {
 
 TEST(Policy, KnowsItsNames) {
-  EXPECT_TRUE(parse_policy("catan")->plans());
+  EXPECT_TRUE(parse_policy("catan")->follows_plan());
+  EXPECT_EQ(parse_policy("fifo")->kind, Policy::Kind::kFifo);
+  EXPECT_TRUE(parse_policy("fifo")->raises());
+  EXPECT_FALSE(parse_policy("fifo")->follows_plan());
+  EXPECT_EQ(parse_policy("static:plans/one.json")->plan, "plans/one.json");
+  EXPECT_TRUE(parse_policy("static:plans/one.json")->follows_plan());
   EXPECT_EQ(parse_policy("default")->kind, Policy::Kind::kDefault);
   EXPECT_EQ(parse_policy("rate:30")->rate->hertz(), 30.0);
   EXPECT_EQ(parse_policy("rate:12.5Hz")->rate->hertz(), 12.5);
 }
 
 TEST(Policy, SaysWhatWouldBeRight) {
-  for (const char* text : {"", "catn", "rate:", "rate:-3", "rate:fast", "rate:0"}) {
+  for (const char* text : {"", "catn", "static:", "fifo:", "rate:", "rate:-3", "rate:fast", "rate:0"}) {
     const Result<Policy> policy = parse_policy(text);
     ASSERT_FALSE(policy.ok()) << text;
     EXPECT_NE(policy.error().message().find("rate:12.5"), std::string::npos);

@@ -27,12 +27,19 @@ Result<Session> Session::open(const std::string& app_file, const SessionOptions&
   Result<runtime::Policy> policy = runtime::parse_policy(options.policy);
   if (!policy) return policy.error();
 
+  std::optional<graph::FrameMode> frames;
+  if (options.fixed_frames) {
+    frames = *options.fixed_frames ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
+  }
   std::unique_ptr<os::Os> system = os::make_linux_os();
   Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(*app), *system,
                                                                             {.policy = std::move(*policy),
                                                                              .cpus = os::CpuSet(options.cpus),
                                                                              .record = options.record,
                                                                              .note = options.note,
+                                                                             .stealing = options.stealing,
+                                                                             .replan = options.replan,
+                                                                             .frames = frames,
                                                                              .on_notice = options.on_notice});
   if (!engine) return engine.error();
   return Session(std::make_unique<Impl>(std::move(system), std::move(*engine)));

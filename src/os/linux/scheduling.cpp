@@ -33,7 +33,7 @@ SchedulingPolicy policy_of(Level level) {
   for (const LevelPolicy& known : kLevels) {
     if (known.level == level) return {known.policy, known.priority, true};
   }
-  return {SCHED_OTHER, 0, true};
+  return {SCHED_FIFO, static_cast<int>(level), true};  // a fixed one
 }
 
 std::string describe(const SchedulingPolicy& policy) {
@@ -102,6 +102,9 @@ Result<Level> Scheduling::level(ThreadId thread) {
   for (const LevelPolicy& known : kLevels) {
     if (known.policy == found.policy && known.priority == found.priority) return known.level;
   }
+  const bool fixed = found.priority >= static_cast<int>(fixed_level(0)) &&
+                     found.priority < static_cast<int>(fixed_level(kFixedLevels));
+  if (found.policy == SCHED_FIFO && fixed) return static_cast<Level>(found.priority);
   return Error::environment(
       fmt::format("thread {} is at none of Catan's levels but {}", static_cast<int>(thread), describe(found)),
       "leave real-time scheduling to Catan: remove chrt or the call that raises this thread");

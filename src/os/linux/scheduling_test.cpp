@@ -95,7 +95,7 @@ TEST_F(LinuxScheduling, RefusalSaysHowToBePermitted) {
 
 TEST_F(LinuxScheduling, ForeignRealTimePrioritiesAreNoLevel) {
   for (const SchedulingPolicy foreign :
-       {SchedulingPolicy{SCHED_FIFO, 50, false}, SchedulingPolicy{SCHED_RR, 1, false}}) {
+       {SchedulingPolicy{SCHED_FIFO, 90, false}, SchedulingPolicy{SCHED_RR, 1, false}}) {
     kernel_.policy = foreign;
     const auto level = scheduling_.level(kThread);
     ASSERT_FALSE(level.ok());
