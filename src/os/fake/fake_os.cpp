@@ -73,7 +73,12 @@ FakeOs::Task* FakeOs::find(ThreadId thread) {
   return tasks_[index].get();
 }
 
-FakeOs::Task* FakeOs::next_task() {
+void FakeOs::make_runnable(Task& task) {
+  task.wake_at = now_;
+  if (shares_cpus_ && !cpus_.has(task.id)) cpus_.add(task.id, task.level, usable(task));
+}
+
+FakeOs::Task* FakeOs::next_by_time() {
   const auto rank = [](const Task& task) {
     return std::tuple(task.wake_at, -static_cast<int>(task.level), task.yielded, task.id);
   };
@@ -82,15 +87,47 @@ FakeOs::Task* FakeOs::next_task() {
     if (task->ended || task->wake_at == kNever) continue;
     if (!next || rank(*task) < rank(*next)) next = task.get();
   }
+  if (next) now_ = std::max(now_, next->wake_at);
   return next;
 }
 
+void FakeOs::wake_those_due() {
+  for (const auto& task : tasks_) {
+    if (!task->ended && !cpus_.has(task->id) && task->wake_at <= now_) make_runnable(*task);
+  }
+}
+
+TimePoint FakeOs::next_deadline() const {
+  TimePoint next = kNever;
+  for (const auto& task : tasks_) {
+    if (!task->ended && !cpus_.has(task->id)) next = std::min(next, task->wake_at);
+  }
+  return next;
+}
+
+void FakeOs::let_pass(Nanos duration) {
+  for (const ThreadId served : cpus_.pass(now_, duration)) find(served)->cpu_time += duration;
+  now_ += duration;
+}
+
+FakeOs::Task* FakeOs::next_on_shared_cpus() {
+  while (true) {
+    wake_those_due();
+    cpus_.assign();
+    if (const auto ready = cpus_.ready()) return find(*ready);
+    const TimePoint deadline = next_deadline();
+    const auto event = cpus_.next_event();
+    if (!event && deadline == kNever) return nullptr;
+    let_pass(event ? std::min(*event, deadline - now_) : deadline - now_);
+  }
+}
+
 void FakeOs::hand_over() {
-  Task* const next = next_task();
+  const TimePoint before = now_;
+  Task* const next = shares_cpus_ ? next_on_shared_cpus() : next_by_time();
   if (!next) die("deadlock: no thread can run, and none has a deadline");
-  hand_overs_in_place_ = next->wake_at > now_ ? 0 : hand_overs_in_place_ + 1;
+  hand_overs_in_place_ = now_ > before ? 0 : hand_overs_in_place_ + 1;
   if (hand_overs_in_place_ > kMaxHandOversInPlace) die("livelock: threads run without time going on");
-  now_ = std::max(now_, next->wake_at);
   running_ = next;
   next->baton.notify_one();
 }
@@ -103,6 +140,8 @@ void FakeOs::give_up(Task& task, Lock& lock) {
 void FakeOs::block_until(Task& task, TimePoint wake_at, Lock& lock) {
   task.wake_at = std::max(wake_at, now_);
   task.yielded = wake_at > now_ ? 0 : ++yields_;
+  if (shares_cpus_ && wake_at > now_) cpus_.remove(task.id);
+  if (shares_cpus_ && wake_at <= now_) cpus_.to_the_end(task.id);
   give_up(task, lock);
 }
 
@@ -115,9 +154,10 @@ void FakeOs::run(Task& task, const std::function<void()>& body) {
   body();
   const Lock lock(mutex_);
   task.ended = true;
+  cpus_.remove(task.id);
   attached_.erase(std::this_thread::get_id());
   for (const auto& other : tasks_) {
-    if (other->joining == &task) other->wake_at = now_;
+    if (other->joining == &task) make_runnable(*other);
   }
   hand_over();
 }
@@ -133,9 +173,14 @@ void FakeOs::join(Task& target) {
   target.thread.join();
 }
 
+std::string FakeOs::describe(const Task& task) const {
+  if (!cpus_.has(task.id)) return task.describe();
+  return fmt::format("{} {}", task.who(), cpus_.describe(task.id));
+}
+
 void FakeOs::die(const std::string& why) const {
   std::string message = fmt::format("FakeOs at {}: {}\n", show_time(now_), why);
-  for (const auto& task : tasks_) message += fmt::format("  {}\n", task->describe());
+  for (const auto& task : tasks_) message += fmt::format("  {}\n", describe(*task));
   std::fputs(message.c_str(), stderr);
   std::abort();
 }
@@ -152,10 +197,30 @@ void FakeOs::burn(Nanos duration) {
   assert(duration >= Nanos{0});
   Lock lock(mutex_);
   Task& task = self("burn");
+  if (shares_cpus_) {
+    cpus_.consume(task.id, duration);
+    return give_up(task, lock);
+  }
   task.burning_since = now_;
   block_until(task, now_ + duration, lock);
   task.burning_since.reset();
   task.cpu_time += duration;
+}
+
+void FakeOs::share_cpus(bool shared) {
+  const Lock lock(mutex_);
+  Task& task = self("share_cpus");
+  const bool alone = std::all_of(tasks_.begin(), tasks_.end(),
+                                 [&](const auto& other) { return other.get() == &task || other->ended; });
+  if (!alone) die("share_cpus was called while other threads live");
+  shares_cpus_ = shared;
+  cpus_.remove(task.id);
+  make_runnable(task);
+}
+
+std::vector<FakeCpus::Turn> FakeOs::turns() const {
+  const Lock lock(mutex_);
+  return cpus_.turns();
 }
 
 Nanos FakeOs::thread_cpu_time() {
@@ -185,7 +250,7 @@ WaitResult FakeOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t ex
 void FakeOs::wake(const std::atomic<std::uint32_t>& word) {
   const Lock lock(mutex_);
   for (const auto& task : tasks_) {
-    if (task->word == &word) task->wake_at = now_;
+    if (task->word == &word) make_runnable(*task);
   }
 }
 
@@ -219,6 +284,7 @@ std::unique_ptr<Thread> FakeOs::spawn(const std::string& name, std::function<voi
   const CpuSet cpus = self("spawn").cpus;
   Task& task = attach(name.substr(0, 15));
   task.cpus = cpus;
+  make_runnable(task);
   task.thread = std::thread([this, &task, body = std::move(body)] { run(task, body); });
   return std::make_unique<Handle>(*this, task);
 }

@@ -26,6 +26,7 @@ Status FakeOs::apply_level(Task& task, Level level) {
         real_time_facts_.why_not);
   }
   task.level = level;
+  cpus_.set_level(task.id, level);
   changes_.push_back({now_, task.id, level, std::nullopt});
   return Done{};
 }
@@ -61,6 +62,7 @@ Status FakeOs::apply_affinity(Task& task, const CpuSet& cpus) {
   if (usable(task).empty()) {
     task.cpus = std::move(before);
   } else {
+    cpus_.set_usable(task.id, usable(task));
     changes_.push_back({now_, task.id, std::nullopt, usable(task)});
   }
   const CpuSet found = usable(task);
@@ -122,9 +124,12 @@ void FakeOs::set_cpu_online(int cpu, bool online) {
   std::vector<int> all;
   for (const Cpu& known : topology_.cpus) all.push_back(known.number);
   for (const auto& task : tasks_) {
-    if (task->ended || !usable(*task).empty()) continue;
-    task->cpus = CpuSet(all);
-    changes_.push_back({now_, task->id, std::nullopt, usable(*task)});
+    if (task->ended) continue;
+    if (usable(*task).empty()) {
+      task->cpus = CpuSet(all);
+      changes_.push_back({now_, task->id, std::nullopt, usable(*task)});
+    }
+    cpus_.set_usable(task->id, usable(*task));
   }
 }
 

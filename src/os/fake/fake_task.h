@@ -36,13 +36,14 @@ struct FakeOs::Task {
   std::thread thread;
   std::condition_variable baton;
 
+  std::string who() const { return fmt::format("thread {} '{}' ({})", static_cast<int>(id), name, to_string(level)); }
+
   std::string describe() const {
-    const auto who = fmt::format("thread {} '{}' ({})", static_cast<int>(id), name, to_string(level));
-    if (ended) return who + " has ended";
-    if (word) return fmt::format("{} waits for a word that is {}", who, word->load());
-    if (joining) return fmt::format("{} joins thread {}", who, static_cast<int>(joining->id));
-    if (wake_at == kNever) return who + " sleeps for ever";
-    return fmt::format("{} can run at {}", who, show_time(wake_at));
+    if (ended) return who() + " has ended";
+    if (word) return fmt::format("{} waits for a word that is {}", who(), word->load());
+    if (joining) return fmt::format("{} joins thread {}", who(), static_cast<int>(joining->id));
+    if (wake_at == kNever) return who() + " sleeps for ever";
+    return fmt::format("{} can run at {}", who(), show_time(wake_at));
   }
 };
 
