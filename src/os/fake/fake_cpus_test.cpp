@@ -362,10 +362,11 @@ TEST_F(SharedCpus, MovingABurningThreadFreesItsCpuAndQueuesItAtTheOther) {
   const ThreadId moved = burner("moved", Level::kActive, {0}, 1ms, 5ms);
   burner("left", Level::kActive, {0}, 2ms, 2ms);
   burner("there", Level::kActive, {1}, 2ms, 4ms);
+  burner("behind", Level::kActive, {1}, 2ms, 1ms);
   os.sleep_until(at(3ms));
   ASSERT_TRUE(os.set_affinity(moved, {1}).ok());
   join();
-  EXPECT_THAT(turns(), ElementsAre("0 moved 1-3", "1 there 2-6", "0 left 3-5", "1 moved 6-9"));
+  EXPECT_THAT(turns(), ElementsAre("0 moved 1-3", "1 there 2-6", "0 left 3-5", "1 behind 6-7", "1 moved 7-10"));
 }
 
 TEST_F(SharedCpus, WideningTheAffinityOfABurningThreadChangesNothing) {
