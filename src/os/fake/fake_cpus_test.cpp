@@ -1,70 +1,18 @@
 // Threads of a FakeOs that compete for CPUs, by the rules in fake_cpus.h.
 #include "os/fake/fake_cpus.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
-
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
+#include "os/fake/shared_cpus.h"
 
 namespace ctn::os {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
-
-constexpr TimePoint at(Nanos time) { return TimePoint{time}; }
-
-// The test's own thread is a dispatcher: it acts at once, whatever burns.
-class SharedCpus : public testing::Test {
- protected:
-  SharedCpus() {
-    os.share_cpus(true);
-    EXPECT_TRUE(os.set_level(ThreadId{1}, Level::kDispatcher).ok());
-  }
-
-  ThreadId spawn(const std::string& name, Level level, const CpuSet& cpus, std::function<void()> body) {
-    threads_.push_back(os.spawn(name, [this, level, cpus, body = std::move(body)] {
-      ASSERT_TRUE(os.set_level(os.current_thread(), level).ok());
-      ASSERT_TRUE(os.set_affinity(os.current_thread(), cpus).ok());
-      body();
-    }));
-    names_.push_back(name);
-    return ThreadId{static_cast<std::int32_t>(names_.size()) + 1};
-  }
-
-  // Sleeps until `start`, which is not 0: at 0 the others are being made.
-  ThreadId burner(const std::string& name, Level level, const CpuSet& cpus, Nanos start, Nanos amount) {
-    return spawn(name, level, cpus, [this, name, start, amount] {
-      os.sleep_until(at(start));
-      os.burn(amount);
-      ended[name] = os.now().time_since_epoch();
-      EXPECT_EQ(os.thread_cpu_time(), amount);
-    });
-  }
-
-  void join() { threads_.clear(); }
-
-  // "0 a 1-5": CPU 0 served thread a from 1 ms to 5 ms.
-  std::vector<std::string> turns() {
-    std::vector<std::string> lines;
-    for (const FakeCpus::Turn& turn : os.turns()) {
-      lines.push_back(fmt::format("{} {} {}-{}", turn.cpu, names_.at(static_cast<std::size_t>(turn.thread) - 2),
-                                  turn.begin.time_since_epoch() / 1ms, turn.end.time_since_epoch() / 1ms));
-    }
-    return lines;
-  }
-
-  FakeOs os{fake_topology(3)};
-  std::map<std::string, Nanos> ended;
-
- private:
-  std::vector<std::string> names_;  // from thread 2 on
-  std::vector<std::unique_ptr<Thread>> threads_;
-};
 
 // ---- Levels
 // ----------------------------------------------------------------------------------------------------------
@@ -304,119 +252,6 @@ TEST_F(SharedCpus, PollingLetsAnEqualRun) {
   });
   join();
   EXPECT_LT(polls, 10);
-}
-
-// ---- Several CPUs
-// ----------------------------------------------------------------------------------------------------
-
-TEST_F(SharedCpus, ThreeEqualsOnTwoCpus) {
-  burner("one", Level::kActive, {0, 1}, 1ms, 4ms);
-  burner("two", Level::kActive, {0, 1}, 1ms, 2ms);
-  burner("three", Level::kActive, {0, 1}, 1ms, 3ms);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 one 1-5", "1 two 1-3", "1 three 3-6"));
-}
-
-TEST_F(SharedCpus, ThreeOrdinaryThreadsShareTwoCpusEvenly) {
-  for (const char* name : {"one", "two", "three"}) burner(name, Level::kOrdinary, {0, 1}, 1ms, 60ms);
-  os.sleep_until(at(37ms));
-  for (int id = 2; id <= 4; ++id) EXPECT_EQ(os.thread_cpu_time(ThreadId{id}).value(), 24ms);
-  join();
-}
-
-TEST_F(SharedCpus, TheLowestLevelIsPreemptedAndOfThoseWhoCameLast) {
-  burner("early", Level::kBackground, {0}, 1ms, 9ms);
-  burner("active", Level::kActive, {1}, 1ms, 9ms);
-  burner("late", Level::kBackground, {2}, 2ms, 9ms);
-  burner("high", Level::kUnscheduled, {0, 1, 2}, 3ms, 2ms);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 early 1-10", "1 active 1-10", "2 late 2-3", "2 high 3-5", "2 late 5-13"));
-}
-
-TEST_F(SharedCpus, WhoIsPutOutTakesAFreeCpuOrPreemptsInItsTurn) {
-  burner("ordinary", Level::kOrdinary, {1, 2}, 1ms, 4ms);
-  burner("low", Level::kBackground, {0, 1}, 2ms, 4ms);
-  burner("high", Level::kActive, {0}, 3ms, 4ms);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("1 ordinary 1-3", "0 low 2-3", "0 high 3-7", "1 low 3-6", "2 ordinary 3-5"));
-}
-
-TEST_F(SharedCpus, AThreadComesBackToTheCpuItHadLast) {
-  spawn("worker", Level::kActive, {0, 1}, [&] {
-    os.sleep_until(at(1ms));
-    os.burn(1ms);
-    os.sleep_until(at(9ms));
-    os.burn(1ms);
-  });
-  burner("pinned", Level::kActive, {0}, 1ms, 2ms);
-  const auto worker = ThreadId{2};
-  os.sleep_until(Nanos{500us} + TimePoint{});
-  ASSERT_TRUE(os.set_affinity(worker, {1}).ok());
-  os.sleep_until(at(5ms));
-  ASSERT_TRUE(os.set_affinity(worker, {0, 1}).ok());
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 pinned 1-3", "1 worker 1-2", "1 worker 9-10"));
-}
-
-TEST_F(SharedCpus, MovingABurningThreadFreesItsCpuAndQueuesItAtTheOther) {
-  const ThreadId moved = burner("moved", Level::kActive, {0}, 1ms, 5ms);
-  burner("left", Level::kActive, {0}, 2ms, 2ms);
-  burner("there", Level::kActive, {1}, 2ms, 4ms);
-  burner("behind", Level::kActive, {1}, 2ms, 1ms);
-  os.sleep_until(at(3ms));
-  ASSERT_TRUE(os.set_affinity(moved, {1}).ok());
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 moved 1-3", "1 there 2-6", "0 left 3-5", "1 behind 6-7", "1 moved 7-10"));
-}
-
-TEST_F(SharedCpus, WideningTheAffinityOfABurningThreadChangesNothing) {
-  const ThreadId first = burner("first", Level::kActive, {0}, 1ms, 4ms);
-  burner("second", Level::kActive, {0}, 1ms, 1ms);
-  os.sleep_until(at(2ms));
-  ASSERT_TRUE(os.set_affinity(first, {0, 1}).ok());
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "0 second 5-6"));
-}
-
-TEST_F(SharedCpus, MovingAWaitingThreadToAFreeCpuStartsIt) {
-  burner("first", Level::kActive, {0}, 1ms, 4ms);
-  const ThreadId second = burner("second", Level::kActive, {0}, 1ms, 2ms);
-  os.sleep_until(at(2ms));
-  ASSERT_TRUE(os.set_affinity(second, {1}).ok());
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "1 second 2-4"));
-}
-
-TEST_F(SharedCpus, ACpuThatGoesOfflineMidBurnSendsItsThreadElsewhere) {
-  burner("stays", Level::kActive, {1}, 1ms, 4ms);
-  burner("flees", Level::kActive, {0, 1}, 1ms, 6ms);
-  os.sleep_until(at(3ms));
-  os.set_cpu_online(0, false);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 flees 1-3", "1 stays 1-5", "1 flees 5-9"));
-}
-
-TEST_F(SharedCpus, APinnedThreadLosesItsCpuAndBurnsOnAnyOther) {
-  burner("pinned", Level::kActive, {0}, 1ms, 6ms);
-  burner("ordinary", Level::kOrdinary, {1, 2}, 1ms, 6ms);
-  os.sleep_until(at(3ms));
-  os.set_cpu_online(0, false);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 pinned 1-3", "1 ordinary 1-7", "2 pinned 3-7"));
-}
-
-TEST_F(SharedCpus, ACpuThatComesBackIsUsedAtOnce) {
-  os.set_cpu_online(1, false);
-  burner("first", Level::kActive, {0}, 1ms, 4ms);
-  spawn("second", Level::kActive, {0}, [&] {
-    EXPECT_FALSE(os.set_affinity(os.current_thread(), {0, 1}).ok());
-    os.sleep_until(at(1ms));
-    os.burn(4ms);
-  });
-  os.sleep_until(at(2ms));
-  os.set_cpu_online(1, true);
-  join();
-  EXPECT_THAT(turns(), ElementsAre("0 first 1-5", "1 second 2-6"));
 }
 
 // ---- Accounts, and the end
