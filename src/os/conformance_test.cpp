@@ -416,9 +416,15 @@ TEST_P(OsConformance, CpusAreKeptReadyOrItIsSaidWhyNot) {
   EXPECT_TRUE(ready.ok() || ready.error().kind() == ErrorKind::kEnvironment);
 }
 
-constexpr std::array<Port, 5> kPorts = {{
+class FakeSharingCpus : public FakePlatform {
+ public:
+  FakeSharingCpus() { fake().share_cpus(true); }
+};
+
+constexpr std::array<Port, 6> kPorts = {{
     {"Linux", make_platform<LinuxPlatform>},
     {"Fake", make_platform<FakePlatform>},
+    {"FakeSharingCpus", make_platform<FakeSharingCpus>},
     {"FakeWithoutPermission", make_platform<FakeWithoutPermission>},
     {"FaultyOverLinux", make_platform<FaultyPlatform<LinuxPlatform>>},
     {"FaultyOverFake", make_platform<FaultyPlatform<FakePlatform>>},

@@ -3,9 +3,18 @@
 // Threads made by spawn() are real threads, but one at a time has the baton and runs; it gives the baton up in wait(),
 // sleep_until(), burn() and join() alone. Next is who can run at the earliest time; of those the highest level; of
 // those who was made first. When nobody can run now, time jumps to the earliest deadline. The thread that makes the
-// FakeOs is its thread 1. Threads do not compete for CPUs: burn() takes as long as it is asked, at whatever level (the
-// simulator is for that). When nobody can ever run again, or a million hand-overs pass without time going on, the
+// FakeOs is its thread 1. When nobody can ever run again, or a million hand-overs pass without time going on, the
 // program aborts and lists all threads, instead of hanging.
+//
+// Threads do not compete for CPUs at first: burn() takes as long as it is asked, at whatever level. After
+// share_cpus(true) they do, by the rules in fake_cpus.h:
+//   - burn() takes until the caller has had that much of a CPU that its affinity names, under its level.
+//   - Who becomes runnable (new, woken, at its deadline) goes on once it gets a CPU, so never at an instant at which a
+//     higher level keeps its CPUs busy. At one instant, deadlines come first, then levels. Who is woken at the same
+//     instant stands in line in the order in which it was woken, those of one wake() or deadline by age.
+//   - Code between calls still takes no time. Who has the baton keeps it until it gives it up, even if its own calls
+//     (waking a higher level, lowering or moving itself) cost it its CPU; burn(0) is how to give way to such.
+//   - A wait or sleep whose deadline has passed puts the caller at the end of its level's line.
 //
 // Units: as os.h; time starts at 0. Thread safety: as os.h, but wait(), sleep_until(), burn(), spawn(), join() and
 // current_thread() belong to threads of this FakeOs. Handles of threads are destroyed before the FakeOs, and that by
@@ -19,6 +28,7 @@
 #include <thread>
 #include <vector>
 
+#include "os/fake/fake_cpus.h"
 #include "os/os.h"
 
 namespace ctn::os {
@@ -41,8 +51,14 @@ class FakeOs : public Os {
   explicit FakeOs(Topology topology = fake_topology(2));
   ~FakeOs() override;
 
-  // Consumes virtual CPU time: the caller's CPU clock and the time both go on by `duration`.
+  // Consumes virtual CPU time: the caller's CPU clock goes on by `duration`, and so does the time, or by more where
+  // CPUs are shared.
   void burn(Nanos duration);
+  // Whether burning threads compete for CPUs. Precondition: the caller is the only thread that lives.
+  void share_cpus(bool shared);
+  // While CPUs are shared: who had which, from when to when, in the order in which they began; of those by CPU. A turn
+  // goes on while the same thread keeps CPU and level.
+  std::vector<FakeCpus::Turn> turns() const;
 
   // Levels above kOrdinary are refused, with facts.why_not, unless facts.permitted.
   void set_real_time_facts(RealTimeFacts facts);
@@ -88,7 +104,14 @@ class FakeOs : public Os {
   // Gives the baton away; returns when it is back. The caller has set when, or on what, the task can run again.
   void give_up(Task& task, Lock& lock);
   void hand_over();
-  Task* next_task();
+  // Who runs next, and time goes on until then. Null when nobody ever can.
+  Task* next_by_time();
+  Task* next_on_shared_cpus();
+  void make_runnable(Task& task);
+  void wake_those_due();
+  TimePoint next_deadline() const;
+  void let_pass(Nanos duration);
+  std::string describe(const Task& task) const;
   void block_until(Task& task, TimePoint wake_at, Lock& lock);
   void run(Task& task, const std::function<void()>& body);
   void join(Task& target);
@@ -104,6 +127,8 @@ class FakeOs : public Os {
   TimePoint now_{};
   int hand_overs_in_place_ = 0;  // since time last went on
   std::uint64_t yields_ = 0;
+  bool shares_cpus_ = false;
+  FakeCpus cpus_;  // has a claim for each thread that can run, where CPUs are shared
   Topology topology_;
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;

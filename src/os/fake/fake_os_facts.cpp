@@ -1,0 +1,175 @@
+// FakeOs: levels, CPUs, facts.
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "os/fake/fake_os.h"
+#include "os/fake/fake_task.h"
+
+namespace ctn::os {
+
+Topology fake_topology(int count) {
+  Topology topology;
+  for (int number = 0; number < count; ++number) {
+    Cpu cpu;
+    cpu.number = number;
+    cpu.core = number;
+    topology.cpus.push_back(cpu);
+  }
+  return topology;
+}
+
+Status FakeOs::apply_level(Task& task, Level level) {
+  if (level != Level::kOrdinary && !real_time_facts_.permitted) {
+    return Error::environment(
+        fmt::format("cannot set level {} for thread {}: not permitted", to_string(level), static_cast<int>(task.id)),
+        real_time_facts_.why_not);
+  }
+  task.level = level;
+  cpus_.set_level(task.id, level);
+  changes_.push_back({now_, task.id, level, std::nullopt});
+  return Done{};
+}
+
+Status FakeOs::set_level(ThreadId thread, Level level) {
+  const Lock lock(mutex_);
+  Task* const task = find(thread);
+  if (!task) return gone("set the level of", thread);
+  Status set = apply_level(*task, level);
+  if (set.ok()) task->reset_on_fork = true;
+  return set;
+}
+
+void FakeOs::shift_level(ThreadId thread, Level level) { static_cast<void>(set_level(thread, level)); }
+
+Result<Level> FakeOs::level(ThreadId thread) {
+  const Lock lock(mutex_);
+  const Task* const task = find(thread);
+  if (!task) return gone("read the level of", thread);
+  return task->level;
+}
+
+CpuSet FakeOs::usable(const Task& task) const {
+  std::vector<int> numbers;
+  for (const int cpu : topology_.online().cpus()) {
+    if (task.cpus.contains(cpu)) numbers.push_back(cpu);
+  }
+  return CpuSet(std::move(numbers));
+}
+
+Status FakeOs::apply_affinity(Task& task, const CpuSet& cpus) {
+  CpuSet before = std::exchange(task.cpus, cpus);
+  if (usable(task).empty()) {
+    task.cpus = std::move(before);
+  } else {
+    cpus_.set_usable(task.id, usable(task));
+    changes_.push_back({now_, task.id, std::nullopt, usable(task)});
+  }
+  const CpuSet found = usable(task);
+  if (found == cpus) return Done{};
+  return Error::environment(fmt::format("cannot bind to CPUs {} thread {}: it may use CPUs {}", to_string(cpus),
+                                        static_cast<int>(task.id), to_string(found)),
+                            fmt::format("name CPUs that are online ({})", to_string(topology_.online())));
+}
+
+Status FakeOs::set_affinity(ThreadId thread, const CpuSet& cpus) {
+  if (cpus.empty()) return Error::caller("a thread cannot be bound to no CPU", "name at least one CPU");
+  if (cpus.cpus().front() < 0) {
+    return Error::caller(fmt::format("{} is no CPU number", cpus.cpus().front()), "CPU numbers start at 0");
+  }
+  const Lock lock(mutex_);
+  Task* const task = find(thread);
+  return task ? apply_affinity(*task, cpus) : Status(gone("bind", thread));
+}
+
+Result<CpuSet> FakeOs::affinity(ThreadId thread) {
+  const Lock lock(mutex_);
+  const Task* const task = find(thread);
+  if (!task) return gone("read the CPUs of", thread);
+  return usable(*task);
+}
+
+Result<SavedScheduling> FakeOs::save_scheduling(ThreadId thread) {
+  const Lock lock(mutex_);
+  const Task* const task = find(thread);
+  if (!task) return gone("read the scheduling of", thread);
+  return SavedScheduling{static_cast<int>(task->level), 0, 0, task->reset_on_fork, usable(*task)};
+}
+
+Status FakeOs::restore_scheduling(ThreadId thread, const SavedScheduling& saved) {
+  const Lock lock(mutex_);
+  Task* const task = find(thread);
+  if (!task) return gone("restore the scheduling of", thread);
+  const auto level = static_cast<Level>(saved.policy);
+  if (task->level != level) {
+    Status set = apply_level(*task, level);
+    if (!set.ok()) return set;
+  }
+  task->reset_on_fork = saved.reset_on_fork;
+  if (usable(*task) == saved.affinity) return Done{};
+  // CPUs that went away meanwhile are no error; when all did, every CPU is allowed.
+  static_cast<void>(apply_affinity(*task, saved.affinity));
+  const bool none_left = task->cpus != saved.affinity;
+  return none_left ? apply_affinity(*task, topology_.online()) : Status(Done{});
+}
+
+void FakeOs::set_cpu_online(int cpu, bool online) {
+  const Lock lock(mutex_);
+  const auto found = std::find_if(topology_.cpus.begin(), topology_.cpus.end(),
+                                  [&](const Cpu& candidate) { return candidate.number == cpu; });
+  assert(found != topology_.cpus.end());
+  found->online = online;
+  assert(!topology_.online().empty());
+  host_facts_.cpu_count = static_cast<int>(topology_.online().size());
+  std::vector<int> all;
+  for (const Cpu& known : topology_.cpus) all.push_back(known.number);
+  for (const auto& task : tasks_) {
+    if (task->ended) continue;
+    if (usable(*task).empty()) {
+      task->cpus = CpuSet(all);
+      changes_.push_back({now_, task->id, std::nullopt, usable(*task)});
+    }
+    cpus_.set_usable(task->id, usable(*task));
+  }
+}
+
+void FakeOs::set_real_time_facts(RealTimeFacts facts) {
+  const Lock lock(mutex_);
+  real_time_facts_ = std::move(facts);
+}
+
+void FakeOs::set_host_facts(HostFacts facts) {
+  const Lock lock(mutex_);
+  host_facts_ = std::move(facts);
+}
+
+std::vector<FakeOs::Change> FakeOs::changes() const {
+  const Lock lock(mutex_);
+  return changes_;
+}
+
+Result<Topology> FakeOs::topology() {
+  const Lock lock(mutex_);
+  return topology_;
+}
+
+RealTimeFacts FakeOs::real_time_facts() {
+  const Lock lock(mutex_);
+  return real_time_facts_;
+}
+
+Result<std::unique_ptr<ReadyCpus>> FakeOs::keep_cpus_ready() {
+  struct Held : ReadyCpus {
+    explicit Held(std::shared_ptr<std::atomic<int>> held) : count(std::move(held)) { ++*count; }
+    ~Held() override { --*count; }
+    std::shared_ptr<std::atomic<int>> count;
+  };
+  return std::unique_ptr<ReadyCpus>(std::make_unique<Held>(ready_cpus_held_));
+}
+
+HostFacts FakeOs::host_facts() {
+  const Lock lock(mutex_);
+  return host_facts_;
+}
+
+}  // namespace ctn::os
