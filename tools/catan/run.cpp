@@ -38,6 +38,9 @@ struct Options {
   std::string record;
   double seconds = 10.0;
   std::uint64_t seed = 1;
+  bool no_stealing = false;
+  bool no_replan = false;
+  std::string frames;
   bool json = false;
 };
 
@@ -137,6 +140,9 @@ Result<SessionOptions> session_options(const Options& options, const std::string
   SessionOptions result;
   result.policy = options.scheduler;
   result.record = record;
+  result.stealing = !options.no_stealing;
+  result.replan = !options.no_replan;
+  if (!options.frames.empty()) result.fixed_frames = options.frames == "fixed";
   result.note = fmt::format("synthetic load {}, seed {}", options.synthetic, options.seed);
   if (options.cpus.empty()) return result;
   const auto cpus = os::parse_cpu_list(options.cpus);
@@ -223,7 +229,9 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--scheduler", options->scheduler,
-                   "catan; default (each subchain at its fallback_rate, ordinary scheduling); rate:HZ (sources at it)")
+                   "catan; static:PLAN.json (a plan that is never revised); default (each subchain at its "
+                   "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
+                   "real-time priorities)")
       ->capture_default_str();
   command->add_option("--cpus", options->cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")
       ->type_name("LIST");
@@ -232,6 +240,10 @@ void add_run_command(CLI::App& cli, int& exit_code) {
   command->add_option("--seed", options->seed, "Of the draws: equal seeds, equal draws")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command->add_flag("--no-stealing", options->no_stealing, "Nobody goes on in another's slot when late");
+  command->add_flag("--no-replan", options->no_replan, "Keep the first plan that rests on measured times");
+  command->add_option("--frames", options->frames, "Frames of shared cores; else as the app says")
+      ->check(CLI::IsMember({"elastic", "fixed"}));
   command->add_flag("--json", options->json, "Print one JSON document");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
