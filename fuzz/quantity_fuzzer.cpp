@@ -32,5 +32,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto again = parse_percentage(format_percentage(*fraction));
     require(again.ok() && *again == *fraction);
   }
+  if (const auto growth = parse_growth(text); growth.ok()) require(*growth >= 0.0 && *growth <= 10.0);
   return 0;
 }

@@ -20,7 +20,7 @@ const std::string kApps = std::string(CATAN_TESTS) + "/apps";
 Outcome catan(const std::string& arguments) { return run_catan(arguments, kApps); }
 
 TEST(Command, HelpAndVersionAreSuccess) {
-  for (const std::string command : {"--help", "check --help", "plan --help"}) {
+  for (const std::string command : {"--help", "check --help", "plan --help", "run --help"}) {
     const Outcome outcome = catan(command);
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_EQ(outcome.err, "");

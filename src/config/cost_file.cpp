@@ -11,31 +11,50 @@
 #include "base/text.h"
 #include "config/app_file.h"
 #include "config/problems.h"
+#include "config/quantity.h"
 #include "config/read.h"
 #include "config/yaml.h"
 
 namespace ctn::config {
 namespace {
 
-constexpr std::array<std::string_view, 3> kCostKeys{"threads", "modes", "kinds"};
+constexpr std::array<std::string_view, 7> kCostKeys{"cost", "typical", "threads", "modes", "kinds", "grow", "spikes"};
 constexpr std::string_view kKindsMend = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
+constexpr std::string_view kCostMend = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
 constexpr std::string_view kThreadsMend = "write it as in {threads: {1: 10ms, 2: 6ms}}";
 constexpr std::string_view kModesMend = "write it as in {modes: {skip: [0.8, 1.1ms], match: [0.2, 9ms]}}";
+constexpr std::string_view kSpikesMend = "write [probability, extra duration], as in [0.01, 5ms]";
 constexpr double kSumTolerance = 1e-3;  // probabilities such as 0.333 are rounded
+
+std::string count_values(const Value& list) {
+  return fmt::format("a list of {} value{}", list.items.size(), list.items.size() == 1 ? "" : "s");
+}
 
 class CostReader {
  public:
   CostReader(const Value& root, const graph::App& app, Problems& problems)
-      : root_(root), app_(app), graph_(app.graph), problems_(problems), table_(app.graph, Millis{0}) {}
+      : root_(root), app_(app), graph_(app.graph), problems_(problems), work_(app.graph) {}
 
-  model::CostTable read();
+  model::Workload read();
 
  private:
+  struct Mode {
+    model::ModeCost cost;
+    std::optional<Millis> typical;
+  };
+
   void read_node(const Entry& entry);
-  std::optional<model::CostProfile> read_profile(const Value& value, const graph::Node& node, const std::string& key);
-  std::optional<model::CostProfile> read_threads(const Value& value, const graph::Node& node, const std::string& key);
-  std::optional<model::CostProfile> read_modes(const Value& value, const graph::Node& node, const std::string& key);
-  std::optional<model::ModeCost> read_mode(const Entry& entry, const graph::Node& node, const std::string& key);
+  std::optional<model::NodeWork> read_work(const Value& value, const graph::Node& node, const std::string& key);
+  std::optional<model::NodeWork> read_law(const Value& value, const MapReader& map, const graph::Node& node,
+                                          const std::string& key);
+  bool read_extras(const MapReader& map, model::NodeWork& work);
+  std::optional<model::NodeWork> read_cost(const MapReader& map);
+  std::optional<model::NodeWork> read_threads(const MapReader& map, const graph::Node& node);
+  std::optional<model::NodeWork> read_modes(const Value& value, const graph::Node& node, const std::string& key);
+  std::optional<Mode> read_mode(const Entry& entry, const graph::Node& node, const std::string& key);
+  std::optional<double> read_probability(const Value& value, const std::string& key);
+  // Where it is given; a typical cost that does not fit the cost is reported and makes `good` false.
+  std::optional<Millis> read_typical(const Value* value, const std::string& key, Millis cost, bool& good);
   const Value* kinds_of(const Value& value) const;
   void read_kinds(const Value& value, NodeId id, const std::string& key);
   void report_missing_nodes();
@@ -44,16 +63,16 @@ class CostReader {
   const graph::App& app_;
   const graph::Graph& graph_;
   Problems& problems_;
-  model::CostTable table_;
+  model::Workload work_;
   std::vector<bool> given_;  // by NodeId
 };
 
-model::CostTable CostReader::read() {
+model::Workload CostReader::read() {
   given_.assign(graph_.nodes().size(), false);
-  if (!expect(root_, ValueKind::kMap, "", "write one line a node, as in LM: 1.2ms", problems_)) return table_;
+  if (!expect(root_, ValueKind::kMap, "", "write one line a node, as in LM: 1.2ms", problems_)) return work_;
   for (const Entry* entry : read_entries(root_, "", problems_)) read_node(*entry);
   report_missing_nodes();
-  return table_;
+  return work_;
 }
 
 void CostReader::read_node(const Entry& entry) {
@@ -74,7 +93,7 @@ void CostReader::read_node(const Entry& entry) {
     return;
   }
   if (const Value* kinds = kinds_of(entry.value)) return read_kinds(*kinds, *id, key);
-  if (auto profile = read_profile(entry.value, node, key)) table_.set(*id, std::move(*profile));
+  if (auto work = read_work(entry.value, node, key)) work_.set(*id, std::move(*work));
 }
 
 // The value of `kinds` where it is all that a node's entry holds.
@@ -83,7 +102,7 @@ const Value* CostReader::kinds_of(const Value& value) const {
   return value.entries.front().key == "kinds" ? &value.entries.front().value : nullptr;
 }
 
-// A cost for each kind of cores. On a core of speed 1 the node costs what it does on the first kind, times its speed.
+// The work on each kind of cores. On a core of speed 1 it is what it is on the first kind, times its speed.
 void CostReader::read_kinds(const Value& value, NodeId id, const std::string& node_key) {
   const std::string key = join_key(node_key, "kinds");
   if (!expect(value, ValueKind::kMap, key, kKindsMend, problems_)) return;
@@ -110,107 +129,195 @@ void CostReader::read_kinds(const Value& value, NodeId id, const std::string& no
       problems_.add(nested->place, join_key(entry_key, "kinds"), "kinds within a kind", "give this kind one cost");
       continue;
     }
-    auto profile = read_profile(entry->value, graph_.node(id), entry_key);
-    if (!profile) continue;
+    auto work = read_work(entry->value, graph_.node(id), entry_key);
+    if (!work) continue;
     const auto kind = static_cast<std::size_t>(found - names.begin());
-    if (kind == 0) table_.set(id, profile->times(app_.core_kinds.front().speed));
-    table_.set_on(id, kind, std::move(*profile));
+    if (kind == 0) work_.set(id, work->times(app_.core_kinds.front().speed));
+    work_.set_on(id, kind, std::move(*work));
   }
   if (missing.empty()) return;
   problems_.add(value.place, key, fmt::format("no cost for {}", quote_list(missing)), "give every kind of cores one");
 }
 
-std::optional<model::CostProfile> CostReader::read_profile(const Value& value, const graph::Node& node,
-                                                           const std::string& key) {
+std::optional<model::NodeWork> CostReader::read_work(const Value& value, const graph::Node& node,
+                                                     const std::string& key) {
   if (value.kind == ValueKind::kScalar) {
     const auto cost = read_duration(value, key, problems_);
     if (!cost) return std::nullopt;
-    return model::CostProfile::constant(to_millis(cost->value));
+    return model::NodeWork::constant(to_millis(cost->value));
   }
-  constexpr std::string_view kMend = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
   if (value.kind != ValueKind::kMap) {
     problems_.add(value.place, key, fmt::format("a duration belongs here, not {}", describe(value)),
-                  std::string(kMend));
+                  std::string(kCostMend));
     return std::nullopt;
   }
   const MapReader map(value, key, kCostKeys, problems_);
-  const Value* threads = map.find("threads");
-  const Value* modes = map.find("modes");
   if (map.find("kinds") != nullptr) {
-    problems_.add(value.place, key, "costs by kind of cores stand alone", "put threads or modes under each kind");
+    problems_.add(value.place, key, "costs by kind of cores stand alone", "put the other keys under each kind");
     return std::nullopt;
   }
-  if (threads != nullptr && modes != nullptr) {
-    problems_.add(value.place, key, "a cost is given by threads or by modes, not both", "keep one of them");
-    return std::nullopt;
-  }
-  if (threads != nullptr) return read_threads(*threads, node, map.key_of("threads"));
-  if (modes != nullptr) return read_modes(*modes, node, map.key_of("modes"));
-  if (value.entries.empty()) problems_.add(value.place, key, "the cost is missing", std::string(kMend));
-  return std::nullopt;
+  auto work = read_law(value, map, node, key);
+  model::NodeWork unread;
+  const bool extras = read_extras(map, work ? *work : unread);
+  return extras ? work : std::nullopt;
 }
 
-std::optional<model::CostProfile> CostReader::read_threads(const Value& value, const graph::Node& node,
-                                                           const std::string& key) {
+// Without growth and spikes.
+std::optional<model::NodeWork> CostReader::read_law(const Value& value, const MapReader& map, const graph::Node& node,
+                                                    const std::string& key) {
+  const Value* const threads = map.find("threads");
+  const Value* const modes = map.find("modes");
+  const Value* const cost = map.find("cost");
+  const int given = (cost != nullptr ? 1 : 0) + (threads != nullptr ? 1 : 0) + (modes != nullptr ? 1 : 0);
+  if (given > 1) {
+    problems_.add(value.place, key, "a cost is given by one of cost, threads and modes", "keep one of them");
+    return std::nullopt;
+  }
+  if (given == 0) {
+    const bool misspelt = std::any_of(value.entries.begin(), value.entries.end(), [](const Entry& entry) {
+      return std::find(kCostKeys.begin(), kCostKeys.end(), entry.key) == kCostKeys.end();
+    });
+    if (!misspelt) problems_.add(value.place, key, "the cost is missing", std::string(kCostMend));
+    return std::nullopt;
+  }
+  if (cost != nullptr) return read_cost(map);
+  if (threads != nullptr) return read_threads(map, node);
+  const Value* const typical = map.find("typical");
+  if (typical != nullptr) {
+    problems_.add(typical->place, map.key_of("typical"), "each mode has its own",
+                  "write it behind the mode's cost, as in skip: [0.8, 1.1ms, 0.9ms]");
+  }
+  auto work = read_modes(*modes, node, map.key_of("modes"));
+  return typical == nullptr ? work : std::nullopt;
+}
+
+bool CostReader::read_extras(const MapReader& map, model::NodeWork& work) {
+  bool good = true;
+  if (const Value* const grow = map.find("grow")) {
+    const auto growth = read_growth(*grow, map.key_of("grow"), problems_);
+    good = growth.has_value();
+    work.growth = growth.value_or(0.0);
+  }
+  const Value* const spikes = map.find("spikes");
+  if (spikes == nullptr) return good;
+  const std::string key = map.key_of("spikes");
+  if (!expect(*spikes, ValueKind::kSequence, key, kSpikesMend, problems_)) return false;
+  if (spikes->items.size() != 2) {
+    problems_.add(spikes->place, key, count_values(*spikes), std::string(kSpikesMend));
+    return false;
+  }
+  const auto probability = read_probability(spikes->items[0], key + "[0]");
+  const auto extra = read_duration(spikes->items[1], key + "[1]", problems_);
+  if (!probability || !extra) return false;
+  work.spikes = {*probability, to_millis(extra->value)};
+  return good;
+}
+
+std::optional<Millis> CostReader::read_typical(const Value* value, const std::string& key, Millis cost, bool& good) {
+  if (value == nullptr) return std::nullopt;
+  const auto typical = read_positive_duration(*value, key, problems_);
+  if (!typical) {
+    good = false;
+    return std::nullopt;
+  }
+  if (to_millis(typical->value) > cost) {
+    problems_.add(value->place, key, "a typical run costs no more than the 95th percentile of all",
+                  cost > Millis{0} ? fmt::format("write at most {}", format_duration(to_nanos(cost))) : "remove it");
+    good = false;
+  }
+  return to_millis(typical->value);
+}
+
+std::optional<model::NodeWork> CostReader::read_cost(const MapReader& map) {
+  const auto cost = read_duration(*map.find("cost"), map.key_of("cost"), problems_);
+  bool good = cost.has_value();
+  // Of a typical cost beside a cost that is wrong, only what is wrong with itself can be said.
+  const Millis most = cost ? to_millis(cost->value) : Millis::max();
+  const auto typical = read_typical(map.find("typical"), map.key_of("typical"), most, good);
+  if (!good) return std::nullopt;
+  model::NodeWork work = model::NodeWork::constant(most);
+  if (typical) work.typical = {typical};
+  return work;
+}
+
+std::optional<model::NodeWork> CostReader::read_threads(const MapReader& map, const graph::Node& node) {
+  const Value& value = *map.find("threads");
+  const std::string key = map.key_of("threads");
   if (!expect(value, ValueKind::kMap, key, kThreadsMend, problems_)) return std::nullopt;
   std::map<int, Millis> elapsed;
-  bool whole = true;
+  bool good = true;
   for (const Entry* entry : read_entries(value, key, problems_)) {
     const std::string entry_key = join_key(key, entry->key);
     const Value number{ValueKind::kScalar, entry->key, false, false, entry->place, {}, {}};
     const auto threads = read_int(number, entry_key, 1, node.max_threads, problems_);
     const auto cost = read_duration(entry->value, entry_key, problems_);
-    whole = whole && threads && cost;
+    good = good && threads && cost;
     if (!threads || !cost) continue;
     if (!elapsed.try_emplace(threads->value, to_millis(cost->value)).second) {
       problems_.add(entry->place, entry_key, fmt::format("the time with {} threads was given before", threads->value),
                     "keep one of them");
     }
   }
-  if (!whole) return std::nullopt;
-  if (!elapsed.contains(1)) {
+  const bool alone_given = elapsed.contains(1);
+  const Millis alone = alone_given ? elapsed.at(1) : Millis::max();
+  if (good && !alone_given) {
     problems_.add(value.place, key, "the time with 1 thread is missing", "add 1: with the time that one thread takes");
-    return std::nullopt;
   }
-  return model::CostProfile::of_threads(std::move(elapsed));
+  good = good && alone_given;
+  const auto typical = read_typical(map.find("typical"), map.key_of("typical"), alone, good);
+  if (!good) return std::nullopt;
+  model::NodeWork work;
+  work.cost = model::CostProfile::of_threads(std::move(elapsed));
+  if (typical) work.typical = {typical};
+  return work;
 }
 
-std::optional<model::CostProfile> CostReader::read_modes(const Value& value, const graph::Node& node,
-                                                         const std::string& key) {
+std::optional<model::NodeWork> CostReader::read_modes(const Value& value, const graph::Node& node,
+                                                      const std::string& key) {
   if (!expect(value, ValueKind::kMap, key, kModesMend, problems_)) return std::nullopt;
   if (node.modes.empty()) {
     problems_.add(value.place, key, "the app declares no modes for this node",
                   fmt::format("write {}: with one duration, or add modes to the node in the app file", node.name));
     return std::nullopt;
   }
-  std::vector<model::ModeCost> costs;
+  std::vector<std::optional<Mode>> modes(node.modes.size());  // as the app declares them
   std::vector<std::string> missing = node.modes;
   bool whole = true;
   double sum = 0.0;
+  std::size_t read = 0;
   for (const Entry* entry : read_entries(value, key, problems_)) {
     std::erase(missing, entry->key);
-    auto cost = read_mode(*entry, node, join_key(key, entry->key));
-    whole = whole && cost;
-    if (!cost) continue;
-    sum += cost->probability;
-    costs.push_back(std::move(*cost));
+    auto mode = read_mode(*entry, node, join_key(key, entry->key));
+    whole = whole && mode;
+    if (!mode) continue;
+    sum += mode->cost.probability;
+    ++read;
+    const auto declared = std::find(node.modes.begin(), node.modes.end(), entry->key) - node.modes.begin();
+    modes[static_cast<std::size_t>(declared)] = std::move(*mode);
   }
   if (!missing.empty()) {
     problems_.add(value.place, key, fmt::format("no cost for mode {}", quote_list(missing)),
                   "give every mode that the app declares, with probability 0 if it never happens");
     return std::nullopt;
   }
-  if (!whole || costs.size() < value.entries.size()) return std::nullopt;  // a doubled mode was reported
+  if (!whole || read < value.entries.size()) return std::nullopt;  // a doubled mode was reported
   if (std::abs(sum - 1.0) > kSumTolerance) {
     problems_.add(value.place, key, fmt::format("the probabilities add up to {:.4g}", sum), "make them add up to 1");
     return std::nullopt;
   }
-  for (model::ModeCost& cost : costs) cost.probability /= sum;
-  return model::CostProfile::of_modes(std::move(costs));
+  model::NodeWork work;
+  std::vector<model::ModeCost> costs;
+  for (std::optional<Mode>& mode : modes) {
+    mode->cost.probability /= sum;
+    costs.push_back(std::move(mode->cost));
+    work.typical.push_back(mode->typical);
+  }
+  work.cost = model::CostProfile::of_modes(std::move(costs));
+  return work;
 }
 
-std::optional<model::ModeCost> CostReader::read_mode(const Entry& entry, const graph::Node& node,
-                                                     const std::string& key) {
+std::optional<CostReader::Mode> CostReader::read_mode(const Entry& entry, const graph::Node& node,
+                                                      const std::string& key) {
   bool good = true;
   if (std::find(node.modes.begin(), node.modes.end(), entry.key) == node.modes.end()) {
     const auto meant = nearest(entry.key, node.modes);
@@ -221,20 +328,25 @@ std::optional<model::ModeCost> CostReader::read_mode(const Entry& entry, const g
   }
   constexpr std::string_view kMend = "write [probability, duration], as in [0.8, 1.1ms]";
   if (!expect(entry.value, ValueKind::kSequence, key, kMend, problems_)) return std::nullopt;
-  if (entry.value.items.size() != 2) {
-    problems_.add(entry.value.place, key, fmt::format("a list of {} values", entry.value.items.size()),
-                  std::string(kMend));
+  const std::vector<Value>& items = entry.value.items;
+  if (items.size() != 2 && items.size() != 3) {
+    problems_.add(entry.value.place, key, count_values(entry.value), std::string(kMend));
     return std::nullopt;
   }
-  const auto probability = read_number(entry.value.items[0], key + "[0]", problems_);
-  const auto cost = read_duration(entry.value.items[1], key + "[1]", problems_);
-  if (probability && (probability->value < 0.0 || probability->value > 1.0)) {
-    problems_.add(probability->place, key + "[0]", fmt::format("{} is no probability", describe(entry.value.items[0])),
-                  "write a number from 0 to 1");
-    good = false;
-  }
+  const auto probability = read_probability(items[0], key + "[0]");
+  const auto cost = read_duration(items[1], key + "[1]", problems_);
+  const Millis most = cost ? to_millis(cost->value) : Millis::max();
+  const auto typical = read_typical(items.size() == 3 ? &items[2] : nullptr, key + "[2]", most, good);
   if (!good || !probability || !cost) return std::nullopt;
-  return model::ModeCost{entry.key, probability->value, to_millis(cost->value)};
+  return Mode{{entry.key, *probability, most}, typical};
+}
+
+std::optional<double> CostReader::read_probability(const Value& value, const std::string& key) {
+  const auto probability = read_number(value, key, problems_);
+  if (!probability) return std::nullopt;
+  if (probability->value >= 0.0 && probability->value <= 1.0) return probability->value;
+  problems_.add(value.place, key, fmt::format("{} is no probability", describe(value)), "write a number from 0 to 1");
+  return std::nullopt;
 }
 
 void CostReader::report_missing_nodes() {
@@ -250,19 +362,31 @@ void CostReader::report_missing_nodes() {
 
 }  // namespace
 
-Result<model::CostTable> parse_costs(std::string_view text, std::string_view file, const graph::App& app) {
+Result<model::Workload> parse_workload(std::string_view text, std::string_view file, const graph::App& app) {
   const auto root = parse_yaml(text, file, "docs/cost-file.md");
   if (!root) return root.error();
   Problems problems;
-  model::CostTable table = CostReader(*root, app, problems).read();
+  model::Workload work = CostReader(*root, app, problems).read();
   if (!problems.empty()) return std::move(problems).to_error();
-  return table;
+  return work;
+}
+
+Result<model::Workload> load_workload(const std::string& path, const graph::App& app) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  return parse_workload(*text, path, app);
+}
+
+Result<model::CostTable> parse_costs(std::string_view text, std::string_view file, const graph::App& app) {
+  const auto work = parse_workload(text, file, app);
+  if (!work) return work.error();
+  return work->costs(app.graph);
 }
 
 Result<model::CostTable> load_costs(const std::string& path, const graph::App& app) {
-  const auto text = read_text(path);
-  if (!text) return text.error();
-  return parse_costs(*text, path, app);
+  const auto work = load_workload(path, app);
+  if (!work) return work.error();
+  return work->costs(app.graph);
 }
 
 }  // namespace ctn::config

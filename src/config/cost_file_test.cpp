@@ -41,6 +41,33 @@ TEST(CostFile, ReadsAllThreeForms) {
   EXPECT_DOUBLE_EQ(cost(*costs, "imu"), 0.02);
 }
 
+TEST(CostFile, ReadsDistributions) {
+  const auto work = parse_workload(
+      "camera: { threads: { 1: 10ms, 2: 6ms }, typical: 8ms, grow: 0.5%/s, spikes: [0.01, 5ms] }\n"
+      "GL: { modes: { match: [0.2, 9ms], skip: [0.8, 1.1ms, 1ms] }, grow: 2%/s }\n"
+      "imu: { cost: 20us, typical: 20us }\n",
+      "c.yaml", app());
+  ASSERT_TRUE(work.ok()) << work.error().message();
+  const auto of = [&](std::string_view node) { return (*work)[*app().graph.find_node(node)]; };
+  const model::NodeWork camera{
+      model::CostProfile::of_threads({{1, Millis{10}}, {2, Millis{6}}}), {Millis{8}}, 0.005, {0.01, Millis{5}}};
+  EXPECT_EQ(of("camera"), camera);
+  const model::NodeWork matcher{model::CostProfile::of_modes({{"skip", 0.8, Millis{1.1}}, {"match", 0.2, Millis{9}}}),
+                                {Millis{1}, std::nullopt},
+                                0.02,
+                                {}};
+  EXPECT_EQ(of("GL"), matcher) << "modes in the app file's order";
+  EXPECT_EQ(of("imu").typical, (std::vector<std::optional<Millis>>{Millis{0.02}}));
+}
+
+TEST(CostFile, IsPlannedWithWithoutGrowthAndSpikes) {
+  const auto plain = parse_costs("camera: 2ms\nGL: 3ms\n", "c.yaml", app());
+  const auto lively = parse_costs(
+      "camera: { cost: 2ms, grow: 9%/s, spikes: [0.5, 1s] }\nGL: { cost: 3ms, typical: 1ms }\n", "c.yaml", app());
+  ASSERT_TRUE(plain.ok() && lively.ok());
+  for (const NodeId node : {NodeId{0}, NodeId{1}}) EXPECT_EQ((*plain)[node], (*lively)[node]);
+}
+
 TEST(CostFile, UnscheduledNodesAndZeroAreOptionalAndAllowed) {
   const auto costs = parse_costs("camera: 0ms\nGL: 2ms\n", "c.yaml", app());
   ASSERT_TRUE(costs.ok()) << costs.error().message();
@@ -64,6 +91,13 @@ TEST(CostFile, ReadsCostsOfEachKindOfCores) {
   EXPECT_EQ((*costs)[b].single_thread().count(), 4.0) << "on a core of speed 1: twice what it is on the first kind";
   EXPECT_EQ(costs->on(app, 0)[b].single_thread().count(), 2.0);
   EXPECT_EQ(costs->on(app, 1)[b].single_thread().count(), 8.0);
+
+  const auto work = parse_workload(
+      "a: 6ms\nb: { kinds: { little: { cost: 8ms, typical: 7ms }, big: { cost: 2ms, spikes: [1, 1ms] } } }\n", "c.yaml",
+      app);
+  ASSERT_TRUE(work.ok()) << work.error().message();
+  EXPECT_EQ((*work)[b].spikes.extra, Millis{2}) << "on a core of speed 1";
+  EXPECT_EQ(work->on(app, 1)[b].typical.front(), Millis{7});
 }
 
 TEST(CostFile, KindsOfCoresMustBeTheApps) {
@@ -82,7 +116,8 @@ TEST(CostFile, RoundedProbabilitiesAreMadeToAddUp) {
 }
 
 RC_GTEST_PROP(CostFileProperty, NoTextDoesHarm, (const std::string& text)) {
-  for (const std::string& all : {text, "camera: " + text, "GL: { modes: " + text}) {
+  for (const std::string& all :
+       {text, "camera: " + text, "GL: { modes: " + text, "camera: { cost: 1ms, spikes: " + text}) {
     const auto costs = parse_costs(all, "any.yaml", app());
     if (costs.ok()) continue;
     for (const Problem& problem : costs.error().problems()) {

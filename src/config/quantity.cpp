@@ -22,10 +22,12 @@ struct Unit {
 constexpr std::array<Unit, 4> kDurationUnits{{{"ns", 1.0}, {"us", 1e3}, {"ms", 1e6}, {"s", 1e9}}};
 constexpr std::array<Unit, 2> kRateUnits{{{"Hz", 1.0}, {"kHz", 1e3}}};
 constexpr std::array<Unit, 1> kPercentUnits{{{"%", 1.0}}};
+constexpr std::array<Unit, 1> kGrowthUnits{{{"%/s", 1.0}}};
 
 constexpr double kLongestNanos = 10.0 * 24 * 3600 * 1e9;
 constexpr double kLowestHertz = 1e-5;
 constexpr double kHighestHertz = 1e6;
+constexpr double kMostGrowth = 1000.0;  // percent a second
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -128,6 +130,16 @@ Result<double> parse_percentage(std::string_view text) {
   });
   if (!percent) return percent.error();
   if (*percent >= 100.0) return Error::caller(fmt::format("{} is out of range", quote(text)), "write less than 100%");
+  return *percent / 100.0;
+}
+
+Result<double> parse_growth(std::string_view text) {
+  const auto percent = parse(text, kGrowthUnits, "a growth", "0.5%/s",
+                             [](const std::string& number) { return fmt::format("write {}%/s", number); });
+  if (!percent) return percent.error();
+  if (*percent > kMostGrowth) {
+    return Error::caller(fmt::format("{} is out of range", quote(text)), "write at most 1000%/s");
+  }
   return *percent / 100.0;
 }
 

@@ -15,6 +15,8 @@ Result<Nanos> parse_duration(std::string_view text);
 Result<Rate> parse_rate(std::string_view text);
 // "6%" -> 0.06. In [0, 1).
 Result<double> parse_percentage(std::string_view text);
+// "0.5%/s" -> 0.005 a second. At most 1000%/s.
+Result<double> parse_growth(std::string_view text);
 
 // The inverse: parsing what they print gives the same value. The largest unit in which it is a short decimal.
 std::string format_duration(Nanos duration);  // precondition: >= 0

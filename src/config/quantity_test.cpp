@@ -55,6 +55,15 @@ TEST(Percentages, AreFractionsBelowOne) {
   EXPECT_EQ(fault(parse_percentage("100%")), "'100%' is out of range; write less than 100%");
 }
 
+TEST(Growth, IsAPercentageASecond) {
+  EXPECT_EQ(*parse_growth("0.5%/s"), 0.005);
+  EXPECT_EQ(*parse_growth("1000 %/s"), 10.0);
+  EXPECT_EQ(fault(parse_growth("0.5")), "'0.5' has no unit; write 0.5%/s");
+  EXPECT_EQ(fault(parse_growth("0.5%")), "'%' is no unit of a growth; write it as in 0.5%/s");
+  EXPECT_EQ(fault(parse_growth("-1%/s")), "'-1%/s' is negative; write it as in 0.5%/s");
+  EXPECT_EQ(fault(parse_growth("1001%/s")), "'1001%/s' is out of range; write at most 1000%/s");
+}
+
 TEST(Format, IsShort) {
   EXPECT_EQ(format_duration(8'330'000ns), "8.33ms");
   EXPECT_EQ(format_duration(20us), "20us");

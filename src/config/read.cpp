@@ -172,6 +172,14 @@ std::optional<double> read_percentage(const Value& value, const std::string& key
   return std::nullopt;
 }
 
+std::optional<double> read_growth(const Value& value, const std::string& key, Problems& problems) {
+  if (!expect_scalar(value, key, "write how much it grows each second, as in 0.5%/s", problems)) return std::nullopt;
+  const auto growth = parse_growth(value.text);
+  if (growth) return *growth;
+  problems.add(value.place, key, growth.error());
+  return std::nullopt;
+}
+
 std::optional<std::size_t> read_word(const Value& value, const std::string& key,
                                      std::span<const std::string_view> words, Problems& problems) {
   const std::string mend = "write " + list_words(words);

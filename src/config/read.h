@@ -54,6 +54,7 @@ std::optional<graph::At<Nanos>> read_duration(const Value& value, const std::str
 std::optional<graph::At<Nanos>> read_positive_duration(const Value& value, const std::string& key, Problems& problems);
 std::optional<graph::At<Rate>> read_rate(const Value& value, const std::string& key, Problems& problems);
 std::optional<double> read_percentage(const Value& value, const std::string& key, Problems& problems);
+std::optional<double> read_growth(const Value& value, const std::string& key, Problems& problems);
 // One of a few words; its index in `words`.
 std::optional<std::size_t> read_word(const Value& value, const std::string& key,
                                      std::span<const std::string_view> words, Problems& problems);

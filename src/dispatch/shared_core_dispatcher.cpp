@@ -218,7 +218,7 @@ bool SharedCoreDispatcher::end_slack() {
 
 bool SharedCoreDispatcher::thief_can_go_on() const {
   const SharedCoreMember& thief = members_[*thief_];
-  return thief.slot().may_steal && thief.late() && !thief.hanging();
+  return thief.slot().may_steal && thief.late_within_reason() && !thief.hanging();
 }
 
 // A slot has come to which somebody who is late may have reached.

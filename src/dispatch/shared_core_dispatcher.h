@@ -25,7 +25,8 @@
 // it is done, across the frame's end too, as long as each is of a lower rank; the first one that is not ends it. Never
 // in the slack or in time that nobody planned to use. The slot's owner gets what is left of it; if nothing is left, its
 // trigger waits for its next slot. Slots that have no work, no length, or are over before they were looked at, are not
-// stolen.
+// stolen. A run that has had four times its planned slots steals no more: what it takes beyond all plans is its own
+// subchain's loss.
 //
 // Hang: a run under way for longer than `hang_after` is contained: active in its slots, elsewhere at the ordinary
 // level, and it does not steal.

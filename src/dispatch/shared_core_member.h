@@ -54,6 +54,9 @@ class SharedCoreMember {
   bool competes() const { return present_ && under_way() && !state_.hanging; }
   // The run under way has had all the slots in which it was planned to end.
   bool late() const { return under_way() && state_.slots_had >= planned_slots(); }
+  // Late as a run is that was dearer than most; one that has had so many more slots is beside all plans, and may no
+  // longer cost others theirs.
+  bool late_within_reason() const { return late() && state_.slots_had < kStealingEnds * planned_slots(); }
 
   void begin_frame(std::uint64_t number);
   void begin_slot(TimePoint planned);
@@ -68,6 +71,8 @@ class SharedCoreMember {
   Level level = Level::kOrdinary;
 
  private:
+  static constexpr int kStealingEnds = 4;
+
   int planned_slots() const;
   double most_credit() const;
 

@@ -26,20 +26,19 @@ class LocalSearch {
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return root(a) > root(b); });
-    std::vector<Piece> pieces;
+    std::vector<Core> cores;
     for (int kind = 0; kind < instance_.kind_count(); ++kind) {
-      const auto cores = static_cast<std::size_t>(instance_.kind(kind).count);
-      pieces.insert(pieces.end(), std::min(count, cores), Piece{0, 1, kind});
+      const auto given = static_cast<std::size_t>(instance_.kind(kind).count);
+      for (std::size_t core = 0; core < std::min(count, given); ++core) cores.push_back({{0, 1, kind}, 0.0});
     }
-    std::vector<double> load(pieces.size(), 0.0);
     for (const std::size_t i : order) {
-      std::size_t best = 0;
-      for (std::size_t g = 0; g < pieces.size(); ++g) {
-        if (promise(i, pieces[g], load[g]) < promise(i, pieces[best], load[best])) best = g;
-      }
-      pieces[best].set |= Set{1} << i;
-      load[best] += prices_.root(i, pieces[best].kind);
+      Core& best = *std::min_element(cores.begin(), cores.end(),
+                                     [&](const Core& a, const Core& b) { return promise(i, a) < promise(i, b); });
+      best.piece.set |= Set{1} << i;
+      best.load += prices_.root(i, best.piece.kind);
     }
+    std::vector<Piece> pieces;
+    for (const Core& core : cores) pieces.push_back(core.piece);
     drop_empty(pieces);
     return pieces;
   }
@@ -55,6 +54,11 @@ class LocalSearch {
   }
 
  private:
+  struct Core {
+    Piece piece;
+    double load = 0.0;  // the sum of its members' roots
+  };
+
   static double finite(double price) { return std::isfinite(price) ? price : 1e30; }
   double price(const Piece& piece) { return piece.set == 0 ? 0.0 : finite(prices_.of(piece)); }
   static bool clearly(double gain, double of) { return gain > 1e-12 * std::abs(of) + 1e-300; }
@@ -66,9 +70,9 @@ class LocalSearch {
     return least;
   }
   // What a core's load would be with it; where all are alike an empty core comes first, however small the loads.
-  std::pair<bool, double> promise(std::size_t i, const Piece& piece, double load) const {
+  std::pair<bool, double> promise(std::size_t i, const Core& core) const {
     const bool alike = instance_.kind_count() == 1;
-    return {alike && piece.set != 0, alike ? load : load + prices_.root(i, piece.kind)};
+    return {alike && core.piece.set != 0, alike ? core.load : core.load + prices_.root(i, core.piece.kind)};
   }
   static void drop_empty(std::vector<Piece>& pieces) {
     std::erase_if(pieces, [](const Piece& piece) { return piece.set == 0; });

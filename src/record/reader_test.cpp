@@ -171,6 +171,20 @@ TEST(Reader, ATruncatedRecordIsAnError) {
 }
 
 // Damaged anywhere: an error or some reading, but never a crash (run under the sanitizers, this is the point of it).
+TEST(Reader, ReadsRecordsOfBeforeThereWereSlots) {
+  const Folder folder;
+  const std::string path = sample_record(folder);
+  {
+    auto database = sqlite::Database::open(path, SQLITE_OPEN_READWRITE);
+    ASSERT_TRUE(database->execute("DROP TABLE slots; DROP TABLE steals; DROP TABLE core_kinds").ok());
+  }
+  const auto reader = Reader::open(path);
+  ASSERT_TRUE(reader.ok()) << reader.error().message();
+  EXPECT_TRUE(reader->app().core_kinds.empty());
+  const Status done = read_all(path);
+  EXPECT_TRUE(done.ok()) << done.error().message();
+}
+
 RC_GTEST_PROP(ReaderProperty, SurvivesDamage, ()) {
   static const Folder kFolder;
   static const std::string kBytes = read_bytes(sample_record(kFolder));

@@ -35,5 +35,6 @@ void add_check_command(CLI::App& cli, int& exit_code);
 void add_doctor_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);
+void add_run_command(CLI::App& cli, int& exit_code);
 
 }  // namespace ctn::tool

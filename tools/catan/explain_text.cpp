@@ -206,10 +206,10 @@ class Text {
       const std::string& first = name(group.subchains.front());
       const std::string kind = of_kind(static_cast<std::size_t>(group.kind));
       if (group.subchains.size() > 1) {
-        parts.push_back(names(group.subchains) + " share one" + kind);
+        parts.push_back(fmt::format("{} share one{}", names(group.subchains), kind));
       } else {
-        parts.push_back(group.cores == 1 ? first + " has one" + kind
-                                         : fmt::format("{} has {}{}", first, group.cores, kind));
+        const std::string cores = group.cores == 1 ? "one" : fmt::format("{}", group.cores);
+        parts.push_back(fmt::format("{} has {}{}", first, cores, kind));
       }
     }
     const auto unused = static_cast<int>(plan.cores.size()) - used;

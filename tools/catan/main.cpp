@@ -19,6 +19,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  catan check app.yaml\n"
     "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
+    "  catan run app.yaml --synthetic costs.yaml\n"
     "  catan doctor\n"
     "\n"
     "'catan COMMAND --help' says more about a command.\n"
@@ -54,6 +55,7 @@ int run(int argc, char** argv) {
   add_check_command(cli, exit_code);
   add_doctor_command(cli, exit_code);
   add_plan_command(cli, exit_code);
+  add_run_command(cli, exit_code);
   add_report_command(cli, exit_code);
   try {
     cli.parse(argc, argv);

@@ -1,0 +1,112 @@
+#include "model/workload.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "model/portable_math.h"
+
+namespace ctn::model {
+namespace {
+
+constexpr double kZ95 = 1.6448536269514722;  // 95 % of a standard normal variable are below it
+
+// One number for each (seed, node, run, purpose), without a state to carry from run to run: the finaliser of splitmix64
+// (Steele, Lea and Flood, 2014) over what identifies it.
+class Luck {
+ public:
+  enum class Purpose : std::uint64_t { kMode = 1, kTime = 2, kSpike = 3 };
+
+  Luck(std::uint64_t seed, NodeId node, std::uint64_t run)
+      : state_(mixed(mixed(mixed(seed + kGolden) ^ (node.index() + kGolden)) ^ (run + kGolden))) {}
+
+  // Uniform in (0, 1), both ends excluded.
+  double uniform(Purpose purpose) const {
+    const std::uint64_t bits = mixed(state_ + kGolden * static_cast<std::uint64_t>(purpose)) >> 12U;
+    return (static_cast<double>(bits) + 0.5) * 0x1p-52;
+  }
+
+ private:
+  static constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
+
+  static constexpr std::uint64_t mixed(std::uint64_t x) {
+    x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9;
+    x = (x ^ (x >> 27U)) * 0x94D049BB133111EB;
+    return x ^ (x >> 31U);
+  }
+
+  std::uint64_t state_;
+};
+
+std::size_t drawn_mode(const std::vector<ModeCost>& modes, double luck) {
+  std::size_t likely = 0;  // rounding may leave a sum just below 1: then the last mode that happens at all
+  double sum = 0.0;
+  for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+    if (modes[mode].probability <= 0.0) continue;
+    likely = mode;
+    sum += modes[mode].probability;
+    if (luck < sum) break;
+  }
+  return likely;
+}
+
+// By how much a run differs from the cost; log-normal.
+double drawn_factor(Millis cost, std::optional<Millis> typical, double luck) {
+  if (!typical || *typical >= cost) return 1.0;
+  const double spread = portable_log(cost / *typical);
+  const double exponent = spread * (inverse_normal(luck) / kZ95 - 1.0);
+  return portable_exp(std::clamp(exponent, -700.0, 700.0));
+}
+
+}  // namespace
+
+NodeWork NodeWork::times(double factor) const {
+  NodeWork scaled = *this;
+  scaled.cost = cost.times(factor);
+  for (auto& median : scaled.typical) {
+    if (median) *median *= factor;
+  }
+  scaled.spikes.extra *= factor;
+  return scaled;
+}
+
+Workload::Workload(const graph::Graph& graph) : nodes_(graph.nodes().size()) {
+  for (const graph::Node& node : graph.nodes()) max_threads_.push_back(node.max_threads);
+}
+
+Workload Workload::on(const graph::App& app, std::size_t kind) const {
+  assert(kind < app.kinds());
+  Workload work = *this;
+  work.on_kind_.clear();
+  if (app.core_kinds.empty()) return work;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const auto given = on_kind_.find({NodeId(i), kind});
+    work.nodes_[i] = given != on_kind_.end() ? given->second : nodes_[i].times(1.0 / app.core_kinds[kind].speed);
+  }
+  return work;
+}
+
+CostTable Workload::costs(const graph::Graph& graph) const {
+  CostTable table(graph, Millis{0});
+  for (std::size_t i = 0; i < nodes_.size(); ++i) table.set(NodeId(i), nodes_[i].cost);
+  for (const auto& [key, work] : on_kind_) table.set_on(key.first, key.second, work.cost);
+  return table;
+}
+
+RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Nanos since_start, int threads) const {
+  assert(threads >= 1);
+  const NodeWork& work = nodes_[node.index()];
+  const Luck luck(seed, node, number);
+  const std::size_t mode = drawn_mode(work.cost.modes(), luck.uniform(Luck::Purpose::kMode));
+  const Millis alone = work.cost.modes()[mode].cost;
+  const int most = max_threads_[node.index()];
+  const Millis shared = work.cost.by_threads().empty() ? alone / std::min(threads, most)
+                                                       : work.cost.with_threads(std::min(threads, most), most);
+  const std::optional<Millis> typical = mode < work.typical.size() ? work.typical[mode] : std::nullopt;
+
+  Millis cpu = shared * drawn_factor(alone, typical, luck.uniform(Luck::Purpose::kTime));
+  cpu *= 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
+  if (luck.uniform(Luck::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
+  return {mode, to_nanos(std::min(cpu, kLongestRun))};
+}
+
+}  // namespace ctn::model

@@ -1,0 +1,192 @@
+// Subchains that share cores, in virtual time with threads that compete for CPUs: the whole runtime, every figure
+// exact.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "os/fake/busy_thread.h"
+#include "os/fake/fake_os.h"
+#include "planner/planner.h"
+#include "runtime/engine.h"
+#include "runtime/test_app.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// A fast loop, a slow one that feeds it, and a node that takes batches.
+graph::App robot_app() {
+  return parse(R"(
+catan: 1
+app: robot
+nodes:
+  scan: { fallback_rate: 50Hz }
+  steer: {}
+  map: { fallback_rate: 5Hz }
+  log: { input: queue, fallback_rate: 20Hz }
+edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
+subchains: { fast: [scan, steer] }
+objective:
+  - { response_time: [scan, steer], weight: 1 }
+  - { response_time: [map, steer], weight: 0.05 }
+  - { period: log, weight: 0.05 }
+scheduler: { bootstrap: 1s }
+)");
+}
+
+class SharedTest : public ::testing::Test {
+ protected:
+  SharedTest() { fake.share_cpus(true); }
+
+  void open(graph::App app, const std::string& policy, int cpus, const std::string& record = {}) {
+    std::vector<int> numbers;
+    for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
+    Result<std::unique_ptr<Engine>> made = Engine::create(
+        std::move(app), fake,
+        {.policy = *parse_policy(policy), .cpus = os::CpuSet(numbers), .record = record, .note = {}, .on_notice = {}});
+    ASSERT_TRUE(made.ok()) << made.error().message();
+    engine = std::move(*made);
+    for (const graph::Node& node : engine->app().graph.nodes()) {
+      if (node.external) continue;
+      engine->wiring().set_body(node.name,
+                                [this, name = node.name](ctn::Run& run) { fake.burn(cost(name, run.number())); });
+    }
+  }
+
+  Snapshot run_for(Nanos duration) {
+    const Status started = engine->start();
+    EXPECT_TRUE(started.ok()) << started.error().message();
+    fake.sleep_until(fake.now() + duration);
+    Snapshot snapshot = engine->snapshot();
+    EXPECT_TRUE(engine->stop().ok());
+    return snapshot;
+  }
+
+  static double rate(const Snapshot& snapshot, const std::string& node) {
+    for (const NodeSnapshot& each : snapshot.nodes) {
+      if (each.name == node) return each.rate_hz;
+    }
+    return 0.0;
+  }
+
+  model::CostTable planned_costs() const {
+    const graph::App& app = engine->app();
+    model::CostTable table(app.graph, Millis{0});
+    for (const auto& [name, each] : costs) {
+      table.set(*app.graph.find_node(name), model::CostProfile::constant(to_millis(each)));
+    }
+    return table;
+  }
+
+  os::FakeOs fake{os::fake_topology(2)};
+  std::map<std::string, Nanos> costs{
+      {"scan", milliseconds{2}}, {"steer", milliseconds{4}}, {"map", milliseconds{40}}, {"log", milliseconds{3}}};
+  std::function<Nanos(const std::string&, std::uint64_t)> cost = [this](const std::string& node, std::uint64_t) {
+    return costs.at(node);
+  };
+  std::unique_ptr<Engine> engine;  // after `fake`: it goes first
+};
+
+// All costs as planned: the formulas say what happens.
+TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
+  open(robot_app(), "catan", 1);
+  const Snapshot snapshot = run_for(seconds{20});
+  EXPECT_TRUE(snapshot.notices.empty());
+  ASSERT_EQ(snapshot.chains.size(), 2U);
+  for (const ChainSnapshot& chain : snapshot.chains) {
+    SCOPED_TRACE(chain.path.front());
+    ASSERT_TRUE(chain.predicted_response_ms);
+    EXPECT_LE(chain.response_ms.max, *chain.predicted_response_ms * 1.1);
+    EXPECT_GT(chain.response_ms.count, 20U);
+  }
+  const plan::Plan plan = *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06});
+  for (const char* node : {"scan", "map", "log"}) {
+    const SubchainId id = *engine->app().graph.node(*engine->app().graph.find_node(node)).subchain;
+    const double planned = 1000.0 / plan.subchains[id.index()].period.count();
+    // The slack is for ordinary threads; where there are none, runs go on in it.
+    EXPECT_GE(rate(snapshot, node), 0.98 * planned) << node;
+    EXPECT_LE(rate(snapshot, node), 1.02 * planned / 0.94) << node;
+  }
+}
+
+TEST_F(SharedTest, OrdinaryThreadsGetTheSlack) {
+  open(robot_app(), "catan", 1);
+  const os::BusyThread other(fake, "other", os::CpuSet{0}, os::Level::kOrdinary, milliseconds{1});
+  const TimePoint begin = fake.now();
+  run_for(seconds{10});
+  Nanos had{0};
+  for (const os::FakeCpus::Turn& turn : fake.turns()) {
+    if (turn.level == os::Level::kOrdinary && turn.cpu == 0) had += turn.end - turn.begin;
+  }
+  EXPECT_GE(to_millis(had) / to_millis(fake.now() - begin), 0.055);
+}
+
+// Whatever happens to cores and costs, every node's runs are numbered without a gap, and no trigger is lost.
+TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
+  // map becomes so cheap that it may share with fast, then so dear that it wants a core of its own.
+  cost = [this](const std::string& node, std::uint64_t run) {
+    if (node != "map") return costs.at(node);
+    return run % 200 < 100 ? Nanos{milliseconds{40}} : Nanos{milliseconds{1}};
+  };
+  open(robot_app(), "catan", 2);
+  const Snapshot snapshot = run_for(seconds{60});
+  EXPECT_GT(snapshot.plans, 4U);
+  EXPECT_TRUE(snapshot.notices.empty());
+  EXPECT_GT(rate(snapshot, "scan"), 100.0);
+  EXPECT_GT(rate(snapshot, "map"), 10.0);
+  EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "nobody was put off for long";
+}
+
+TEST_F(SharedTest, AHangIsContainedAndTheRestKeepsItsRates) {
+  cost = [this](const std::string& node, std::uint64_t run) {
+    return node == "map" && run == 30 ? Nanos{seconds{6}} : costs.at(node);
+  };
+  open(robot_app(), "catan", 1);
+  const Snapshot snapshot = run_for(seconds{20});
+  ASSERT_EQ(snapshot.notices.size(), 2U);
+  EXPECT_EQ(snapshot.notices[0], "watchdog: a run of subchain map hangs: it was contained");
+  EXPECT_EQ(snapshot.notices[1], "watchdog: the run of subchain map that hung has ended: it is as before");
+  EXPECT_LT(snapshot.chains[0].response_ms.max, 3.0 * snapshot.chains[0].response_ms.p50);
+}
+
+TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
+  fake.set_real_time_facts({false, "no right to", 0.05, "fair server"});
+  open(robot_app(), "catan", 1);
+  const Snapshot snapshot = run_for(seconds{10});
+  EXPECT_FALSE(snapshot.real_time);
+  ASSERT_FALSE(snapshot.notices.empty());
+  EXPECT_EQ(snapshot.notices[0], "rates-only: no right to");
+  for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
+  EXPECT_GT(rate(snapshot, "scan"), 20.0);
+}
+
+TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
+  // 50 x 6 ms and 5 x 160 ms a second are more than there is: nothing is left for log, which comes last.
+  costs["map"] = milliseconds{160};
+  open(robot_app(), "fifo", 1);
+  const Snapshot snapshot = run_for(seconds{10});
+  EXPECT_NEAR(rate(snapshot, "scan"), 50.0, 0.5);
+  EXPECT_LT(rate(snapshot, "map"), 4.5);
+  EXPECT_LT(rate(snapshot, "log"), 1.0);
+}
+
+TEST_F(SharedTest, AllLevelsAreGivenBack) {
+  open(robot_app(), "catan", 2);
+  run_for(seconds{3});
+  std::map<os::ThreadId, os::Level> last;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (change.level) last[change.thread] = *change.level;
+  }
+  EXPECT_GT(last.size(), 6U);
+  for (const auto& [thread, level] : last) EXPECT_EQ(level, os::Level::kOrdinary) << static_cast<int>(thread);
+}
+
+}  // namespace
+}  // namespace ctn::runtime

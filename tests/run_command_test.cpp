@@ -1,0 +1,122 @@
+// catan run from outside: a synthetic load on the real machine. What it measures depends on what else runs there, so
+// the bounds are wide; that the draws are right is the model's to test.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <nlohmann/json.hpp>
+
+#include "command_test.h"
+
+namespace ctn::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+const std::string kApps = std::string(CATAN_TESTS) + "/apps";
+const std::string kLoad = "synthetic.yaml --synthetic synthetic.costs.yaml ";
+
+Outcome run(const std::string& arguments) { return run_catan("run " + arguments, kApps); }
+
+json node(const json& report, const std::string& name) {
+  for (const json& entry : report["nodes"]) {
+    if (entry["node"] == name) return entry;
+  }
+  return nullptr;
+}
+
+TEST(RunCommand, MeasuresASyntheticLoad) {
+  const Outcome outcome = run(kLoad + "--scheduler default --seconds 2 --seed 3 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["app"], "synthetic");
+  EXPECT_EQ(report["scheduler"], "default");
+  EXPECT_EQ(report["complete"], true);
+  EXPECT_EQ(report["note"], "synthetic load synthetic.costs.yaml, seed 3");
+  EXPECT_NEAR(report["measured_s"].get<double>(), 2.0, 0.5);
+
+  EXPECT_NEAR(node(report, "imu")["compute_ms"]["p50"].get<double>(), 0.05, 0.04);
+  const json camera = node(report, "camera");
+  EXPECT_NEAR(camera["rate_hz"].get<double>(), 25.0, 8.0);
+  EXPECT_NEAR(camera["compute_ms"]["p50"].get<double>(), 1.0, 0.4);
+  const json detect = node(report, "detect");
+  EXPECT_NEAR(detect["compute_ms"]["p50"].get<double>(), 1.02, 0.3);
+  EXPECT_NEAR(detect["compute_ms"]["max"].get<double>(), 6.15, 2.0);
+  const json map = node(report, "map");
+  EXPECT_NEAR(map["compute_ms"]["mean"].get<double>(), 3.0, 0.5);
+  EXPECT_NEAR(map["outputs"].get<double>(), 5.0, 2.0) << "of " << map["runs"] << " runs";
+
+  const json chain = report["chains"][0];
+  EXPECT_EQ(chain["path"], "camera -> detect -> motor");
+  EXPECT_TRUE(chain["predicted"].is_null()) << "no plan was made";
+  EXPECT_GT(chain["response_ms"]["count"].get<int>(), 10);
+  EXPECT_NEAR(chain["response_ms"]["mean"].get<double>(), 43.0, 15.0);
+  EXPECT_NEAR(report["objective"]["measured"].get<double>(),
+              chain["response_ms"]["mean"].get<double>() + 0.5 * map["period_ms"]["mean"].get<double>(), 1e-6);
+}
+
+TEST(RunCommand, ShowsPredictedBesideMeasured) {
+  const Outcome outcome = run("one_node.yaml --synthetic one_node.costs.yaml --seconds 0.5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* part : {"one_node, scheduler catan", "Hz predicted", "objective", "loop"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  }
+}
+
+TEST(RunCommand, KeepsTheRecordThatWasAskedFor) {
+  const std::string record = testing::TempDir() + "catan_run_command.catan";
+  std::filesystem::remove(record);
+  const std::string arguments = kLoad + "--scheduler default --seconds 0.2 --record '" + record + "'";
+  const Outcome outcome = run(arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome report = run_catan("report '" + record + "'", kApps);
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_EQ(report.out, outcome.out);
+  EXPECT_EQ(run(arguments).exit_code, 2) << "a record is never overwritten";
+  std::filesystem::remove(record);
+}
+
+TEST(RunCommand, ShowsWhatItHasOnASignal) {
+  const std::string folder = testing::TempDir() + "catan_run_signal";
+  std::filesystem::create_directory(folder);
+  const std::string command = "cd '" + kApps + "' && TMPDIR='" + folder + "' timeout --preserve-status -s INT 1.5 '" +
+                              CATAN_COMMAND "' run " + kLoad + "--scheduler default --seconds 600 --json > '" + folder +
+                              ".json'";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 128 + 2);
+  const json report = json::parse(read_all(folder + ".json"));
+  EXPECT_EQ(report["complete"], true);
+  EXPECT_GT(node(report, "camera")["runs"].get<int>(), 0);
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "what nobody asked to keep is gone";
+  std::filesystem::remove(folder);
+  std::filesystem::remove(folder + ".json");
+}
+
+TEST(RunCommand, MistakesExitWith2) {
+  for (const std::string arguments : {"", "nowhere.yaml", "synthetic.yaml", "synthetic.yaml --synthetic nowhere.yaml",
+                                      "synthetic.yaml --synthetic minimal.costs.yaml",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --seconds nan",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --seconds 0",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --scheduler best",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --cpus x",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --cpus 4095",
+                                      "synthetic.yaml --synthetic synthetic.costs.yaml --seed -1",
+                                      "minimal.yaml --synthetic minimal.costs.yaml --scheduler default"}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_NE(outcome.err, "") << arguments;
+  }
+  EXPECT_THAT(run("synthetic.yaml").err, HasSubstr("--synthetic COSTS"));
+}
+
+TEST(RunCommand, ARecordThatCannotBeMadeIsAFailure) {
+  EXPECT_EQ(run(kLoad + "--scheduler default --record /nowhere/run.catan").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace ctn::test

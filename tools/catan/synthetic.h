@@ -1,0 +1,64 @@
+// A load in place of an app's code: one function a node that burns the CPU time that the cost file's distribution draws
+// for the run, takes its inputs and gives an output, as code of its own would.
+//
+// A run burns on the node's own thread, in that thread's CPU time: pre-empted, it takes longer but costs the same.
+// Nodes with `max_threads` burn on that one thread too, and cost what they do with one: a session does not tell its
+// nodes how many threads the plan has in mind.
+//
+// Thread safety: attach and begin from the session's thread, before it starts; stop from any thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "catan/session.h"
+#include "graph/app.h"
+#include "model/workload.h"
+#include "os/os.h"
+
+namespace ctn::tool {
+
+class SyntheticLoad {
+ public:
+  // `app` and `os` outlive it.
+  SyntheticLoad(const graph::App& app, model::Workload work, std::uint64_t seed, os::Os& os);
+  ~SyntheticLoad();
+
+  // Gives every node its function and opens a channel for every edge. The load outlives the session.
+  void attach(Session& session);
+  // Growth counts from now on.
+  void begin();
+  // The session is about to stop: what runs a second from now is cut short, and gives no output.
+  void stop();
+
+ private:
+  struct Node;
+  void run(Node& node, Run& run);
+  // Whether it could burn all of it.
+  bool burn(Nanos until_cpu_time) const;
+  bool cut_short() const;
+
+  const graph::App& app_;
+  model::Workload work_;
+  std::uint64_t seed_;
+  os::Os& os_;
+  TimePoint begun_{};
+  std::atomic<TimePoint> stop_by_{kNever};
+  std::vector<std::unique_ptr<Node>> nodes_;
+};
+
+// When a node with an `output_period` gives one: at its first run, and then on average once a period, as long as it
+// runs at least that often. Pure.
+class OutputClock {
+ public:
+  explicit OutputClock(std::optional<Nanos> period) : period_(period) {}
+  bool due(TimePoint now);
+
+ private:
+  std::optional<Nanos> period_;
+  std::optional<TimePoint> next_;
+};
+
+}  // namespace ctn::tool
