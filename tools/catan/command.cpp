@@ -11,10 +11,10 @@ namespace ctn::tool {
 namespace {
 
 // Colours only where a person reads: on a terminal that has them, unless told not to (https://no-color.org).
-bool stderr_has_colours() {
+bool has_colours(int file) {
   const char* const no_color = std::getenv("NO_COLOR");
   const char* const term = std::getenv("TERM");
-  return isatty(STDERR_FILENO) != 0 && (no_color == nullptr || *no_color == '\0') && term != nullptr &&
+  return isatty(file) != 0 && (no_color == nullptr || *no_color == '\0') && term != nullptr &&
          std::string_view(term) != "dumb";
 }
 
@@ -30,12 +30,14 @@ std::string shown(const Problem& problem, bool colours) {
 }  // namespace
 
 int report_error(const Error& error) {
-  const bool colours = stderr_has_colours();
+  const bool colours = has_colours(STDERR_FILENO);
   for (const Problem& problem : error.problems()) fmt::print(stderr, "{}\n", shown(problem, colours));
   return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
 }
 
 void note(std::string_view text) { fmt::print(stderr, "catan: {}\n", text); }
+
+bool stdout_has_colours() { return has_colours(STDOUT_FILENO); }
 
 void print(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 

@@ -28,7 +28,11 @@ void note(std::string_view text);
 // Prints on stdout. Whether all of it could be written is checked once, by main.
 void print(std::string_view text);
 
+// Whether a person with a terminal that shows colours reads what print() writes.
+bool stdout_has_colours();
+
 void add_check_command(CLI::App& cli, int& exit_code);
+void add_doctor_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);
 void add_run_command(CLI::App& cli, int& exit_code);

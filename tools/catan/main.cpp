@@ -20,6 +20,7 @@ constexpr const char* kFooter =
     "  catan check app.yaml\n"
     "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
     "  catan run app.yaml --synthetic costs.yaml\n"
+    "  catan doctor\n"
     "\n"
     "'catan COMMAND --help' says more about a command.\n"
     "Exit code: 0 success, 1 failure at run time, 2 a mistake in a file or on the command line.";
@@ -52,6 +53,7 @@ int run(int argc, char** argv) {
   cli.require_subcommand(1);
   int exit_code = kSuccess;
   add_check_command(cli, exit_code);
+  add_doctor_command(cli, exit_code);
   add_plan_command(cli, exit_code);
   add_run_command(cli, exit_code);
   add_report_command(cli, exit_code);

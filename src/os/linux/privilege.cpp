@@ -12,22 +12,6 @@ namespace {
 
 constexpr int kCapSysNice = 23;  // its bit in the kernel's capability sets
 
-bool has_cap_sys_nice(const LinuxRoots& roots) {
-  const std::optional<std::string> status = read_text(roots.procfs + "/self/status");
-  const std::optional<std::string> effective = status ? find_value(*status, "CapEff") : std::nullopt;
-  if (!effective) return false;
-  std::uint64_t bits = 0;
-  std::from_chars(effective->data(), effective->data() + effective->size(), bits, 16);
-  return (bits >> kCapSysNice & 1U) != 0;
-}
-
-std::string program_path(const LinuxRoots& roots) {
-  std::array<char, 4096> path{};
-  const ssize_t length = ::readlink((roots.procfs + "/self/exe").c_str(), path.data(), path.size());
-  if (length <= 0) return "PROGRAM";
-  return {path.data(), static_cast<std::size_t>(length)};
-}
-
 bool names_cpu_controller(std::string_view controllers) {
   while (!controllers.empty()) {
     const std::size_t comma = controllers.find(',');
@@ -66,6 +50,22 @@ std::optional<RealTimeGroup> group_of_line(const LinuxRoots& roots, std::string_
 }
 
 }  // namespace
+
+bool has_cap_sys_nice(const LinuxRoots& roots) {
+  const std::optional<std::string> status = read_text(roots.procfs + "/self/status");
+  const std::optional<std::string> effective = status ? find_value(*status, "CapEff") : std::nullopt;
+  if (!effective) return false;
+  std::uint64_t bits = 0;
+  std::from_chars(effective->data(), effective->data() + effective->size(), bits, 16);
+  return (bits >> kCapSysNice & 1U) != 0;
+}
+
+std::string program_path(const LinuxRoots& roots) {
+  std::array<char, 4096> path{};
+  const ssize_t length = ::readlink((roots.procfs + "/self/exe").c_str(), path.data(), path.size());
+  if (length <= 0) return "PROGRAM";
+  return {path.data(), static_cast<std::size_t>(length)};
+}
 
 std::optional<RealTimeGroup> real_time_group(const LinuxRoots& roots) {
   const std::optional<std::string> groups = read_text(roots.procfs + "/self/cgroup");

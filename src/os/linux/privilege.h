@@ -21,6 +21,12 @@ struct RealTimeGroup {
 // The group of this process, where the kernel budgets real-time threads by group.
 std::optional<RealTimeGroup> real_time_group(const LinuxRoots& roots);
 
+// Whether this process has the privilege that lets root set any scheduling.
+bool has_cap_sys_nice(const LinuxRoots& roots);
+
+// Of this process; "PROGRAM" where it cannot be told.
+std::string program_path(const LinuxRoots& roots);
+
 // What the user can do after an EPERM; one sentence.
 std::string how_to_permit(const LinuxRoots& roots);
 
