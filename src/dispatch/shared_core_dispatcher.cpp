@@ -129,7 +129,7 @@ void SharedCoreDispatcher::begin_frame() {
   const bool on_grid = fixed() && now_ - frame_due_ < frame_length();
   frame_start_ = on_grid ? frame_due_ : now_;
   decision_.frame = FrameBegin{frame_number_, frame_due_};
-  for (SharedCoreMember& member : members_) member.begin_frame(frame_number_);
+  for (SharedCoreMember& member : members_) member.begin_frame(frame_number_, frame_start_);
   ++frame_number_;
   next_slot_ = 0;
   busy_since_ = now_;

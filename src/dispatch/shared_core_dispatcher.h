@@ -15,7 +15,8 @@
 // Due: a subchain with n every n frames, the first time in a frame whose number is its phase modulo n. If the run
 // before is still under way then, it waits for the first slot that finds it ended. Queue nodes earn f runs a frame and
 // spend one on each trigger, several in one slot if they can; what they may save is bounded, so that a pause makes no
-// burst.
+// burst. A subchain with a `least_period` is put off to the first frame that begins so long after its last trigger: a
+// rate cap that is to hold up nobody else.
 //
 // Slack: nobody with a run under way is above the ordinary level, or such runs would starve ordinary threads. Time that
 // has to be waited anyway (frame_min, planned idle time) is the background's, and goes before the slack; with no run

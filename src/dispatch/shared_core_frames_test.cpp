@@ -50,6 +50,24 @@ TEST(ElasticFrames, TriggersEveryNthFrameFromItsPhaseOn) {
   EXPECT_EQ(core.timeline(), "0:8 1:4 0:12 1:4 0:4") << "frames 1, 4, ...; its slot is left out in the others";
 }
 
+TEST(ElasticFrames, ACappedSubchainIsPutOffAndHoldsNobodyUp) {
+  // Every second frame is often enough for 16 ms if frames take 8 ms; they take 4.
+  SharedCoreSlot capped = every(2, 1, ms(4));
+  capped.least_period = ms(16);
+  auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), capped}, 0.0), costs({{4}, {1}}));
+  core.run_until(at(ms(60)));
+  EXPECT_THAT(sent_at(core, 1), ElementsAre(ms(4), ms(25), ms(46)));
+  EXPECT_EQ(core.timeline(), "0:4 1:1 0:20 1:1 0:20 1:1 0:13") << "the frame that begins 16 ms after its last trigger";
+}
+
+TEST(ElasticFrames, ACappedQueueIsPutOffToo) {
+  SharedCoreSlot capped = queue(0.5, 1, ms(4));
+  capped.least_period = ms(16);
+  auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), capped}, 0.0), costs({{4}, {1}}));
+  core.run_until(at(ms(60)));
+  EXPECT_THAT(sent_at(core, 1), ElementsAre(ms(4), ms(25), ms(46)));
+}
+
 TEST(ElasticFrames, ARunThatWasPlannedForSeveralFramesTakesASliceOfEach) {
   const auto schedule = elastic({every(1, 0, ms(4)), every(3, 1, ms(2))}, 0.0);
   auto core = VirtualCore::with_all(schedule, costs({{4}, {6}}));

@@ -31,7 +31,9 @@ void SharedCoreMember::change_slot(const SharedCoreSlot& slot) {
   state_.credit = std::min(state_.credit, most_credit());
 }
 
-bool SharedCoreMember::wants_trigger() const { return is_queue() ? state_.credit >= 1.0 - kRounding : state_.due; }
+bool SharedCoreMember::wants_trigger() const {
+  return !put_off_ && (is_queue() ? state_.credit >= 1.0 - kRounding : state_.due);
+}
 
 int SharedCoreMember::planned_slots() const {
   if (slot_.every) return *slot_.every;
@@ -42,8 +44,9 @@ double SharedCoreMember::most_credit() const {
   return std::max(1.0, std::ceil(slot_.share)) + (slot_.share - std::floor(slot_.share));
 }
 
-void SharedCoreMember::begin_frame(std::uint64_t number) {
+void SharedCoreMember::begin_frame(std::uint64_t number, TimePoint start) {
   if (!present_) return;
+  put_off_ = state_.sent > 0 && start < state_.triggered_at + slot_.least_period;
   if (is_queue()) {
     state_.credit = std::min(state_.credit + slot_.share, most_credit());
     return;

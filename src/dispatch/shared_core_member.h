@@ -58,7 +58,7 @@ class SharedCoreMember {
   // longer cost others theirs.
   bool late_within_reason() const { return late() && state_.slots_had < kStealingEnds * planned_slots(); }
 
-  void begin_frame(std::uint64_t number);
+  void begin_frame(std::uint64_t number, TimePoint start);
   void begin_slot(TimePoint planned);
   // Precondition: wants_trigger() and no run is under way. When the trigger was due.
   TimePoint trigger(TimePoint now, bool at_slot_begin);
@@ -78,6 +78,7 @@ class SharedCoreMember {
 
   SharedCoreSlot slot_;
   bool present_ = false;
+  bool put_off_ = false;  // in this frame: its rate cap allows no trigger yet
   RunState state_;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "plan/limits.h"
+
 namespace ctn::dispatch {
 namespace {
 
@@ -36,6 +38,8 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
   for (const plan::Slot& slot : planned.slots) {
     const plan::SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
     const Nanos slice = to_nanos(slot.slice);
+    const bool put_off = elastic && plan::is_put_off(subchain);
+    const Millis least = plan::period_limits(app.graph, slot.subchain).least;
     schedule.slots.push_back({.subchain = slot.subchain,
                               .offset = to_nanos(slot.offset),
                               .slice = elastic ? std::max(slice, kShortestSlice) : slice,
@@ -44,6 +48,7 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
                               .share = subchain.share,
                               .rank = rank_of(app, slot.subchain),
                               .may_steal = options.stealing && steals(app, slot.subchain),
+                              .least_period = put_off ? to_nanos(least) : Nanos{0},
                               .hang_after = hang_after(subchain, options)});
   }
   return schedule;

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "plan/predict.h"
+
 namespace ctn::plan {
 namespace {
 
@@ -39,6 +43,16 @@ std::vector<SoftBound> soft_bounds(const graph::App& app) {
     bounds.push_back({fmt::format("nodes.{}.min_rate", node.name), node.min_rate->period(), NodeId{index}, {}});
   }
   return bounds;
+}
+
+bool is_put_off(const SubchainPlan& subchain) { return subchain.share * kPutOffFrom <= 1.0 + kTolerance; }
+
+Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+  Millis least{0};
+  for (const Slot& slot : core.slots) {
+    least = std::max(least, plan.subchains[slot.subchain.index()].share * period_limits(graph, slot.subchain).least);
+  }
+  return least;
 }
 
 bool takes_batches(const graph::Graph& graph, SubchainId subchain) {

@@ -87,18 +87,29 @@ class Expecting {
     const double slots = planned.slice.count() > 0.0 ? std::ceil(cost / planned.slice - kTolerance) : 1.0;
     const double before_last = std::max(0.0, slots - 1.0);
     const Millis execution = planned.share >= 1.0 ? cost : before_last * frame + (cost - before_last * planned.slice);
-    return {std::min(planned.period, frame / planned.share), std::min(planned.execution, execution)};
+    const Millis period = std::max(frame / planned.share, period_limits(app_.graph, id).least);
+    return {std::min(planned.period, period), std::min(planned.execution, execution)};
   }
 
+  // A subchain that is put off uses what its cap leaves it; how much of a frame that is depends on the frame.
   Millis frame_of(const CorePlan& core) const {
     if (core.frames == graph::FrameMode::kFixed) return core.frame;
-    Millis used{0};
-    for (const Slot& slot : core.slots) {
-      const SubchainPlan& planned = plan_.subchains[slot.subchain.index()];
-      const Millis cost = costs_of(planned).subchain_total(app_.graph, slot.subchain);
-      used += std::min(slot.slice, planned.share * cost);
+    Millis frame = core.frame;
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds; ++round) {
+      Millis used{0};
+      for (const Slot& slot : core.slots) used += used_of(slot, frame);
+      frame = std::clamp(used / (1.0 - plan_.slack), core.frame_min, core.frame);
     }
-    return std::clamp(used / (1.0 - plan_.slack), core.frame_min, core.frame);
+    return frame;
+  }
+
+  Millis used_of(const Slot& slot, Millis frame) const {
+    const SubchainPlan& planned = plan_.subchains[slot.subchain.index()];
+    const Millis cost = costs_of(planned).subchain_total(app_.graph, slot.subchain);
+    const Millis least = period_limits(app_.graph, slot.subchain).least;
+    const double runs = least.count() > 0.0 ? std::min(planned.share, frame / least) : planned.share;
+    return std::min(slot.slice, runs * cost);
   }
 
   const Plan& plan_;

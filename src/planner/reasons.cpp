@@ -162,7 +162,7 @@ class Reasons {
     const plan::CorePlan& core = core_of(i);
     const int every = *entry.every + 1;
     const double saved = (entry.slice.count() - on(i).cost / every) / instance_.usable;
-    const double frame = std::max(core.frame.count() - saved, core.frame_min.count());
+    const double frame = std::max(core.frame.count() - saved, plan::least_frame(app_.graph, plan_, core).count());
     std::vector<Timing> timings = timings_;
     for (const std::size_t j : rivals(i)) {
       timings[j].period *= frame / core.frame.count();
