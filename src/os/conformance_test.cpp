@@ -264,6 +264,12 @@ TEST_P(OsConformance, EveryLevelIsWhatWasSet) {
   }
 }
 
+TEST_P(OsConformance, OnlineCpusAreThoseOfTheTopology) {
+  const auto online = os().online_cpus();
+  ASSERT_TRUE(online.ok()) << online.error().message();
+  EXPECT_EQ(*online, os().topology()->online());
+}
+
 TEST_P(OsConformance, ALevelMayBeShiftedWithoutAnAnswer) {
   SKIP_WITHOUT_REAL_TIME();
   Parked parked(os());

@@ -152,6 +152,8 @@ class Os {
   virtual Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) = 0;
 
   virtual Result<Topology> topology() = 0;
+  // Cheap enough to be asked several times a second.
+  virtual Result<CpuSet> online_cpus() = 0;
   virtual RealTimeFacts real_time_facts() = 0;
   virtual HostFacts host_facts() = 0;
 

@@ -23,6 +23,8 @@ namespace {
 constexpr Nanos kSettle = std::chrono::milliseconds{500};
 // More than the kernel keeps for ordinary threads, so that it never has to take it by force.
 constexpr double kSlackMargin = 0.01;
+// How soon it is noticed that a CPU has gone or come back.
+constexpr Nanos kLookAtCpus = std::chrono::milliseconds{100};
 
 // All problems with the requested CPUs, or the CPUs to use.
 Result<os::CpuSet> choose_cpus(os::Os& os, const os::CpuSet& asked) {
@@ -60,6 +62,7 @@ Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, Engin
 Engine::Engine(graph::App app, os::Os& os, EngineOptions options, os::CpuSet cpus)
     : app_(std::move(app)), os_(os), options_(std::move(options)), cpus_(std::move(cpus)), wiring_(app_, os_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
+  there_ = cpus_;
 }
 
 Engine::~Engine() { static_cast<void>(stop()); }
@@ -191,8 +194,28 @@ os::Level Engine::level_of_controllers() const {
   return os::fixed_level(static_cast<int>(places_.size()) + 1);
 }
 
+// From the cores that a plan knows, which are those that are there, to all that were given, which have the core
+// threads.
+Assignment Engine::on_all_cores(Assignment assignment) const {
+  if (there_ == cpus_) return assignment;
+  const std::vector<int>& given = cpus_.cpus();
+  std::vector<std::size_t> position;
+  for (const int cpu : there_.cpus()) {
+    position.push_back(static_cast<std::size_t>(std::find(given.begin(), given.end(), cpu) - given.begin()));
+  }
+  std::vector<dispatch::SharedCoreSchedule> cores(given.size());
+  for (std::size_t core = 0; core < position.size(); ++core) {
+    cores[position[core]] = std::move(assignment.cores[core]);
+  }
+  assignment.cores = std::move(cores);
+  for (SubchainPlace& place : assignment.places) {
+    if (place.core >= 0) place.core = static_cast<int>(position[static_cast<std::size_t>(place.core)]);
+  }
+  return assignment;
+}
+
 Assignment Engine::assignment() const {
-  if (plan_) return assignment_of(app_, *plan_, cpus_, {.stealing = options_.stealing});
+  if (plan_) return on_all_cores(assignment_of(app_, *plan_, there_, {.stealing = options_.stealing}));
   return {0, places_, std::vector<dispatch::SharedCoreSchedule>(cpus_.size())};
 }
 
@@ -210,7 +233,8 @@ Rate Engine::source_rate() const {
 
 Result<plan::Plan> Engine::make_plan(const model::CostTable& costs, const model::CostTable& typical) {
   const TimePoint begin = os_.now();
-  Result<plan::Plan> plan = planner::make_plan(app_, costs, {.cores = static_cast<int>(cpus_.size()), .slack = slack_});
+  Result<plan::Plan> plan =
+      planner::make_plan(app_, costs, {.cores = static_cast<int>(there_.size()), .slack = slack_});
   if (!plan) return plan;
   plan->solve_time = os_.now() - begin;
   plan->expected = plan::expect(*plan, app_, typical);
@@ -333,11 +357,50 @@ Status Engine::place_controllers() {
   return Done{};
 }
 
+void Engine::follow_cpus(TimePoint now) {
+  if (options_.policy.kind != Policy::Kind::kCatan || now < next_look_) return;
+  next_look_ = now + kLookAtCpus;
+  const Result<os::CpuSet> online = os_.online_cpus();
+  if (!online) return;
+  std::vector<int> left;
+  for (const int cpu : cpus_.cpus()) {
+    if (online->contains(cpu)) left.push_back(cpu);
+  }
+  const os::CpuSet there(std::move(left));
+  if (there == there_ || there.empty()) return;
+  there_ = there;
+  housekeeper_->notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(cpus_),
+                                           os::to_string(there_)));
+  make_plan_anew(now, "cpus", true);
+  place_anew();
+}
+
+// Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
+void Engine::place_anew() {
+  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+    if (!app_.graph.nodes()[index].unscheduled) continue;
+    wiring_.port(NodeId(index))->for_each_thread([&](os::ThreadId thread) { enforcer_->move_now(thread, there_); });
+  }
+  const std::size_t subchains = app_.graph.subchains().size();
+  for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
+    const bool paces = index < subchains;
+    const int cpu = paces ? there_.cpus().front() : cpus_.cpus()[index - subchains];
+    if (there_.contains(cpu)) enforcer_->move_now(controller_ids_[index], paces ? there_ : os::CpuSet{cpu});
+  }
+}
+
 void Engine::replan(TimePoint now) {
+  follow_cpus(now);
   if (!replan_clock_ || !replan_clock_->due(now, housekeeper_->all_measured())) return;
   const bool first = replan_clock_->first();
   if (!first && !options_.replan) return;
-  replan_clock_->made(now);
+  make_plan_anew(now, first ? "measured" : "periodic", first);
+}
+
+// `at_any_rate`: also if it is no better than the one in force.
+void Engine::make_plan_anew(TimePoint now, const std::string& reason, bool at_any_rate) {
+  const bool all_measured = housekeeper_->all_measured();
+  if (replan_clock_ && all_measured) replan_clock_->made(now);
   const Millis unmeasured = app_.scheduler.bootstrap_cost;
   const model::CostTable costs = housekeeper_->costs(unmeasured);
   Result<plan::Plan> plan = make_plan(costs, housekeeper_->typical_costs(unmeasured));
@@ -347,8 +410,7 @@ void Engine::replan(TimePoint now) {
     return;
   }
   replan_failed_ = false;
-  if (first || worth_a_swap(*plan_, plan::recost(*plan_, app_, costs), *plan))
-    adopt(std::move(*plan), first ? "measured" : "periodic");
+  if (at_any_rate || worth_a_swap(*plan_, plan::recost(*plan_, app_, costs), *plan)) adopt(std::move(*plan), reason);
 }
 
 void Engine::adopt(plan::Plan plan, const std::string& reason) {

@@ -72,6 +72,7 @@ class Engine {
   os::Level level_of_unscheduled() const;
   os::Level level_of_controllers() const;
   Result<plan::Plan> read_plan() const;
+  Assignment on_all_cores(Assignment assignment) const;
   Assignment assignment() const;
   void publish(Assignment assignment);
   Rate source_rate() const;  // of the first subchain's head, as paced
@@ -85,14 +86,19 @@ class Engine {
   Status place_controllers();
   void wait_until_ready(std::size_t threads);
   void report_ready_and_wait();
+  void follow_cpus(TimePoint now);
+  void place_anew();
   void replan(TimePoint now);
+  void make_plan_anew(TimePoint now, const std::string& reason, bool at_any_rate);
   void adopt(plan::Plan plan, const std::string& reason);
   void end_threads();
 
   graph::App app_;
   os::Os& os_;
   EngineOptions options_;
-  os::CpuSet cpus_;
+  os::CpuSet cpus_;        // that were given
+  os::CpuSet there_;       // of these, the ones that are online: what is planned for
+  TimePoint next_look_{};  // at which CPUs are online
   double slack_ = 0.0;
   Wiring wiring_;
 

@@ -22,14 +22,16 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 // A fast loop, a slow one that feeds it, and a node that takes batches.
-graph::App robot_app() {
+graph::App robot_app(const std::string& of_scan = "", const std::string& of_map = "") {
   return parse(R"(
 catan: 1
 app: robot
 nodes:
-  scan: { fallback_rate: 50Hz }
+  scan: { fallback_rate: 50Hz)" +
+               of_scan + R"( }
   steer: {}
-  map: { fallback_rate: 5Hz }
+  map: { fallback_rate: 5Hz)" +
+               of_map + R"( }
   log: { input: queue, fallback_rate: 20Hz }
 edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
 subchains: { fast: [scan, steer] }
@@ -175,6 +177,34 @@ TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
   EXPECT_NEAR(rate(snapshot, "scan"), 50.0, 0.5);
   EXPECT_LT(rate(snapshot, "map"), 4.5);
   EXPECT_LT(rate(snapshot, "log"), 1.0);
+}
+
+// The made-up machine has no fair server: for what planning is to be left to ordinary threads while all is on one CPU,
+// rates are capped.
+TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
+  open(robot_app(", max_rate: 60Hz", ", max_rate: 6Hz"), "catan", 2);
+  ASSERT_TRUE(engine->start().ok());
+  fake.sleep_until(fake.now() + seconds{5});
+  const std::uint64_t before = engine->snapshot().plans;
+  fake.set_cpu_online(1, false);
+  fake.sleep_until(fake.now() + milliseconds{300});
+  EXPECT_EQ(engine->snapshot().plans, before + 1) << "at once, not with the next plan that is due";
+  fake.sleep_until(fake.now() + seconds{5});
+  fake.set_cpu_online(1, true);
+  fake.sleep_until(fake.now() + seconds{5});
+  const Snapshot snapshot = engine->snapshot();
+  EXPECT_TRUE(engine->stop().ok());
+  ASSERT_EQ(snapshot.notices.size(), 2U);
+  EXPECT_EQ(snapshot.notices[0], "cpus: of CPUs 0-1, 0 are online: planning for these");
+  EXPECT_EQ(snapshot.notices[1], "cpus: of CPUs 0-1, 0-1 are online: planning for these");
+  EXPECT_GE(snapshot.plans, before + 2);
+  EXPECT_GT(rate(snapshot, "scan"), 50.0);
+  EXPECT_GT(rate(snapshot, "map"), 4.0);
+  Nanos late{0};  // on the CPU that came back
+  for (const os::FakeCpus::Turn& turn : fake.turns()) {
+    if (turn.cpu == 1 && turn.begin > TimePoint{seconds{11}}) late += turn.end - turn.begin;
+  }
+  EXPECT_GT(late, milliseconds{500});
 }
 
 TEST_F(SharedTest, AllLevelsAreGivenBack) {

@@ -87,6 +87,7 @@ class FakeOs : public Os {
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
   Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override;
   Result<Topology> topology() override;
+  Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override;
   // What is held lowers ready_cpus_held() when it is let go.

@@ -153,6 +153,11 @@ Result<Topology> FakeOs::topology() {
   return topology_;
 }
 
+Result<CpuSet> FakeOs::online_cpus() {
+  const Lock lock(mutex_);
+  return topology_.online();
+}
+
 RealTimeFacts FakeOs::real_time_facts() {
   const Lock lock(mutex_);
   return real_time_facts_;

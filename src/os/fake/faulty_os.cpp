@@ -166,4 +166,11 @@ Result<Topology> FaultyOs::topology() {
   return found;
 }
 
+// As topology() has them, orders included.
+Result<CpuSet> FaultyOs::online_cpus() {
+  const Result<Topology> found = topology();
+  if (!found.ok()) return found.error();
+  return found->online();
+}
+
 }  // namespace ctn::os

@@ -76,6 +76,7 @@ class FaultyOs : public Os {
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
   Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override;
   Result<Topology> topology() override;
+  Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override { return inner_.real_time_facts(); }
   HostFacts host_facts() override { return inner_.host_facts(); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;

@@ -126,6 +126,7 @@ class LinuxOs : public Os {
   }
 
   Result<Topology> topology() override { return read_topology(roots_); }
+  Result<CpuSet> online_cpus() override { return read_online_cpus(roots_); }
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override { return read_host_facts(roots_); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override { return os::keep_cpus_ready(roots_); }

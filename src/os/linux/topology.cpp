@@ -68,4 +68,11 @@ Result<Topology> read_topology(const LinuxRoots& roots) {
   return topology;
 }
 
+Result<CpuSet> read_online_cpus(const LinuxRoots& roots) {
+  if (const auto online = read_cpu_list(roots.sysfs + "/devices/system/cpu/online")) return *online;
+  const Result<Topology> topology = read_topology(roots);
+  if (!topology.ok()) return topology.error();
+  return topology->online();
+}
+
 }  // namespace ctn::os

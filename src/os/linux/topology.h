@@ -11,5 +11,7 @@ namespace ctn::os {
 
 // Fails (kEnvironment) only when sysfs shows no CPU at all.
 Result<Topology> read_topology(const LinuxRoots& roots);
+// By one file, where the kernel has it.
+Result<CpuSet> read_online_cpus(const LinuxRoots& roots);
 
 }  // namespace ctn::os
