@@ -34,7 +34,7 @@ struct SharedCoreSlot {
   int rank = 0;              // for stealing; 0 is the highest, no two are equal
   bool may_steal = true;
   Nanos least_period{0};  // elastic frames: from one trigger to the frame of the next, at least
-  Nanos hang_after{0};  // a run under way for longer is taken to hang; 0: never
+  Nanos hang_after{0};    // a run under way for longer is taken to hang; 0: never
 
   friend bool operator==(const SharedCoreSlot&, const SharedCoreSlot&) = default;
 };
