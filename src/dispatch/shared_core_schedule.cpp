@@ -32,7 +32,7 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
   const bool elastic = planned.frames == graph::FrameMode::kElastic;
   SharedCoreSchedule schedule{.frames = planned.frames,
                               .frame = std::max(to_nanos(planned.frame), kShortestFrame),
-                              .frame_min = to_nanos(planned.frame_min),
+                              .frame_min = to_nanos(plan::least_elastic_frame(app.graph, plan, planned)),
                               .slack = plan.slack,
                               .slots = {}};
   for (const plan::Slot& slot : planned.slots) {

@@ -82,7 +82,7 @@ void check_shared_core(Check& check, std::size_t number, const Members& members)
   if (fixed) return;
   for (const SubchainId id : members) {
     const Millis least = check.plan.subchains[id.index()].share * period_limits(check.app.graph, id).least;
-    if (is_put_off(check.plan.subchains[id.index()]) || at_least(core.frame_min, least)) continue;
+    if (at_least(core.frame_min, least)) continue;
     check.problem(Check::core_key(number, "frame_min_ms"),
                   fmt::format("frames of {} ms would break a max_rate of subchain {}, which needs {} ms",
                               core.frame_min.count(), check.app.graph.subchain(id).name, least.count()));

@@ -45,14 +45,28 @@ std::vector<SoftBound> soft_bounds(const graph::App& app) {
   return bounds;
 }
 
-bool is_put_off(const SubchainPlan& subchain) { return subchain.share * kPutOffFrom <= 1.0 + kTolerance; }
+namespace {
 
-Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+Millis held_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core, bool elastic) {
   Millis least{0};
   for (const Slot& slot : core.slots) {
-    least = std::max(least, plan.subchains[slot.subchain.index()].share * period_limits(graph, slot.subchain).least);
+    const SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
+    if (elastic && is_put_off(subchain)) continue;
+    least = std::max(least, subchain.share * period_limits(graph, slot.subchain).least);
   }
   return least;
+}
+
+}  // namespace
+
+Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+  return held_frame(graph, plan, core, false);
+}
+
+bool is_put_off(const SubchainPlan& subchain) { return subchain.share * kPutOffFrom <= 1.0 + kTolerance; }
+
+Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+  return held_frame(graph, plan, core, true);
 }
 
 bool takes_batches(const graph::Graph& graph, SubchainId subchain) {

@@ -39,13 +39,14 @@ struct SoftBound {
 // Response times first, in the order of the objective, then nodes in theirs.
 std::vector<SoftBound> soft_bounds(const graph::App& app);
 
-// How the rate cap of a subchain on a shared core is kept while frames are elastic. One that runs in every frame, or in
-// every few, holds the frame: CorePlan::frame_min. One that runs every kPutOffFrom frames or less often has its trigger
-// put off to a later frame, by no more than one part in kPutOffFrom of its period, and the others need not wait for it.
+// The shortest frame that keeps the caps of all who share the core, at the shares they have: CorePlan::frame_min.
+Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
+// Elastic frames may be shorter than that: a subchain that runs every kPutOffFrom frames or less often need not hold up
+// the others to keep its cap. Its trigger is put off to a later frame instead, by no more than one part in kPutOffFrom
+// of its period. The shortest frame that keeps the caps of the rest:
 constexpr int kPutOffFrom = 10;
 bool is_put_off(const SubchainPlan& subchain);
-// The shortest frame that keeps the caps of all who share the core, at the shares they have.
-Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
+Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average
 // rate.

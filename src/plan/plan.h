@@ -42,7 +42,7 @@ struct Slot {
 
 struct CorePlan {
   Millis frame{0};
-  Millis frame_min{0};  // elastic frames never come faster than this: rate caps (limits.h)
+  Millis frame_min{0};  // no rate cap asks for longer frames than this (limits.h)
   graph::FrameMode frames = graph::FrameMode::kElastic;
   std::vector<Slot> slots;
   Millis idle{0};

@@ -94,12 +94,13 @@ class Expecting {
   // A subchain that is put off uses what its cap leaves it; how much of a frame that is depends on the frame.
   Millis frame_of(const CorePlan& core) const {
     if (core.frames == graph::FrameMode::kFixed) return core.frame;
+    const Millis least = std::min(least_elastic_frame(app_.graph, plan_, core), core.frame);
     Millis frame = core.frame;
     constexpr int kRounds = 4;
     for (int round = 0; round < kRounds; ++round) {
       Millis used{0};
       for (const Slot& slot : core.slots) used += used_of(slot, frame);
-      frame = std::clamp(used / (1.0 - plan_.slack), core.frame_min, core.frame);
+      frame = std::clamp(used / (1.0 - plan_.slack), least, core.frame);
     }
     return frame;
   }

@@ -78,10 +78,8 @@ void lay_out(const graph::App& app, const Instance& instance, const Allocation& 
     core.slots.push_back({id, offset, subchain.slice, subchain.every, 0});
     offset += subchain.slice;
     const Member& member = instance.members[id.index()];
-    if (!plan::is_put_off(subchain)) {
-      core.frame_min =
-          std::max(core.frame_min, Millis{subchain.share * std::max(member.least_period, member.exact_period)});
-    }
+    core.frame_min =
+        std::max(core.frame_min, Millis{subchain.share * std::max(member.least_period, member.exact_period)});
     if (member.exact_period > 0.0) core.frames = graph::FrameMode::kFixed;
   }
   core.idle = std::max(Millis{0}, Millis{frame} * (1.0 - slack) - offset);
