@@ -62,6 +62,14 @@ CpuSet::CpuSet(std::vector<int> cpus) : cpus_(std::move(cpus)) {
 
 bool CpuSet::contains(int cpu) const { return std::binary_search(cpus_.begin(), cpus_.end(), cpu); }
 
+CpuSet common(const CpuSet& some, const CpuSet& others) {
+  std::vector<int> both;
+  for (const int cpu : some.cpus()) {
+    if (others.contains(cpu)) both.push_back(cpu);
+  }
+  return CpuSet(std::move(both));
+}
+
 Result<CpuSet> parse_cpu_list(const std::string& text) {
   std::vector<int> cpus;
   std::string_view rest = trimmed(text);

@@ -54,6 +54,9 @@ class CpuSet {
   std::vector<int> cpus_;
 };
 
+// The CPUs that are in both.
+CpuSet common(const CpuSet& some, const CpuSet& others);
+
 // "0-3,5" both ways, as Linux writes lists of CPUs. Errors: kCaller.
 Result<CpuSet> parse_cpu_list(const std::string& text);
 std::string to_string(const CpuSet& cpus);

@@ -120,4 +120,9 @@ struct Plan {
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
+// Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
+inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {
+  return !plan.cores[static_cast<std::size_t>(subchain.cores.front())].slots.empty();
+}
+
 }  // namespace ctn::plan

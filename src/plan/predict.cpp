@@ -63,7 +63,7 @@ class Expecting {
   Expectation::Timing of(SubchainId id) const {
     const SubchainPlan& planned = plan_.subchains[id.index()];
     const CorePlan& core = plan_.cores[static_cast<std::size_t>(planned.cores.front())];
-    return core.slots.empty() ? of_owner(id, planned) : of_sharer(id, planned, core);
+    return shares_core(plan_, planned) ? of_sharer(id, planned, core) : of_owner(id, planned);
   }
 
  private:

@@ -64,8 +64,8 @@ class Recosting {
 
   bool time(SubchainId id) {
     SubchainPlan& subchain = plan_.subchains[id.index()];
-    if (const CorePlan& core = core_of(subchain); !core.slots.empty()) {
-      subchain.period = subchain.execution = core.frame / subchain.share;
+    if (shares_core(plan_, subchain)) {
+      subchain.period = subchain.execution = core_of(subchain).frame / subchain.share;
       return true;
     }
     const model::OwnedCores owned = model::owned_cores_with(

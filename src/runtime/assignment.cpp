@@ -8,17 +8,13 @@
 namespace ctn::runtime {
 namespace {
 
-bool is_shared(const plan::Plan& plan, const plan::SubchainPlan& subchain) {
-  return !plan.cores[static_cast<std::size_t>(subchain.cores.front())].slots.empty();
-}
-
 SubchainPlace place_of(const graph::App& app, const plan::Plan& plan, const os::CpuSet& cpus, SubchainId id) {
   const plan::SubchainPlan& planned = plan.subchains[id.index()];
   SubchainPlace place;
   std::vector<int> numbers;
   for (const int core : planned.cores) numbers.push_back(cpus.cpus()[static_cast<std::size_t>(core)]);
   place.cpus = os::CpuSet(std::move(numbers));
-  if (is_shared(plan, planned)) {
+  if (plan::shares_core(plan, planned)) {
     place.core = planned.cores.front();
   } else {
     place.pacing = pacing_of(app, plan, id);

@@ -15,11 +15,6 @@ bool differs(double before, double after, double threshold) {
 }
 bool differs(Millis before, Millis after) { return differs(before.count(), after.count(), kSwapThreshold); }
 
-bool shares(const plan::Plan& plan, std::size_t subchain) {
-  const auto core = static_cast<std::size_t>(plan.subchains[subchain].cores.front());
-  return core < plan.cores.size() && !plan.cores[core].slots.empty();
-}
-
 bool paced_differently(const plan::Plan& current, const plan::Plan& candidate, std::size_t index) {
   const plan::SubchainPlan& before = current.subchains[index];
   const plan::SubchainPlan& after = candidate.subchains[index];
@@ -42,7 +37,7 @@ bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& cu
                   const plan::Plan& candidate) {
   if (!current_now || does_better(*current_now, candidate)) return true;
   for (std::size_t index = 0; index < candidate.subchains.size(); ++index) {
-    if (shares(current, index)) {
+    if (plan::shares_core(current, current.subchains[index])) {
       const Millis slice = current.subchains[index].slice;
       if (current_now->subchains[index].slice > slice * (1.0 + kOverrunThreshold)) return true;
     } else if (current.subchains[index].cores == candidate.subchains[index].cores) {

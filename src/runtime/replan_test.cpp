@@ -15,6 +15,7 @@ using std::chrono::seconds;
 
 plan::Plan plan_with(double period, double execution, std::vector<int> cores = {0}) {
   plan::Plan plan;
+  plan.cores.resize(2);
   plan.subchains.push_back({.cores = std::move(cores),
                             .period = Millis{period},
                             .execution = Millis{execution},
@@ -67,7 +68,6 @@ TEST(WorthASwap, ForAPlanThatCannotHoldAnyMore) {
 plan::Plan sharing(double slice, double objective) {
   plan::Plan plan = with_objective(plan_with(100.0, 100.0), objective);
   plan.subchains[0].slice = Millis{slice};
-  plan.cores.resize(1);
   plan.cores[0].slots.push_back({SubchainId(0), Millis{0}, Millis{slice}, 1, 0});
   return plan;
 }

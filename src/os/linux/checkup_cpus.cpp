@@ -29,14 +29,6 @@ CpuSet list_of(const std::string& path) {
   return cpus.ok() ? *cpus : CpuSet{};  // "(null)" where there are none
 }
 
-CpuSet common(const CpuSet& some, const CpuSet& others) {
-  std::vector<int> both;
-  for (const int cpu : some.cpus()) {
-    if (others.contains(cpu)) both.push_back(cpu);
-  }
-  return CpuSet(std::move(both));
-}
-
 // Capacity counts what a CPU does in a cycle, frequency does not.
 std::optional<double> speed_of(const Topology& topology, int cpu, bool by_capacity) {
   const Cpu* const known = find(topology, cpu);
