@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
+#include "config/app_file.h"
 #include "plan/json.h"
+#include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/recost.h"
 #include "plan/validate.h"
@@ -53,7 +53,7 @@ Error cores_must_be_alike() {
 }  // namespace
 
 Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, EngineOptions options) {
-  if (app.kinds() > 1) return cores_must_be_alike();
+  if (!app.core_kinds.empty()) return cores_must_be_alike();
   Result<os::CpuSet> cpus = choose_cpus(os, options.cpus);
   if (!cpus) return cpus.error();
   return std::unique_ptr<Engine>(new Engine(std::move(app), os, std::move(options), std::move(*cpus)));
@@ -147,18 +147,18 @@ Status Engine::make_first_assignment() {
 
 // A plan that is given is taken at its word: at which compute times it was made is not known.
 Result<plan::Plan> Engine::read_plan() const {
-  std::ifstream file(options_.policy.plan);
-  std::stringstream text;
-  if (!file || !(text << file.rdbuf())) {
-    return Error::caller("cannot read the plan " + options_.policy.plan,
-                         "name a file that `catan plan APP --json` made for this app");
-  }
-  Result<plan::Plan> plan = plan::from_json(text.str(), app_, options_.policy.plan);
+  const Result<std::string> text = config::read_text(options_.policy.plan);
+  if (!text) return text.error();
+  Result<plan::Plan> plan = plan::from_json(*text, app_, options_.policy.plan);
   if (!plan) return plan;
-  if (Status valid = plan::validate_layout(*plan, app_, static_cast<int>(cpus_.size())); !valid) return valid.error();
-  if (options_.frames) {
-    for (plan::CorePlan& core : plan->cores) core.frames = *options_.frames;
+  const auto is_exact = [&](const plan::Slot& slot) {
+    return plan::period_limits(app_.graph, slot.subchain).exact.has_value();
+  };
+  for (plan::CorePlan& core : plan->cores) {
+    // Where a rate is exact, frames are fixed whatever is asked.
+    if (options_.frames && std::none_of(core.slots.begin(), core.slots.end(), is_exact)) core.frames = *options_.frames;
   }
+  if (Status valid = plan::validate_layout(*plan, app_, static_cast<int>(cpus_.size())); !valid) return valid.error();
   return plan;
 }
 
@@ -349,12 +349,18 @@ Status Engine::place_nodes() {
 
 Status Engine::place_controllers() {
   const os::Level level = level_of_controllers();
-  const std::size_t subchains = app_.graph.subchains().size();
   for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
-    const os::CpuSet cpus = index < subchains ? cpus_ : os::CpuSet{cpus_.cpus()[index - subchains]};
-    if (Status placed = enforcer_->apply(controller_ids_[index], level, cpus); !placed) return placed;
+    if (Status placed = enforcer_->apply(controller_ids_[index], level, cpus_of_controller(index)); !placed) {
+      return placed;
+    }
   }
   return Done{};
+}
+
+// A core's thread runs on its core; where that is gone, the system says where. Who paces may run anywhere.
+os::CpuSet Engine::cpus_of_controller(std::size_t index) const {
+  const std::size_t subchains = app_.graph.subchains().size();
+  return index < subchains ? there_ : os::common(there_, os::CpuSet{cpus_.cpus()[index - subchains]});
 }
 
 void Engine::follow_cpus(TimePoint now) {
@@ -362,11 +368,7 @@ void Engine::follow_cpus(TimePoint now) {
   next_look_ = now + kLookAtCpus;
   const Result<os::CpuSet> online = os_.online_cpus();
   if (!online) return;
-  std::vector<int> left;
-  for (const int cpu : cpus_.cpus()) {
-    if (online->contains(cpu)) left.push_back(cpu);
-  }
-  const os::CpuSet there(std::move(left));
+  const os::CpuSet there = os::common(cpus_, *online);
   if (there == there_ || there.empty()) return;
   there_ = there;
   housekeeper_->notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(cpus_),
@@ -381,11 +383,9 @@ void Engine::place_anew() {
     if (!app_.graph.nodes()[index].unscheduled) continue;
     wiring_.port(NodeId(index))->for_each_thread([&](os::ThreadId thread) { enforcer_->move_now(thread, there_); });
   }
-  const std::size_t subchains = app_.graph.subchains().size();
   for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
-    const bool paces = index < subchains;
-    const int cpu = paces ? there_.cpus().front() : cpus_.cpus()[index - subchains];
-    if (there_.contains(cpu)) enforcer_->move_now(controller_ids_[index], paces ? there_ : os::CpuSet{cpu});
+    const os::CpuSet cpus = cpus_of_controller(index);
+    if (!cpus.empty()) enforcer_->move_now(controller_ids_[index], cpus);
   }
 }
 

@@ -84,6 +84,7 @@ class Engine {
   Status place_nodes();
   void spawn_controllers();
   Status place_controllers();
+  os::CpuSet cpus_of_controller(std::size_t index) const;
   void wait_until_ready(std::size_t threads);
   void report_ready_and_wait();
   void follow_cpus(TimePoint now);

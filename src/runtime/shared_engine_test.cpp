@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,6 +13,7 @@
 
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
+#include "plan/json.h"
 #include "planner/planner.h"
 #include "runtime/engine.h"
 #include "runtime/test_app.h"
@@ -205,6 +208,48 @@ TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
     if (turn.cpu == 1 && turn.begin > TimePoint{seconds{11}}) late += turn.end - turn.begin;
   }
   EXPECT_GT(late, milliseconds{500});
+}
+
+TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
+  const std::string path = testing::TempDir() + "catan_given_plan.json";
+  {
+    const graph::App app = robot_app();
+    const model::CostTable guess(app.graph, Millis{10});
+    const plan::Plan plan = *planner::make_plan(app, guess, {.cores = 1, .slack = 0.06});
+    std::ofstream(path) << plan::to_json(plan, app);
+  }
+  for (const graph::FrameMode frames : {graph::FrameMode::kElastic, graph::FrameMode::kFixed}) {
+    os::FakeOs machine;
+    machine.share_cpus(true);
+    Result<std::unique_ptr<Engine>> made = Engine::create(robot_app(), machine,
+                                                          {.policy = *parse_policy("static:" + path),
+                                                           .cpus = os::CpuSet{0},
+                                                           .record = {},
+                                                           .note = {},
+                                                           .frames = frames,
+                                                           .on_notice = {}});
+    ASSERT_TRUE(made.ok());
+    for (const char* node : {"scan", "steer", "map", "log"}) {
+      (*made)->wiring().set_body(node, [&](ctn::Run&) { machine.burn(milliseconds{2}); });
+    }
+    const Status started = (*made)->start();
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    machine.sleep_until(machine.now() + seconds{5});
+    EXPECT_EQ((*made)->snapshot().plans, 1U);
+    EXPECT_GT(rate((*made)->snapshot(), "scan"), 10.0);
+    EXPECT_TRUE((*made)->stop().ok());
+  }
+  std::remove(path.c_str());
+}
+
+TEST_F(SharedTest, KindsOfCoresAreRefusedUntilTheyAreMeasuredApart) {
+  graph::App app = robot_app();
+  app.core_kinds = {{"fast", 1, 2.0}};
+  const auto made = Engine::create(
+      std::move(app), fake,
+      {.policy = *parse_policy("catan"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message().find("kinds of cores"), std::string::npos);
 }
 
 TEST_F(SharedTest, AllLevelsAreGivenBack) {
