@@ -18,7 +18,7 @@ verbose_build := --verbose
 endif
 cmake_build = cmake --build build/$(1) --parallel $(JOBS) $(verbose_build)
 # The test programs whose code runs in several threads. ThreadSanitizer has nothing to say about the others.
-THREADED := os_test runtime_test session_test face_tracking_test
+THREADED := os_test runtime_test session_test face_tracking_test sim_test
 say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
@@ -71,7 +71,8 @@ tsan: ## run the tests of all that has threads under ThreadSanitizer
 	$(call say,Build (tsan))
 	$(call cmake_build,tsan) --target $(THREADED)
 	$(call say,Test)
-	scripts/fixed-addresses.sh ctest --preset tsan --parallel $(JOBS) --tests-regex '$(TESTS)' --exclude-regex '_NOT_BUILT$$'
+	scripts/fixed-addresses.sh ctest --preset tsan --parallel $(JOBS) --tests-regex '$(TESTS)' --exclude-regex '_NOT_BUILT$$' \
+	  --label-exclude '^programs$$'
 
 fuzz: setup-dev ## run each fuzzer for FUZZ_SECONDS (default 20)
 	$(MAKE) --no-print-directory configure PRESET=fuzz SETUP=skip

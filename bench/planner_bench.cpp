@@ -9,6 +9,7 @@
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "planner/planner.h"
+#include "planner/random_apps.h"
 
 namespace ctn {
 namespace {
@@ -66,6 +67,30 @@ void to_json(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(plan::to_json(plan, in.app));
 }
 BENCHMARK(to_json)->ArgName("cores")->Arg(2);
+
+// So many subchains on so many cores; `gap` in percent, `two_stage` the objective of that method over this one's.
+void make_large_plan(benchmark::State& state) {
+  const int cores = static_cast<int>(state.range(1));
+  const auto subchains = static_cast<int>(state.range(0));
+  const planner::RandomCase any =
+      planner::random_case(1, {.subchains = subchains, .chains = subchains, .dearest = 20.0, .pairs = true}, cores);
+  const planner::Request request{.cores = any.cores, .slack = any.slack};
+  auto plan = planner::make_plan(any.app, any.costs, request);
+  if (!plan) std::abort();
+  for (auto _ : state) benchmark::DoNotOptimize(planner::make_plan(any.app, any.costs, request));
+  const auto staged = planner::make_plan(
+      any.app, any.costs, {.cores = any.cores, .slack = any.slack, .method = planner::Method::kTwoStage});
+  if (!staged) std::abort();
+  state.counters["gap"] = 100.0 * plan->gap;
+  state.counters["objective"] = plan->objective;
+  state.counters["two_stage"] = staged->objective / plan->objective;
+}
+BENCHMARK(make_large_plan)
+    ->ArgNames({"subchains", "cores"})
+    ->Args({100, 24})
+    ->Args({200, 64})
+    ->Args({256, 64})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ctn

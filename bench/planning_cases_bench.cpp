@@ -1,6 +1,7 @@
 // The planner's goals, measured: how long plans take and how good they are, beside solvers that others wrote (CBC for
 // stage I, Ipopt for stage II), and what planning both stages as one is worth. docs/benchmarks.md says how to read it.
 //
+// Usage: planning_cases_bench [goals] [many] [solvers] [worth]: these parts only; else all.
 // Exit: 0, however slow; 1 if a result is wrong, which is then named on stderr.
 #include <fmt/format.h>
 
@@ -10,10 +11,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <optional>
+#include <random>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -57,15 +61,20 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+double elapsed_ms() {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double cpu_ms() { return 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 // Milliseconds, the median of so many runs; of fewer where they take longer than a second in all.
-double timed(int runs, const std::function<void()>& run) {
-  using Clock = std::chrono::steady_clock;
+double timed(int runs, const std::function<void()>& run, double (*now)() = elapsed_ms) {
   std::vector<double> took;
   double sum = 0.0;
   for (int i = 0; i < runs && (i == 0 || sum < 1000.0); ++i) {
-    const auto begin = Clock::now();
+    const double begin = now();
     run();
-    took.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    took.push_back(now() - begin);
     sum += took.back();
   }
   return median(std::move(took));
@@ -189,7 +198,66 @@ void goals() {
   plan_case("joint, 64 subchains on 16 cores", {250.0, 0.05}, random_apps(64, 16, 10), 3);
 }
 
-// ---- 2. Against other solvers
+// ---- 2. Very many subchains
+
+// What planning anew finds changed: each node costs up to a tenth more or less.
+RandomCase with_other_costs(RandomCase any, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (std::size_t i = 0; i < any.app.graph.nodes().size(); ++i) {
+    const double times = 0.9 + 0.2 * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+    if (!any.app.graph.node(NodeId(i)).external) any.costs.set(NodeId(i), any.costs[NodeId(i)].times(times));
+  }
+  return any;
+}
+
+void many_case(int subchains, int cores) {
+  constexpr std::size_t kEffortAgain = 100'000;  // as policy "catan" plans anew
+  const std::string name = fmt::format("{} subchains on {} cores", subchains, cores);
+  progress(name);
+  std::vector<double> first;
+  std::vector<double> again;
+  double gap = 0.0;
+  double worse_again = 0.0;
+  double two_stage = 0.0;  // the sum of how much more it costs
+  const std::vector<RandomCase> apps = random_apps(subchains, cores, 5);
+  for (const RandomCase& any : apps) {
+    const auto plan = planned(any, planner::Method::kJoint, name);
+    const auto staged = planned(any, planner::Method::kTwoStage, name + ", two-stage");
+    if (!plan || !staged) return;
+    if (staged->objective < plan->objective) wrong(name + ": two stages are better than one");
+    gap = std::max(gap, plan->gap);
+    two_stage += staged->objective / plan->objective - 1.0;
+    const planner::Request anew{.cores = any.cores, .slack = any.slack};
+    first.push_back(timed(
+        3, [&] { static_cast<void>(planner::make_plan(any.app, any.costs, anew)); }, cpu_ms));
+    const RandomCase other = with_other_costs(any, again.size() + 1);
+    const planner::Request request{.cores = other.cores, .slack = other.slack, .effort = kEffortAgain, .warm = &*plan};
+    again.push_back(timed(
+        5, [&] { static_cast<void>(planner::make_plan(other.app, other.costs, request)); }, cpu_ms));
+    const auto fresh = planned(other, planner::Method::kJoint, name);
+    const auto warm = planner::make_plan(other.app, other.costs, request);
+    if (!fresh || !warm) return wrong(name + ": no plan from the one in force");
+    worse_again = std::max(worse_again, warm->objective / fresh->objective - 1.0);
+  }
+  fmt::print("{:<28} {:>4} {:>9.1f} {:>9.1f} {:>8.2f} % {:>9.1f} {:>9.1f} {:>10.2f} % {:>10.1f} %\n", name, apps.size(),
+             median(first), *std::max_element(first.begin(), first.end()), 100.0 * gap, median(again),
+             *std::max_element(again.begin(), again.end()), 100.0 * worse_again,
+             100.0 * two_stage / static_cast<double>(apps.size()));
+  std::fflush(stdout);
+}
+
+void many() {
+  fmt::print(
+      "\nVery many subchains: the first plan, and one from the plan in force where costs changed by a tenth (ms of "
+      "CPU)\n");
+  fmt::print("{:<28} {:>4} {:>9} {:>9} {:>10} {:>9} {:>9} {:>12} {:>12}\n", "case", "apps", "first", "slowest",
+             "worst gap", "again", "slowest", "than first", "two-stage");
+  many_case(100, 24);
+  many_case(200, 64);
+  many_case(256, 64);
+}
+
+// ---- 3. Against other solvers
 
 // The bounds scaled as far as it takes for them to hold.
 Target target_of(const RandomCase& any, const Instance& instance) {
@@ -310,7 +378,7 @@ void duels() {
   against_ipopt("stage II, 6 subchains on 2 cores", random_apps(6, 2, 20));
 }
 
-// ---- 3. What joint planning is worth
+// ---- 4. What joint planning is worth
 
 struct Worth {
   std::string over;
@@ -385,11 +453,15 @@ void worth_of_joint() {
 }  // namespace
 }  // namespace ctn
 
-int main() {
+int main(int argc, char** argv) {
+  const auto wanted = [&](std::string_view part) {
+    return argc < 2 || std::find(argv + 1, argv + argc, part) != argv + argc;
+  };
   try {
-    ctn::goals();
-    ctn::duels();
-    ctn::worth_of_joint();
+    if (wanted("goals")) ctn::goals();
+    if (wanted("many")) ctn::many();
+    if (wanted("solvers")) ctn::duels();
+    if (wanted("worth")) ctn::worth_of_joint();
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return EXIT_FAILURE;

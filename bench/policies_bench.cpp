@@ -1,18 +1,20 @@
 // What the application feels under each policy: the synthetic case studies on one core, run for real, one policy after
 // the other, in rounds so that a noisy machine treats all alike. docs/benchmarks.md says how to read it.
 //
-// Usage: policies_bench [--quick]. Needs the permission for real-time levels. Exit: 0, whatever comes out; 1 if a run
-// fails.
+// Both loads have spikes and grow with time.
+//
+// Usage: policies_bench [--quick] [--json]. Needs the permission for real-time levels. Exit: 0, whatever comes out; 1
+// if a run fails.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <map>
-#include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,9 +22,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command_output.h"
+
 namespace {
 
 using Json = nlohmann::json;
+using ctn::bench::output_of;
 
 struct Contender {
   std::string name;
@@ -42,22 +47,14 @@ struct Case {
   std::string load;
 };
 
+// Of the chain that weighs most, and the weighted sum of all.
 struct Measured {
   double objective = 0.0;
-  double first_mean = 0.0;  // of the chain that weighs most
-  double first_p99 = 0.0;
+  double mean = 0.0;
+  double p99 = 0.0;
+  double mean_to_expected = 0.0;  // NaN where no plan promises anything
+  double p99_to_promised = 0.0;   // the worst of all chains; NaN as well
 };
-
-std::string output_of(const std::string& command) {
-  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  if (!pipe) throw std::runtime_error("cannot run " + command);
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe.get())) {
-    text.append(buffer.data(), count);
-  }
-  return text;
-}
 
 Measured measure(const Case& of, const Contender& who, int seconds, int seed) {
   const std::string apps = CATAN_SOURCE_DIR "/apps/";
@@ -69,9 +66,19 @@ Measured measure(const Case& of, const Contender& who, int seconds, int seed) {
   const Json& objective = run.at("objective").at("measured");
   // A chain of which no sample reached its end counts as never responding.
   measured.objective = objective.is_null() ? std::numeric_limits<double>::infinity() : objective.get<double>();
-  const Json& response = run.at("chains").front().at("response_ms");
-  measured.first_mean = response.at("mean").get<double>();
-  measured.first_p99 = response.at("p99").get<double>();
+  const Json& first = run.at("chains").front();
+  measured.mean = first.at("response_ms").at("mean").get<double>();
+  measured.p99 = first.at("response_ms").at("p99").get<double>();
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  measured.mean_to_expected = measured.p99_to_promised = kNone;
+  if (first.at("predicted").is_null()) return measured;
+  measured.mean_to_expected = measured.mean / first.at("predicted").at("response_ms").get<double>();
+  measured.p99_to_promised = 0.0;
+  for (const Json& chain : run.at("chains")) {
+    const double promised = chain.at("predicted").at("promised_response_ms").get<double>();
+    measured.p99_to_promised =
+        std::max(measured.p99_to_promised, chain.at("response_ms").at("p99").get<double>() / promised);
+  }
   return measured;
 }
 
@@ -87,7 +94,7 @@ double median_of(const std::vector<Measured>& all, double Measured::*figure) {
   return median(std::move(values));
 }
 
-void run_case(const Case& of, int seconds, int rounds) {
+Json run_case(const Case& of, int seconds, int rounds) {
   std::map<std::string, std::vector<Measured>> results;
   for (int round = 0; round < rounds; ++round) {
     for (const Contender& who : kContenders) {
@@ -95,27 +102,55 @@ void run_case(const Case& of, int seconds, int rounds) {
       results[who.name].push_back(measure(of, who, seconds, round + 1));
     }
   }
+  Json rows = Json::array();
   const double ours = median_of(results["catan"], &Measured::objective);
-  fmt::print("\n{}: medians of {} rounds of {} s, one core\n", of.name, rounds, seconds);
-  fmt::print("{:<22} {:>14} {:>11} {:>20} {:>20}\n", "policy", "objective, ms", "to catan", "first chain mean, ms",
-             "first chain p99, ms");
   for (const Contender& who : kContenders) {
-    const std::vector<Measured>& all = results[who.name];
-    const double objective = median_of(all, &Measured::objective);
-    fmt::print("{:<22} {:>14.2f} {:>10.2f}x {:>20.2f} {:>20.2f}\n", who.name, objective, objective / ours,
-               median_of(all, &Measured::first_mean), median_of(all, &Measured::first_p99));
+    const auto figure = [&](double Measured::*value) {
+      const double median = median_of(results[who.name], value);
+      return std::isfinite(median) ? Json(median) : Json(nullptr);
+    };
+    rows.push_back({{"policy", who.name},
+                    {"objective_ms", figure(&Measured::objective)},
+                    {"to_catan", median_of(results[who.name], &Measured::objective) / ours},
+                    {"first_chain_mean_ms", figure(&Measured::mean)},
+                    {"first_chain_p99_ms", figure(&Measured::p99)},
+                    {"first_chain_mean_to_expected", figure(&Measured::mean_to_expected)},
+                    {"worst_p99_to_promised", figure(&Measured::p99_to_promised)}});
+  }
+  return {{"case", of.name}, {"rounds", rounds}, {"seconds", seconds}, {"policies", rows}};
+}
+
+std::string cell(const Json& value) { return value.is_null() ? "-" : fmt::format("{:.2f}", value.get<double>()); }
+
+void print_case(const Json& result) {
+  fmt::print("\n{}: medians of {} rounds of {} s, one core\n", result["case"].get<std::string>(),
+             result["rounds"].get<int>(), result["seconds"].get<int>());
+  fmt::print("{:<22} {:>13} {:>9} {:>16} {:>15} {:>17} {:>17}\n", "policy", "objective, ms", "to catan",
+             "first chain mean", "first chain p99", "mean to expected", "p99 to promised");
+  for (const Json& row : result["policies"]) {
+    fmt::print("{:<22} {:>13} {:>8}x {:>16} {:>15} {:>17} {:>17}\n", row["policy"].get<std::string>(),
+               cell(row["objective_ms"]), cell(row["to_catan"]), cell(row["first_chain_mean_ms"]),
+               cell(row["first_chain_p99_ms"]), cell(row["first_chain_mean_to_expected"]),
+               cell(row["worst_p99_to_promised"]));
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::string_view(argv[1]) == "--quick";
+  const std::set<std::string_view> options(argv + 1, argv + argc);
+  const bool quick = options.contains("--quick");
+  const bool json = options.contains("--json");
   const int seconds = quick ? 20 : 30;
   const int rounds = quick ? 1 : 3;
   try {
-    run_case({"navigation", "navigation/navigation.yaml", "navigation/navigation.load.yaml"}, seconds, rounds);
-    run_case({"VR", "vr/vr.yaml", "vr/vr.load.yaml"}, seconds, rounds);
+    Json results = Json::array();
+    for (const Case& each : {Case{"navigation", "navigation/navigation.yaml", "navigation/navigation.load.yaml"},
+                             Case{"VR", "vr/vr.yaml", "vr/vr.load.yaml"}}) {
+      results.push_back(run_case(each, seconds, rounds));
+      if (!json) print_case(results.back());
+    }
+    if (json) fmt::print("{}\n", results.dump(2));
   } catch (const std::exception& error) {
     fmt::print(stderr, "policies_bench: {}\n", error.what());
     return EXIT_FAILURE;

@@ -1,6 +1,19 @@
-# find_package(catan): the target catan::catan, which is what include/catan needs. Its libraries are static, so their own
-# dependencies must be found too.
+# find_package(catan): the target catan::catan, which is what the C++ headers of include/catan need, and catan::c, which is
+# what catan.h needs. COMPONENTS c: the latter alone, in a project that may know no C++. The C++ libraries are static, so
+# their own dependencies must be found too.
+foreach(component IN LISTS catan_FIND_COMPONENTS)
+  if(NOT component STREQUAL "c")
+    set(catan_FOUND FALSE)
+    set(catan_NOT_FOUND_MESSAGE "catan has no component ${component}, only c")
+    return()
+  endif()
+endforeach()
 include(CMakeFindDependencyMacro)
+include(${CMAKE_CURRENT_LIST_DIR}/catan-c-targets.cmake)
+set(catan_c_FOUND TRUE)
+if(catan_FIND_COMPONENTS STREQUAL "c")
+  return()
+endif()
 find_dependency(Threads)
 find_dependency(fmt)
 find_dependency(nlohmann_json)

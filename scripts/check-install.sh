@@ -11,3 +11,24 @@ cmake --install "$build" --prefix "$scratch/prefix" >"$scratch/log" || { cat "$s
 cmake -S tests/install -B "$scratch/user" -G Ninja -DCMAKE_PREFIX_PATH="$scratch/prefix" --log-level=WARNING >/dev/null
 cmake --build "$scratch/user" >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
 "$scratch/user/user" tests/install/app.yaml
+
+# The examples, each as a project of its own.
+export PATH="$scratch/prefix/bin:$PATH"
+for example in node session c; do
+  cp -r "examples/$example" "$scratch/$example"
+  cmake -S "$scratch/$example" -B "$scratch/$example/build" -G Ninja -DCMAKE_PREFIX_PATH="$scratch/prefix" \
+    --log-level=WARNING >/dev/null
+  cmake --build "$scratch/$example/build" >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
+done
+(cd "$scratch/node" && catan run app.yaml --seconds 1 -- ./start.sh build)
+(cd "$scratch/session" && build/session app.yaml)
+(cd "$scratch/c" && catan run app.yaml --seconds 1 -- build/node)
+if command -v pkg-config >/dev/null; then
+  library=$(dirname "$(find "$scratch/prefix" -name libcatan.so)")
+  flags=$(PKG_CONFIG_PATH="$library/pkgconfig" pkg-config --cflags --libs catan)
+  # shellcheck disable=SC2086
+  cc -std=c99 -pedantic -Wall -Werror "$scratch/c/main.c" $flags -o "$scratch/c/by-pkg-config"
+  (cd "$scratch/c" && LD_LIBRARY_PATH="$library" catan run app.yaml --seconds 0.5 -- ./by-pkg-config)
+else
+  echo "skipped: there is no pkg-config"
+fi

@@ -99,6 +99,24 @@ TEST(Plan, WithoutCostsSaysSo) {
 
 const std::string kNavigation = "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --explain";
 
+TEST(Plan, ByOtherMethods) {
+  const std::string files = "plan navigation.yaml --cores 2 --costs navigation.costs.yaml --planner ";
+  for (const std::string planner : {"davare", "verucchi"}) {
+    const Outcome text = catan(files + planner);
+    EXPECT_EQ(text.exit_code, 0) << text.err;
+    EXPECT_THAT(text.out, HasSubstr("fixed priorities by " + planner));
+    EXPECT_THAT(text.out, HasSubstr("Catan's plan: "));
+    const json plan = json::parse(catan(files + planner + " --json").out);
+    EXPECT_EQ(plan.at("planner"), planner);
+    EXPECT_EQ(plan.at("chains").size(), 4U);
+    EXPECT_GT(plan.at("catan_objective"), 0.0);
+    EXPECT_GE(plan.at("subchains").at("GP").at("period_ms"), 1000.0 - 1e-6);
+  }
+  const Outcome explained = catan(files + "davare --explain");
+  EXPECT_EQ(explained.exit_code, 2);
+  EXPECT_THAT(explained.err, HasSubstr("--explain"));
+}
+
 TEST(Plan, ExplainsItself) {
   const Outcome outcome = catan(kNavigation);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

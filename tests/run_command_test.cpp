@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include <nlohmann/json.hpp>
 
@@ -67,6 +69,15 @@ TEST(RunCommand, ShowsPredictedBesideMeasured) {
   }
 }
 
+TEST(RunCommand, NodesWorkOnAsManyThreadsAsPlanned) {
+  const Outcome outcome = run("parallel.yaml --synthetic parallel.costs.yaml --seconds 1 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const double cpu = node(json::parse(outcome.out), "solve")["compute_ms"]["p50"].get<double>();
+  const bool on_one = std::abs(cpu - 10.0) < 1.0;
+  const bool on_two = std::abs(cpu - 12.0) < 1.0;
+  EXPECT_TRUE(on_one || on_two) << cpu << " ms: 10 on one thread, 2 x 6 on two";
+}
+
 TEST(RunCommand, KeepsTheRecordThatWasAskedFor) {
   const std::string record = testing::TempDir() + "catan_run_command.catan";
   std::filesystem::remove(record);
@@ -94,6 +105,23 @@ TEST(RunCommand, ShowsWhatItHasOnASignal) {
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "what nobody asked to keep is gone";
   std::filesystem::remove(folder);
   std::filesystem::remove(folder + ".json");
+}
+
+// What a start script leaves in the background, even in a session of its own, ends with the run.
+TEST(RunCommand, WhatItsCommandStartedEndsWithIt) {
+  const std::string numbers = ::testing::TempDir() + "catan-run-numbers";
+  std::filesystem::remove(numbers);
+  const Outcome outcome =
+      run("synthetic.yaml --seconds 0.5 -- sh -c \"(sleep 600 & echo \\$! >> " + numbers +
+          "); setsid sh -c 'trap \\\"\\\" TERM; echo \\$\\$ >> " + numbers + "; sleep 601' & sleep 602\"");
+  EXPECT_NE(outcome.exit_code, 2) << outcome.err;
+  std::ifstream file(numbers);
+  int count = 0;
+  for (int number = 0; file >> number; ++count) {
+    EXPECT_FALSE(std::filesystem::exists("/proc/" + std::to_string(number))) << number;
+  }
+  EXPECT_EQ(count, 2) << outcome.err;
+  std::filesystem::remove(numbers);
 }
 
 TEST(RunCommand, MistakesExitWith2) {

@@ -1,4 +1,5 @@
-// The face tracking app: reads the command line, lets the session run, prints what was measured.
+// The face tracking app: reads the command line, lets the session (or, in virtual time, the simulation) run, prints
+// what was measured.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -17,6 +18,7 @@
 #include "nodes.h"
 #include "options.h"
 #include "outcome.h"
+#include "virtual_run.h"
 #include "world_thread.h"
 
 namespace ctn::face_tracking {
@@ -54,8 +56,7 @@ SessionOptions session_options(const Options& options) {
   result.policy = options.scheduler;
   result.cpus = options.cpus;
   result.record = options.record;
-  result.note =
-      fmt::format("face_tracking speed {} rad/s, seed {}, slowdown {}", options.speed, options.seed, options.slowdown);
+  result.note = note_of(options);
   result.on_notice = [](const std::string& notice) { fmt::print(stderr, "face_tracking: {}\n", notice); };
   return result;
 }
@@ -84,6 +85,12 @@ bool let_run(const Session& session, const Stopwatch& clock, Nodes& nodes, World
   return true;
 }
 
+int print(const Outcome& outcome) {
+  const std::string text = outcome.options.json ? to_json(outcome) : to_text(outcome);
+  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
+  return outcome.signal == 0 ? 0 : 128 + outcome.signal;
+}
+
 int run(const Options& options) {
   const FootageFiles files;
   auto detector = Detector::open(files.cascade());
@@ -96,7 +103,8 @@ int run(const Options& options) {
   const View view(std::move(footage).value(), options.seed);
   const Stopwatch clock;
   World world(Path(options.speed, options.seed), kHalfView);
-  Nodes nodes(world, view, clock, std::move(detector).value(), options.seed);
+  Nodes nodes(
+      world, view, [&clock] { return clock.now(); }, std::move(detector).value(), options.seed);
   nodes.attach(*session, options.slowdown);
 
   Outcome outcome;
@@ -115,9 +123,18 @@ int run(const Options& options) {
                                    "are the CPUs in use by others?"));
   }
 
-  const std::string text = options.json ? to_json(outcome) : to_text(outcome);
-  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
-  return outcome.signal == 0 ? 0 : 128 + outcome.signal;
+  return print(outcome);
+}
+
+int run_in_virtual_time(const Options& options) {
+  StatusLine status;
+  const auto outcome = run_virtually(options, {.signal = [] { return static_cast<int>(g_signal); },
+                                               .show = [&status](const std::string& line) { status.show(line); }});
+  status.clear();
+  if (!outcome) return fail(outcome.error());
+  fmt::print(stderr, "face_tracking: {:.1f} s of virtual time in {:.1f} s, {:.2g} times as fast as real time\n",
+             outcome->virtual_seconds, outcome->took_seconds, outcome->virtual_seconds / outcome->took_seconds);
+  return print(*outcome);
 }
 
 }  // namespace
@@ -133,5 +150,6 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
   cv::setNumThreads(1);  // a node is one thread: no pool of OpenCV's beside it
-  return run(std::get<Options>(parsed));
+  const auto& options = std::get<Options>(parsed);
+  return options.virtual_time ? run_in_virtual_time(options) : run(options);
 }

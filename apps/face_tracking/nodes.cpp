@@ -31,13 +31,14 @@ std::function<void(Run&)> slowed(std::function<void(Run&)> body, double slowdown
 
 }  // namespace
 
-Nodes::Nodes(World& world, const View& view, const Stopwatch& clock, Detector detector, std::uint64_t seed)
-    : world_(world), view_(view), clock_(clock), detector_(std::move(detector)), tracker_(seed) {}
+Nodes::Nodes(World& world, const View& view, Clock clock, Detector detector, std::uint64_t seed)
+    : world_(world), view_(view), clock_(std::move(clock)), detector_(std::move(detector)), tracker_(seed) {}
 
-void Nodes::attach(Session& session, double slowdown) {
-  auto& frames = session.channel<Frame>("camera", "detect");
-  auto& observations = session.channel<Observation>("detect", "plan");
-  auto& rates = session.channel<double>("plan", "motor");
+template <class Host>
+Nodes::Bodies Nodes::bodies(Host& host) {
+  auto& frames = host.template channel<Frame>("camera", "detect");
+  auto& observations = host.template channel<Observation>("detect", "plan");
+  auto& rates = host.template channel<double>("plan", "motor");
 
   const auto camera = [this, &frames](Run& run) { frames.write(run, take_picture(run.number())); };
   const auto detect = [this, &frames, &observations](Run& run) {
@@ -47,21 +48,43 @@ void Nodes::attach(Session& session, double slowdown) {
     const Observation* observation = observations.read(run);
     if (observation == nullptr) return;
     tracker_.observe(*observation);
-    const double now = clock_.now();
+    const double now = clock_();
     rates.write(run, tracker_.pan_rate(now, world_.sight(now).pan));  // the pan as the motor's encoder tells it
   };
-  const auto motor = [this, &rates](Run& run) {
-    if (const double* rate = rates.read(run)) world_.turn(clock_.now(), *rate);
+  return {camera, detect, plan, rates};
+}
+
+void Nodes::attach(Session& session, double slowdown) {
+  const Bodies bodies = this->bodies(session);
+  const auto motor = [this, &rates = bodies.rates](Run& run) {
+    if (const double* rate = rates.read(run)) world_.turn(clock_(), *rate);
   };
-  session.node("camera", slowed(camera, slowdown));
-  session.node("detect", slowed(detect, slowdown));
-  session.node("plan", slowed(plan, slowdown));
+  session.node("camera", slowed(bodies.camera, slowdown));
+  session.node("detect", slowed(bodies.detect, slowdown));
+  session.node("plan", slowed(bodies.plan, slowdown));
   session.node("motor", slowed(motor, slowdown));
+}
+
+void Nodes::attach(Simulation& simulation) {
+  const Bodies bodies = this->bodies(simulation);
+  simulation.node("camera", bodies.camera);
+  simulation.node("detect", bodies.detect);
+  simulation.node("plan", bodies.plan);
+  simulation.node("motor", [this, &rates = bodies.rates](Run& run) {
+    const double* rate = rates.read(run);
+    command_ = rate != nullptr ? std::optional(*rate) : std::nullopt;
+  });
+  simulation.on_effect("motor", [this](Run&) {
+    if (!command_) return;
+    const double now = clock_();
+    world_.advance(now);
+    world_.turn(now, *command_);
+  });
 }
 
 Nodes::Frame Nodes::take_picture(std::uint64_t number) {
   Frame frame;
-  frame.time = clock_.now();
+  frame.time = clock_();
   frame.sight = world_.sight(frame.time);
   view_.render(frame.sight, frame.time, number, raw_);
   preprocess_.run(raw_, frame.picture);

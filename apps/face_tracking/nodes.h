@@ -1,17 +1,19 @@
-// The app's nodes: what each does in a run, and the channels between them. The only file that knows both the session
-// and the parts.
+// The app's nodes: what each does in a run, and the channels between them. The only file that knows both whoever runs
+// them (a session, or a simulation) and the parts.
 //
-// Thread safety: construct and attach from one thread; the session then runs each node in a thread of its own.
+// Thread safety: construct and attach from one thread; a session then runs each node in a thread of its own.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <opencv2/core.hpp>
 
 #include "catan/session.h"
+#include "catan/simulation.h"
 #include "detector.h"
 #include "outcome.h"
 #include "preprocess.h"
@@ -32,11 +34,17 @@ class Stopwatch {
 
 class Nodes {
  public:
-  // `world`, `view` and `clock` must outlive the session's threads, as must this object.
-  Nodes(World& world, const View& view, const Stopwatch& clock, Detector detector, std::uint64_t seed);
+  // Seconds since the start of the world.
+  using Clock = std::function<double()>;
+
+  // `world` and `view` must outlive the session's threads (or the simulation), as must this object.
+  Nodes(World& world, const View& view, Clock clock, Detector detector, std::uint64_t seed);
 
   // Gives the session all four functions. Each run burns `slowdown` - 1 times its own CPU time more.
   void attach(Session& session, double slowdown);
+  // The same in virtual time, where the motor turns the camera when its run ends, and thereby samples the world until
+  // then. `clock` is the simulation's.
+  void attach(Simulation& simulation);
 
   // From any thread. Only pictures seen since the last restart count.
   void restart_sightings();
@@ -49,17 +57,28 @@ class Nodes {
     cv::Mat picture;
   };
 
+  using Body = std::function<void(Run&)>;
+  struct Bodies {
+    Body camera;
+    Body detect;
+    Body plan;
+    Channel<double>& rates;  // to the motor
+  };
+
+  template <class Host>
+  Bodies bodies(Host& host);
   Frame take_picture(std::uint64_t number);
   Observation find_face(const Frame& frame);
   void judge(const Frame& frame, const Observation& observation);
 
   World& world_;
   const View& view_;
-  const Stopwatch& clock_;
+  Clock clock_;
   cv::Mat raw_;  // the camera's
   Preprocess preprocess_;
   Detector detector_;
   Tracker tracker_;
+  std::optional<double> command_;  // of the motor's run, in virtual time
   std::atomic<std::uint64_t> pictures_ = 0;
   std::atomic<std::uint64_t> in_view_ = 0;
   std::atomic<std::uint64_t> found_ = 0;

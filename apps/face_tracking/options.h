@@ -17,8 +17,14 @@ struct Options {
   std::string record;  // empty: none
   std::string app_file;
   double slowdown = 1.0;
+  bool virtual_time = false;
+  std::string costs;  // in virtual time: what runs cost
+  int cores = 1;      // in virtual time
   bool json = false;
 };
+
+// What a record of the run says of it.
+std::string note_of(const Options& options);
 
 // What to do instead of running: print `text` (to stdout where `code` is 0) and leave with `code`.
 struct Leave {

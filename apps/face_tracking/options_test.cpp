@@ -35,6 +35,18 @@ TEST(Options, AreWhatWasGiven) {
   EXPECT_TRUE(options.json);
 }
 
+TEST(Options, OfVirtualTime) {
+  const auto parsed = parse({"--virtual", "--costs", "c.yaml", "--cores", "3"});
+  ASSERT_TRUE(std::holds_alternative<Options>(parsed));
+  const auto& options = std::get<Options>(parsed);
+  EXPECT_TRUE(options.virtual_time);
+  EXPECT_EQ(options.costs, "c.yaml");
+  EXPECT_EQ(options.cores, 3);
+  EXPECT_FALSE(std::get<Options>(parse({})).virtual_time);
+  EXPECT_EQ(code_of({"--cores", "3"}), 2) << "only in virtual time";
+  EXPECT_EQ(code_of({"--virtual", "--cores", "0"}), 2);
+}
+
 TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--cpus", "0,,1"}), 2);
   EXPECT_EQ(code_of({"--cpus", "1-0"}), 2);

@@ -70,6 +70,10 @@ std::string to_json(const Outcome& outcome) {
       {"notices", snapshot.notices},
   };
   if (chain.predicted_response_ms) json["predicted_response_time_ms"] = *chain.predicted_response_ms;
+  if (outcome.options.virtual_time) {
+    json["virtual"] = true;
+    json["cores"] = outcome.options.cores;
+  }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -77,9 +81,14 @@ std::string to_text(const Outcome& outcome) {
   const Snapshot& snapshot = outcome.snapshot;
   const ChainSnapshot chain = chain_of(snapshot);
   const Summary& response = chain.response_ms;
-  std::string text = fmt::format("face tracking under '{}', {:.1f} s, face at {} rad/s, slowdown {}{}\n",
+  std::string machine;
+  if (outcome.options.virtual_time) {
+    machine =
+        fmt::format(", in virtual time on {} core{}", outcome.options.cores, outcome.options.cores == 1 ? "" : "s");
+  }
+  std::string text = fmt::format("face tracking under '{}', {:.1f} s, face at {} rad/s, slowdown {}{}{}\n",
                                  outcome.options.scheduler, outcome.seconds, outcome.options.speed,
-                                 outcome.options.slowdown, outcome.signal != 0 ? " (interrupted)" : "");
+                                 outcome.options.slowdown, machine, outcome.signal != 0 ? " (interrupted)" : "");
   text += fmt::format("  real-time levels  {}\n", snapshot.real_time ? "enforced" : "not used");
   text += fmt::format("  source            {:.2f} Hz\n", snapshot.source_hz);
   text += fmt::format("  response time     {:.1f} ms mean, {:.1f} p50, {:.1f} p95", response.mean, response.p50,

@@ -23,8 +23,10 @@ struct Outcome {
   Snapshot snapshot;
   Tracking tracking;
   Sightings sightings;
-  double seconds = 0.0;  // measured
-  int signal = 0;        // that ended it early; 0: none
+  double seconds = 0.0;          // measured
+  double virtual_seconds = 0.0;  // that passed in virtual time, the warm-up included; 0: it ran in real time
+  double took_seconds = 0.0;     // that they took in real time
+  int signal = 0;                // that ended it early; 0: none
 };
 
 std::string to_json(const Outcome& outcome);

@@ -52,5 +52,14 @@ TEST(Outcome, TextNamesTheSlowdown) {
   EXPECT_NE(to_text(outcome).find("slowdown 2.5"), std::string::npos);
 }
 
+TEST(Outcome, SaysWhereItIsOfVirtualTime) {
+  Outcome outcome = sample();
+  EXPECT_FALSE(nlohmann::json::parse(to_json(outcome)).contains("virtual"));
+  EXPECT_EQ(to_text(outcome).find("virtual"), std::string::npos);
+  outcome.options.virtual_time = true;
+  EXPECT_EQ(nlohmann::json::parse(to_json(outcome))["virtual"], true);
+  EXPECT_NE(to_text(outcome).find("in virtual time on 1 core\n"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ctn::face_tracking

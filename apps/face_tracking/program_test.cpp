@@ -1,5 +1,6 @@
 // The program as a script sees it: what it prints where, and how it ends.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -16,8 +17,7 @@ struct Ended {
   std::string out;  // stdout; stderr goes with the test's
 };
 
-Ended run(const std::string& before, const std::string& arguments) {
-  const std::string command = before + " '" FACE_TRACKING_PROGRAM "' " + arguments;
+Ended run_command(const std::string& command) {
   std::FILE* pipe = popen(command.c_str(), "re");
   if (pipe == nullptr) return {};
   Ended ended;
@@ -28,6 +28,10 @@ Ended run(const std::string& before, const std::string& arguments) {
   const int status = pclose(pipe);
   if (WIFEXITED(status)) ended.code = WEXITSTATUS(status);
   return ended;
+}
+
+Ended run(const std::string& before, const std::string& arguments) {
+  return run_command(before + " '" FACE_TRACKING_PROGRAM "' " + arguments);
 }
 
 TEST(Program, PrintsOneJsonDocumentAndNothingElse) {
@@ -52,7 +56,8 @@ TEST(Program, EndsCleanlyOnASignalAndPrintsWhatItHas) {
 
 TEST(Program, LeavesWithTwoOnAMistake) {
   for (const char* arguments : {"--scheduler fastest", "--scheduler rate:0", "--cpus 4095", "--app /nowhere/app.yaml",
-                                "--speed nan", "--no-such-option"}) {
+                                "--speed nan", "--no-such-option", "--cores 2", "--costs x", "--virtual --cpus 0",
+                                "--virtual --costs /nowhere", "--virtual --scheduler fastest"}) {
     const Ended ended = run("", arguments);
     EXPECT_EQ(ended.code, 2) << arguments;
     EXPECT_EQ(ended.out, "") << arguments;
@@ -61,6 +66,60 @@ TEST(Program, LeavesWithTwoOnAMistake) {
 
 TEST(Program, LeavesWithOneWhereTheRecordCannotBeMade) {
   EXPECT_EQ(run("", "--seconds 1 --record /nowhere/record.db").code, 1);
+}
+
+TEST(Program, InVirtualTimeItIsRecorded) {
+  const std::string path = testing::TempDir() + "virtual_" + std::to_string(getpid()) + ".catan";
+  std::remove(path.c_str());
+  ASSERT_EQ(run("", "--virtual --seconds 2 --record " + path).code, 0);
+  const Ended report = run_command("'" CATAN_COMMAND "' report --json " + path);
+  ASSERT_EQ(report.code, 0);
+  const auto json = nlohmann::json::parse(report.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << report.out;
+  EXPECT_EQ(json["scheduler"], "catan");
+  EXPECT_NE(json["note"].get<std::string>().find("virtual"), std::string::npos);
+  std::remove(path.c_str());
+}
+
+TEST(Program, InVirtualTimePrintsTheSameBytesEachTime) {
+  const std::string arguments = "--virtual --seconds 1 --seed 7 --cores 2";
+  const Ended first = run("", arguments + " --json");
+  ASSERT_EQ(first.code, 0);
+  EXPECT_EQ(first.out, run("", arguments + " --json").out);
+  const auto json = nlohmann::json::parse(first.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << first.out;
+  EXPECT_EQ(json["virtual"], true);
+  EXPECT_EQ(json["cores"], 2);
+  EXPECT_EQ(json["seconds"], 1.0);
+  EXPECT_GE(json["pictures_found"].get<int>(), 5) << "the detections are real";
+  EXPECT_NE(first.out, run("", "--virtual --seconds 1 --seed 8 --cores 2 --json").out);
+}
+
+// Nothing that the functions do changes what runs cost, so the app's own code in virtual time and the app without any
+// code respond alike.
+TEST(Program, InVirtualTimeRespondsAsTheSimulatorSays) {
+  for (const std::string scheduler : {"default", "catan"}) {
+    const std::string arguments = " --seconds 2 --seed 3 --cores 1 --json --scheduler " + scheduler;
+    const Ended app = run("", "--virtual" + arguments);
+    const Ended sim = run_command("'" CATAN_COMMAND "' sim '" FACE_TRACKING_FOLDER
+                                  "/face_tracking.yaml' --costs '" FACE_TRACKING_FOLDER "/face_tracking.costs.yaml'" +
+                                  arguments);
+    ASSERT_EQ(app.code, 0);
+    ASSERT_EQ(sim.code, 0);
+    const auto ours = nlohmann::json::parse(app.out)["response_time_ms"];
+    const auto theirs = nlohmann::json::parse(sim.out)["runs"][0]["chains"][0]["response_ms"];
+    for (const char* figure : {"mean", "p50", "p95"}) {
+      EXPECT_DOUBLE_EQ(ours[figure].get<double>(), theirs[figure].get<double>()) << scheduler << ' ' << figure;
+    }
+  }
+}
+
+TEST(Program, SlowdownActsOnVirtualCosts) {
+  const auto response = [](const std::string& slowdown) {
+    const Ended ended = run("", "--virtual --seconds 1 --json --slowdown " + slowdown);
+    return nlohmann::json::parse(ended.out)["response_time_ms"]["mean"].get<double>();
+  };
+  EXPECT_NEAR(response("3") / response("1"), 3.0, 0.01);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -44,6 +45,14 @@ class ChannelBase {
 
   std::uint32_t slot_;
 };
+
+// Makes a channel of whatever type: for those who open channels by name.
+using MakeChannel = std::unique_ptr<ChannelBase> (*)(std::uint32_t slot);
+
+template <class C>
+std::unique_ptr<ChannelBase> make_channel(std::uint32_t slot) {
+  return std::make_unique<C>(slot);
+}
 
 template <class T>
 class Channel final : public ChannelBase {

@@ -8,7 +8,8 @@
 //
 // Each scheduled node has a thread that Catan makes; its function is called once a run: a head's on its trigger,
 // another's when its predecessor in the subchain has ended. What a run writes becomes visible when it ends. An
-// unscheduled node's function is called once every period of the node. External nodes have none.
+// unscheduled node's function is called once every period of the node; without a period, when the unscheduled node that
+// it follows has given an output. External nodes have none.
 //
 // Policies:
 //   "catan"          plans rates, cores, shares of cores and levels from measured compute times, again and again
@@ -16,6 +17,8 @@
 //   "default"        triggers each subchain at its head's `fallback_rate`, under ordinary scheduling
 //   "rate:HZ"        as "default", but subchains that begin with a source at a given rate
 //   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
+//   "picas:COSTS"    as "default", but each subchain on one core, at chain-aware fixed priorities
+//   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file
 // Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
 // says so in the snapshot, in the record and to on_notice.
 //
@@ -89,7 +92,6 @@ class Session {
   Snapshot snapshot() const;
 
  private:
-  using MakeChannel = std::unique_ptr<ChannelBase> (*)(std::uint32_t slot);
   class Impl;
   explicit Session(std::unique_ptr<Impl> impl);
   ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
@@ -97,10 +99,7 @@ class Session {
 
   template <class C>
   C& open_channel(std::string_view from, std::string_view to, bool queue) {
-    const MakeChannel make = [](std::uint32_t slot) -> std::unique_ptr<ChannelBase> {
-      return std::make_unique<C>(slot);
-    };
-    return static_cast<C&>(open_channel(from, to, queue, typeid(C), make));
+    return static_cast<C&>(open_channel(from, to, queue, typeid(C), make_channel<C>));
   }
 
   std::unique_ptr<Impl> impl_;

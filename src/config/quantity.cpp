@@ -91,12 +91,12 @@ Result<double> parse(std::string_view text, std::span<const Unit> units, std::st
   return Error::caller(fmt::format("{} is no unit of {}", quote(parts->unit), what), mend);
 }
 
-// Shortest decimal without an exponent that reads back as the same number.
+// Shortest decimal without an exponent that reads back as the same number, which is finite: at most 309 digits before
+// the point, or 323 zeros and 17 digits behind it.
 std::string decimal(double value) {
-  std::array<char, 64> buffer{};
-  const auto [end, status] =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed);
-  return status == std::errc{} ? std::string(buffer.data(), end) : fmt::format("{}", value);
+  std::array<char, 400> buffer{};
+  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed);
+  return {buffer.data(), written.ptr};
 }
 
 }  // namespace

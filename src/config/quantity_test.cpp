@@ -73,6 +73,7 @@ TEST(Format, IsShort) {
   EXPECT_EQ(format_duration(0ns), "0ms");
   EXPECT_EQ(format_rate(Rate{120.0}), "120Hz");
   EXPECT_EQ(format_percentage(0.06), "6%");
+  EXPECT_EQ(format_percentage(1e-70), "0." + std::string(67, '0') + "1%");  // without an exponent, which is not read
 }
 
 RC_GTEST_PROP(QuantityProperty, DurationsSurvivePrinting, ()) {

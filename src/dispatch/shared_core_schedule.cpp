@@ -23,6 +23,24 @@ Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& optio
   return std::max(options.shortest_hang, to_nanos(planned.execution * options.hang_multiple));
 }
 
+// A run that is to end in its slot may be woken late by as much as no plan knows of; ended a little later it costs the
+// others that little, but put off it is a whole frame late. A slot that ends with its run costs nobody more than it
+// uses.
+Nanos elastic_slice(Nanos slice, std::optional<int> every) {
+  return std::max(every == 1 ? slice + kHandOverAllowance : slice, kShortestSlice);
+}
+
+// In fixed frames idle time goes to the slots first: to be woken and handed over to takes some of a slot, of which no
+// plan knows, and a run that does not end in its slot is late for whoever comes next and uses its output.
+void share_out_idle(Nanos idle, std::vector<SharedCoreSlot>& slots) {
+  if (slots.empty()) return;
+  const Nanos more = std::min(idle / static_cast<std::int64_t>(slots.size()), kHandOverAllowance);
+  for (std::size_t index = 0; index < slots.size(); ++index) {
+    slots[index].offset += static_cast<std::int64_t>(index) * more;
+    slots[index].slice += more;
+  }
+}
+
 }  // namespace
 
 SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan& plan, int core,
@@ -38,11 +56,11 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
   for (const plan::Slot& slot : planned.slots) {
     const plan::SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
     const Nanos slice = to_nanos(slot.slice);
-    const bool put_off = elastic && plan::is_put_off(subchain);
+    const bool put_off = elastic && plan::is_put_off(app.graph, plan, planned, slot.subchain);
     const Millis least = plan::period_limits(app.graph, slot.subchain).least;
     schedule.slots.push_back({.subchain = slot.subchain,
                               .offset = to_nanos(slot.offset),
-                              .slice = elastic ? std::max(slice, kShortestSlice) : slice,
+                              .slice = elastic ? elastic_slice(slice, slot.every) : slice,
                               .every = slot.every,
                               .phase = slot.phase,
                               .share = subchain.share,
@@ -51,6 +69,7 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
                               .least_period = put_off ? to_nanos(least) : Nanos{0},
                               .hang_after = hang_after(subchain, options)});
   }
+  if (!elastic) share_out_idle(to_nanos(planned.idle), schedule.slots);
   return schedule;
 }
 

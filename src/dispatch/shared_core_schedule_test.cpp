@@ -61,12 +61,42 @@ TEST(SharedCoreScheduleOf, TakesARunToHangAfterAMultipleOfWhatWasPlanned) {
 TEST(SharedCoreScheduleOf, WhoWasPlannedAtNoCostStillEndsItsRunInElasticFrames) {
   Sample sample;
   sample.plan.cores[0].slots[0].slice = Millis{0};
-  EXPECT_EQ(shared_core_schedule(sample.app, sample.plan, 0, {}).slots[0].slice, kShortestSlice);
+  sample.plan.cores[0].slots[1].slice = Millis{0};
+  const SharedCoreSchedule elastic = shared_core_schedule(sample.app, sample.plan, 0, {});
+  EXPECT_EQ(elastic.slots[0].slice, kHandOverAllowance);
+  EXPECT_EQ(elastic.slots[1].slice, kShortestSlice);
   sample.plan.cores[0].frames = graph::FrameMode::kFixed;
   sample.plan.cores[0].frame = Millis{0};
+  sample.plan.cores[0].idle = Millis{0};
   const SharedCoreSchedule fixed = shared_core_schedule(sample.app, sample.plan, 0, {});
   EXPECT_EQ(fixed.slots[0].slice, Nanos{0}) << "offsets are as planned";
   EXPECT_EQ(fixed.frame, kShortestFrame);
+}
+
+TEST(SharedCoreScheduleOf, ElasticFramesAllowForTheHandOverWhereARunIsToEndInItsSlot) {
+  const Sample sample;
+  const SharedCoreSchedule schedule = shared_core_schedule(sample.app, sample.plan, 0, {});
+  const auto more_than_planned = [&](std::size_t slot) {
+    return schedule.slots[slot].slice - to_nanos(sample.plan.cores[0].slots[slot].slice);
+  };
+  EXPECT_EQ(more_than_planned(0), kHandOverAllowance) << "in every frame";
+  EXPECT_EQ(more_than_planned(1), Nanos{0}) << "every fourth frame, a quarter of a run at a time";
+  EXPECT_EQ(more_than_planned(2), Nanos{0}) << "a queue, by its share";
+}
+
+TEST(SharedCoreScheduleOf, IdleTimeOfFixedFramesGoesToTheSlotsFirst) {
+  Sample sample;
+  sample.plan.cores[0].frames = graph::FrameMode::kFixed;
+  for (const auto& [idle, more] : {std::pair{Millis{0.3}, 100}, std::pair{Millis{3.0}, 200}, std::pair{Millis{0}, 0}}) {
+    sample.plan.cores[0].idle = idle;
+    const SharedCoreSchedule schedule = shared_core_schedule(sample.app, sample.plan, 0, {});
+    for (std::size_t slot = 0; slot < schedule.slots.size(); ++slot) {
+      const plan::Slot& planned = sample.plan.cores[0].slots[slot];
+      const Nanos extra = std::chrono::microseconds{more};
+      EXPECT_EQ(schedule.slots[slot].slice, to_nanos(planned.slice) + extra);
+      EXPECT_EQ(schedule.slots[slot].offset, to_nanos(planned.offset) + static_cast<std::int64_t>(slot) * extra);
+    }
+  }
 }
 
 TEST(SharedCoreScheduleOf, ACoreThatNobodySharesHasNoSlots) {

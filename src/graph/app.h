@@ -3,9 +3,9 @@
 //
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
-// chain of the objective is a path with at least one node that is not external; weights are finite and >= 0; min_rate
-// <= max_rate, for the nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a
-// finite speed > 0.
+// chain of the objective is a path with at least one node that is not external; who follows another is unscheduled, and
+// is fed by that one, which is unscheduled too; weights are finite and >= 0; min_rate <= max_rate, for the nodes of a
+// subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
@@ -31,6 +31,7 @@ struct Node {
   bool external = false;               // hardware or another program: no thread of ours, costs nothing
   bool unscheduled = false;            // runs by itself, above all that is scheduled
   std::optional<Nanos> period;         // unscheduled nodes, always: how often they run
+  std::optional<NodeId> follows;       // unscheduled nodes without a period of their own: whose output sets them off
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;

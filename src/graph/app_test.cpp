@@ -113,16 +113,31 @@ TEST(ChainElements, UnscheduledNodesAreOneEach) {
   ASSERT_EQ(elements.size(), 3U);
   EXPECT_EQ(elements[0].subchain, std::nullopt);
   EXPECT_TRUE(elements[2].subchain.has_value());
-  EXPECT_EQ(app->graph.node(*app->graph.find_node("Int")).period, 5ms) << "it runs with the IMU";
+  EXPECT_EQ(app->graph.node(*app->graph.find_node("Int")).period, 5ms) << "it follows the IMU";
 }
 
-TEST(App, RanksByWeightThenAsWritten) {
+TEST(App, StealsByWeightThenAsWritten) {
   const App app = navigation();
   EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("local")), 1.005);
   EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("GL")), 0.505);
   EXPECT_DOUBLE_EQ(app.weight_of(*app.graph.find_subchain("GM")), 0.0);
-  EXPECT_THAT(names(app, app.order), ElementsAre("local", "GL", "NC", "GM", "GP"));
-  EXPECT_EQ(app.steal.priority, app.order);
+  EXPECT_THAT(names(app, app.steal.priority), ElementsAre("local", "GL", "NC", "GM", "GP"));
+}
+
+TEST(App, OrdersSlotsSoThatGiversComeBeforeTheirUsers) {
+  const App app = navigation();
+  EXPECT_THAT(names(app, app.order), ElementsAre("GL", "NC", "local", "GM", "GP"));
+}
+
+TEST(App, OrdersSlotsByTheHeavierChainWhereTwoDisagree) {
+  for (const double back : {0.5, 2.0}) {
+    AppSpec spec = spec_of({"a", "b", "c", "d"}, {"a d", "b c", "a b", "c d"});
+    spec.subchains = {subchain("outer", "a d"), subchain("inner", "b c")};
+    spec.objective = {response("a b", 1.0), response("c d", back)};
+    const auto app = build_app(spec);
+    ASSERT_TRUE(app.ok()) << app.error().message();
+    EXPECT_EQ(names(*app, app->order).front(), back > 1.0 ? "inner" : "outer");
+  }
 }
 
 }  // namespace

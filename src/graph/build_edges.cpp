@@ -122,7 +122,8 @@ void AppBuilder::sort_topologically() {
   }
 }
 
-// An unscheduled node without a period runs whenever an unscheduled predecessor has: as often as the fastest of them.
+// An unscheduled node without a period follows the fastest of the unscheduled nodes that feed it, where speed is how
+// often they can give output; of equals the first.
 void AppBuilder::complete_periods() {
   auto& nodes = app_.graph.nodes_;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -139,7 +140,10 @@ void AppBuilder::complete_periods() {
     for (const NodeId before : node.predecessors) {
       const Node& predecessor = nodes[before.index()];
       if (!predecessor.unscheduled || !predecessor.period) continue;
-      node.period = node.period ? std::min(*node.period, *predecessor.period) : *predecessor.period;
+      const Nanos every = std::max(*predecessor.period, predecessor.output_period.value_or(Nanos{0}));
+      if (node.period && *node.period <= every) continue;
+      node.period = every;
+      node.follows = before;
     }
   }
 }

@@ -93,6 +93,11 @@ void check_partition(const App& app) {
     RC_ASSERT(app.graph.find_node(node.name) == NodeId(i));
     RC_ASSERT((node.external ? 1 : 0) + (node.unscheduled ? 1 : 0) + owners[NodeId(i)] == 1);
     RC_ASSERT(node.unscheduled == node.period.has_value());
+    if (node.follows) {
+      const Node& followed = app.graph.node(*node.follows);
+      RC_ASSERT(node.unscheduled && followed.unscheduled && app.graph.has_edge(*node.follows, NodeId(i)));
+      RC_ASSERT(*node.period >= *followed.period);
+    }
     RC_ASSERT(node.max_threads >= 1);
     RC_ASSERT(!node.min_rate || !node.max_rate || *node.min_rate <= *node.max_rate);
   }
@@ -107,9 +112,26 @@ void check_order(const App& app) {
   for (const Edge& edge : app.graph.edges()) RC_ASSERT(position[edge.from] < position[edge.to]);
   for (const auto& ranking : {app.order, app.steal.priority}) {
     RC_ASSERT(std::set(ranking.begin(), ranking.end()).size() == app.graph.subchains().size());
-    RC_ASSERT(std::is_sorted(ranking.begin(), ranking.end(),
-                             [&](SubchainId a, SubchainId b) { return app.weight_of(a) > app.weight_of(b); }));
+    RC_ASSERT(ranking.size() == app.graph.subchains().size());
   }
+  const auto& steal = app.steal.priority;
+  RC_ASSERT(std::is_sorted(steal.begin(), steal.end(),
+                           [&](SubchainId a, SubchainId b) { return app.weight_of(a) > app.weight_of(b); }));
+}
+
+// Along the heaviest term's chain, whoever gives has its slot before who uses what it gives.
+void check_slots_follow_data(const App& app) {
+  const auto heaviest = std::max_element(app.objective.begin(), app.objective.end(),
+                                         [](const Term& a, const Term& b) { return a.weight < b.weight; });
+  if (heaviest->weight <= 0.0) return;
+  std::vector<SubchainId> chain;
+  for (const NodeId node : heaviest->path) {
+    const auto subchain = app.graph.node(node).subchain;
+    if (subchain && (chain.empty() || chain.back() != *subchain)) chain.push_back(*subchain);
+  }
+  if (std::set(chain.begin(), chain.end()).size() != chain.size()) return;  // comes back to one: no order serves all
+  const auto place = [&](SubchainId id) { return std::find(app.order.begin(), app.order.end(), id); };
+  for (std::size_t i = 1; i < chain.size(); ++i) RC_ASSERT(place(chain[i - 1]) < place(chain[i]));
 }
 
 void check_objective(const App& app) {
@@ -140,6 +162,7 @@ RC_GTEST_PROP(BuildAppProperty, WhateverIsBuiltKeepsTheInvariants, ()) {
   }
   check_partition(*app);
   check_order(*app);
+  check_slots_follow_data(*app);
   check_objective(*app);
 }
 

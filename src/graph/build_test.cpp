@@ -125,6 +125,69 @@ TEST(BuildEdges, AskForThePeriodOfAnUnscheduledSource) {
               HasSubstr("nodes.imu.period: an unscheduled node that no other unscheduled node feeds needs"));
 }
 
+// An app of unscheduled nodes that feed one another, of which `periods` have one of their own, and a scheduled sink.
+AppSpec drivers(const std::vector<std::string>& nodes, const std::vector<std::string>& paths,
+                const std::vector<std::pair<std::string, Nanos>>& periods) {
+  AppSpec spec = spec_of(nodes, paths);
+  for (NodeSpec& each : spec.nodes) each.unscheduled = each.name.value != "sink";
+  for (const auto& [name, period] : periods) node(spec, name).period = At<Nanos>{period, {}};
+  spec.objective = {response("sink", 1.0)};
+  return spec;
+}
+
+// "imu 5ms": whom the node follows, and its period.
+std::string followed_by(const AppSpec& spec, const std::string& name) {
+  const auto app = build_app(spec);
+  if (!app) return app.error().message();
+  const Node& node = app->graph.node(*app->graph.find_node(name));
+  const std::string whom = node.follows ? app->graph.node(*node.follows).name : "nobody";
+  return whom + " " + std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(*node.period).count()) +
+         "ms";
+}
+
+TEST(Followers, FollowTheFastestThatFeedsThem) {
+  const AppSpec spec =
+      drivers({"slow", "imu", "Int", "sink"}, {"slow Int sink", "imu Int"}, {{"slow", 20ms}, {"imu", 5ms}});
+  EXPECT_EQ(followed_by(spec, "Int"), "imu 5ms");
+  EXPECT_EQ(followed_by(spec, "imu"), "nobody 5ms");
+}
+
+TEST(Followers, OfEqualsTheFirstInput) {
+  const auto of = [](const std::vector<std::string>& paths) {
+    return drivers({"left", "right", "both", "sink"}, paths, {{"left", 5ms}, {"right", 5ms}});
+  };
+  EXPECT_EQ(followed_by(of({"left both sink", "right both"}), "both"), "left 5ms");
+  EXPECT_EQ(followed_by(of({"right both sink", "left both"}), "both"), "right 5ms");
+}
+
+TEST(Followers, APeriodOfItsOwnKeepsTheTimer) {
+  EXPECT_EQ(followed_by(drivers({"imu", "Int", "sink"}, {"imu Int sink"}, {{"imu", 5ms}, {"Int", 5ms}}), "Int"),
+            "nobody 5ms");
+}
+
+TEST(Followers, FormRows) {
+  const AppSpec spec = drivers({"B", "A", "imu", "sink"}, {"imu A B sink", "imu B"}, {{"imu", 5ms}});
+  EXPECT_EQ(followed_by(spec, "A"), "imu 5ms");
+  EXPECT_EQ(followed_by(spec, "B"), "A 5ms") << "the first of its inputs";
+}
+
+// Who emits less often than it runs sets its followers off less often.
+TEST(Followers, GoByWhatIsEmitted) {
+  AppSpec spec =
+      drivers({"imu", "other", "Int", "next", "sink"}, {"imu Int next sink"}, {{"imu", 5ms}, {"other", 10ms}});
+  node(spec, "imu").output_period = At<Nanos>{20ms, {}};
+  EXPECT_EQ(followed_by(spec, "Int"), "imu 20ms");
+  EXPECT_EQ(followed_by(spec, "next"), "Int 20ms");
+  spec.edges.push_back({split("other Int"), {}});
+  EXPECT_EQ(followed_by(spec, "Int"), "other 10ms");
+}
+
+TEST(Followers, AScheduledNodeIsNotFollowed) {
+  AppSpec spec = drivers({"camera", "imu", "Int", "sink"}, {"camera Int sink", "imu Int"}, {{"imu", 5ms}});
+  node(spec, "camera").unscheduled = false;
+  EXPECT_EQ(followed_by(spec, "Int"), "imu 5ms");
+}
+
 TEST(BuildSubchains, RefusesWhatIsNoPath) {
   AppSpec spec = good_spec();
   spec.subchains = {subchain("a", "LM scan"), subchain("b", "GL nowhere"), subchain("c", ""), subchain("d", "LP LP")};

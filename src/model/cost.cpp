@@ -39,6 +39,11 @@ Millis CostProfile::with_threads(int q, int max_threads) const {
   return std::prev(by_threads_.upper_bound(q))->second;
 }
 
+int CostProfile::threads_used(int q) const {
+  assert(q >= 1);
+  return by_threads_.empty() ? q : std::prev(by_threads_.upper_bound(q))->first;
+}
+
 CostProfile CostProfile::times(double factor) const {
   assert(factor >= 0.0);
   CostProfile scaled = *this;

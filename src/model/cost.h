@@ -40,6 +40,10 @@ class CostProfile {
   // else single_thread() / min(q, max_threads). Precondition: q >= 1, max_threads >= 1.
   Millis with_threads(int q, int max_threads) const;
 
+  // How many of at most q threads a run makes use of: where times by threads are known, the number that with_threads()
+  // goes by. Precondition: q >= 1.
+  int threads_used(int q) const;
+
   // The same, all times multiplied. Precondition: factor >= 0.
   CostProfile times(double factor) const;
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <span>
 #include <utility>
 
 #include "base/statistics.h"
@@ -10,6 +12,7 @@ namespace ctn::model {
 namespace {
 
 constexpr std::size_t kFrequencyWindows = 10;
+constexpr std::size_t kEnoughToGoBy = 5;
 
 // Returns what it replaced; `value` itself while there is room.
 template <class Ring, class T>
@@ -23,6 +26,16 @@ T push(Ring& ring, T value, std::size_t capacity) {
   return replaced;
 }
 
+// 0 where there are none.
+Millis percentile_of(std::span<const Nanos> runs, double percentile) {
+  if (runs.empty()) return Millis{0};
+  std::vector<double> samples;
+  samples.reserve(runs.size());
+  for (const Nanos run : runs) samples.push_back(to_millis(run).count());
+  std::sort(samples.begin(), samples.end());
+  return Millis{percentile_of_sorted(samples, percentile)};
+}
+
 }  // namespace
 
 Estimator::Estimator(int window, double percentile, std::vector<std::string> modes)
@@ -30,6 +43,7 @@ Estimator::Estimator(int window, double percentile, std::vector<std::string> mod
   assert(window >= 1 && percentile > 0.0 && percentile <= 100.0);
   if (names_.empty()) names_.emplace_back();
   runs_.resize(names_.size());
+  doubted_.resize(names_.size());
   recent_count_.resize(names_.size());
 }
 
@@ -37,6 +51,7 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   assert(cpu.count() >= 0);
   if (mode >= names_.size()) mode = 0;
   push(runs_[mode], cpu, window_);
+  if (doubted_[mode] > 0 && --doubted_[mode] == 0) forget_before(mode, kEnoughToGoBy);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
   const bool full = recent_modes_.values.size() == capacity;
@@ -46,18 +61,39 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   ++count_;
 }
 
+std::optional<Estimator::Shift> Estimator::forget_before(std::size_t mode, std::size_t runs) {
+  assert(runs >= 1);
+  if (mode >= names_.size()) mode = 0;
+  std::vector<Nanos>& values = runs_[mode].values;
+  std::rotate(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(runs_[mode].oldest), values.end());
+  runs_[mode].oldest = 0;
+  if (runs >= values.size()) return std::nullopt;
+  const auto since = values.end() - static_cast<std::ptrdiff_t>(runs);
+  const Shift shift{percentile_of({values.begin(), since}, percentile_),
+                    percentile_of({since, values.end()}, percentile_)};
+  values.erase(values.begin(), since);
+  return shift;
+}
+
+void Estimator::rescale(double factor) {
+  for (std::size_t mode = 0; mode < runs_.size(); ++mode) rescale(factor, mode);
+}
+
+void Estimator::rescale(double factor, std::size_t mode) {
+  assert(factor > 0.0);
+  for (Nanos& run : runs_[mode].values) run = Nanos{std::llround(static_cast<double>(run.count()) * factor)};
+}
+
+void Estimator::doubt() { doubted_.assign(doubted_.size(), kEnoughToGoBy); }
+
 CostProfile Estimator::profile(double percentile) const {
   assert(count_ > 0);
   const auto total = static_cast<double>(recent_modes_.values.size());
   std::vector<ModeCost> modes;
   modes.reserve(names_.size());
   for (std::size_t mode = 0; mode < names_.size(); ++mode) {
-    std::vector<double> samples;
-    samples.reserve(runs_[mode].values.size());
-    for (const Nanos run : runs_[mode].values) samples.push_back(to_millis(run).count());
-    std::sort(samples.begin(), samples.end());
-    const double cost = samples.empty() ? 0.0 : percentile_of_sorted(samples, percentile);
-    modes.push_back({names_[mode], static_cast<double>(recent_count_[mode]) / total, Millis{cost}});
+    const Millis cost = percentile_of(runs_[mode].values, percentile);
+    modes.push_back({names_[mode], static_cast<double>(recent_count_[mode]) / total, cost});
   }
   return CostProfile::of_modes(std::move(modes));
 }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,20 @@ class Estimator {
 
   // A run used `cpu` (>= 0) in mode `mode`, an index into the declared modes; an unknown mode counts as the first.
   void add(Nanos cpu, std::size_t mode);
+
+  // The percentile of a mode's runs before and since something changed.
+  struct Shift {
+    Millis before{0};
+    Millis after{0};
+  };
+  // The mode's runs have changed: all but the newest `runs` (>= 1) of those in the window are forgotten. None: nothing
+  // is left of before.
+  std::optional<Shift> forget_before(std::size_t mode, std::size_t runs);
+  // All runs, or those of one mode, would have taken `factor` (> 0) times as long.
+  void rescale(double factor);
+  void rescale(double factor, std::size_t mode);
+  // What was seen so far may not hold any more, and nobody knows what does: it serves until five more runs of the mode.
+  void doubt();
 
   // How many runs it has seen in all, since the start.
   std::size_t count() const { return count_; }
@@ -46,7 +61,8 @@ class Estimator {
   std::size_t window_;
   double percentile_;
   std::vector<std::string> names_;
-  std::vector<Ring<Nanos>> runs_;  // by mode
+  std::vector<Ring<Nanos>> runs_;     // by mode
+  std::vector<std::size_t> doubted_;  // by mode: so many runs, and what was before them goes; 0: nothing is doubted
   Ring<std::size_t> recent_modes_;
   std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_
   std::size_t count_ = 0;

@@ -96,5 +96,51 @@ RC_GTEST_PROP(Estimator, AgreesWithItsDefinition, ()) {
   }
 }
 
+TEST(Estimator, ForgetsWhatWasBeforeAChange) {
+  Estimator estimator(10, 100.0, {"a", "b"});
+  estimator.add(ms(7), 1);
+  for (int i = 0; i < 13; ++i) estimator.add(ms(10 + i), 0);
+  for (int i = 0; i < 4; ++i) estimator.add(ms(40 + i), 0);
+  const auto shift = estimator.forget_before(0, 4);
+  ASSERT_TRUE(shift);
+  EXPECT_EQ(shift->before, Millis{22});
+  EXPECT_EQ(shift->after, Millis{43});
+  estimator.add(ms(30), 0);
+  EXPECT_EQ(estimator.profile(20.0).modes()[0].cost, Millis{30}) << "of five, the least";
+  EXPECT_EQ(estimator.profile().modes()[0].cost, Millis{43});
+  EXPECT_EQ(estimator.profile().modes()[1].cost, Millis{7}) << "the other mode has not changed";
+  for (int i = 0; i < 10; ++i) estimator.add(ms(5), 0);
+  EXPECT_EQ(estimator.profile().modes()[0].cost, Millis{5}) << "the window is as long as before";
+}
+
+TEST(Estimator, WhereTheWindowHoldsNothingElseThereIsNothingToForget) {
+  Estimator estimator(4, 100.0, {});
+  for (int i = 1; i <= 6; ++i) estimator.add(ms(i), 0);
+  EXPECT_FALSE(estimator.forget_before(0, 4));
+  estimator.add(ms(1), 0);
+  estimator.add(ms(1), 0);
+  EXPECT_EQ(estimator.profile().single_thread(), Millis{6});
+  estimator.add(ms(1), 0);
+  estimator.add(ms(1), 0);
+  EXPECT_EQ(estimator.profile().single_thread(), Millis{1});
+}
+
+TEST(Estimator, Rescales) {
+  Estimator estimator(4, 100.0, {});
+  estimator.add(ms(6), 0);
+  estimator.rescale(1.5);
+  EXPECT_EQ(estimator.profile().single_thread(), Millis{9});
+}
+
+TEST(Estimator, WhatIsDoubtedServesUntilThereIsEnoughToGoBy) {
+  Estimator estimator(40, 100.0, {});
+  for (int i = 0; i < 40; ++i) estimator.add(ms(9), 0);
+  estimator.doubt();
+  for (int i = 0; i < 4; ++i) estimator.add(ms(4), 0);
+  EXPECT_EQ(estimator.profile().single_thread(), Millis{9});
+  estimator.add(ms(4), 0);
+  EXPECT_EQ(estimator.profile().single_thread(), Millis{4});
+}
+
 }  // namespace
 }  // namespace ctn::model

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "base/mixed.h"
 #include "model/portable_math.h"
 
 namespace ctn::model {
@@ -10,14 +11,12 @@ namespace {
 
 constexpr double kZ95 = 1.6448536269514722;  // 95 % of a standard normal variable are below it
 
-// One number for each (seed, node, run, purpose), without a state to carry from run to run: the finaliser of splitmix64
-// (Steele, Lea and Flood, 2014) over what identifies it.
+// One number for each (seed, node, run, purpose), without a state to carry from run to run.
 class Luck {
  public:
   enum class Purpose : std::uint64_t { kMode = 1, kTime = 2, kSpike = 3 };
 
-  Luck(std::uint64_t seed, NodeId node, std::uint64_t run)
-      : state_(mixed(mixed(mixed(seed + kGolden) ^ (node.index() + kGolden)) ^ (run + kGolden))) {}
+  Luck(std::uint64_t seed, NodeId node, std::uint64_t run) : state_(mixed_of(seed, node.index(), run)) {}
 
   // Uniform in (0, 1), both ends excluded.
   double uniform(Purpose purpose) const {
@@ -26,14 +25,6 @@ class Luck {
   }
 
  private:
-  static constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
-
-  static constexpr std::uint64_t mixed(std::uint64_t x) {
-    x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9;
-    x = (x ^ (x >> 27U)) * 0x94D049BB133111EB;
-    return x ^ (x >> 31U);
-  }
-
   std::uint64_t state_;
 };
 

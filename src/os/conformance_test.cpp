@@ -74,6 +74,18 @@ TEST_P(OsConformance, TimeNeverGoesBack) {
   }
 }
 
+TEST_P(OsConformance, AThreadIsOnACpuThatItMayUse) {
+  const Result<CpuSet> mine = os().affinity(os().current_thread());
+  ASSERT_TRUE(mine.ok());
+  EXPECT_TRUE(mine->contains(os().current_cpu()));
+}
+
+TEST_P(OsConformance, PowerIsToldOfTheCpusAskedFor) {
+  const CpuSet none;
+  EXPECT_TRUE(os().power_state(none).cpus.empty());
+  EXPECT_EQ(os().power_state(none), os().power_state(none));
+}
+
 TEST_P(OsConformance, SleepIsNotEarly) {
   const TimePoint deadline = os().now() + 3ms;
   os().sleep_until(deadline);
@@ -342,6 +354,54 @@ TEST_P(OsConformance, GuardOfAThreadThatIsGoneDoesNothing) {
   SchedulingGuard guard(os(), gone_thread());
   EXPECT_FALSE(guard.status().ok());
   EXPECT_TRUE(guard.restore().ok());
+}
+
+// ---- Guards
+// ----------------------------------------------------------------------------------------------------------
+
+TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsGivenBackWhenTheGuardEnds) {
+  Parked watched(os());
+  Parked forgotten(os());
+  const SavedScheduling before = os().save_scheduling(watched.id()).value();
+  const CpuSet first{before.affinity.cpus().front()};
+  {
+    auto guard = os().start_guard();
+    ASSERT_TRUE(guard.ok()) << guard.error().message();
+    for (const ThreadId thread : {watched.id(), forgotten.id()}) {
+      ASSERT_TRUE((*guard)->watch(thread, before));
+      ASSERT_TRUE(os().set_affinity(thread, first).ok());
+      if (os().real_time_facts().permitted) {
+        ASSERT_TRUE(os().set_level(thread, Level::kActive).ok());
+      }
+    }
+    EXPECT_TRUE((*guard)->tend().ok());
+    EXPECT_EQ(os().affinity(watched.id()).value(), first);  // not before its time
+    (*guard)->forget(forgotten.id());
+    EXPECT_EQ((*guard)->replaced(), 0);
+  }
+  SavedScheduling after = os().save_scheduling(watched.id()).value();
+  if (!before.reset_on_fork) after.reset_on_fork = false;  // not every process may clear it
+  EXPECT_EQ(after, before);
+  EXPECT_EQ(os().affinity(forgotten.id()).value(), first);
+}
+
+TEST_P(OsConformance, GuardKeepsTheLastOfSeveralAndNothingOfWhoIsGone) {
+  Parked parked(os());
+  const ThreadId gone = gone_thread();
+  const SavedScheduling before = os().save_scheduling(parked.id()).value();
+  SavedScheduling last = before;
+  last.affinity = CpuSet{before.affinity.cpus().back()};
+  {
+    auto guard = os().start_guard();
+    ASSERT_TRUE(guard.ok()) << guard.error().message();
+    EXPECT_FALSE((*guard)->watch(gone, before));
+    EXPECT_FALSE((*guard)->watch(ThreadId{0}, before));
+    EXPECT_FALSE((*guard)->watch(ThreadId{-1}, before));
+    (*guard)->forget(gone);
+    for (int i = 0; i < 3000; ++i) ASSERT_TRUE((*guard)->watch(parked.id(), before));  // takes no room
+    ASSERT_TRUE((*guard)->watch(parked.id(), last));
+  }
+  EXPECT_EQ(os().affinity(parked.id()).value(), last.affinity);
 }
 
 // ---- CPUs

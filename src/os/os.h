@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -94,6 +95,19 @@ struct HostFacts {
   Nanos steal{0};  // CPU time that a hypervisor took from this machine since boot, all CPUs
 };
 
+// What decides how fast CPUs run, as the kernel reports it; empty where it does not. For telling when it changes.
+struct PowerState {
+  struct Cpu {
+    int number = 0;
+    std::optional<long> limit_khz;  // no faster than this, for now
+    std::string governor;
+    friend bool operator==(const Cpu&, const Cpu&) = default;
+  };
+  std::optional<bool> on_mains;  // false: on battery
+  std::vector<Cpu> cpus;         // ascending by number
+  friend bool operator==(const PowerState&, const PowerState&) = default;
+};
+
 // A thread's scheduling as it was before Catan touched it. Only the implementation that made it can read it.
 struct SavedScheduling {
   int policy = 0;
@@ -117,6 +131,29 @@ class Thread {
 class ReadyCpus {
  public:
   virtual ~ReadyCpus() = default;
+};
+
+// Gives threads of other processes their scheduling back if this process ends without doing so itself, however it ends:
+// a second process, the guardian, outlives it for as long as that takes. What is watched it never touches before.
+//
+// Start it early: what this process has in memory by then the guardian keeps, too. It cannot help where it is killed
+// together with this process. Thread safety: every call from any thread.
+class Guard {
+ public:
+  // Ends the guardian, which gives back what has not been forgotten.
+  virtual ~Guard() = default;
+
+  // From now on the thread would get back `before`; of several calls the last counts. False, and then it would not:
+  // the thread is gone, too many are watched (1024), or no guardian can be had.
+  virtual bool watch(ThreadId thread, const SavedScheduling& before) = 0;
+  // For a thread that got its scheduling back, or ended. Nothing happens where it is not watched.
+  virtual void forget(ThreadId thread) = 0;
+
+  // Where somebody ended the guardian, starts another in its place, which watches what it did. Cheap enough to be
+  // called every second; watch() calls it, too. kEnvironment: none can be started; the next call tries again.
+  virtual Status tend() = 0;
+  // How often that was needed: what a user should be told when it grows.
+  virtual int replaced() const = 0;
 };
 
 class Os {
@@ -160,10 +197,20 @@ class Os {
   virtual RealTimeFacts real_time_facts() = 0;
   virtual HostFacts host_facts() = 0;
 
+  // The CPU that the calling thread is on; -1 where it cannot be told. On the hot path.
+  virtual int current_cpu() = 0;
+  // Of these CPUs. Cheap enough to be asked once a second.
+  virtual PowerState power_state(const CpuSet& cpus) = 0;
+  // CPU time that a hypervisor took from each CPU since boot; those that are not told are left out.
+  virtual std::map<int, Nanos> stolen_time() = 0;
+
   // In a virtual machine, an idle CPU is given to others on the host, and comes back late and with cold caches: keeps
   // that from happening. Null where there is nothing to keep: on hardware of its own, idle CPUs save energy as the
   // system's settings say. kEnvironment where it is refused.
   virtual Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() = 0;
+
+  // kEnvironment where the system has no process left, or forbids what a guardian needs. Ended before this object.
+  virtual Result<std::unique_ptr<Guard>> start_guard() = 0;
 };
 
 }  // namespace ctn::os

@@ -45,13 +45,23 @@ std::vector<SoftBound> soft_bounds(const graph::App& app) {
   return bounds;
 }
 
+bool is_put_off(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain) {
+  const double every = 1.0 / plan.subchains[subchain.index()].share;
+  if (every >= kPutOffFrom * (1.0 - kTolerance)) return true;
+  // Saved credit lets a queue's runs follow each other in one slot, where no cap is looked at.
+  if (takes_batches(graph, subchain)) return false;
+  Millis slices{0};
+  for (const Slot& slot : core.slots) slices += slot.slice;
+  return period_limits(graph, subchain).least * (1.0 - plan.slack) >= kPutOffFrom * slices;
+}
+
 namespace {
 
 Millis held_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core, bool elastic) {
   Millis least{0};
   for (const Slot& slot : core.slots) {
     const SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
-    if (elastic && is_put_off(subchain)) continue;
+    if (elastic && is_put_off(graph, plan, core, slot.subchain)) continue;
     least = std::max(least, subchain.share * period_limits(graph, slot.subchain).least);
   }
   return least;
@@ -62,8 +72,6 @@ Millis held_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& c
 Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
   return held_frame(graph, plan, core, false);
 }
-
-bool is_put_off(const SubchainPlan& subchain) { return subchain.share * kPutOffFrom <= 1.0 + kTolerance; }
 
 Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
   return held_frame(graph, plan, core, true);

@@ -41,11 +41,13 @@ std::vector<SoftBound> soft_bounds(const graph::App& app);
 
 // The shortest frame that keeps the caps of all who share the core, at the shares they have: CorePlan::frame_min.
 Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
-// Elastic frames may be shorter than that: a subchain that runs every kPutOffFrom frames or less often need not hold up
-// the others to keep its cap. Its trigger is put off to a later frame instead, by no more than one part in kPutOffFrom
-// of its period. The shortest frame that keeps the caps of the rest:
+// Elastic frames may be shorter than that: a subchain whose cap is many frames long need not hold up the others to keep
+// it. Its trigger is put off to a later frame instead, by no more than one part in kPutOffFrom of its period: frames in
+// which every slot is used to its end are that much shorter, or it runs every so many of them anyway. Precondition: the
+// subchain has a slot of the core.
 constexpr int kPutOffFrom = 10;
-bool is_put_off(const SubchainPlan& subchain);
+bool is_put_off(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain);
+// The shortest frame that keeps the caps of those that are not put off.
 Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average

@@ -24,24 +24,26 @@ constexpr std::size_t kLookedAt = 64;   // partitions
 // More of it goes into proofs of less and less.
 constexpr std::size_t kToTry = 64;
 constexpr std::size_t kToCloseGap = 16;
+constexpr std::size_t kToKeep = 4;     // of very many
+constexpr double kWorthARound = 1e-3;  // of the value: what another round should gain where a plan is in force
 
 class Joint {
  public:
-  Joint(const Instance& instance, const Target& target, Effort& effort)
-      : instance_(instance), effort_(effort), solver_(instance, target) {}
+  Joint(const Instance& instance, const Target& target, double cutoff, Effort& effort)
+      : instance_(instance), cutoff_(cutoff), effort_(effort), solver_(instance, target) {}
 
   Planned run(const Allocation* warm, const Planned* known) {
     if (known) best_ = *known;
-    if (warm) try_allocation(*warm, kQuickLook);
     if (instance_.cores() == 1 && instance_.members.size() > 1) {
       best_.bound = try_allocation(all_on_one());
       return std::move(best_);
     }
+    if (warm) try_allocation(*warm, kQuickLook);
     Prices prices(instance_, solver_);
     if (instance_.members.size() <= kFew && Partitions::steps(instance_) <= kFewSteps) {
       few(prices);
     } else {
-      many(prices);
+      many(prices, known ? nullptr : warm);
     }
     if (best_.found) best_.bound = std::min(best_.bound, best_.shares.value);
     return std::move(best_);
@@ -58,7 +60,7 @@ class Joint {
     return allocation;
   }
 
-  double known() const { return best_.found ? best_.shares.value : kInfinity; }
+  double known() const { return best_.found ? std::min(best_.shares.value, cutoff_) : cutoff_; }
   double limit() const { return proof_of(known()); }
 
   // Returns what is proven of it.
@@ -128,25 +130,40 @@ class Joint {
     if (complete) best_.bound = std::max(best_.bound, proven);
   }
 
-  void many(Prices& prices) {
+  // `again`: what a plan in force has, where there is one: then this is to be quick rather than thorough, if there are
+  // very many.
+  void many(Prices& prices, const Allocation* again) {
     best_.bound = -kInfinity;
+    const bool very_many = instance_.members.size() > kCheap;
+    // Local search has a use for any effort, the bounds for some.
+    const std::size_t kept = very_many && !again ? effort_.left / kToKeep : 0;
+    effort_.left -= kept;
     LocalSearch search(instance_, prices);
-    std::vector<Piece> pieces = best_.found ? to_pieces(best_.allocation) : search.start();
+    // Whoever gives a cutoff has shares for the allocation to begin with, if none that are below it.
+    const bool warm_will_do = again && std::isfinite(cutoff_);
+    std::vector<Piece> pieces = best_.found    ? to_pieces(best_.allocation)
+                                : warm_will_do ? to_pieces(*again)
+                                               : search.start();
     std::vector<Piece> last;
     constexpr int kRounds = 6;
     for (int round = 0; round < kRounds && effort_.left > 0; ++round) {
+      const double before = this->known();
       prices.refresh();
       raise_bound(std::max(spread_bound(instance_, prices), pooled_bound(instance_, prices)));
       search.improve(pieces, effort_);
       if (pieces == last) break;
       last = pieces;
       try_allocation(to_allocation(pieces, instance_.members.size()), std::max<std::size_t>(1, effort_.left / kToTry));
+      if (very_many && again && this->known() > before * (1.0 - kWorthARound)) break;
     }
+    effort_.left += kept;
     prices.refresh();
     raise_bound(std::max(spread_bound(instance_, prices), pooled_bound(instance_, prices)));
-    if (!best_.found) try_allocation(to_allocation(pieces, instance_.members.size()));
+    if (!best_.found && !std::isfinite(cutoff_)) try_allocation(to_allocation(pieces, instance_.members.size()));
     // Where cores differ, spreading is all that is known.
-    if (best_.found && best_.bound < limit() && instance_.kind_count() == 1) close_gap(prices);
+    if (best_.found && best_.bound < limit() && instance_.kind_count() == 1) {
+      if (!very_many || (!again && pair_cover_effort(instance_) < effort_.left)) close_gap(prices);
+    }
   }
 
   void raise_bound(double bound) { best_.bound = std::max(best_.bound, bound); }
@@ -212,17 +229,57 @@ class Joint {
   }
 
   const Instance& instance_;
+  double cutoff_;
   Effort& effort_;
   SharesSolver solver_;
   Planned best_;
   Allocation last_;
 };
 
+// Of the cores that are left; an empty set where they do not do.
+Piece fewest_cores(const Instance& instance, std::size_t i, const std::vector<int>& spare) {
+  Piece best;
+  for (int kind = 0; kind < instance.kind_count(); ++kind) {
+    const std::vector<Owned>& owned = instance.members[i].on_kind(kind).owned;
+    const int most = std::min(static_cast<int>(owned.size()), spare[static_cast<std::size_t>(kind)]);
+    for (int cores = 1; cores <= most; ++cores) {
+      if (!std::isfinite(owned[static_cast<std::size_t>(cores - 1)].period)) continue;
+      if (best.set.empty() || cores < best.cores) best = {Set::of(i), cores, kind};
+      break;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
+Planned plan_exact_apart(const Instance& instance, const Target& target, double bound, Effort& effort) {
+  SharesSolver solver(instance, target);
+  Prices prices(instance, solver);
+  std::vector<int> spare;
+  for (const CoreKind& kind : instance.kinds) spare.push_back(kind.count);
+  std::vector<Piece> pieces;
+  Set others;
+  for (std::size_t i = 0; i < instance.members.size(); ++i) {
+    const Piece piece = instance.members[i].exact_period > 0.0 ? fewest_cores(instance, i, spare) : Piece{};
+    if (piece.set.empty()) {
+      others |= Set::of(i);
+      continue;
+    }
+    pieces.push_back(piece);
+    spare[static_cast<std::size_t>(piece.kind)] -= piece.cores;
+  }
+  const std::vector<Piece> rest = LocalSearch(instance, prices).start(others, spare);
+  if (pieces.empty() || (rest.empty() && !others.empty())) return {};
+  pieces.insert(pieces.end(), rest.begin(), rest.end());
+  Planned planned = plan_shares(instance, target, to_allocation(pieces, instance.members.size()), effort);
+  planned.bound = std::min(bound, planned.shares.value);
+  return planned;
+}
+
 Planned plan_jointly(const Instance& instance, const Target& target, const Allocation* warm, const Planned* known,
-                     Effort& effort) {
-  return Joint(instance, target, effort).run(warm, known);
+                     double cutoff, Effort& effort) {
+  return Joint(instance, target, cutoff, effort).run(warm, known);
 }
 
 Planned plan_shares(const Instance& instance, const Target& target, const Allocation& allocation, Effort& effort) {

@@ -10,6 +10,8 @@
 // Joint, more subchains: local search (moves, swaps, cores given and taken) finds a plan; set partitioning with groups
 // made as they are needed (cover.h) bounds all others, and names those that may be better. Where these are few the
 // result is proven; else the plan says how far from the optimum it can be at most.
+// Joint, more than 64: the same, but what no effort is left for is not done (shares.h): mostly the bounds that know of
+// whole numbers in groups, so that gaps are wider, not wrong.
 //
 // Identical cores are not told apart, so that no allocation is looked at twice.
 //
@@ -29,9 +31,14 @@ struct Planned {
 };
 
 // The best allocation and shares for the target. `warm`: an allocation to begin with, perhaps of an earlier plan;
-// `known`: a plan that meets the target's limits, its value that of the target. Either may be null.
+// `known`: a plan that meets the target's limits, its value that of the target. Either may be null. Nothing is found
+// that is not below `cutoff`, which may be infinite.
 Planned plan_jointly(const Instance& instance, const Target& target, const Allocation* warm, const Planned* known,
-                     Effort& effort);
+                     double cutoff, Effort& effort);
+
+// Exact rates leave few allocations that can be had at all, and a search may miss them: one where each has cores of its
+// own, the fewest that do. `bound`: what is proven of all allocations.
+Planned plan_exact_apart(const Instance& instance, const Target& target, double bound, Effort& effort);
 
 // Stage I: the best allocation under equal shares; exact. Not found where rates leave none.
 Planned allocate_by_equal_shares(const Instance& instance, const Target& target, Effort& effort);

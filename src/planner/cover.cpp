@@ -1,7 +1,6 @@
 #include "planner/cover.h"
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -34,10 +33,10 @@ std::vector<double> most_prices(const CoverPrices& start) {
 class PartitionSearch {
  public:
   PartitionSearch(const GroupFinder::Found& columns, std::size_t subchains, int cores, double core_price)
-      : cores_(cores), core_price_(core_price), everyone_(~Set{0} >> (64 - subchains)), by_first_(subchains) {
+      : cores_(cores), core_price_(core_price), everyone_(Set::up_to(subchains)), by_first_(subchains) {
     std::vector<std::size_t> times(subchains, 0);
     for (const auto& [reduced, column] : columns) {
-      for (const int i : members_of(column.piece.set)) ++times[static_cast<std::size_t>(i)];
+      for (const int i : column.piece.set) ++times[static_cast<std::size_t>(i)];
     }
     // The subchain with the fewest columns first. A set has its bits in that order here.
     order_.resize(subchains);
@@ -46,9 +45,9 @@ class PartitionSearch {
     std::vector<std::size_t> rank(subchains);
     for (std::size_t r = 0; r < subchains; ++r) rank[order_[r]] = r;
     for (const auto& [reduced, column] : columns) {
-      Set set = 0;
-      for (const int i : members_of(column.piece.set)) set |= Set{1} << rank[static_cast<std::size_t>(i)];
-      by_first_[static_cast<std::size_t>(std::countr_zero(set))].push_back({set, column.piece.cores, reduced});
+      Set set;
+      for (const int i : column.piece.set) set |= Set::of(rank[static_cast<std::size_t>(i)]);
+      by_first_[static_cast<std::size_t>(set.first())].push_back({set, column.piece.cores, reduced});
     }
   }
 
@@ -69,20 +68,20 @@ class PartitionSearch {
 
  private:
   struct Choice {
-    Set set = 0;
+    Set set;
     int cores = 1;
     double reduced = 0.0;
   };
 
-  void descend(Set rest, int cores, double so_far) {
-    if (rest == 0) return keep(so_far + cores * core_price_);
-    for (const Choice& choice : by_first_[static_cast<std::size_t>(std::countr_zero(rest))]) {
+  void descend(const Set& rest, int cores, double so_far) {
+    if (rest.empty()) return keep(so_far + cores * core_price_);
+    for (const Choice& choice : by_first_[static_cast<std::size_t>(rest.first())]) {
       if (so_far + choice.reduced >= limit_) return;
       complete_ = complete_ && ++nodes_ <= kMostNodes;
       if (!complete_) return;
-      if ((choice.set & ~rest) != 0 || choice.cores > cores) continue;
+      if (choice.cores > cores || !choice.set.within(rest)) continue;
       chosen_.push_back(&choice);
-      descend(rest & ~choice.set, cores - choice.cores, so_far + choice.reduced);
+      descend(rest - choice.set, cores - choice.cores, so_far + choice.reduced);
       chosen_.pop_back();
     }
   }
@@ -95,8 +94,8 @@ class PartitionSearch {
     }
     std::vector<Piece> pieces;
     for (const Choice* choice : chosen_) {
-      Piece& piece = pieces.emplace_back(Piece{0, choice->cores});
-      for (const int r : members_of(choice->set)) piece.set |= Set{1} << order_[static_cast<std::size_t>(r)];
+      Piece& piece = pieces.emplace_back(Piece{{}, choice->cores});
+      for (const int r : choice->set) piece.set |= Set::of(order_[static_cast<std::size_t>(r)]);
     }
     found_.emplace_back(cost, std::move(pieces));
   }

@@ -1,7 +1,6 @@
 #include "planner/cover_program.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace ctn::planner {
 namespace {
@@ -21,10 +20,10 @@ CoverProgram::CoverProgram(const std::vector<double>& most, int cores) {
   inverse_.assign(rows() * rows(), 0.0);
   for (std::size_t row = 0; row < rows(); ++row) inverse(row)[row] = 1.0;
   for (std::size_t i = 0; i < count; ++i) {
-    columns_.push_back({{Set{1} << i, 0}, most[i]});
+    columns_.push_back({{Set::of(i), 0}, most[i]});
     level_.push_back(1.0 + kUntied * (1.0 + static_cast<double>(i * 7919 % 101) / 101.0));
   }
-  columns_.push_back({{0, 1}, 0.0});
+  columns_.push_back({{Set{}, 1}, 0.0});
   level_.push_back(cores);
   basic_cost_ = most;
   basic_cost_.push_back(0.0);
@@ -63,7 +62,7 @@ std::size_t CoverProgram::leaving(const Column& column) {
   for (std::size_t row = 0; row < rows(); ++row) {
     const double* of_row = inverse(row);
     double sum = column.piece.cores * of_row[rows() - 1];
-    for (Set rest = column.piece.set; rest != 0; rest &= rest - 1) sum += of_row[std::countr_zero(rest)];
+    for (const int i : column.piece.set) sum += of_row[i];
     direction_[row] = sum;
     if (sum <= kLeastPivot) continue;
     const double until = std::max(0.0, level_[row]) / sum;

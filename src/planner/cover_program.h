@@ -10,7 +10,6 @@
 // Units: milliseconds. Thread safety: one object a thread.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <vector>
 
@@ -23,9 +22,9 @@ struct CoverPrices {
   std::vector<double> members;
   double core = 0.0;
 
-  double worth(Set set) const {
+  double worth(const Set& set) const {
     double sum = 0.0;
-    for (; set != 0; set &= set - 1) sum += members[static_cast<std::size_t>(std::countr_zero(set))];
+    for (const int i : set) sum += members[static_cast<std::size_t>(i)];
     return sum;
   }
   // What all subchains together would pay beyond the cores. No partition costs less, if no group is worth more than it

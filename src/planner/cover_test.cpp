@@ -35,11 +35,11 @@ class EveryPartition {
   void join(std::size_t i) {
     if (i == instance_.members.size()) return own(0, instance_.cores());
     for (std::size_t g = 0, count = pieces_.size(); g < count; ++g) {
-      pieces_[g].set |= Set{1} << i;
+      pieces_[g].set |= Set::of(i);
       join(i + 1);
-      pieces_[g].set &= ~(Set{1} << i);
+      pieces_[g].set -= Set::of(i);
     }
-    pieces_.push_back({Set{1} << i, 1});
+    pieces_.push_back({Set::of(i), 1});
     join(i + 1);
     pieces_.pop_back();
   }
@@ -50,8 +50,8 @@ class EveryPartition {
       all_.emplace_back(prices_.of_all(pieces_), pieces_);
       return;
     }
-    const bool alone = std::has_single_bit(pieces_[g].set);
-    const int most = alone ? prices_.most_owned(std::countr_zero(pieces_[g].set), 0) : 1;
+    const bool alone = pieces_[g].set.single();
+    const int most = alone ? prices_.most_owned(pieces_[g].set.first(), 0) : 1;
     for (int k = 1; k <= most; ++k) {
       pieces_[g].cores = k;
       own(g + 1, cores - k);
@@ -94,7 +94,7 @@ struct Priced {
         solver(instance, target),
         prices(instance, solver) {
     Effort effort;
-    plan = plan_jointly(instance, target, nullptr, nullptr, effort);
+    plan = plan_jointly(instance, target, nullptr, nullptr, std::numeric_limits<double>::infinity(), effort);
     if (!plan.found) return;
     solver.solve(plan.allocation, std::numeric_limits<double>::infinity(), effort);
     prices.refresh();
@@ -208,7 +208,8 @@ TEST(Cover, ClosesTheGapOfManySubchains) {
   const Instance instance = make_instance(any.app, any.costs, any.cores, any.slack);
   const Target target = free_target(instance);
   Effort effort{300'000};
-  const Planned plan = plan_jointly(instance, target, nullptr, nullptr, effort);
+  const Planned plan =
+      plan_jointly(instance, target, nullptr, nullptr, std::numeric_limits<double>::infinity(), effort);
   ASSERT_TRUE(plan.found);
   EXPECT_GE(plan.bound, plan.shares.value * (1.0 - 1e-6));
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "model/portable_math.h"
 #include "planner/shares.h"
 
 namespace ctn::planner {
@@ -58,8 +59,8 @@ class Barrier {
 
   double value(const Vector& z, double t) const {
     double sum = t * cost.at(z);
-    for (const Linear& c : linear) sum -= std::log(c.at(z));
-    for (const Room& c : rooms) sum -= std::log(c.at(z));
+    for (const Linear& c : linear) sum -= model::portable_log(c.at(z));
+    for (const Room& c : rooms) sum -= model::portable_log(c.at(z));
     return sum;
   }
 

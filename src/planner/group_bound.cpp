@@ -1,7 +1,6 @@
 #include "planner/group_bound.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -173,12 +172,12 @@ class PairPrices {
     const std::size_t count = instance.members.size();
     for (std::size_t i = 0; i < count; ++i) {
       const int most = std::min(instance.cores(), prices.most_owned(static_cast<int>(i), 0));
-      for (int k = 1; k <= most; ++k) add({Set{1} << i, k});
-      for (std::size_t j = 0; j < i; ++j) add({Set{1} << i | Set{1} << j, 1});
+      for (int k = 1; k <= most; ++k) add({i, i, k, prices.of_owned(static_cast<int>(i), k, 0)});
+      for (std::size_t j = 0; j < i; ++j) add({j, i, 1, prices.of({Set::of(j) | Set::of(i), 1})});
     }
   }
 
-  std::size_t columns() const { return columns_.size(); }
+  std::size_t choices() const { return choices_.size(); }
 
   PairCover improve(const std::vector<Piece>& known) {
     const std::size_t count = instance_.members.size();
@@ -210,9 +209,16 @@ class PairPrices {
   }
 
  private:
-  void add(const Piece& piece) {
-    const double cost = prices_.of(piece);
-    if (std::isfinite(cost)) columns_.push_back({piece, cost});
+  // Cores of its own for one, or one core for two.
+  struct Choice {
+    std::size_t first = 0;
+    std::size_t last = 0;
+    int cores = 1;
+    double cost = 0.0;
+  };
+
+  void add(const Choice& choice) {
+    if (std::isfinite(choice.cost)) choices_.push_back(choice);
   }
 
   // What a group that is known costs, and its core, shared out among its members by their roots. Returns the cost of
@@ -224,7 +230,7 @@ class PairPrices {
     for (const Piece& piece : known) {
       const double cost = prices_.of(piece);
       goal += cost;
-      if (std::has_single_bit(piece.set)) continue;
+      if (piece.set.single()) continue;
       sharing += cost;
       ++shared;
     }
@@ -233,11 +239,12 @@ class PairPrices {
     at_.members.assign(instance_.members.size(), 0.0);
     for (const Piece& piece : known) {
       const double worth = prices_.of(piece) + at_.core * piece.cores;
+      const auto members = static_cast<double>(piece.set.size());
       double roots = 0.0;
-      for (const int i : members_of(piece.set)) roots += prices_.root(static_cast<std::size_t>(i), 0);
-      for (const int i : members_of(piece.set)) {
+      for (const int i : piece.set) roots += prices_.root(static_cast<std::size_t>(i), 0);
+      for (const int i : piece.set) {
         const auto index = static_cast<std::size_t>(i);
-        at_.members[index] = roots > 0.0 ? worth * prices_.root(index, 0) / roots : worth / std::popcount(piece.set);
+        at_.members[index] = roots > 0.0 ? worth * prices_.root(index, 0) / roots : worth / members;
       }
     }
     return goal;
@@ -247,13 +254,14 @@ class PairPrices {
   double evaluate(std::vector<int>& covered) {
     const int cores = instance_.cores();
     std::vector<double> least(static_cast<std::size_t>(cores + 1), kInfinity);
-    std::vector<const Column*> of(static_cast<std::size_t>(cores + 1), nullptr);
-    for (const Column& column : columns_) {
-      const double reduced = column.cost - at_.worth(column.piece.set);
-      const auto k = static_cast<std::size_t>(column.piece.cores);
+    std::vector<const Choice*> of(static_cast<std::size_t>(cores + 1), nullptr);
+    for (const Choice& choice : choices_) {
+      const double first = at_.members[choice.first];
+      const double reduced = choice.cost - (choice.first == choice.last ? first : first + at_.members[choice.last]);
+      const auto k = static_cast<std::size_t>(choice.cores);
       if (reduced < least[k]) {
         least[k] = reduced;
-        of[k] = &column;
+        of[k] = &choice;
       }
     }
     const double larger = least_of_larger_groups();
@@ -281,8 +289,12 @@ class PairPrices {
     for (int k = cores; k > 0;) {
       const int j = last[static_cast<std::size_t>(k)];
       if (j > 0) {
-        const Column* column = of[static_cast<std::size_t>(j)];
-        for (const int i : column ? members_of(column->piece.set) : larger_) ++covered[static_cast<std::size_t>(i)];
+        if (const Choice* choice = of[static_cast<std::size_t>(j)]) {
+          ++covered[choice->first];
+          if (choice->last != choice->first) ++covered[choice->last];
+        } else {
+          for (const int i : larger_) ++covered[static_cast<std::size_t>(i)];
+        }
       }
       k -= std::max(1, j);
     }
@@ -321,16 +333,22 @@ class PairPrices {
 
   const Instance& instance_;
   Prices& prices_;
-  std::vector<Column> columns_;
+  std::vector<Choice> choices_;
   CoverPrices at_;           // a core costs so much that no group is worth more than it costs
   std::vector<int> larger_;  // a group that least_of_larger_groups found
 };
 
 }  // namespace
 
+std::size_t pair_cover_effort(const Instance& instance) {
+  const std::size_t count = instance.members.size();
+  const auto cores = static_cast<std::size_t>(instance.cores());
+  return count * (count + 1) / 2 + cores * cores * kCoverRounds / 2 / 1'000;
+}
+
 PairCover cover_by_pairs(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort) {
   PairPrices pairs(instance, prices);
-  effort.spend(1 + pairs.columns());
+  effort.spend(1 + pairs.choices());
   return pairs.improve(known);
 }
 

@@ -27,6 +27,8 @@ struct PairCover {
   double bound = 0.0;
   CoverPrices prices;
 };
+// What it takes, in steps of effort: mostly a price for every pair.
+std::size_t pair_cover_effort(const Instance& instance);
 PairCover cover_by_pairs(const Instance& instance, Prices& prices, const std::vector<Piece>& known, Effort& effort);
 
 }  // namespace ctn::planner

@@ -1,7 +1,6 @@
 #include "planner/group_finder.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -26,7 +25,7 @@ GroupFinder::GroupFinder(const Instance& instance, Prices& prices) : instance_(i
     const int most = std::min(instance.cores(), prices.most_owned(static_cast<int>(i), 0));
     for (int cores = 1; cores <= most; ++cores) {
       const double cost = prices.of_owned(static_cast<int>(i), cores, 0);
-      if (std::isfinite(cost)) alone_.push_back({{Set{1} << i, cores}, cost});
+      if (std::isfinite(cost)) alone_.push_back({{Set::of(i), cores}, cost});
     }
   }
 }
@@ -50,7 +49,7 @@ void GroupFinder::sort_items() {
     const double root = prices_.root(i, 0);
     const double price = at_->members[i];
     const double free = price > 0.0 ? kInfinity : price < 0.0 ? -kInfinity : 0.0;
-    items_.push_back({root > 0.0 ? price / root : free, root, price, Set{1} << i, plain_[i] != 0});
+    items_.push_back({root > 0.0 ? price / root : free, root, price, Set::of(i), plain_[i] != 0});
   }
   std::stable_sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.ratio > b.ratio; });
 }
@@ -81,9 +80,9 @@ void GroupFinder::add_members(const Group& group, std::size_t from, Effort& effo
     if (++looks_ % kLooksAStep == 0) effort.spend(1);
     if (effort.left == 0) return;
     const Item& item = items_[i];
-    Group more{group.set | item.bit, group.root + item.root, group.worth + item.price, group.plain && item.plain};
+    Group more{group.set | item.one, group.root + item.root, group.worth + item.price, group.plain && item.plain};
     if (least_with_more(more, i + 1) >= threshold_) continue;
-    if (group.set != 0) {
+    if (!group.set.empty()) {
       if (!more.plain) effort.spend(1);
       const double cost = prices_.of({more.set, 1});
       // What some cannot share, perhaps others can beside them: bounds on frames are not the same for all.

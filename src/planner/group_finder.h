@@ -40,11 +40,11 @@ class GroupFinder {
     double ratio = 0.0;  // price / root
     double root = 0.0;
     double price = 0.0;
-    Set bit = 0;
+    Set one;
     bool plain = true;
   };
   struct Group {
-    Set set = 0;
+    Set set;
     double root = 0.0;  // of the least that it costs
     double worth = 0.0;
     bool plain = true;  // all members are

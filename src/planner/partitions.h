@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -27,7 +28,7 @@ class Partitions {
     for (auto& of_none : least_) of_none[0] = 0.0;
     for (std::size_t state = 1; state + 1 < states_; ++state) {
       const int last = last_core(state);
-      for (Set set = 1; set < sets; ++set) least_[state][set] = last >= 0 ? whole(set, last) : cheapest(set, state);
+      for (Bits set = 1; set < sets; ++set) least_[state][set] = last >= 0 ? whole(set, last) : cheapest(set, state);
     }
     // Of all cores only the whole is asked for.
     const int last = last_core(states_ - 1);
@@ -59,17 +60,17 @@ class Partitions {
 
   std::vector<Piece> best() {
     std::vector<Piece> pieces;
-    Set rest = least_.back().size() - 1;
+    Bits rest = least_.back().size() - 1;
     std::size_t state = states_ - 1;
     while (rest != 0) {
       const double target = least_[state][rest];
-      Piece chosen;
-      each_first_piece(rest, state, [&](const Piece& piece, double price) {
+      Some chosen;
+      each_first_piece(rest, state, [&](const Some& piece, double price) {
         const double value = price + least_[after(state, piece)][rest & ~piece.set];
         if (chosen.set == 0 && value <= target * (1.0 + 1e-14)) chosen = piece;
       });
       if (chosen.set == 0) return {};
-      pieces.push_back(chosen);
+      pieces.push_back(piece_of(chosen));
       rest &= ~chosen.set;
       state = after(state, chosen);
     }
@@ -80,6 +81,14 @@ class Partitions {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   static constexpr int kSmallGroup = 5;  // subchains: larger groups are priced by a simpler bound at first
   static constexpr std::size_t kPartitions = 200'000;
+
+  using Bits = std::uint64_t;  // a set, as a number that counts
+  struct Some {                // a piece
+    Bits set = 0;
+    int cores = 1;
+    int kind = 0;
+  };
+  static Piece piece_of(const Some& some) { return {Set::of_bits(some.set), some.cores, some.kind}; }
 
   // A state is how many cores of each kind are left, as one number.
   void number_states() {
@@ -93,7 +102,7 @@ class Partitions {
     const auto k = static_cast<std::size_t>(kind);
     return static_cast<int>(state / stride_[k] % (static_cast<std::size_t>(instance_.kind(kind).count) + 1));
   }
-  std::size_t after(std::size_t state, const Piece& piece) const {
+  std::size_t after(std::size_t state, const Some& piece) const {
     return state - static_cast<std::size_t>(piece.cores) * stride_[static_cast<std::size_t>(piece.kind)];
   }
   // The kind of the one core that is left; -1 where there are more.
@@ -110,50 +119,50 @@ class Partitions {
     exact_.assign(instance_.kinds.size(), std::vector<char>(sets, 0));
     for (int kind = 0; kind < instance_.kind_count(); ++kind) {
       const auto k = static_cast<std::size_t>(kind);
-      for (Set set = 1; set < sets; ++set) {
+      for (Bits set = 1; set < sets; ++set) {
         if (std::has_single_bit(set)) continue;
         const bool small = std::popcount(set) <= kSmallGroup;
-        group_[k][set] = small ? prices_.of({set, 1, kind}) : prices_.simple(set, kind);
+        group_[k][set] = small ? prices_.of({Set::of_bits(set), 1, kind}) : prices_.simple(Set::of_bits(set), kind);
         exact_[k][set] = small ? 1 : 0;
       }
     }
   }
 
   // All of a set on the one core that is left.
-  double whole(Set set, int kind) const {
+  double whole(Bits set, int kind) const {
     if (std::has_single_bit(set)) return prices_.of_owned(std::countr_zero(set), 1, kind);
     return group_[static_cast<std::size_t>(kind)][set];
   }
 
   // The piece that the first subchain of the set is in.
   template <class Each>
-  void each_first_piece(Set set, std::size_t state, Each each) {
-    const Set first = set & (~set + 1);
+  void each_first_piece(Bits set, std::size_t state, Each each) {
+    const Bits first = set & (~set + 1);
     const int i = std::countr_zero(set);
     for (int kind = 0; kind < instance_.kind_count(); ++kind) {
       const int cores = left(state, kind);
       for (int k = 1; k <= std::min(cores, prices_.most_owned(i, kind)); ++k) {
         const double price = prices_.of_owned(i, k, kind);
-        if (std::isfinite(price)) each(Piece{first, k, kind}, price);
+        if (std::isfinite(price)) each(Some{first, k, kind}, price);
       }
       if (cores == 0) continue;
       const std::vector<double>& group = group_[static_cast<std::size_t>(kind)];
-      const Set others = set & ~first;
-      for (Set chosen = others; chosen != 0; chosen = (chosen - 1) & others) {
-        each(Piece{first | chosen, 1, kind}, group[first | chosen]);
+      const Bits others = set & ~first;
+      for (Bits chosen = others; chosen != 0; chosen = (chosen - 1) & others) {
+        each(Some{first | chosen, 1, kind}, group[first | chosen]);
       }
     }
   }
 
-  double cheapest(Set set, std::size_t state) {
+  double cheapest(Bits set, std::size_t state) {
     double least = kInfinity;
-    each_first_piece(set, state, [&](const Piece& piece, double price) {
+    each_first_piece(set, state, [&](const Some& piece, double price) {
       least = std::min(least, price + least_[after(state, piece)][set & ~piece.set]);
     });
     return least;
   }
 
-  void descend(Set rest, std::size_t state, double so_far) {
+  void descend(Bits rest, std::size_t state, double so_far) {
     if (!complete_) return;
     if (rest == 0) {
       if (found_.size() == kPartitions) {
@@ -163,17 +172,17 @@ class Partitions {
       found_.emplace_back(so_far, pieces_);
       return;
     }
-    each_first_piece(rest, state, [&](const Piece& piece, double price) {
+    each_first_piece(rest, state, [&](const Some& piece, double price) {
       const std::size_t then = after(state, piece);
       const double others = least_[then][rest & ~piece.set];
       if (so_far + price + others >= limit_) return;
       const auto kind = static_cast<std::size_t>(piece.kind);
       if (!std::has_single_bit(piece.set) && !exact_[kind][piece.set]) {
-        group_[kind][piece.set] = price = prices_.of(piece);
+        group_[kind][piece.set] = price = prices_.of(piece_of(piece));
         exact_[kind][piece.set] = 1;
         if (so_far + price + others >= limit_) return;
       }
-      pieces_.push_back(piece);
+      pieces_.push_back(piece_of(piece));
       descend(rest & ~piece.set, then, so_far + price);
       pieces_.pop_back();
     });

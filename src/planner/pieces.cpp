@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace ctn::planner {
 namespace {
@@ -11,9 +12,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-std::vector<int> members_of(Set set) {
+std::vector<int> members_of(const Set& set) {
   std::vector<int> members;
-  for (; set != 0; set &= set - 1) members.push_back(std::countr_zero(set));
+  for (const int i : set) members.push_back(i);
   return members;
 }
 
@@ -36,13 +37,45 @@ std::vector<Piece> to_pieces(const Allocation& allocation) {
   for (std::size_t i = 0; i < allocation.core_of.size(); ++i) {
     if (allocation.core_of[i] >= 0) {
       Piece& piece = pieces[static_cast<std::size_t>(allocation.core_of[i])];
-      piece.set |= Set{1} << i;
+      piece.set |= Set::of(i);
       piece.kind = allocation.kind[i];
     } else {
-      pieces.push_back({Set{1} << i, allocation.owned[i], allocation.kind[i]});
+      pieces.push_back({Set::of(i), allocation.owned[i], allocation.kind[i]});
     }
   }
   return pieces;
+}
+
+PriceMemory::Entry& PriceMemory::place_of(const Set& set) {
+  std::size_t at = set.hash();
+  for (;; ++at) {
+    Entry& entry = entries_[at & (entries_.size() - 1)];
+    if (entry.set.empty() || entry.set == set) return entry;
+  }
+}
+
+void PriceMemory::grow() {
+  std::vector<Entry> before = std::move(entries_);
+  entries_.assign(std::max<std::size_t>(256, 2 * before.size()), {});
+  for (const Entry& entry : before) {
+    if (!entry.set.empty()) place_of(entry.set) = entry;
+  }
+}
+
+PriceMemory::Place PriceMemory::at(const Set& set) {
+  if (2 * (used_ + 1) > entries_.size()) grow();
+  Entry& entry = place_of(set);
+  const bool fresh = entry.set.empty();
+  if (fresh) {
+    entry.set = set;
+    ++used_;
+  }
+  return {entry.price, fresh};
+}
+
+void PriceMemory::clear() {
+  std::fill(entries_.begin(), entries_.end(), Entry{});
+  used_ = 0;
 }
 
 void Prices::refresh() {
@@ -52,9 +85,12 @@ void Prices::refresh() {
   for (std::size_t i = 0; i < instance_.members.size(); ++i) {
     weight_.push_back(std::max(0.0, prices.period[i] + prices.execution[i]));
   }
-  kinds_.assign(instance_.kinds.size(), {});
+  kinds_.resize(instance_.kinds.size());
   for (int kind = 0; kind < instance_.kind_count(); ++kind) {
     OfKind& on = kinds_[index(kind)];
+    on.known.clear();
+    on.root.clear();
+    on.owned.clear();
     for (std::size_t i = 0; i < instance_.members.size(); ++i) {
       const OnKind& member = instance_.members[i].on_kind(kind);
       on.root.push_back(std::sqrt(weight_[i] * member.cost / instance_.usable));
@@ -67,10 +103,15 @@ void Prices::refresh() {
 }
 
 double Prices::of(const Piece& piece) {
-  if (std::has_single_bit(piece.set)) return of_owned(std::countr_zero(piece.set), piece.cores, piece.kind);
-  const auto [known, fresh] = kinds_[index(piece.kind)].known.try_emplace(piece.set, 0.0);
-  if (fresh) known->second = solver_.price_of_shared(members_of(piece.set), piece.kind);
-  return known->second;
+  if (piece.set.single()) return of_owned(piece.set.first(), piece.cores, piece.kind);
+  const PriceMemory::Place place = kinds_[index(piece.kind)].known.at(piece.set);
+  if (place.fresh) {
+    const std::size_t before = solver_.steps();
+    const std::vector<int> members = members_of(piece.set);
+    place.price = solver_.price_of_shared(members, piece.kind);
+    steps_ += 1 + (members.size() + solver_.steps() - before) / 16;
+  }
+  return place.price;
 }
 
 double Prices::of_owned(int subchain, int cores, int kind) const {
@@ -78,9 +119,9 @@ double Prices::of_owned(int subchain, int cores, int kind) const {
   return cores <= static_cast<int>(owned.size()) ? owned[index(cores - 1)] : kInfinity;
 }
 
-double Prices::simple(Set set, int kind) const {
+double Prices::simple(const Set& set, int kind) const {
   double sum = 0.0;
-  for (Set rest = set; rest != 0; rest &= rest - 1) sum += root(index(std::countr_zero(rest)), kind);
+  for (const int i : set) sum += root(index(i), kind);
   return sum * sum;
 }
 

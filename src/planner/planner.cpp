@@ -14,9 +14,13 @@
 #include "planner/assemble.h"
 #include "planner/instance.h"
 #include "planner/owned.h"
+#include "planner/set.h"
 
 namespace ctn::planner {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+static_assert(kMostSubchains <= Set::kMost);
 
 std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
   std::vector<Problem> problems;
@@ -77,8 +81,35 @@ class Planning {
 
   Result<plan::Plan> run() {
     Planned planned = search(free_target(instance_), nullptr);
+    if (!planned.found && request_.method == Method::kJoint) {
+      Effort effort{request_.effort};
+      planned = plan_exact_apart(instance_, free_target(instance_), planned.bound, effort);
+    }
     if (!planned.found) return unattainable();
-    if (factor_of(instance_, planned.shares.timings) > 1.0 + plan::kTolerance) planned = bounded(planned);
+    if (!meets_bounds(planned)) planned = bounded(planned);
+    return assembled(planned);
+  }
+
+  std::optional<plan::Plan> run_below(double limit) {
+    Planned planned = search(free_target(instance_), nullptr, limit);
+    if (planned.found && !meets_bounds(planned)) {
+      const double bound = planned.bound;
+      planned = search(objective_target(instance_, kUnscaled), nullptr, limit);
+      planned.bound = std::max(planned.bound, bound);
+    }
+    if (!planned.found || !(planned.shares.value < limit)) return std::nullopt;
+    return assembled(planned);
+  }
+
+ private:
+  // Bounds hold if they are missed by less than the plan's tolerance: what is searched for is well within it.
+  static constexpr double kUnscaled = 1.0 + plan::kTolerance / 100.0;
+
+  bool meets_bounds(const Planned& planned) const {
+    return factor_of(instance_, planned.shares.timings) <= 1.0 + plan::kTolerance;
+  }
+
+  plan::Plan assembled(const Planned& planned) const {
     plan::Plan plan = assemble(app_, costs_, instance_, planned, request_.cores, request_.slack);
     plan.gap = plan.objective > 0.0 ? std::max(0.0, (plan.objective - planned.bound) / plan.objective) : 0.0;
     if (plan.gap <= plan::kTolerance) plan.gap = 0.0;
@@ -86,8 +117,7 @@ class Planning {
     return plan;
   }
 
- private:
-  Planned search(const Target& target, const Planned* known) const {
+  Planned search(const Target& target, const Planned* known, double cutoff = kInfinity) const {
     Effort effort{request_.effort};
     Allocation allocation;
     if (request_.method == Method::kTwoStage) {
@@ -103,9 +133,9 @@ class Planning {
       if (second.found || !known) return second;
       return *known;
     }
-    if (known) return plan_jointly(instance_, target, &known->allocation, known, effort);
+    if (known) return plan_jointly(instance_, target, &known->allocation, known, cutoff, effort);
     const bool warm = request_.warm && allocation_of(*request_.warm, instance_, allocation);
-    return plan_jointly(instance_, target, warm ? &allocation : nullptr, nullptr, effort);
+    return plan_jointly(instance_, target, warm ? &allocation : nullptr, nullptr, cutoff, effort);
   }
 
   // Not all bounds hold in the best plan without them.
@@ -113,7 +143,7 @@ class Planning {
     const Target least = factor_target(instance_);
     Planned nearest = search(least, nullptr);
     if (!nearest.found) return without;
-    const double factor = std::max(1.0, nearest.shares.value) * (1.0 + plan::kTolerance / 100.0);
+    const double factor = std::max(1.0, nearest.shares.value) * kUnscaled;
     const Target target = objective_target(instance_, factor);
     nearest.shares.value = objective_of(instance_, nearest.shares.timings);
     nearest.bound = without.bound;
@@ -126,12 +156,15 @@ class Planning {
   Error unattainable() const {
     double needed = 0.0;  // of cores of speed 1
     std::string exact;
+    constexpr std::size_t kNamed = 8;
+    std::size_t exact_rates = 0;
     for (std::size_t i = 0; i < instance_.members.size(); ++i) {
       const Member& member = instance_.members[i];
       if (member.exact_period <= 0.0) continue;
       needed += costs_.subchain_total(app_.graph, SubchainId(i)).count() / member.exact_period;
-      exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
+      if (++exact_rates <= kNamed) exact += (exact.empty() ? "" : ", ") + app_.graph.subchain(SubchainId(i)).name;
     }
+    if (exact_rates > kNamed) exact += fmt::format(" and {} more", exact_rates - kNamed);
     // Without exact rates there is always a plan, if its value can be told from infinity.
     if (exact.empty()) return too_large();
     const double there = speed_of_all() * instance_.usable;
@@ -167,7 +200,7 @@ class Planning {
       const Instance larger = make_instance(larger_app, costs_, cores, request_.slack);
       const Target target = free_target(larger);
       Effort effort{request_.effort / 8};
-      if (!plan_jointly(larger, target, nullptr, nullptr, effort).found) continue;
+      if (!plan_jointly(larger, target, nullptr, nullptr, kInfinity, effort).found) continue;
       const std::string give = app_.core_kinds.empty()
                                    ? fmt::format("give it {} cores", cores)
                                    : fmt::format("give it {} more of kind {}", more, app_.core_kinds[fastest].name);
@@ -199,13 +232,34 @@ graph::App with_more_cores(const graph::App& app, int cores, std::size_t kind, i
   return other;
 }
 
+namespace {
+
+std::string_view name_of(Method method) { return method == Method::kJoint ? "joint" : "two-stage"; }
+
+}  // namespace
+
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
   std::vector<Problem> problems = mistakes(app, request);
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
   Result<plan::Plan> plan = app.graph.subchains().size() == 1 ? plan_owned(app, costs, request.cores, request.slack)
                                                               : Planning(app, costs, request).run();
   if (plan && !std::isfinite(plan->objective)) return too_large();
-  if (plan) plan->planner = request.method == Method::kJoint ? "joint" : "two-stage";
+  if (plan) plan->planner = name_of(request.method);
+  return plan;
+}
+
+Result<std::optional<plan::Plan>> make_plan_below(const graph::App& app, const model::CostTable& costs,
+                                                  const Request& request, double limit) {
+  std::vector<Problem> problems = mistakes(app, request);
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  std::optional<plan::Plan> plan;
+  if (app.graph.subchains().size() == 1) {
+    Result<plan::Plan> owned = plan_owned(app, costs, request.cores, request.slack);
+    if (owned && owned->relax_factor <= 1.0 && owned->objective < limit) plan = std::move(*owned);
+  } else {
+    plan = Planning(app, costs, request).run_below(limit);
+  }
+  if (plan) plan->planner = name_of(request.method);
   return plan;
 }
 

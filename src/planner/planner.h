@@ -23,6 +23,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "base/result.h"
 #include "graph/app.h"
@@ -33,7 +34,8 @@ namespace ctn::planner {
 
 // As many as Linux can name in an affinity mask of default size.
 constexpr int kMostCores = 1024;
-constexpr std::size_t kMostSubchains = 64;
+// As many as a set of them holds (set.h).
+constexpr std::size_t kMostSubchains = 256;
 
 // How cores are divided among subchains: as one problem with the shares, or before them as if shares were equal.
 enum class Method { kJoint, kTwoStage };
@@ -43,7 +45,9 @@ struct Request {
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
   Method method = Method::kJoint;
   std::size_t effort = 300'000;  // steps of each search, a few microseconds each; then the best so far, with its gap
-  const plan::Plan* warm = nullptr;  // a plan to begin with, of the same app; what it says of cores is all that counts
+  // A plan to begin with, of the same app; what it says of cores is all that counts. Of more than 64 subchains, the
+  // search then ends as soon as it gains little, and proves less.
+  const plan::Plan* warm = nullptr;
 };
 
 // The same app with so many cores more (or fewer) of a kind than the first `cores` of those that it lists; the app
@@ -55,5 +59,11 @@ std::size_t fastest_kind(const graph::App& app);
 // Errors (kCaller): no cores, too many, or more than the app lists; slack out of range; more subchains than this plans
 // for; exact rates and caps that cannot be met, with how much is missing.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
+
+// The same for one who has a plan already: the best plan that meets all bounds, if its objective is below `limit`; none
+// if there is no such plan, or none was found. Far quicker where there is none, because a bound on all plans soon says
+// so. Errors: as of make_plan, save that exact rates and caps which cannot be met give none.
+Result<std::optional<plan::Plan>> make_plan_below(const graph::App& app, const model::CostTable& costs,
+                                                  const Request& request, double limit);
 
 }  // namespace ctn::planner

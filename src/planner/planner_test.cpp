@@ -265,7 +265,7 @@ TEST(Planner, RefusesMoreSubchainsThanItPlansFor) {
   const graph::App app = build(spec);
   const auto plan = make_plan(app, model::CostTable(app.graph, Millis{1}), {});
   ASSERT_FALSE(plan.ok());
-  EXPECT_THAT(plan.error().message(), HasSubstr("the app has 65 subchains"));
+  EXPECT_THAT(plan.error().message(), HasSubstr("the app has 257 subchains"));
 }
 
 TEST(Planner, RefusesWeightsBeyondArithmetic) {

@@ -52,8 +52,8 @@ std::vector<std::vector<int>> cores_of_use(const Instance& instance, int kind) {
 Allocation to_allocation(const Groups& groups, std::size_t subchains) {
   std::vector<Piece> pieces;
   for (const CoreGroup& group : groups) {
-    Piece& piece = pieces.emplace_back(Piece{0, group.cores, group.kind});
-    for (const SubchainId id : group.subchains) piece.set |= Set{1} << id.index();
+    Piece& piece = pieces.emplace_back(Piece{{}, group.cores, group.kind});
+    for (const SubchainId id : group.subchains) piece.set |= Set::of(id.index());
   }
   return planner::to_allocation(pieces, subchains);
 }

@@ -8,8 +8,6 @@ namespace ctn::planner {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Frames that differ by no more than this part are the same.
-constexpr double kRounding = 1e-12;
 constexpr double kMeeting = 1e-9;  // t squared
 
 }  // namespace
@@ -20,7 +18,7 @@ const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, d
   most_frame_ = kInfinity;
   limited_ = false;
   clear();
-  if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kRounding)) return answer_;
+  if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kSameFrame)) return answer_;
   // Most frames are as long as they like: then a short part of the walk will do.
   double from = 0.0;
   double to = kInfinity;
@@ -133,7 +131,7 @@ void SharedCore::walk(double from, double to) {
     take(first, at);
     ++steps_;
     // Frames only get longer from here on.
-    if (limited_ && b_ > most_frame_ * usable_ * (1.0 + kRounding)) return;
+    if (limited_ && b_ > most_frame_ * usable_ * (1.0 + kSameFrame)) return;
   }
   between(reached, to);
 }
@@ -196,7 +194,7 @@ void SharedCore::between(double from, double to) {
     if (at < from * (1.0 - kMeeting) || at > to * (1.0 + kMeeting)) return;
   }
   const double shortest = least_frame_ * usable_;
-  const double longest = most_frame_ < kInfinity ? most_frame_ * usable_ * (1.0 + kRounding) : kInfinity;
+  const double longest = most_frame_ < kInfinity ? most_frame_ * usable_ * (1.0 + kSameFrame) : kInfinity;
   if (root_ <= 0.0) {
     if (b_ > longest) return;
     const double frame = std::max(b_ / usable_, least_frame_);
@@ -237,7 +235,7 @@ void SharedCore::cross(std::size_t i, double at, double more) {
   const double before = b_ + root_ * t;
   for (const double frame : {least_frame_, most_frame_}) {
     const double part = (frame * usable_ - before) / more;
-    if (part <= kRounding || part >= 1.0 - kRounding) continue;
+    if (part <= kSameFrame || part >= 1.0 - kSameFrame) continue;
     const double a = a_ + (root_ > 0.0 ? root_ / t : 0.0) - part * item.weight;
     offer(a * frame, frame, t, static_cast<int>(i), now_[i] - part);
   }

@@ -21,6 +21,9 @@
 
 namespace ctn::planner {
 
+// Frames that differ by no more than this part are the same.
+constexpr double kSameFrame = 1e-12;
+
 class SharedCore {
  public:
   struct Item {

@@ -64,6 +64,10 @@ struct Shares {
   std::vector<double> frames;   // T, by shared core
 };
 
+// Beyond so many subchains what was cheap may take long: it is paid for by what it takes, and left out where that is
+// more than there is.
+constexpr std::size_t kCheap = 64;
+
 // Counts bound evaluations and walked steps, so that a search ends after the same work everywhere.
 struct Effort {
   std::size_t left = std::numeric_limits<std::size_t>::max();
@@ -93,6 +97,8 @@ class SharesSolver {
   // A lower bound of what a group on one core costs under these prices.
   double price_of_shared(const std::vector<int>& members, int kind);
   double price_of_owned(int subchain, int cores, int kind);
+  // Walked along cores since the object was made (shared_core.h).
+  std::size_t steps() const { return core_.steps(); }
 
  private:
   struct Box {
@@ -132,7 +138,8 @@ class SharesSolver {
   int divide_group(const Box& box, const Group& group, const double* multiplier, double& at) const;
   int branch_on(const Box& box, double& at) const;
   bool hopeless(const Box& box);
-  void finish_leaf(const Allocation& allocation, const Box& box);
+  std::size_t fit_effort() const;
+  bool finish_leaf(const Allocation& allocation, const Box& box, bool may_fit);
   void explore(const Allocation& allocation, Node node, std::vector<Node>& open, Effort& effort);
   void prepare(const Allocation& allocation);
   double known() const { return std::min(best_.value, cutoff_); }
@@ -147,6 +154,7 @@ class SharesSolver {
   Point point_;
   Shares best_;
   double cutoff_ = 0.0;
+  double unfitted_ = 0.0;            // a bound of what is left open where free shares were not fitted
   std::size_t rounds_ = 0;           // of the last climb
   std::vector<double> least_frame_;  // by shared core
   std::vector<double> most_frame_;

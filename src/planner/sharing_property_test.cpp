@@ -270,6 +270,39 @@ TEST(SharingProperty, AWarmStartFindsTheSame) {
   }
 }
 
+TEST(SharingProperty, ALimitFindsThePlanThatIsBelowItAndNoneThatIsNot) {
+  int bounds_met = 0;
+  int bounds_missed = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    const int cores = 1 + static_cast<int>(seed % 3);
+    RandomLimits limits = kMixed;
+    limits.bounds = seed % 2 == 0;
+    const RandomCase any = random_case(seed, limits, cores);
+    const plan::Plan best = proven_plan(any, {});
+    const auto below = [&](double limit, const plan::Plan* warm) {
+      const auto found =
+          make_plan_below(any.app, any.costs, {.cores = any.cores, .slack = any.slack, .warm = warm}, limit);
+      EXPECT_TRUE(found.ok());
+      return *found;
+    };
+    if (best.relax_factor > 1.0) {
+      ++bounds_missed;
+      EXPECT_FALSE(below(std::numeric_limits<double>::infinity(), nullptr)) << "no plan meets all bounds";
+      continue;
+    }
+    ++bounds_met;
+    const auto found = below(1.001 * best.objective, nullptr);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->objective, best.objective, 1e-9 * best.objective);
+    EXPECT_TRUE(plan::validate(*found, any.app, any.costs, any.cores).ok());
+    EXPECT_FALSE(below(0.999 * best.objective, nullptr));
+    EXPECT_FALSE(below(0.999 * best.objective, &best));
+  }
+  EXPECT_GT(bounds_met, 10);
+  EXPECT_GT(bounds_missed, 2);
+}
+
 TEST(SharingProperty, TwoStageIsNeverBetterThanJoint) {
   int worse = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "planner/allocation.h"
+#include "planner/pieces.h"
 
 namespace ctn::planner {
 namespace {
@@ -71,6 +72,7 @@ class StageOne {
         return a.timing.period + a.timing.execution < b.timing.period + b.timing.execution;
       });
     }
+    step_ = 1 + (count - 1) / kCheap;
     chosen_.assign(count, 0);
     in_class_.assign(instance.kinds.size(), std::vector<int>(count + 1, 0));
     owned_.assign(instance.kinds.size(), 0);
@@ -85,8 +87,10 @@ class StageOne {
     }
     descend(0);
     planned.found = std::isfinite(best_);
+    if (planned.found) planned.allocation = built();
+    // The search may end before it comes to any allocation, or to a good one.
+    if (effort_.left == 0 && (!planned.found || choices_.size() > kCheap)) deal(planned);
     if (!planned.found) return planned;
-    planned.allocation = built();
     planned.shares.value = best_;
     planned.bound = effort_.left > 0 ? best_ : 0.0;
     return planned;
@@ -163,7 +167,7 @@ class StageOne {
       count(choice, 1);
       timings_[i] = choice.timing;
       chosen_[i] = c;
-      effort_.spend(1);
+      effort_.spend(step_);
       if (cores_suffice() && missing() <= choices_.size() - i - 1 && value() * (1.0 + kProven) < best_ &&
           limits_hold()) {
         descend(i + 1);
@@ -171,6 +175,25 @@ class StageOne {
       count(choice, -1);
     }
     timings_[i] = before;
+  }
+
+  // Equally many to each core, in their order, if that is better.
+  void deal(Planned& planned) {
+    const std::size_t count = choices_.size();
+    const std::size_t cores = std::min(count, static_cast<std::size_t>(instance_.cores()));
+    std::vector<Piece> pieces(cores);
+    std::size_t core = 0;
+    for (int kind = 0; kind < instance_.kind_count(); ++kind) {
+      for (int k = 0; k < instance_.kind(kind).count && core < cores; ++k) pieces[core++].kind = kind;
+    }
+    for (std::size_t i = 0; i < count; ++i) pieces[i * cores / count].set |= Set::of(i);
+    const Allocation allocation = to_allocation(pieces, count);
+    timings_ = equal_shares(instance_, allocation);
+    const double found = value();
+    if (!(found < best_) || !limits_hold()) return;
+    best_ = found;
+    planned.found = true;
+    planned.allocation = allocation;
   }
 
   Allocation built() const {
@@ -205,6 +228,7 @@ class StageOne {
   std::vector<int> owned_;                  // by kind: cores
   std::vector<Timing> timings_;
   double best_ = kInfinity;
+  std::size_t step_ = 1;  // what a look at a choice costs
 };
 
 }  // namespace

@@ -30,6 +30,7 @@ struct Run {
   std::uint32_t mode = 0;          // index into the node's modes
   bool emitted = true;             // false: it ran, but gave no output to its successors
   std::vector<Consumed> consumed;  // predecessors that had given nothing yet are left out
+  int on_cpu = -1;                 // the CPU that it ended on; -1: not known. Not in the record
   friend bool operator==(const Run&, const Run&) = default;
 };
 
@@ -63,14 +64,26 @@ struct Steal {
 // A plan came into force.
 struct PlanChange {
   TimePoint at{};
-  std::string reason;  // "bootstrap", "measured", "periodic"
+  std::string reason;  // "bootstrap", "static", "measured", "periodic", "change", "power", "cpus"
   std::string json;
+};
+
+// A node's compute time has changed for good.
+struct CostChange {
+  TimePoint at{};  // the end of the run that showed it
+  NodeId node;
+  std::uint32_t mode = 0;
+  int core_kind = 0;       // index into the app's kinds of cores; 0 where it lists none
+  Nanos before{0};         // the percentile that is planned with, of the runs before
+  Nanos after{0};          // and of those since
+  std::uint64_t runs = 0;  // since the change, as far as can be told
+  friend bool operator==(const CostChange&, const CostChange&) = default;
 };
 
 // Anything a reader of the record must know: a level refused, reports lost, a watchdog that fired.
 struct Notice {
   TimePoint at{};
-  std::string kind;    // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed"
+  std::string kind;    // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed", "starved"
   std::string detail;  // for people
 };
 

@@ -124,7 +124,7 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 3> kLater{"core_kinds", "slots", "steals"};
+constexpr std::array<std::string_view, 4> kLater{"core_kinds", "cost_changes", "slots", "steals"};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
@@ -186,6 +186,7 @@ Result<Header> read_header(const sqlite::Database& database, const Meta& meta) {
                  .steal = *steal};
   header.real_time = *real_time != 0;
   header.slack = meta.real("slack");
+  header.stealing = meta.integer("stealing").value_or(1) != 0;  // the first records do not say
   header.started = TimePoint{*started};
   header.warm_up = *warm_up;
   header.note = meta.text("note").value_or("");
@@ -201,6 +202,7 @@ Result<Ending> read_ending(sqlite::Database& database, const Meta& meta, const H
     if (!ended || !steal || TimePoint{*ended} < header.started) return damaged(database, "meta");
     ending.ended = TimePoint{*ended};
     ending.stolen = std::max(*steal - header.host.steal, Nanos{0});
+    ending.starved = meta.duration("starved_ns").value_or(Nanos{0});  // the first records do not say
     return ending;
   }
   ending.ended = header.started;
@@ -349,6 +351,27 @@ Result<std::vector<PlanChange>> Reader::plans() const {
   });
   if (!done) return done.error();
   return plans;
+}
+
+Result<std::vector<CostChange>> Reader::cost_changes() const {
+  std::vector<CostChange> changes;
+  const auto tables = one_integer(impl_->database, "SELECT count(*) FROM sqlite_master WHERE name = 'cost_changes'");
+  if (!tables) return tables.error();
+  if (*tables == 0) return changes;
+  const std::string rows = "at_ns, node, mode, core_kind, before_ns, after_ns, runs FROM cost_changes ORDER BY id";
+  const auto done = impl_->each_row("cost_changes", rows, [&](Cells& cells) {
+    CostChange change;
+    change.at = cells.time(0);
+    change.node = NodeId{cells.index(1, impl_->app.graph.nodes().size())};
+    change.mode = static_cast<std::uint32_t>(cells.integer(2, 0, std::numeric_limits<std::uint32_t>::max()));
+    change.core_kind = static_cast<int>(cells.integer(3, 0, kMostCores));
+    change.before = cells.duration(4);
+    change.after = cells.duration(5);
+    change.runs = cells.number(6);
+    if (cells.ok()) changes.push_back(change);
+  });
+  if (!done) return done.error();
+  return changes;
 }
 
 Result<std::vector<Notice>> Reader::notices() const {

@@ -25,6 +25,7 @@ struct Ending {
   bool complete = false;  // the writer closed the record; false: it is being written, or its process was killed
   TimePoint ended{};      // where not complete: of the last event that was written
   Nanos stolen{0};        // CPU time that a hypervisor took from the machine meanwhile, all CPUs; 0 where not complete
+  Nanos starved{0};       // time for which the kernel kept cores from dispatchers, at least; 0 where not complete
 };
 
 class Reader {
@@ -52,6 +53,7 @@ class Reader {
   Status each_steal(const std::function<void(const Steal&)>& take) const;
   // In the order they were written.
   Result<std::vector<PlanChange>> plans() const;
+  Result<std::vector<CostChange>> cost_changes() const;  // none in records of versions that did not look for them
   Result<std::vector<Notice>> notices() const;
 
  private:

@@ -93,6 +93,7 @@ inline Header header() {
   header.host = {"2026-01-02T03:04:05Z", "6.1", "A \"fast\" one", "performance", "tsc", 8, seconds{4}};
   header.real_time = true;
   header.slack = 0.06;
+  header.stealing = false;
   header.started = at(seconds{100});
   header.warm_up = seconds{2};
   header.note = "slowdown 2.0; it's ü";

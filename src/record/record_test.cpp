@@ -23,6 +23,7 @@ void expect_equal(const graph::App& a, const graph::App& b) {
               std::tie(y.name, y.input, y.modes, y.external, y.unscheduled, y.period, y.output_period, y.max_threads));
     EXPECT_TRUE(x.min_rate == y.min_rate && x.max_rate == y.max_rate && x.fallback_rate == y.fallback_rate);
     EXPECT_TRUE(x.subchain == y.subchain && x.predecessors == y.predecessors && x.successors == y.successors);
+    EXPECT_EQ(x.follows, y.follows);
   }
   EXPECT_TRUE(
       std::equal(a.graph.edges().begin(), a.graph.edges().end(), b.graph.edges().begin(), b.graph.edges().end()));
@@ -45,8 +46,8 @@ void expect_equal(const graph::App& a, const graph::App& b) {
 }
 
 void expect_equal(const Header& a, const Header& b) {
-  EXPECT_EQ(std::tie(a.scheduler, a.cpus, a.real_time, a.slack, a.started, a.warm_up, a.host.utc, a.note),
-            std::tie(b.scheduler, b.cpus, b.real_time, b.slack, b.started, b.warm_up, b.host.utc, b.note));
+  EXPECT_EQ(std::tie(a.scheduler, a.cpus, a.real_time, a.slack, a.stealing, a.started, a.warm_up, a.host.utc, a.note),
+            std::tie(b.scheduler, b.cpus, b.real_time, b.slack, b.stealing, b.started, b.warm_up, b.host.utc, b.note));
   EXPECT_EQ(std::tie(a.host.kernel, a.host.cpu_model, a.host.governor, a.host.clock_source, a.host.cpu_count),
             std::tie(b.host.kernel, b.host.cpu_model, b.host.governor, b.host.clock_source, b.host.cpu_count));
   EXPECT_EQ(a.host.steal, b.host.steal);
@@ -66,10 +67,19 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   writer->add(PlanChange{at(seconds{100}), "bootstrap", "{\"a\": 1}"});
   ASSERT_TRUE(writer->flush().ok());
   writer->add(PlanChange{at(seconds{101}), "measured", ""});
+  const CostChange change{.at = at(seconds{102}),
+                          .node = NodeId(1),
+                          .mode = 0,
+                          .core_kind = 1,
+                          .before = milliseconds{5},
+                          .after = milliseconds{9},
+                          .runs = 14};
+  writer->add(change);
   writer->add(Notice{at(seconds{102}), "rates-only", "it's \"so\""});
   for (const record::Run& run : runs(app, seconds{103}, 3)) writer->add(expected.emplace_back(run));
   os::HostFacts host = header().host;
   host.steal += milliseconds{7};
+  writer->set_totals({.plans_made = 2, .planning_cpu = milliseconds{1}, .starved = 3, .starved_for = milliseconds{90}});
   ASSERT_TRUE(writer->close(at(seconds{110}), host).ok());
 
   EXPECT_FALSE(std::filesystem::exists(folder.file("r-journal")));
@@ -79,6 +89,7 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   EXPECT_TRUE(reader.ending().complete);
   EXPECT_EQ(reader.ending().ended, at(seconds{110}));
   EXPECT_EQ(reader.ending().stolen, milliseconds{7});
+  EXPECT_EQ(reader.ending().starved, milliseconds{90});
   EXPECT_EQ(read_runs(reader), expected);
   std::vector<std::uint64_t> numbers;
   ASSERT_TRUE(reader.each_trigger([&](const Trigger& trigger) { numbers.push_back(trigger.number); }).ok());
@@ -97,10 +108,33 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(plans->at(0).json, "{\"a\": 1}");
   EXPECT_EQ(plans->at(1).at, at(seconds{101}));
   EXPECT_EQ(plans->at(1).reason, "measured");
+  const auto changes = reader.cost_changes();
+  ASSERT_TRUE(changes.ok());
+  EXPECT_EQ(*changes, std::vector{change});
   const auto notices = reader.notices();
   ASSERT_TRUE(notices.ok());
   ASSERT_EQ(notices->size(), 1U);
   EXPECT_EQ(notices->at(0).detail, "it's \"so\"");
+}
+
+// With a period it would run by a timer.
+TEST(Record, WhoFollowsFollowsAgain) {
+  const Folder folder;
+  graph::AppSpec spec;
+  spec.name.value = "driver";
+  for (const char* name : {"imu", "sum", "own", "sink"}) spec.nodes.emplace_back().name.value = name;
+  for (std::size_t index = 0; index < 3; ++index) spec.nodes[index].unscheduled = true;
+  for (const std::size_t index : {0, 2}) spec.nodes[index].period = graph::At<Nanos>{milliseconds{5}, {}};
+  spec.edges = {{names("imu sum sink"), {}}, {names("imu own sink"), {}}};
+  spec.objective.resize(1);
+  spec.objective[0].path = names("sink");
+  const auto app = graph::build_app(spec);
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  ASSERT_TRUE(make(folder.file("r"), *app)->close(at(seconds{100}), {}).ok());
+  const Reader reader = open(folder.file("r"));
+  expect_equal(reader.app(), *app);
+  EXPECT_EQ(reader.app().graph.node(NodeId(1)).follows, NodeId(0));
+  EXPECT_EQ(reader.app().graph.node(NodeId(2)).follows, std::nullopt);
 }
 
 TEST(Record, GivesBackOptionsThatWereNotSet) {

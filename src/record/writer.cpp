@@ -45,6 +45,7 @@ Status write_header(sqlite::Database& database, const Header& header) {
       .set("cpus", std::string_view(cpus))
       .set("real_time", header.real_time)
       .set("slack", header.slack)
+      .set("stealing", header.stealing)
       .set("started_ns", ns(header.started))
       .set("started_utc", std::string_view(header.host.utc))
       .set("warm_up_ns", header.warm_up.count())
@@ -81,6 +82,7 @@ struct Statements {
   sqlite::Statement slot;
   sqlite::Statement steal;
   sqlite::Statement plan;
+  sqlite::Statement cost_change;
   sqlite::Statement notice;
 };
 
@@ -98,10 +100,13 @@ Result<Statements> prepare(sqlite::Database& database) {
   if (!steal) return steal.error();
   auto plan = database.prepare("INSERT INTO plans(at_ns, reason, json) VALUES (?, ?, ?)");
   if (!plan) return plan.error();
+  auto cost_change = database.prepare(
+      "INSERT INTO cost_changes(at_ns, node, mode, core_kind, before_ns, after_ns, runs) VALUES (?, ?, ?, ?, ?, ?, ?)");
+  if (!cost_change) return cost_change.error();
   auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
   if (!notice) return notice.error();
-  return Statements{std::move(*run),   std::move(*consumed), std::move(*trigger), std::move(*slot),
-                    std::move(*steal), std::move(*plan),     std::move(*notice)};
+  return Statements{std::move(*run),   std::move(*consumed), std::move(*trigger),     std::move(*slot),
+                    std::move(*steal), std::move(*plan),     std::move(*cost_change), std::move(*notice)};
 }
 
 class SqliteWriter : public Writer {
@@ -119,7 +124,9 @@ class SqliteWriter : public Writer {
   void add(const Slot& slot) override { hold(slots_, slot); }
   void add(const Steal& steal) override { hold(steals_, steal); }
   void add(const PlanChange& change) override { hold(plans_, change); }
+  void add(const CostChange& change) override { hold(cost_changes_, change); }
   void add(const Notice& notice) override { hold(notices_, notice); }
+  void set_totals(const Totals& totals) override { totals_ = totals; }
 
   Status flush() override {
     if (!status_ || !database_ || held() == 0) return status_;
@@ -147,13 +154,20 @@ class SqliteWriter : public Writer {
     if (held() % kBatch == 0) (void)flush();
   }
   std::size_t held() const {
-    return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + plans_.size() + notices_.size();
+    return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + plans_.size() + cost_changes_.size() +
+           notices_.size();
   }
 
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
     auto meta = MetaWriter::prepare(*database_);
     if (!meta) return meta.error();
-    meta->set("ended_ns", ns(ended)).set("host_steal_end_ns", host.steal.count()).set("complete", true);
+    meta->set("ended_ns", ns(ended))
+        .set("host_steal_end_ns", host.steal.count())
+        .set("plans_made", totals_.plans_made)
+        .set("planning_cpu_ns", totals_.planning_cpu.count())
+        .set("starved", totals_.starved)
+        .set("starved_ns", totals_.starved_for.count())
+        .set("complete", true);
     return meta->status();
   }
 
@@ -184,6 +198,7 @@ class SqliteWriter : public Writer {
     slots_.clear();
     steals_.clear();
     plans_.clear();
+    cost_changes_.clear();
     notices_.clear();
   }
 
@@ -209,6 +224,11 @@ class SqliteWriter : public Writer {
     for (const PlanChange& change : plans_) {
       const auto done =
           statements_->plan.run(ns(change.at), std::string_view(change.reason), std::string_view(change.json));
+      if (!done) return done;
+    }
+    for (const CostChange& change : cost_changes_) {
+      const auto done = statements_->cost_change.run(ns(change.at), change.node.index(), change.mode, change.core_kind,
+                                                     change.before.count(), change.after.count(), change.runs);
       if (!done) return done;
     }
     for (const Notice& notice : notices_) {
@@ -238,7 +258,9 @@ class SqliteWriter : public Writer {
   std::vector<Slot> slots_;
   std::vector<Steal> steals_;
   std::vector<PlanChange> plans_;
+  std::vector<CostChange> cost_changes_;
   std::vector<Notice> notices_;
+  Totals totals_;
   Status status_ = Done{};  // the first failure
 };
 

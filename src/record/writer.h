@@ -9,6 +9,7 @@
 // Units: nanoseconds of the monotonic clock. Thread safety: none; one owner.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,9 +28,18 @@ struct Header {
   os::HostFacts host;
   bool real_time = false;       // false: rates only
   std::optional<double> slack;  // fraction of a core that plans leave to ordinary threads; none: no plans are made
+  bool stealing = true;         // false: nobody steals, whatever the app says
   TimePoint started{};
   Nanos warm_up{0};  // what happens in it after `started` is not what the run is measured by
   std::string note;  // free text, as "slowdown 2.0"
+};
+
+// What a run came to, known when it ends.
+struct Totals {
+  std::uint64_t plans_made = 0;  // in force or not, without the first
+  Nanos planning_cpu{0};         // that making them took
+  std::uint64_t starved = 0;     // how often a core was kept from its dispatcher
+  Nanos starved_for{0};          // all cores
 };
 
 class Writer {
@@ -44,7 +54,10 @@ class Writer {
   virtual void add(const Slot& slot) = 0;
   virtual void add(const Steal& steal) = 0;
   virtual void add(const PlanChange& change) = 0;
+  virtual void add(const CostChange& change) = 0;
   virtual void add(const Notice& notice) = 0;
+  // Kept until the record is closed, and then written with it.
+  virtual void set_totals(const Totals& totals) = 0;
 
   // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done
   // unasked, too, when much has gathered. A node's run number that is added twice is a failure.

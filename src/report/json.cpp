@@ -20,7 +20,8 @@ Json json(const ChainMetrics& chain) {
   if (chain.predicted) {
     predicted = {{"response_ms", chain.predicted->response_ms},
                  {"latency_ms", chain.predicted->latency_ms},
-                 {"period_ms", chain.predicted->period_ms}};
+                 {"period_ms", chain.predicted->period_ms},
+                 {"promised_response_ms", chain.predicted->promised_response_ms}};
   }
   return {{"path", chain.path},
           {"weight", chain.weight},

@@ -20,10 +20,13 @@
 
 namespace ctn::report {
 
+// Means over the plans that were in force. Expected: at typical compute times, to stand beside measured means.
+// Promised: the plan's worst case, at the percentile that it was made with, to stand beside the measured tail.
 struct ChainPrediction {
-  double response_ms = 0.0;
-  double latency_ms = 0.0;
-  double period_ms = 0.0;
+  double response_ms = 0.0;  // expected
+  double latency_ms = 0.0;   // expected
+  double period_ms = 0.0;    // expected
+  double promised_response_ms = 0.0;
 };
 
 // A response time of the objective.

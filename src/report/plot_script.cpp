@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "report/escape.h"
 
@@ -176,7 +177,7 @@ class PanelScript {
     const Colour colour = panel_.series[index].colour.value_or(kPalette[turn % kPalette.size()]);
     return {rgb(colour), kShapes[index % kShapes.size()]};
   }
-  static const char* dash(Line line) { return line == Line::kDashed ? "dashtype (8,5)" : "dashtype solid"; }
+  static const char* dash(Line line) { return line == Line::kDashed ? "dashtype (5,4)" : "dashtype solid"; }
 
   void write_data() {
     for (std::size_t i = 0; i < panel_.series.size(); ++i) {
@@ -301,16 +302,29 @@ class PanelScript {
     if (range.log) script_ += fmt::format("set {}tics ({})\n", name, log_tics(range));
   }
 
-  // gnuplot labels whole decades only, of which a range of rates may hold one or none.
+  // gnuplot labels whole decades only, of which a range of rates may hold one or none. Where even 1, 2 and 5 of each
+  // decade are too few, the range is so narrow that equal steps do.
   static std::string log_tics(const Range& range) {
-    const double decades = std::log10(range.high / range.low);
-    std::string tics;
+    std::vector<double> tics;
     for (double decade = std::floor(std::log10(range.low)); decade <= std::log10(range.high); decade += 1.0) {
       for (const double step : {1.0, 2.0, 5.0}) {
         const double value = step * std::pow(10.0, decade);
-        if ((decades > 3.0 && step > 1.0) || value < range.low || value > range.high) continue;
-        tics += fmt::format("{}{:.6g}", tics.empty() ? "" : ", ", value);
+        if (step > 1.0 && range.high / range.low > 1e3) continue;
+        if (value >= range.low && value <= range.high) tics.push_back(value);
       }
+    }
+    if (tics.size() < 3) tics = even_tics(range);
+    return fmt::format("{:.6g}", fmt::join(tics, ", "));
+  }
+
+  // Three to eight multiples of a round number.
+  static std::vector<double> even_tics(const Range& range) {
+    const double quarter = (range.high - range.low) / 4.0;
+    const double decade = std::pow(10.0, std::floor(std::log10(quarter)));
+    const double step = (quarter >= 5.0 * decade ? 5.0 : quarter >= 2.0 * decade ? 2.0 : 1.0) * decade;
+    std::vector<double> tics;
+    for (double count = std::ceil(range.low / step); count * step <= range.high; count += 1.0) {
+      tics.push_back(count * step);
     }
     return tics;
   }

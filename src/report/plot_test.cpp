@@ -93,6 +93,13 @@ TEST(Plot, DrawsWhatItCanOfOddData) {
   }
 }
 
+TEST(Plot, NarrowLogarithmicAxesHaveTicsToo) {
+  Panel panel{.y = {.log = true}, .series = {{.label = "s", .points = {{1, 74}, {2, 137}}}}};
+  const auto svg = render_svg({.panels = {panel}});
+  ASSERT_TRUE(svg.ok()) << svg.error().message();
+  for (const char* tic : {"80", "100", "120"}) EXPECT_THAT(*svg, HasSubstr(std::string(">") + tic + "<"));
+}
+
 TEST(Plot, SaysWhatToInstall) {
   const std::string path = getenv("PATH");
   setenv("PATH", "/nowhere", 1);

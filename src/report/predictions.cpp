@@ -28,13 +28,14 @@ struct ChainMeans {
   Mean response;
   Mean latency;
   Mean period;
+  Mean promised;
 };
 
 class Averager {
  public:
   explicit Averager(const graph::App& app) : app_(app), rates_(app.graph.nodes().size()) {
     for (const graph::Term& term : app.objective) {
-      if (term.metric == graph::Metric::kResponseTime) chains_.push_back({term.path, {}, {}, {}});
+      if (term.metric == graph::Metric::kResponseTime) chains_.push_back({term.path, {}, {}, {}, {}});
     }
   }
 
@@ -50,6 +51,7 @@ class Averager {
       chains_[i].response.add(shown.response.count(), seconds);
       chains_[i].latency.add(shown.latency.count(), seconds);
       chains_[i].period.add(shown.period.count(), seconds);
+      chains_[i].promised.add(chain.response.count(), seconds);
     }
     for (std::size_t i = 0; i < rates_.size(); ++i) {
       const auto subchain = app_.graph.nodes()[i].subchain;
@@ -64,9 +66,9 @@ class Averager {
     result.objective = objective_.value();
     for (const ChainMeans& chain : chains_) {
       const auto response = chain.response.value();
-      result.chains.push_back(
-          response ? std::optional(ChainPrediction{*response, *chain.latency.value(), *chain.period.value()})
-                   : std::nullopt);
+      result.chains.push_back(response ? std::optional(ChainPrediction{*response, *chain.latency.value(),
+                                                                       *chain.period.value(), *chain.promised.value()})
+                                       : std::nullopt);
     }
     for (const Mean& rate : rates_) result.rate_hz.push_back(rate.value());
   }

@@ -125,6 +125,7 @@ TEST_F(ReportTest, AveragesPredictionsOverTheTimeTheyHeld) {
   EXPECT_NEAR(run.chains.front().predicted->response_ms, 3.0 * period, 1e-9);
   EXPECT_NEAR(run.chains.front().predicted->latency_ms, 2.0 * period, 1e-9);
   EXPECT_NEAR(run.chains.front().predicted->period_ms, period, 1e-9);
+  EXPECT_NEAR(run.chains.front().predicted->promised_response_ms, 3.0 * period, 1e-9) << "the plans expect the worst";
   EXPECT_NEAR(*run.nodes[1].predicted_rate_hz, (12.0 * 100.0 + 6.0 * 62.5) / 18.0, 1e-9);
   EXPECT_EQ(run.nodes[0].predicted_rate_hz, std::nullopt) << "imu is in no subchain";
   EXPECT_NEAR(*run.objective.predicted, 10.0 * period, 1e-9);

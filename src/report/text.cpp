@@ -25,24 +25,27 @@ void append(std::vector<std::string>& row, const SampleSummary& summary) {
 }
 
 void add_chain_row(Table& table, const std::string& path, const char* metric, const SampleSummary& measured,
-                   std::optional<double> predicted, std::optional<double> bound) {
-  std::vector<std::string> row{path, metric, bound ? number(*bound) : "", number(predicted)};
+                   std::optional<double> predicted, std::optional<double> bound = {},
+                   std::optional<double> promised = {}) {
+  std::vector<std::string> row{path, metric, bound ? number(*bound) : "", promised ? number(*promised) : "",
+                               number(predicted)};
   append(row, measured);
   row.push_back(std::to_string(measured.count));
   table.rows.push_back(std::move(row));
 }
 
 Table chain_table(const RunMetrics& metrics) {
-  Table table{.header = {"chain", "in ms", "bound", "predicted", "mean", "p50", "p95", "p99", "max", "samples"},
-              .caption = "Chains: predicted beside measured"};
+  Table table{
+      .header = {"chain", "in ms", "bound", "promised", "predicted", "mean", "p50", "p95", "p99", "max", "samples"},
+      .caption = "Chains: predicted beside measured"};
   for (const ChainMetrics& chain : metrics.chains) {
     const auto predicted = [&](double ChainPrediction::*value) {
       return chain.predicted ? std::optional((*chain.predicted).*value) : std::nullopt;
     };
     add_chain_row(table, chain.path, "response time", chain.response_ms, predicted(&ChainPrediction::response_ms),
-                  chain.bound_ms);
-    add_chain_row(table, "", "latency", chain.latency_ms, predicted(&ChainPrediction::latency_ms), std::nullopt);
-    add_chain_row(table, "", "period", chain.period_ms, predicted(&ChainPrediction::period_ms), std::nullopt);
+                  chain.bound_ms, predicted(&ChainPrediction::promised_response_ms));
+    add_chain_row(table, "", "latency", chain.latency_ms, predicted(&ChainPrediction::latency_ms));
+    add_chain_row(table, "", "period", chain.period_ms, predicted(&ChainPrediction::period_ms));
   }
   return table;
 }

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/run_access.h"
+#include "base/run_access.h"
 
 namespace ctn {
 namespace {

@@ -2,26 +2,12 @@
 
 #include <algorithm>
 
+#include "policy/levels.h"
+
 namespace ctn::runtime {
-namespace {
 
-os::Level to_os(dispatch::Level level) {
-  switch (level) {
-    case dispatch::Level::kOrdinary:
-      return os::Level::kOrdinary;
-    case dispatch::Level::kBackground:
-      return os::Level::kBackground;
-    case dispatch::Level::kActive:
-      return os::Level::kActive;
-  }
-  return os::Level::kOrdinary;
-}
-
-}  // namespace
-
-CoreThread::CoreThread(Controls& controls, const std::vector<SubchainPorts>& subchains, int core)
-    : Controller(controls, subchains, subchains.size() + static_cast<std::size_t>(core), core,
-                 controls.of_core[static_cast<std::size_t>(core)]),
+CoreThread::CoreThread(Controls& controls, const std::vector<SubchainLinks>& subchains, int core)
+    : Controller(controls, subchains, controls.number_of_core(core), core),
       controls_(controls),
       core_(core),
       level_(subchains.size()) {}
@@ -36,7 +22,7 @@ void CoreThread::run() {
     const dispatch::SharedCoreDispatcher::Decision& decision = dispatcher.step(at, progress_);
     carry_out(decision);
     report(decision, at);
-    if (wait_for_completion_of(decision.wake_on_completion)) sleep(seen, decision.ask_at);
+    sleep(seen, decision.ask_at, !wait_for_completion_of(decision.wake_on_completion));
   }
 }
 
@@ -84,8 +70,8 @@ void CoreThread::gather_progress(const dispatch::SharedCoreDispatcher& dispatche
 
 void CoreThread::carry_out(const dispatch::SharedCoreDispatcher::Decision& decision) {
   for (const auto& [subchain, level] : decision.levels) {
-    level_[subchain.index()] = to_os(level);
-    set_level(subchain, to_os(level));
+    level_[subchain.index()] = policy::to_os(level);
+    set_level(subchain, policy::to_os(level));
   }
   for (const auto& [subchain, number, due] : decision.triggers) trigger(subchain, number, due);
   for (const auto& [subchain, state] : decision.released) {

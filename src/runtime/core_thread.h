@@ -19,7 +19,7 @@ namespace ctn::runtime {
 class CoreThread : public Controller {
  public:
   // All references outlive the thread.
-  CoreThread(Controls& controls, const std::vector<SubchainPorts>& subchains, int core);
+  CoreThread(Controls& controls, const std::vector<SubchainLinks>& subchains, int core);
 
   void run() override;
 

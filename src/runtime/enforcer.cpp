@@ -6,15 +6,22 @@
 
 namespace ctn::runtime {
 
-Enforcer::Enforcer(os::Os& os, bool real_time, std::function<void(const std::string&)> on_refusal)
-    : os_(os), real_time_(real_time), on_refusal_(std::move(on_refusal)) {}
+Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard,
+                   std::function<void(const std::string&)> on_refusal)
+    : os_(os), real_time_(real_time), on_refusal_(std::move(on_refusal)), guard_(std::move(guard)) {}
 
-Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus) {
+Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner) {
   const std::lock_guard lock(mutex_);
   if (!saved_.contains(thread)) {
     Result<os::SavedScheduling> before = os_.save_scheduling(thread);
     if (!before) return Done{};  // gone
-    saved_.emplace(thread, std::move(*before));
+    // Whom nobody watches is left alone: it would stay as it is put if this process were killed.
+    if (owner != os_.current_process() && !(guard_ && guard_->watch(thread, *before))) {
+      if (!os_.affinity(thread)) return Done{};  // gone meanwhile
+      return Error::environment("there is no guardian for threads of other processes",
+                                "look whether this system lets the server start processes, and schedule fewer threads");
+    }
+    saved_.emplace(thread, Saved{owner, std::move(*before)});
   }
   if (Status placed = os_.set_affinity(thread, cpus); !placed) {
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
@@ -37,21 +44,47 @@ void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {
 
 void Enforcer::refuse(const std::string& why) {
   real_time_.store(false, std::memory_order_release);
-  for (const auto& [thread, before] : saved_) {
+  for (const auto& [thread, saved] : saved_) {
     const Result<os::CpuSet> cpus = os_.affinity(thread);
-    static_cast<void>(os_.restore_scheduling(thread, before));
+    static_cast<void>(os_.restore_scheduling(thread, saved.before));
     if (cpus) static_cast<void>(os_.set_affinity(thread, *cpus));
   }
   if (on_refusal_) on_refusal_(why);
 }
 
+// The number of a thread that has ended may be another process's by now.
+void Enforcer::give_back(os::ThreadId thread, const Saved& saved) {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(saved.owner);
+  if (!living || !std::binary_search(living->begin(), living->end(), thread)) return;
+  static_cast<void>(os_.restore_scheduling(thread, saved.before));
+}
+
+Result<int> Enforcer::tend_guard() {
+  const std::lock_guard lock(mutex_);
+  if (!guard_) return 0;
+  if (Status tended = guard_->tend(); !tended) return tended.error();
+  return guard_->replaced();
+}
+
+void Enforcer::release(os::ThreadId thread) {
+  const std::lock_guard lock(mutex_);
+  const auto saved = saved_.find(thread);
+  if (saved == saved_.end()) return;
+  give_back(thread, saved->second);
+  if (guard_) guard_->forget(thread);
+  saved_.erase(saved);
+}
+
+void Enforcer::give_all_back() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [thread, saved] : saved_) give_back(thread, saved);
+}
+
 void Enforcer::release_all() {
   const std::lock_guard lock(mutex_);
-  // The number of a thread that has ended may be another process's by now.
-  const Result<std::vector<os::ThreadId>> mine = os_.threads(os_.current_process());
-  for (const auto& [thread, before] : saved_) {
-    if (mine && !std::binary_search(mine->begin(), mine->end(), thread)) continue;
-    static_cast<void>(os_.restore_scheduling(thread, before));
+  for (const auto& [thread, saved] : saved_) {
+    give_back(thread, saved);
+    if (guard_) guard_->forget(thread);
   }
   saved_.clear();
 }

@@ -1,4 +1,5 @@
-// Gives threads their levels and cores, remembers what they had, and gives it back. When the machine refuses a level
+// Gives threads their levels and cores, remembers what they had, and gives it back. Of threads of other processes the
+// guard, if there is one, knows it too, and gives it back if this process cannot. When the machine refuses a level
 // once, it lowers what it raised and asks for none again: the session goes on with rates only, and says so.
 //
 // Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except lower() and
@@ -7,6 +8,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -19,7 +21,9 @@ namespace ctn::runtime {
 class Enforcer {
  public:
   // `on_refusal` is called once, with what was refused and how to get it, if ever a level is.
-  Enforcer(os::Os& os, bool real_time, std::function<void(const std::string&)> on_refusal);
+  // `guard` may be null.
+  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard,
+           std::function<void(const std::string&)> on_refusal);
   ~Enforcer() { release_all(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;
@@ -27,25 +31,44 @@ class Enforcer {
   bool real_time() const { return real_time_.load(std::memory_order_acquire); }
 
   // Puts a thread on `cpus` at `level` (kOrdinary where levels cannot be had). A CPU that cannot be had is an error, a
-  // level that cannot be had is not: see above. A thread that is gone is neither.
-  Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus);
+  // level that cannot be had is not: see above. A thread that is gone is neither. One of another process that the guard
+  // cannot watch is left alone, which is an error.
+  Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner);
+  // The same of a thread of this process.
+  Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus) {
+    return apply(thread, level, cpus, os_.current_process());
+  }
 
   // For controllers, of threads that apply() has placed before: no lock, no bookkeeping, no answer. Levels are left
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
 
-  // All threads that still live get back what they had before the first apply().
+  // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
+  // Nobody may set its level any more: give_all_back() is for where dispatchers still might. It forgets nothing.
+  void release(os::ThreadId thread);
   void release_all();
+  void give_all_back();
+
+  // Makes sure that there is still a guard: to be called about every second. kEnvironment: there is none. How often it
+  // had to be replaced.
+  Result<int> tend_guard();
 
  private:
+  struct Saved {
+    os::ProcessId owner;
+    os::SavedScheduling before;
+  };
+
   void refuse(const std::string& why);
+  void give_back(os::ThreadId thread, const Saved& saved);
 
   os::Os& os_;
   std::atomic<bool> real_time_;
   std::function<void(const std::string&)> on_refusal_;
   std::mutex mutex_;
-  std::map<os::ThreadId, os::SavedScheduling> saved_;
+  std::map<os::ThreadId, Saved> saved_;
+  std::unique_ptr<os::Guard> guard_;
 };
 
 }  // namespace ctn::runtime

@@ -8,7 +8,7 @@
 
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
-#include "runtime/test_app.h"
+#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {
@@ -20,16 +20,14 @@ TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 template <class T>
 Channel<T>& channel(Engine& engine, const char* from, const char* to) {
-  const MakeChannel make = [](std::uint32_t slot) -> std::unique_ptr<ChannelBase> {
-    return std::make_unique<Channel<T>>(slot);
-  };
-  return static_cast<Channel<T>&>(engine.wiring().open_channel(from, to, false, typeid(Channel<T>), make));
+  return static_cast<Channel<T>&>(
+      engine.wiring().open_channel(from, to, false, typeid(Channel<T>), make_channel<Channel<T>>));
 }
 
 EngineOptions options(const std::string& policy, int cpus) {
   std::vector<int> set;
   for (int cpu = 0; cpu < cpus; ++cpu) set.push_back(cpu);
-  return {.policy = *parse_policy(policy), .cpus = os::CpuSet(set), .record = {}, .note = {}, .on_notice = {}};
+  return {.policy = *policy::make_policy(policy), .cpus = os::CpuSet(set), .record = {}, .note = {}, .on_notice = {}};
 }
 
 // The tracker with nodes that burn fixed times and pass the number of the frame on.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "base/statistics.h"
 
@@ -9,12 +10,6 @@ namespace ctn::runtime {
 namespace {
 
 double milliseconds(Nanos duration) { return to_millis(duration).count(); }
-
-// A node's first runs find its code and data in no cache and its pages unmapped. Once there are others they say nothing
-// of what it costs, and in a window of 50 they would decide its 95th percentile.
-constexpr std::uint64_t kColdRuns = 3;
-
-constexpr double kTypical = 50.0;  // percentile
 
 double seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -40,24 +35,18 @@ Summary SampleWindow::summary() const {
           .max = summary.max};
 }
 
-Measurements::Measurements(const graph::App& app, TimePoint warm_from) : app_(app), warm_from_(warm_from) {
+Measurements::Measurements(const graph::App& app, TimePoint warm_from, policy::CpuKinds kinds)
+    : app_(app), warm_from_(warm_from), kinds_(std::move(kinds)), costs_(app), nodes_(app.graph.nodes().size()) {
   for (const graph::Term& term : app.objective) {
     if (term.metric != graph::Metric::kResponseTime) continue;
     chains_.push_back({record::ChainTracker(app.graph, term.path), term.path, {}, {}, {}, {}});
   }
-  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
-    nodes_.push_back({estimator_of(NodeId(index)), {}, 0});
-  }
 }
 
-model::Estimator Measurements::estimator_of(NodeId node) const {
-  return {app_.scheduler.window, app_.scheduler.percentile, app_.graph.node(node).modes};
-}
-
-void Measurements::add(const record::Run& run) {
+std::optional<record::CostChange> Measurements::add(const record::Run& run, bool tells_costs) {
   NodeMeasure& node = nodes_[run.node.index()];
-  if (run.number == kColdRuns + 1) node.estimator = estimator_of(run.node);
-  node.estimator.add(run.cpu, run.mode);
+  std::optional<record::CostChange> change;
+  if (tells_costs) change = costs_.add(run, kinds_.of(run.on_cpu));
   if (run.begin >= warm_from_) {
     ++node.runs;
     node.compute.add(milliseconds(run.cpu));
@@ -73,6 +62,7 @@ void Measurements::add(const record::Run& run) {
       chain.period.add(milliseconds(*sample.period));
     }
   }
+  return change;
 }
 
 void Measurements::Prediction::accumulate(const Prediction& other, double for_seconds) {
@@ -107,27 +97,6 @@ std::optional<Measurements::Prediction> Measurements::mean_prediction(TimePoint 
   mean.source_hz /= mean.seconds;
   for (double& response : mean.responses) response /= mean.seconds;
   return mean;
-}
-
-bool Measurements::all_measured() const {
-  for (std::size_t index = 0; index < nodes_.size(); ++index) {
-    if (app_.graph.nodes()[index].subchain && nodes_[index].estimator.count() == 0) return false;
-  }
-  return true;
-}
-
-model::CostTable Measurements::costs(Millis unmeasured) const {
-  return costs_at(app_.scheduler.percentile, unmeasured);
-}
-
-model::CostTable Measurements::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
-
-model::CostTable Measurements::costs_at(double percentile, Millis unmeasured) const {
-  model::CostTable table(app_.graph, unmeasured);
-  for (std::size_t index = 0; index < nodes_.size(); ++index) {
-    if (nodes_[index].estimator.count() > 0) table.set(NodeId(index), nodes_[index].estimator.profile(percentile));
-  }
-  return table;
 }
 
 void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const {

@@ -12,9 +12,9 @@
 
 #include "catan/snapshot.h"
 #include "graph/app.h"
-#include "model/cost.h"
-#include "model/estimator.h"
 #include "plan/plan.h"
+#include "policy/cpu_kinds.h"
+#include "policy/measured_costs.h"
 #include "record/events.h"
 #include "record/lineage.h"
 
@@ -23,7 +23,7 @@ namespace ctn::runtime {
 // The newest samples of one metric.
 class SampleWindow {
  public:
-  static constexpr std::size_t kSamples = 65536;
+  static constexpr std::size_t kSamples = 16384;
 
   void add(double sample);
   Summary summary() const;  // count: all there ever were; the rest: of those kept
@@ -37,19 +37,18 @@ class SampleWindow {
 class Measurements {
  public:
   // Samples that go back to a time before `warm_from` are left out of the snapshot (the estimates take all).
-  Measurements(const graph::App& app, TimePoint warm_from);
+  Measurements(const graph::App& app, TimePoint warm_from, policy::CpuKinds kinds = {});
 
-  void add(const record::Run& run);
+  // Where it shows that the node's compute time has changed for good: from what to what. `tells_costs`: false for a run
+  // that is no measure of what the node costs (policy/hung_runs.h).
+  std::optional<record::CostChange> add(const record::Run& run, bool tells_costs = true);
+
+  // What nodes cost, of all runs.
+  policy::MeasuredCosts& measured() { return costs_; }
+  const policy::MeasuredCosts& measured() const { return costs_; }
 
   // Predictions are averaged over the time they were in force, from `warm_from` on.
   void plan_in_force(TimePoint since, const plan::Plan& plan, Rate source_rate);
-
-  // True once every scheduled node has run.
-  bool all_measured() const;
-  // What the planner is to reckon with; nodes that have not run keep `unmeasured`.
-  model::CostTable costs(Millis unmeasured) const;
-  // What runs typically cost: the median where costs() has the percentile.
-  model::CostTable typical_costs(Millis unmeasured) const;
 
   // Fills chains, nodes, predictions and source_hz, as of `now`. `hand_set_hz`: where no plan tells.
   void fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const;
@@ -64,7 +63,6 @@ class Measurements {
     TimePoint last_begin{};
   };
   struct NodeMeasure {
-    model::Estimator estimator;
     SampleWindow compute;
     std::uint64_t runs = 0;
   };
@@ -79,12 +77,12 @@ class Measurements {
 
   // The mean over the measured interval as of `now`; none before a plan was in force.
   std::optional<Prediction> mean_prediction(TimePoint now) const;
-  model::Estimator estimator_of(NodeId node) const;
-  model::CostTable costs_at(double percentile, Millis unmeasured) const;
   double seconds_in_force(TimePoint until) const;
 
   const graph::App& app_;
   TimePoint warm_from_;
+  policy::CpuKinds kinds_;
+  policy::MeasuredCosts costs_;
   std::vector<ChainMeasure> chains_;  // one a response-time term, in order
   std::vector<NodeMeasure> nodes_;    // by NodeId
   Prediction past_;                   // plans that are no longer in force

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/test_app.h"
+#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {
@@ -67,11 +67,11 @@ TEST(Measurements, LeavesOutWhatGoesBackToTheWarmUp) {
 TEST(Measurements, EstimatesTakeTheWarmUpToo) {
   const graph::App app = two_nodes();
   Measurements measurements(app, at(seconds{100}));
-  EXPECT_FALSE(measurements.all_measured());
-  EXPECT_DOUBLE_EQ(measurements.costs(Millis{5})[NodeId(1)].single_thread().count(), 5.0);
+  EXPECT_FALSE(measurements.measured().all_measured());
+  EXPECT_DOUBLE_EQ(measurements.measured().costs(Millis{5})[NodeId(1)].single_thread().count(), 5.0);
   add_runs(measurements, 1, 1);
-  EXPECT_TRUE(measurements.all_measured());
-  EXPECT_DOUBLE_EQ(measurements.costs(Millis{5})[NodeId(1)].single_thread().count(), 20.0);
+  EXPECT_TRUE(measurements.measured().all_measured());
+  EXPECT_DOUBLE_EQ(measurements.measured().costs(Millis{5})[NodeId(1)].single_thread().count(), 20.0);
 }
 
 TEST(Measurements, ForgetsANodesColdRunsOnceItHasOthers) {
@@ -79,7 +79,7 @@ TEST(Measurements, ForgetsANodesColdRunsOnceItHasOthers) {
   Measurements measurements(app, at(seconds{100}));
   const auto cost_after = [&](std::uint64_t number, Nanos cpu) {
     measurements.add({NodeId(0), number, at(seconds{1} * number), at(seconds{1} * number + cpu), cpu, 0, true, {}});
-    return measurements.costs(Millis{5})[NodeId(0)].single_thread().count();
+    return measurements.measured().costs(Millis{5})[NodeId(0)].single_thread().count();
   };
   EXPECT_DOUBLE_EQ(cost_after(1, milliseconds{90}), 90.0) << "better than nothing";
   EXPECT_DOUBLE_EQ(cost_after(2, milliseconds{30}), 90.0);

@@ -1,148 +1,246 @@
 #include "runtime/node_port.h"
 
 #include <algorithm>
+#include <utility>
 
-#include "runtime/run_access.h"
+#include "runtime/report.h"
 
 namespace ctn::runtime {
 namespace {
 
-std::uint64_t encode(TimePoint time) { return static_cast<std::uint64_t>(time.time_since_epoch().count()); }
-TimePoint decode_time(std::uint64_t word) { return TimePoint{Nanos{static_cast<Nanos::rep>(word)}}; }
+std::uint32_t low(std::uint64_t token) { return static_cast<std::uint32_t>(token); }
 
-}  // namespace
+// The token of which a word has the low half: the newest one that ended is not far from it.
+std::uint64_t token_near(std::uint64_t completed, std::uint32_t word) {
+  const auto ahead = static_cast<std::int32_t>(word - low(completed));
+  return completed + static_cast<std::uint64_t>(static_cast<std::int64_t>(ahead));
+}
 
-void SubchainSignal::complete(os::Os& os, std::uint64_t token) {
-  std::uint64_t before = completed.load(std::memory_order_relaxed);
-  while (before < token && !completed.compare_exchange_weak(before, token, std::memory_order_seq_cst)) {
+void complete(os::Os& os, const Region& region, SignalCell& signal, std::uint64_t token) {
+  std::uint64_t before = signal.completed.load(std::memory_order_relaxed);
+  while (before < token && !signal.completed.compare_exchange_weak(before, token, std::memory_order_seq_cst)) {
   }
   // Sequentially consistent on both sides: either this sees the wish, or the holder sees the completion before it
   // sleeps.
-  if (!wants_completions.load(std::memory_order_seq_cst)) return;
-  if (Attention* const holder = listener.load(std::memory_order_seq_cst)) holder->nudge(os);
+  if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
+  const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
+  if (holder != 0 && holder <= region.attentions()) region.attention(holder - 1).nudge(os);
 }
 
-void SubchainSignal::thread_joined(os::Os& os) {
-  threads_joined.fetch_add(1, std::memory_order_release);
-  if (Attention* const holder = listener.load(std::memory_order_seq_cst)) holder->nudge(os);
+}  // namespace
+
+NodePort::Binding::Binding(const graph::Graph& graph, NodeId node, const Region& in)
+    : region(&in), own(&in.node(node)), reports(in.reports_writer(node)) {
+  for (const NodeId predecessor : graph.node(node).predecessors) {
+    predecessors.push_back(graph.node(predecessor).external ? nullptr : &in.node(predecessor));
+  }
+  for (const NodeId successor : graph.node(node).successors) {
+    if (graph.node(successor).follows == node) followers.push_back(&in.node(successor));
+  }
+  if (!graph.node(node).subchain) return;
+  const SubchainId subchain = *graph.node(node).subchain;
+  const std::vector<NodeId>& nodes = graph.subchain(subchain).nodes;
+  const auto after = std::find(nodes.begin(), nodes.end(), node) + 1;
+  if (after != nodes.end()) next = &in.node(*after);
+  signal = &in.signal(subchain);
 }
 
-void Attention::nudge(os::Os& os) {
-  word.fetch_add(1, std::memory_order_release);
-  os.wake(word);
-}
-
-NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node)
+NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region)
     : os_(os),
+      graph_(graph),
       node_(node),
-      predecessor_ids_(graph.node(node).predecessors),
-      predecessors_(predecessor_ids_.size(), nullptr),
-      has_channel_(predecessor_ids_.size(), false),
-      reports_(kReports, kFixedWords + 2 * predecessor_ids_.size()),
-      encoded_(kFixedWords + 2 * predecessor_ids_.size()) {}
+      is_queue_(graph.node(node).input == graph::InputKind::kQueue),
+      follows_(graph.node(node).follows.has_value()),
+      has_channel_(graph.node(node).predecessors.size(), false),
+      words_(report_words(has_channel_.size())),
+      taken_(has_channel_.size(), 0) {
+  move_to(region);
+  bind(*newest_binding_.load());
+}
 
-bool NodePort::wait_for_trigger() {
-  const auto expected = static_cast<std::uint32_t>(token_);
-  while (!stopping() && word_.load(std::memory_order_acquire) == expected) os_.wait(word_, expected, kNever);
-  if (stopping()) return false;
-  // Tokens only grow, so the low half tells how far.
-  token_ += word_.load(std::memory_order_acquire) - expected;
+void NodePort::move_to(const Region& region) {
+  const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
+  find_in(region);
+  if (before != nullptr) look_again();
+}
+
+void NodePort::look_again() const {
+  const Binding* const in_use = binding_.load(std::memory_order_acquire);
+  if (in_use == newest_binding_.load(std::memory_order_acquire)) return;
+  // Any change of the word wakes the node; it looks at its binding first.
+  in_use->own->word.fetch_add(1, std::memory_order_release);
+  os_.wake(in_use->own->word);
+}
+
+void NodePort::find_in(const Region& region) {
+  const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
+  const Binding* const in_use = binding_.load(std::memory_order_acquire);
+  std::erase_if(bindings_, [&](const auto& binding) { return binding.get() != before && binding.get() != in_use; });
+  bindings_.push_back(std::make_unique<const Binding>(graph_, node_, region));
+  newest_binding_.store(bindings_.back().get(), std::memory_order_release);
+}
+
+// In the region before, the node may be another process's, which nobody may wake.
+void NodePort::settle_in(const Region& region) {
+  find_in(region);
+  bind(*newest_binding_.load(std::memory_order_acquire));
+}
+
+bool NodePort::uses(const Region& region) const {
+  return newest_binding_.load(std::memory_order_acquire)->region == &region ||
+         binding_.load(std::memory_order_acquire)->region == &region;
+}
+
+void NodePort::bind(const Binding& binding) {
+  std::fill(taken_.begin(), taken_.end(), 0);
+  number_ = std::max(number_, binding.own->number.load(std::memory_order_acquire));
+  if (follows_) {
+    // What was given before the node was there is past; what was given where it is moved to waits for it.
+    const bool moves = binding_.load(std::memory_order_relaxed) != nullptr;
+    token_ = moves ? 0 : binding.own->word.load(std::memory_order_acquire);
+    binding_.store(&binding, std::memory_order_release);
+    return;
+  }
+  // A node that comes to a subchain which has run before goes by its newest token. A trigger that waits already is
+  // taken; one that is past is not.
+  const std::uint64_t completed = binding.signal != nullptr ? binding.signal->completed.load() : 0;
+  token_ = std::min(token_near(completed, binding.own->word.load(std::memory_order_acquire)), completed);
+  binding_.store(&binding, std::memory_order_release);
+}
+
+// A server that goes on just now may trigger it, too: then its token stands.
+bool NodePort::trigger_alone() {
+  const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
+  const std::uint64_t completed = binding.signal->completed.load(std::memory_order_acquire);
+  std::uint32_t word = binding.own->word.load(std::memory_order_acquire);
+  if (token_near(completed, word) > completed) return false;
+  if (!binding.own->word.compare_exchange_strong(word, low(completed + 1), std::memory_order_acq_rel)) return false;
+  os_.wake(binding.own->word);
   return true;
 }
 
+void NodePort::give_up_run() {
+  const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
+  const std::uint64_t completed = binding.signal->completed.load();
+  binding.signal->completed.store(token_near(completed, binding.own->word.load(std::memory_order_acquire)),
+                                  std::memory_order_release);
+}
+
+bool NodePort::wait_for_trigger() {
+  if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
+  for (;;) {
+    if (stopping()) {
+      // As if stop() had not touched it: whoever is this node next goes by it.
+      bound().own->word.store(low(token_), std::memory_order_release);
+      return false;
+    }
+    const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
+    if (newest != &bound()) bind(*newest);
+    const std::uint32_t expected = low(token_);
+    const std::uint32_t word = bound().own->word.load(std::memory_order_acquire);
+    if (word == expected) {
+      os_.wait(bound().own->word, expected, kNever);
+      continue;
+    }
+    if (stopping() || newest_binding_.load(std::memory_order_acquire) != &bound()) continue;
+    // The low half tells how far. Back, too: a scheduler that was stopped while its nodes paced themselves goes on with
+    // the tokens that it had.
+    token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));
+    has_waited_ = true;
+    return true;
+  }
+}
+
 void NodePort::begin(Run& run) {
-  RunAccess::reset(run, ++number_, predecessors_.size());
-  begin_cpu_ = cpu_time_of_all_threads();
+  if (!has_waited_ && bound().signal == nullptr) look_around();
+  RunAccess::reset(run, ++number_, has_channel_.size());
+  RunAccess::set_threads(run, threads_planned());
+  bound().own->number.store(number_, std::memory_order_relaxed);
+  if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
+  counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
+  begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
   begin_ = os_.now();
-  for (std::size_t slot = 0; slot < predecessors_.size(); ++slot) {
-    if (predecessors_[slot] == nullptr || has_channel_[slot]) continue;
-    const std::uint64_t newest = predecessors_[slot]->newest_output();
-    RunAccess::consume(run, slot, newest, newest);
+  consume_newest(run);
+}
+
+// Of a node that waits for no trigger.
+void NodePort::look_around() {
+  const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
+  if (newest != &bound()) bind(*newest);
+  number_ = std::max(number_, bound().own->number.load(std::memory_order_acquire));
+}
+
+void NodePort::consume_newest(Run& run) {
+  for (std::size_t slot = 0; slot < has_channel_.size(); ++slot) {
+    if (bound().predecessors[slot] == nullptr || has_channel_[slot]) continue;
+    const std::uint64_t newest = bound().predecessors[slot]->newest_output.load(std::memory_order_acquire);
+    const std::uint64_t before = std::exchange(taken_[slot], newest);
+    if (!is_queue_) {
+      RunAccess::consume(run, slot, newest, newest);
+    } else if (newest > before) {
+      RunAccess::consume(run, slot, before + 1, newest);
+    }
   }
 }
 
 void NodePort::end(Run& run) {
-  const Nanos cpu = cpu_time_of_all_threads() - begin_cpu_;
-  report(run, os_.now(), std::max(cpu, Nanos{0}));
+  own_cpu_ = os_.thread_cpu_time();
+  Nanos cpu = std::max(*own_cpu_ + cpu_time_of_other_threads() - begin_cpu_, Nanos{0});
+  end_ = os_.now();
+  // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
+  if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
+  encode_report(run, begin_, end_, cpu, os_.current_cpu(), words_);
+  bound().reports.push(words_);
   RunAccess::finish_writes(run);
-  if (RunAccess::emits(run)) newest_output_.store(run.number(), std::memory_order_release);
-
-  if (next_ != nullptr && RunAccess::emits(run)) {
-    next_->trigger(token_);
-  } else if (signal_ != nullptr) {
-    signal_->complete(os_, token_);
-  }
+  if (RunAccess::emits(run)) bound().own->newest_output.store(run.number(), std::memory_order_release);
+  hand_on(RunAccess::emits(run));
 }
 
-void NodePort::report(const Run& run, TimePoint end, Nanos cpu) {
-  encoded_[0] = run.number();
-  encoded_[1] = encode(begin_);
-  encoded_[2] = encode(end);
-  encoded_[3] = static_cast<std::uint64_t>(cpu.count());
-  encoded_[4] = (std::uint64_t{RunAccess::mode(run)} << 1U) | (RunAccess::emits(run) ? 1U : 0U);
-  std::size_t word = kFixedWords;
-  for (const RunAccess::Input& input : RunAccess::inputs(run)) {
-    encoded_[word++] = input.first;
-    encoded_[word++] = input.last;
+void NodePort::hand_on(bool emits) {
+  if (bound().next != nullptr && emits) {
+    bound().next->word.store(low(token_), std::memory_order_release);
+    os_.wake(bound().next->word);
+  } else if (bound().signal != nullptr) {
+    complete(os_, *bound().region, *bound().signal, token_);
+  } else if (emits) {
+    for (NodeCell* const follower : bound().followers) {
+      follower->word.fetch_add(1, std::memory_order_release);
+      os_.wake(follower->word);
+    }
   }
-  reports_.push(encoded_);
-}
-
-record::Run NodePort::decode(std::span<const std::uint64_t> words) const {
-  record::Run run;
-  run.node = node_;
-  run.number = words[0];
-  run.begin = decode_time(words[1]);
-  run.end = decode_time(words[2]);
-  run.cpu = Nanos{static_cast<Nanos::rep>(words[3])};
-  run.mode = static_cast<std::uint32_t>(words[4] >> 1U);
-  run.emitted = (words[4] & 1U) != 0;
-  for (std::size_t slot = 0; slot < predecessor_ids_.size(); ++slot) {
-    const std::uint64_t first = words[kFixedWords + 2 * slot];
-    const std::uint64_t last = words[kFixedWords + 2 * slot + 1];
-    if (first != 0) run.consumed.push_back({predecessor_ids_[slot], first, last});
-  }
-  return run;
-}
-
-void NodePort::trigger(std::uint64_t token) {
-  word_.store(static_cast<std::uint32_t>(token), std::memory_order_release);
-  os_.wake(word_);
 }
 
 void NodePort::stop() {
   stopping_.store(true, std::memory_order_release);
   // Any change of the word wakes the node; it looks at the flag first.
-  word_.fetch_add(1, std::memory_order_release);
-  os_.wake(word_);
+  NodeCell& own = *newest_binding_.load(std::memory_order_acquire)->own;
+  own.word.fetch_add(1, std::memory_order_release);
+  os_.wake(own.word);
 }
 
-bool NodePort::add_thread(os::ThreadId thread) {
-  const std::size_t index = thread_count_.fetch_add(1);
-  if (index >= kMaxThreads) {
-    thread_count_.store(kMaxThreads);
-    return false;
-  }
-  threads_[index].store(static_cast<std::int32_t>(thread), std::memory_order_release);
-  return true;
+int NodePort::threads_planned() const {
+  const int most = graph_.node(node_).max_threads;
+  const int planned = bound().signal != nullptr ? bound().signal->threads.load(std::memory_order_relaxed) : 0;
+  return planned > 0 ? std::min(planned, most) : most;
 }
 
-std::vector<os::ThreadId> NodePort::threads() const {
-  std::vector<os::ThreadId> threads;
-  for_each_thread([&](os::ThreadId thread) { threads.push_back(thread); });
-  return threads;
+bool NodePort::has_other_threads() const {
+  const NodeCell& own = *bound().own;
+  const std::uint32_t count = own.threads.load(std::memory_order_acquire);
+  return count > 1 || (count == 1 && own.thread[0].load(std::memory_order_acquire) != thread_);
 }
 
-Nanos NodePort::cpu_time_of_all_threads() {
-  Nanos total = os_.thread_cpu_time();
-  const std::size_t count = std::min(thread_count_.load(std::memory_order_relaxed), kMaxThreads);
-  for (std::size_t index = 1; index < count; ++index) {
-    const std::int32_t thread = threads_[index].load(std::memory_order_acquire);
-    if (thread == 0) continue;
+Nanos NodePort::cpu_time_of_other_threads() {
+  Nanos total{0};
+  NodeCell& own = *bound().own;
+  const auto count = std::min<std::size_t>(own.threads.load(std::memory_order_acquire), NodeCell::kMaxThreads);
+  for (std::size_t index = 0; index < count; ++index) {
+    const std::int32_t thread = own.thread[index].load(std::memory_order_acquire);
+    if (thread == 0 || thread == thread_) continue;
     if (const Result<Nanos> used = os_.thread_cpu_time(os::ThreadId{thread})) {
       total += *used;
     } else {
-      threads_[index].store(0, std::memory_order_release);  // it has ended
+      own.thread[index].store(0, std::memory_order_release);  // it has ended
     }
   }
   return total;

@@ -1,137 +1,125 @@
-// A node's connection to the runtime: it waits for its trigger there and reports its runs there. All that the hot path
-// touches is in this file and word_ring.h: atomics, one futex wait and at most two wakes a run, no lock, no allocation.
+// A node's end of the region (region.h): it waits for its trigger there and reports its runs there. All that a node
+// does on the hot path is in this file, word_ring.h and report.h: atomics, one futex wait and at most two wakes a run
+// (of an unscheduled node: one a follower), no lock, no allocation, no call to the scheduler.
 //
-// A trigger carries a token: the number of the subchain's trigger that it goes back to. A head gets it from its trigger
-// thread, the others from their predecessor in the subchain when that ends a run with output. The tail (or whoever
-// gives no output) hands it to `SubchainSignal`, which is how the trigger thread knows what is under way.
+// A trigger carries a token: the number of the subchain's trigger that it goes back to. A head gets it from its
+// controller, the others from their predecessor in the subchain when that ends a run with output. The tail (or whoever
+// gives no output) hands it to the SignalCell, which is how the controller knows what is under way.
+//
+// An unscheduled node that follows another has no subchain and no token: its word counts what the other has given. Who
+// gives raises it and wakes the follower. What comes while that is busy sets it off once more, however much it is.
+// Whoever writes there without a reason wakes the follower too often, and no more than that. Where the other gives
+// nothing, or is not there, the follower waits.
 //
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.
 //
+// CPU time of a run: where the node's own thread is its only one and comes straight back to wait, a run is counted from
+// the end of the one before. So what it takes to hand on, to wait and to be woken is the run's, and one reading of the
+// thread's clock, the dearest part of a report, does for both. A thread that comes back later has done something else:
+// it is counted from when it began to wait. Where other threads work for the node, and where it did not wait for a
+// trigger, begin() reads the clocks.
+//
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "catan/run.h"
 #include "graph/app.h"
 #include "os/os.h"
-#include "record/events.h"
-#include "runtime/word_ring.h"
+#include "runtime/region.h"
 
 namespace ctn::runtime {
 
-// What a controller (controller.h) sleeps on.
-struct Attention {
-  alignas(64) std::atomic<std::uint32_t> word{0};
-
-  // Wakes it, for it to look at everything anew.
-  void nudge(os::Os& os);
-};
-
-// Between the nodes of a subchain and the controller that holds it.
-struct SubchainSignal {
-  std::atomic<std::uint64_t> completed{0};       // the newest token whose run has ended
-  std::atomic<Attention*> listener{nullptr};     // who holds the subchain
-  std::atomic<bool> wants_completions{false};    // only then is the holder woken when a run ends
-  std::atomic<std::uint32_t> threads_joined{0};  // counts threads that joined a node later
-
-  // Called by nodes.
-  void complete(os::Os& os, std::uint64_t token);
-  // A thread has joined one of the subchain's nodes: its holder is to give it its level.
-  void thread_joined(os::Os& os);
-};
-
 class NodePort {
  public:
-  static constexpr std::size_t kReports = 4096;
-  static constexpr std::size_t kMaxThreads = 64;
+  // All references outlive it.
+  NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region);
 
-  NodePort(os::Os& os, const graph::Graph& graph, NodeId node);
-
-  // --- wiring, before any thread runs ---
-  // Which port feeds input `slot`; null where the predecessor is external.
-  void connect_input(std::size_t slot, const NodePort* predecessor) { predecessors_[slot] = predecessor; }
-  // Whether input `slot` has a channel, which then notes what is consumed; else a run consumes the newest output at its
-  // begin.
+  // --- before any thread runs ---
+  // Input `slot` has a channel, which notes what is consumed. Without one a run is taken to consume the predecessor's
+  // newest output at its begin; of a queue node, all since its run before.
   void set_channel(std::size_t slot) { has_channel_[slot] = true; }
-  void connect_subchain(NodePort* next, SubchainSignal* signal) {
-    next_ = next;
-    signal_ = signal;
-  }
 
   // --- the node's own thread ---
-  // Blocks until a trigger comes; false: `stop` was called.
+  // Straight back is a thread that waits again this soon after the end of a run.
+  static constexpr Nanos kStraightBack = std::chrono::microseconds{50};
+  // Blocks until a trigger comes, or output of the node that this one follows; false: `stop` was called.
   bool wait_for_trigger();
   void begin(Run& run);
   void end(Run& run);
 
   // --- any thread ---
-  void trigger(std::uint64_t token);
   void stop();
   bool stopping() const { return stopping_.load(std::memory_order_acquire); }
-  // The newest run that gave output; 0: none.
-  std::uint64_t newest_output() const { return newest_output_.load(std::memory_order_acquire); }
-  // The node's threads: its own first. False: there is no room for another.
-  bool add_thread(os::ThreadId thread);
-  std::vector<os::ThreadId> threads() const;
-  // The same without a copy.
-  template <class Visit>
-  void for_each_thread(Visit&& visit) const {
-    const std::size_t count = std::min(thread_count_.load(std::memory_order_acquire), kMaxThreads);
-    for (std::size_t index = 0; index < count; ++index) {
-      const std::int32_t thread = threads_[index].load(std::memory_order_acquire);
-      if (thread != 0) visit(os::ThreadId{thread});
-    }
-  }
 
-  // --- the collector ---
-  // Calls take(record::Run) for each run reported so far, oldest first.
-  template <class Take>
-  void drain(Take&& take) {
-    reports_.drain([&](std::span<const std::uint64_t> words) { take(decode(words)); });
-  }
-  std::uint64_t lost_reports() const { return reports_.lost(); }
+  // --- without a scheduler: for one thread that is not the node's ---
+  // From its next trigger on the node is to be found in `region`: another scheduler has taken it over from one that is
+  // gone. The region it was in is still in use until it has moved, see uses().
+  void move_to(const Region& region);
+  bool uses(const Region& region) const;
+  // Wakes the node where it has not looked yet since it was moved: it sleeps on where it was if somebody else wrote
+  // there, too, at that moment. To be called now and then.
+  void look_again() const;
+  // The same at once, while no thread runs the node.
+  void settle_in(const Region& region);
+  // Triggers the node, which is its subchain's head. False: the run before has not ended yet.
+  bool trigger_alone();
+  // The run under way counts as ended: who was to end it is gone.
+  void give_up_run();
 
  private:
-  static constexpr std::size_t kFixedWords = 5;  // number, begin, end, cpu, mode and emitted
+  // What the node needs of a region.
+  struct Binding {
+    Binding(const graph::Graph& graph, NodeId node, const Region& region);
 
-  record::Run decode(std::span<const std::uint64_t> words) const;
-  void report(const Run& run, TimePoint end, Nanos cpu);
-  Nanos cpu_time_of_all_threads();
+    const Region* region;
+    NodeCell* own;
+    std::vector<NodeCell*> predecessors;  // by input; null where it is external
+    NodeCell* next = nullptr;             // in the subchain; null for its tail
+    std::vector<NodeCell*> followers;     // of an unscheduled node
+    SignalCell* signal = nullptr;         // null for an unscheduled node
+    RingWriter reports;
+  };
+
+  void find_in(const Region& region);
+  void bind(const Binding& binding);
+  const Binding& bound() const { return *binding_.load(std::memory_order_relaxed); }
+  void look_around();
+  void consume_newest(Run& run);
+  void hand_on(bool emits);
+  int threads_planned() const;
+  bool has_other_threads() const;
+  Nanos cpu_time_of_other_threads();
 
   os::Os& os_;
+  const graph::Graph& graph_;
   NodeId node_;
-  std::vector<NodeId> predecessor_ids_;
-  std::vector<const NodePort*> predecessors_;
+  bool is_queue_;
+  bool follows_;
   std::vector<bool> has_channel_;
-  NodePort* next_ = nullptr;
-  SubchainSignal* signal_ = nullptr;
-  WordRing reports_;
-  std::vector<std::uint64_t> encoded_;  // one report, reused
-  std::array<std::atomic<std::int32_t>, kMaxThreads> threads_{};
-  std::atomic<std::size_t> thread_count_{0};
   std::atomic<bool> stopping_{false};
+  std::vector<std::unique_ptr<const Binding>> bindings_;  // a run may still be under way in the one before the newest
+  std::atomic<const Binding*> newest_binding_{nullptr};
+  std::atomic<const Binding*> binding_{nullptr};  // in use; the node's thread changes it
 
   // The node's own.
+  std::vector<std::uint64_t> words_;  // one report, reused
+  std::vector<std::uint64_t> taken_;  // by input: the newest run consumed so far, where there is no channel
+  std::int32_t thread_ = 0;
   std::uint64_t token_ = 0;
   std::uint64_t number_ = 0;
   TimePoint begin_{};
-  Nanos begin_cpu_{0};
-
-  alignas(64) std::atomic<std::uint32_t> word_{
-      0};  // low half of the newest token; changes with every trigger and on stop
-  alignas(64) std::atomic<std::uint64_t> newest_output_{0};
-};
-
-// The nodes of a subchain and its signal, as a controller sees them.
-struct SubchainPorts {
-  std::vector<NodePort*> ports;  // in the order they run
-  SubchainSignal* signal = nullptr;
+  TimePoint end_{};               // of the run before
+  bool has_waited_ = false;       // for the run that is to begin
+  bool counted_early_ = false;    // from before its begin
+  Nanos begin_cpu_{0};            // of all its threads
+  std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
 };
 
 }  // namespace ctn::runtime

@@ -24,7 +24,7 @@ class Session::Impl {
 Result<Session> Session::open(const std::string& app_file, const SessionOptions& options) {
   Result<graph::App> app = config::load_app(app_file);
   if (!app) return app.error();
-  Result<runtime::Policy> policy = runtime::parse_policy(options.policy);
+  const auto policy = policy::make_policy(options.policy);
   if (!policy) return policy.error();
 
   std::optional<graph::FrameMode> frames;
@@ -33,7 +33,7 @@ Result<Session> Session::open(const std::string& app_file, const SessionOptions&
   }
   std::unique_ptr<os::Os> system = os::make_linux_os();
   Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(*app), *system,
-                                                                            {.policy = std::move(*policy),
+                                                                            {.policy = *policy,
                                                                              .cpus = os::CpuSet(options.cpus),
                                                                              .record = options.record,
                                                                              .note = options.note,

@@ -1,6 +1,7 @@
 // Subchains that share cores, in virtual time with threads that compete for CPUs: the whole runtime, every figure
 // exact.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -14,13 +15,17 @@
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
 #include "plan/json.h"
+#include "planner/compared/davare.h"
+#include "planner/compared/verucchi.h"
 #include "planner/planner.h"
+#include "policy/test_app.h"
+#include "record/reader.h"
 #include "runtime/engine.h"
-#include "runtime/test_app.h"
 
 namespace ctn::runtime {
 namespace {
 
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
@@ -53,15 +58,20 @@ class SharedTest : public ::testing::Test {
   void open(graph::App app, const std::string& policy, int cpus, const std::string& record = {}) {
     std::vector<int> numbers;
     for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
-    Result<std::unique_ptr<Engine>> made = Engine::create(
-        std::move(app), fake,
-        {.policy = *parse_policy(policy), .cpus = os::CpuSet(numbers), .record = record, .note = {}, .on_notice = {}});
+    Result<std::unique_ptr<Engine>> made = Engine::create(std::move(app), fake,
+                                                          {.policy = *policy::make_policy(policy),
+                                                           .cpus = os::CpuSet(numbers),
+                                                           .record = record,
+                                                           .note = {},
+                                                           .on_notice = {}});
     ASSERT_TRUE(made.ok()) << made.error().message();
     engine = std::move(*made);
     for (const graph::Node& node : engine->app().graph.nodes()) {
       if (node.external) continue;
-      engine->wiring().set_body(node.name,
-                                [this, name = node.name](ctn::Run& run) { fake.burn(cost(name, run.number())); });
+      engine->wiring().set_body(node.name, [this, name = node.name](ctn::Run& run) {
+        fake.burn(cost(name, run.number()));
+        if (silent(name, run.number())) run.skip_output();
+      });
     }
   }
 
@@ -96,8 +106,31 @@ class SharedTest : public ::testing::Test {
   std::function<Nanos(const std::string&, std::uint64_t)> cost = [this](const std::string& node, std::uint64_t) {
     return costs.at(node);
   };
+  std::function<bool(const std::string&, std::uint64_t)> silent = [](const std::string&, std::uint64_t) {
+    return false;
+  };
   std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
+
+// By the formulas a run in two slices once a second makes frames of half a second. Its trigger is put off instead.
+TEST_F(SharedTest, ALightNodeWithACapHoldsNobodyUp) {
+  open(parse(R"(
+catan: 1
+app: capped
+nodes: { fast: {}, slow: { max_rate: 1Hz } }
+objective:
+  - { response_time: [fast], weight: 1 }
+  - { response_time: [slow], weight: 0.01 }
+scheduler: { bootstrap: 1s }
+)"),
+       "catan", 1);
+  costs = {{"fast", milliseconds{3}}, {"slow", milliseconds{2}}};
+  const Snapshot snapshot = run_for(seconds{20});
+  EXPECT_GT(rate(snapshot, "fast"), 250.0);
+  EXPECT_GT(rate(snapshot, "slow"), 0.9);
+  EXPECT_LE(rate(snapshot, "slow"), 1.05);
+  EXPECT_TRUE(snapshot.notices.empty());
+}
 
 // All costs as planned: the formulas say what happens.
 TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
@@ -182,6 +215,64 @@ TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
   EXPECT_LT(rate(snapshot, "log"), 1.0);
 }
 
+// The policies that Catan is compared with, with compute times as they are.
+class ComparedTest : public SharedTest {
+ protected:
+  static std::string cost_file() {
+    // Tests run side by side, each in a process of its own.
+    const std::string path = testing::TempDir() + "catan_compared_costs_" + std::to_string(getpid()) + ".yaml";
+    std::ofstream(path) << "scan: 2ms\nsteer: 4ms\nmap: 40ms\nlog: 3ms\n";
+    return path;
+  }
+};
+
+// 50 Hz x 6 ms, 5 Hz x 40 ms and 20 Hz x 3 ms fit one core. The fast chain is of most weight, so nobody is before it.
+TEST_F(ComparedTest, ChainAwarePrioritiesKeepTheHeaviestChainFast) {
+  open(robot_app(), "picas:" + cost_file(), 1);
+  const Snapshot snapshot = run_for(seconds{10});
+  EXPECT_TRUE(snapshot.notices.empty());
+  EXPECT_NEAR(rate(snapshot, "scan"), 50.0, 0.5);
+  EXPECT_NEAR(rate(snapshot, "map"), 5.0, 0.2);
+  EXPECT_LT(rate(snapshot, "log"), 20.0) << "the least of all: a run of map overtakes some of its triggers";
+  EXPECT_NEAR(snapshot.chains[0].response_ms.max, 26.0, 1e-6);
+}
+
+// What is measured stays within what the method promises, and near its rates.
+TEST_F(ComparedTest, PeriodsByDavareKeepTheirBounds) {
+  for (const int cpus : {1, 2}) {
+    open(robot_app(), "davare:" + cost_file(), cpus);
+    const auto plan = planner::plan_by_davare(engine->app(), planned_costs(), {cpus, 0.06, 0});
+    ASSERT_TRUE(plan.ok());
+    const Snapshot snapshot = run_for(seconds{20});
+    for (std::size_t chain = 0; chain < 2; ++chain) {
+      EXPECT_LE(snapshot.chains[chain].response_ms.max, plan->chains[chain].response.count() + 1e-6) << cpus;
+      EXPECT_GT(snapshot.chains[chain].response_ms.max, 0.3 * plan->chains[chain].response.count()) << cpus;
+    }
+    EXPECT_NEAR(rate(snapshot, "scan") * plan->subchains[0].period.count(), 1000.0, 10.0);
+    EXPECT_NEAR(rate(snapshot, "map") * plan->subchains[1].period.count(), 1000.0, 50.0);
+  }
+}
+
+TEST_F(ComparedTest, RatesByVerucchiAreKept) {
+  open(robot_app(), "verucchi:" + cost_file(), 1);
+  const auto plan = planner::plan_by_verucchi(engine->app(), planned_costs(), {1, 0.06, 0});
+  ASSERT_TRUE(plan.ok());
+  const Snapshot snapshot = run_for(seconds{20});
+  EXPECT_NEAR(rate(snapshot, "scan") * plan->subchains[0].period.count(), 1000.0, 10.0);
+  EXPECT_NEAR(rate(snapshot, "map") * plan->subchains[1].period.count(), 1000.0, 50.0);
+}
+
+TEST_F(ComparedTest, WhatCannotBeDoneIsRefused) {
+  for (const std::string& policy : {std::string("davare"), "deadline:" + cost_file()}) {
+    open(robot_app(), policy, 1);
+    const Status started = engine->start();
+    ASSERT_FALSE(started.ok()) << policy;
+    EXPECT_EQ(started.error().kind(), ErrorKind::kCaller);
+    const char* mend = policy == "davare" ? "davare:COSTS.yaml" : "simulator";
+    EXPECT_NE(started.error().message().find(mend), std::string::npos) << started.error().message();
+  }
+}
+
 // The made-up machine has no fair server: for what planning is to be left to ordinary threads while all is on one CPU,
 // rates are capped.
 TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
@@ -210,6 +301,100 @@ TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
   EXPECT_GT(late, milliseconds{500});
 }
 
+// A sensor, what follows it, what follows that, and two that are scheduled.
+graph::App headset(const std::string& of_sum = "") {
+  return parse(R"(
+catan: 1
+app: headset
+nodes:
+  imu: { unscheduled: true, period: 5ms }
+  sum: { unscheduled: true)" +
+               of_sum + R"( }
+  guess: { unscheduled: true }
+  warp: { min_rate: 60Hz, max_rate: 60Hz, fallback_rate: 60Hz }
+  look: { fallback_rate: 10Hz }
+edges: [ imu -> sum -> guess -> warp, look -> warp ]
+objective:
+  - { response_time: [guess, warp], weight: 1 }
+  - { response_time: [imu, sum, guess], weight: 0.1 }
+  - { response_time: [look, warp], weight: 0.1 }
+scheduler: { bootstrap: 1s }
+)");
+}
+
+class FollowersTest : public SharedTest {
+ protected:
+  FollowersTest() {
+    costs = {{"imu", microseconds{100}},
+             {"sum", microseconds{200}},
+             {"guess", microseconds{300}},
+             {"warp", milliseconds{2}},
+             {"look", milliseconds{20}}};
+  }
+
+  // Runs of the record of a run that has ended, by node.
+  static std::map<std::string, std::vector<record::Run>> runs_of(const std::string& path) {
+    std::map<std::string, std::vector<record::Run>> runs;
+    const Result<record::Reader> reader = record::Reader::open(path);
+    EXPECT_TRUE(reader.ok());
+    if (!reader) return runs;
+    const graph::Graph& graph = reader->app().graph;
+    EXPECT_EQ(graph.node(*graph.find_node("sum")).follows, graph.find_node("imu"));
+    EXPECT_TRUE(reader->each_run([&](const record::Run& run) { runs[graph.node(run.node).name].push_back(run); }).ok());
+    return runs;
+  }
+};
+
+TEST_F(FollowersTest, BeginWithTheOutputThatSetThemOff) {
+  const std::string path = testing::TempDir() + "catan_followers.catan";
+  for (const char* policy : {"catan", "default", "fifo"}) {
+    SCOPED_TRACE(policy);
+    std::remove(path.c_str());
+    open(headset(), policy, 2, path);
+    const Snapshot snapshot = run_for(seconds{5});
+    EXPECT_TRUE(snapshot.notices.empty());
+    EXPECT_NEAR(rate(snapshot, "sum"), 200.0, 4.0);
+    EXPECT_NEAR(rate(snapshot, "guess"), 200.0, 4.0);
+    const ChainSnapshot& chain = snapshot.chains[1];
+    EXPECT_NEAR(chain.latency_ms.p50, 0.6, 1e-6);
+    EXPECT_LE(chain.latency_ms.max, policy == std::string("default") ? 5.0 : 0.6 + 1e-6);
+    auto runs = runs_of(path);
+    ASSERT_GT(runs["sum"].size(), 900U);
+    ASSERT_LE(runs["sum"].size(), runs["imu"].size());
+    for (std::size_t index = 0; index < runs["sum"].size(); ++index) {
+      ASSERT_EQ(runs["sum"][index].consumed.size(), 1U);
+      EXPECT_EQ(runs["sum"][index].consumed[0].last, runs["imu"][index].number);
+      EXPECT_GE(runs["sum"][index].begin, runs["imu"][index].end);
+    }
+  }
+  std::remove(path.c_str());
+}
+
+TEST_F(FollowersTest, RunOnOutputAlone) {
+  silent = [](const std::string& node, std::uint64_t run) { return node == "imu" && run % 4 != 0; };
+  open(headset(), "catan", 2);
+  const Snapshot snapshot = run_for(seconds{10});
+  EXPECT_NEAR(rate(snapshot, "imu"), 200.0, 4.0);
+  EXPECT_NEAR(rate(snapshot, "sum"), 50.0, 1.0);
+  EXPECT_NEAR(rate(snapshot, "guess"), 50.0, 1.0);
+}
+
+TEST_F(FollowersTest, ThatAreBusyRunOnceMore) {
+  costs["sum"] = milliseconds{8};
+  costs["look"] = milliseconds{2};
+  open(headset(), "default", 2);
+  const Snapshot snapshot = run_for(seconds{5});
+  EXPECT_NEAR(rate(snapshot, "sum"), 125.0, 5.0);
+  EXPECT_LE(snapshot.chains[1].latency_ms.max, 0.1 + 5.0 + 8.0 + 0.3 + 2.5) << "the newest, not what waits in a row";
+}
+
+TEST_F(FollowersTest, WithAPeriodOfTheirOwnHaveATimer) {
+  open(headset(", period: 5ms"), "catan", 2);
+  const Snapshot snapshot = run_for(seconds{5});
+  EXPECT_NEAR(rate(snapshot, "sum"), 200.0, 4.0);
+  EXPECT_GT(snapshot.chains[1].latency_ms.p50, 5.0) << "both begin at once, so it has the output before";
+}
+
 TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
   const std::string path = testing::TempDir() + "catan_given_plan.json";
   {
@@ -222,7 +407,7 @@ TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
     os::FakeOs machine;
     machine.share_cpus(true);
     Result<std::unique_ptr<Engine>> made = Engine::create(robot_app(), machine,
-                                                          {.policy = *parse_policy("static:" + path),
+                                                          {.policy = *policy::make_policy("static:" + path),
                                                            .cpus = os::CpuSet{0},
                                                            .record = {},
                                                            .note = {},
@@ -240,16 +425,6 @@ TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
     EXPECT_TRUE((*made)->stop().ok());
   }
   std::remove(path.c_str());
-}
-
-TEST_F(SharedTest, KindsOfCoresAreRefusedUntilTheyAreMeasuredApart) {
-  graph::App app = robot_app();
-  app.core_kinds = {{"fast", 1, 2.0}};
-  const auto made = Engine::create(
-      std::move(app), fake,
-      {.policy = *parse_policy("catan"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});
-  ASSERT_FALSE(made.ok());
-  EXPECT_NE(made.error().message().find("kinds of cores"), std::string::npos);
 }
 
 TEST_F(SharedTest, AllLevelsAreGivenBack) {

@@ -18,21 +18,21 @@ namespace ctn::runtime {
 class TriggerThread : public Controller {
  public:
   // All references outlive the thread.
-  TriggerThread(Controls& controls, const std::vector<SubchainPorts>& subchains, SubchainId subchain);
+  TriggerThread(Controls& controls, const std::vector<SubchainLinks>& subchains, SubchainId subchain);
 
   void run() override;
 
  private:
   void follow();
-  void begin(const SubchainPlace& place, const dispatch::RunState& state);
-  void change(const SubchainPlace& place);
+  void begin(const policy::SubchainPlace& place, const dispatch::RunState& state);
+  void change(const policy::SubchainPlace& place);
   void give_up();
   void act(const dispatch::SubchainTrigger::Decision& decision, TimePoint at);
 
   Controls& controls_;
   SubchainId subchain_;
   std::uint64_t following_ = 0;  // the assignment's number
-  SubchainPlace place_;
+  policy::SubchainPlace place_;
   std::optional<dispatch::SubchainTrigger> trigger_;  // none: the subchain is not in its hands
   bool contained_ = false;
 };

@@ -1,7 +1,10 @@
-// A bounded queue of fixed-size records from one thread to one other, wait-free on both sides: how nodes and trigger
-// threads report without ever waiting for whoever reads the reports.
+// A bounded queue of fixed-size records from one thread to one other, wait-free on both sides: how nodes and
+// controllers report without ever waiting for whoever reads the reports.
 //
-// A record is a row of 64-bit words. Storage is one flat block, so that it can lie in memory shared between processes.
+// A record is a row of 64-bit words. The queue itself is plain memory (RingHeader and the words), so that it can lie
+// between two processes; its two ends are objects of their own. The reader believes nothing that it finds there: it
+// keeps its position to itself, and takes no more than the queue can hold, whatever the memory says.
+//
 // Thread safety: one producer, one consumer.
 #pragma once
 
@@ -15,48 +18,105 @@
 
 namespace ctn::runtime {
 
-class WordRing {
- public:
-  WordRing(std::size_t capacity, std::size_t words_per_record)
-      : capacity_(capacity), stride_(words_per_record), words_(capacity * words_per_record) {}
+// All zero at first.
+struct RingHeader {
+  alignas(64) std::atomic<std::uint64_t> head{0};
+  alignas(64) std::atomic<std::uint64_t> tail{0};
+  alignas(64) std::atomic<std::uint64_t> lost{0};
+};
 
-  // False: full, and the record is lost; `lost()` counts it. Precondition: record.size() == words_per_record.
-  bool push(std::span<const std::uint64_t> record) {
+class RingWriter {
+ public:
+  // Precondition: words.size() is a multiple of `words_per_record`. Both outlive it.
+  RingWriter(RingHeader& header, std::span<std::uint64_t> words, std::size_t words_per_record)
+      : header_(&header), words_(words), stride_(words_per_record), capacity_(words.size() / words_per_record) {}
+
+  // False: full, and the record is lost, which is counted. Precondition: record.size() == words_per_record.
+  bool push(std::span<const std::uint64_t> record) const {
     assert(record.size() == stride_);
-    const std::uint64_t head = head_.load(std::memory_order_relaxed);
-    if (head - tail_.load(std::memory_order_acquire) == capacity_) {
-      lost_.fetch_add(1, std::memory_order_relaxed);
+    const std::uint64_t head = header_->head.load(std::memory_order_relaxed);
+    if (head - header_->tail.load(std::memory_order_acquire) >= capacity_) {
+      header_->lost.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
-    std::copy(record.begin(), record.end(), at(head));
-    head_.store(head + 1, std::memory_order_release);
+    std::copy(record.begin(), record.end(), words_.begin() + static_cast<std::ptrdiff_t>(head % capacity_ * stride_));
+    header_->head.store(head + 1, std::memory_order_release);
     return true;
   }
 
-  // Calls take(span of the record's words) for each record pushed before the call, oldest first. Returns how many.
+ private:
+  RingHeader* header_;
+  std::span<std::uint64_t> words_;
+  std::size_t stride_;
+  std::size_t capacity_;
+};
+
+class RingReader {
+ public:
+  RingReader(RingHeader& header, std::span<const std::uint64_t> words, std::size_t words_per_record)
+      : header_(&header),
+        words_(words),
+        stride_(words_per_record),
+        capacity_(words.size() / words_per_record),
+        record_(words_per_record) {}
+
+  // Calls take(span of the record's words) for each record pushed before the call, oldest first. The words are the
+  // reader's own copy. Returns how many.
   template <class Take>
   std::size_t drain(Take&& take) {
-    const std::uint64_t head = head_.load(std::memory_order_acquire);
-    std::uint64_t tail = tail_.load(std::memory_order_relaxed);
-    const auto count = static_cast<std::size_t>(head - tail);
-    for (; tail != head; ++tail) {
-      take(std::span<const std::uint64_t>(at(tail), stride_));
-      tail_.store(tail + 1, std::memory_order_release);
+    const std::uint64_t head = header_->head.load(std::memory_order_acquire);
+    if (head - tail_ > capacity_) {  // no producer of ours does that
+      ++broken_;
+      tail_ = head;
+      header_->tail.store(tail_, std::memory_order_release);
+      return 0;
+    }
+    const auto count = static_cast<std::size_t>(head - tail_);
+    for (; tail_ != head; ++tail_) {
+      const auto at = words_.begin() + static_cast<std::ptrdiff_t>(tail_ % capacity_ * stride_);
+      std::copy(at, at + static_cast<std::ptrdiff_t>(stride_), record_.begin());
+      header_->tail.store(tail_ + 1, std::memory_order_release);
+      take(std::span<const std::uint64_t>(record_));
     }
     return count;
   }
 
-  std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
+  std::uint64_t lost() const { return header_->lost.load(std::memory_order_relaxed); }
+  // How often the queue made no sense and was emptied unread.
+  std::uint64_t broken() const { return broken_; }
 
  private:
-  std::uint64_t* at(std::uint64_t index) { return words_.data() + (index % capacity_) * stride_; }
-
-  std::size_t capacity_;
+  RingHeader* header_;
+  std::span<const std::uint64_t> words_;
   std::size_t stride_;
+  std::size_t capacity_;
+  std::vector<std::uint64_t> record_;
+  std::uint64_t tail_ = 0;
+  std::uint64_t broken_ = 0;
+};
+
+// A queue with memory of its own, between threads of one process.
+class WordRing {
+ public:
+  WordRing(std::size_t capacity, std::size_t words_per_record)
+      : words_(capacity * words_per_record),
+        writer_(header_, words_, words_per_record),
+        reader_(header_, words_, words_per_record) {}
+  WordRing(const WordRing&) = delete;
+  WordRing& operator=(const WordRing&) = delete;
+
+  bool push(std::span<const std::uint64_t> record) { return writer_.push(record); }
+  template <class Take>
+  std::size_t drain(Take&& take) {
+    return reader_.drain(std::forward<Take>(take));
+  }
+  std::uint64_t lost() const { return reader_.lost(); }
+
+ private:
+  RingHeader header_;
   std::vector<std::uint64_t> words_;
-  alignas(64) std::atomic<std::uint64_t> head_{0};
-  alignas(64) std::atomic<std::uint64_t> tail_{0};
-  alignas(64) std::atomic<std::uint64_t> lost_{0};
+  RingWriter writer_;
+  RingReader reader_;
 };
 
 }  // namespace ctn::runtime

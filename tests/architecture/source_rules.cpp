@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <regex>
+#include <set>
 #include <sstream>
 
 namespace ctn::architecture {
@@ -91,10 +93,13 @@ std::vector<Include> includes_of(std::string_view text) {
   return includes;
 }
 
-// Which module's header a quoted include names. The public headers are the runtime's, save for the error types.
+// Which module's header a quoted include names. The public headers are the runtime's, save for those that need no
+// library: the error types, and what a node's function is given.
 std::string module_of(const Include& include) {
   if (include.folder() != "catan") return include.folder();
-  return include.target == "catan/result.h" ? "base" : "runtime";
+  const bool by_itself =
+      include.target == "catan/result.h" || include.target == "catan/run.h" || include.target == "catan/channel.h";
+  return by_itself ? "base" : "runtime";
 }
 
 class Checker {
@@ -105,7 +110,7 @@ class Checker {
   std::vector<std::string> run() {
     check_module_includes();
     check_public_headers();
-    check_apps();
+    check_users_of_the_api();
     check_operating_system();
     check_clocks();
     check_header_guard();
@@ -135,22 +140,25 @@ class Checker {
     }
   }
 
-  // The public API needs nothing but the standard library.
+  // The public API needs nothing but the standard library: C++'s, and in its one C header C's.
   void check_public_headers() {
     if (!in({"include/"})) return;
+    const bool is_c = file_.path == "include/catan/catan.h";
     for (const Include& include : includes_) {
-      const bool standard = !include.quoted && include.target.find_first_of("/.") == std::string::npos;
+      const bool standard = !include.quoted && (is_c ? include.target == "stddef.h" || include.target == "stdint.h"
+                                                     : include.target.find_first_of("/.") == std::string::npos);
       if (!standard && !(include.quoted && include.folder() == "catan")) {
         report(include.line, fmt::format("a public header may not include {}", include.target));
       }
     }
   }
 
-  void check_apps() {
-    if (!in({"apps/"})) return;
+  void check_users_of_the_api() {
+    if (!in({"apps/", "examples/", "integrations/"})) return;
+    const std::string folder = file_.path.substr(0, file_.path.find('/'));
     for (const Include& include : includes_) {
       if (include.quoted && modules_.contains(include.folder())) {
-        report(include.line, fmt::format("apps use only the public API, not {}", include.target));
+        report(include.line, fmt::format("{} use only the public API, not {}", folder, include.target));
       }
     }
   }

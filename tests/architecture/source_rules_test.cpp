@@ -40,6 +40,7 @@ TEST(SourceRules, AModuleIncludesOnlyWhatItsRowAllows) {
 
 TEST(SourceRules, PublicHeadersBelongToTheRuntimeSaveForTheErrorTypes) {
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/result.h\""), IsEmpty());
+  EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/channel.h\"\n#include \"catan/run.h\""), IsEmpty());
   EXPECT_THAT(check("src/runtime/a.cpp", "#include \"catan/session.h\""), IsEmpty());
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/session.h\""),
               ElementsAre("src/plan/a.cpp:2: plan may not include runtime"));

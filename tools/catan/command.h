@@ -31,10 +31,15 @@ void print(std::string_view text);
 // Whether a person with a terminal that shows colours reads what print() writes.
 bool stdout_has_colours();
 
+void add_bench_command(CLI::App& cli, int& exit_code);
 void add_check_command(CLI::App& cli, int& exit_code);
 void add_doctor_command(CLI::App& cli, int& exit_code);
+void add_node_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);
 void add_run_command(CLI::App& cli, int& exit_code);
+void add_serve_command(CLI::App& cli, int& exit_code);
+void add_sim_command(CLI::App& cli, int& exit_code);
+void add_whatif_command(CLI::App& cli, int& exit_code);
 
 }  // namespace ctn::tool

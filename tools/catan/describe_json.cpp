@@ -29,6 +29,7 @@ Json node_json(const graph::Graph& graph, NodeId id, const model::CostTable* cos
   if (!node.external) json["input"] = node.input == graph::InputKind::kQueue ? "queue" : "latest";
   if (!node.modes.empty()) json["modes"] = node.modes;
   if (node.period) json["period_ms"] = millis(*node.period);
+  if (node.follows) json["follows"] = graph.node(*node.follows).name;
   if (node.output_period) json["output_period_ms"] = millis(*node.output_period);
   if (node.min_rate) json["min_rate_hz"] = node.min_rate->hertz();
   if (node.max_rate) json["max_rate_hz"] = node.max_rate->hertz();

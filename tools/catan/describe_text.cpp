@@ -84,7 +84,7 @@ std::string cores_text(const App& app) {
   return "cores\n" + table.text() + "\n";
 }
 
-// Within a subchain each run triggers the next; everything else is triggered by Catan, or runs by itself.
+// Within a subchain each run triggers the next; all else is triggered by Catan, by whom it follows, or by itself.
 std::string triggers_text(const App& app) {
   Table table({"who triggers", "whom"});
   for (const SubchainId id : app.order) {
@@ -92,7 +92,9 @@ std::string triggers_text(const App& app) {
     table.add({"Catan", app.graph.path_name(subchain.nodes) + (subchain.implicit ? "" : " (" + subchain.name + ")")});
   }
   for (const Node& node : app.graph.nodes()) {
-    if (node.unscheduled) table.add({"itself", node.name + ", every " + config::format_duration(*node.period)});
+    if (!node.unscheduled) continue;
+    table.add({node.follows ? app.graph.node(*node.follows).name : "itself",
+               node.name + ", every " + config::format_duration(*node.period)});
   }
   return table.text();
 }

@@ -19,8 +19,11 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  catan check app.yaml\n"
     "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
+    "  catan sim app.yaml --cores 4 --costs costs.yaml\n"
     "  catan run app.yaml --synthetic costs.yaml\n"
+    "  catan run app.yaml -- ros2 launch my_robot all.launch.py\n"
     "  catan doctor\n"
+    "  catan bench\n"
     "\n"
     "'catan COMMAND --help' says more about a command.\n"
     "Exit code: 0 success, 1 failure at run time, 2 a mistake in a file or on the command line.";
@@ -52,11 +55,16 @@ int run(int argc, char** argv) {
   cli.set_version_flag("--version", "catan " CATAN_VERSION);
   cli.require_subcommand(1);
   int exit_code = kSuccess;
+  add_bench_command(cli, exit_code);
   add_check_command(cli, exit_code);
   add_doctor_command(cli, exit_code);
   add_plan_command(cli, exit_code);
   add_run_command(cli, exit_code);
+  add_serve_command(cli, exit_code);
+  add_node_command(cli, exit_code);
   add_report_command(cli, exit_code);
+  add_sim_command(cli, exit_code);
+  add_whatif_command(cli, exit_code);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -17,8 +17,12 @@
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "plan_text.h"
+#include "planner/compared/davare.h"
+#include "planner/compared/verucchi.h"
 #include "planner/explain.h"
 #include "planner/planner.h"
+#include "rate_plan_output.h"
+#include "scheduling_options.h"
 
 namespace ctn::tool {
 namespace {
@@ -43,17 +47,38 @@ Result<model::CostTable> costs_of(const graph::App& app, const std::string& file
 
 Result<double> slack_of(const graph::App& app, const std::string& text) {
   if (text.empty()) return app.scheduler.slack.value_or(graph::kDefaultSlack);
-  const auto slack = config::parse_percentage(text);
-  if (slack) return *slack;
-  Problem problem = slack.error().problems().front();
-  problem.key = "--slack";
-  return Error(ErrorKind::kCaller, {std::move(problem)});
+  return percentage_of(text, "--slack");
 }
 
 // `why` may be null.
 std::string shown(const plan::Plan& plan, const graph::App& app, const planner::Explanation* why, bool json) {
   if (json) return why ? add_explanation(plan::to_json(plan, app), *why, app) : plan::to_json(plan, app);
   return plan_text(plan, app) + (why ? explain_text(*why, plan, app) : "");
+}
+
+using RateMethod = Result<planner::RatePlan> (*)(const graph::App&, const model::CostTable&,
+                                                 const planner::RateRequest&);
+
+// Of the methods that Catan is compared with; null: it is not one of them.
+RateMethod rate_method(const std::string& name) {
+  if (name == "davare") return planner::plan_by_davare;
+  if (name == "verucchi") return planner::plan_by_verucchi;
+  return nullptr;
+}
+
+int make_rates(const graph::App& app, const model::CostTable& costs, const planner::Request& request, RateMethod method,
+               bool json) {
+  const auto begin = std::chrono::steady_clock::now();
+  auto plan = method(app, costs, {request.cores, request.slack, 0});
+  if (!plan) return report_error(plan.error());
+  plan->solve_time = std::chrono::steady_clock::now() - begin;
+  if (const auto proof = planner::check_rates(*plan, app, costs, request.cores); !proof) {
+    throw std::logic_error("rates that do not hold: " + proof.error().message());
+  }
+  const auto catans = planner::make_plan(app, costs, request);
+  const plan::Plan* beside = catans ? &*catans : nullptr;
+  print(json ? rate_plan_json(*plan, app, beside) : rate_plan_text(*plan, app, beside));
+  return kSuccess;
 }
 
 int make(const Options& options) {
@@ -64,8 +89,14 @@ int make(const Options& options) {
   const auto costs = costs_of(*app, options.costs);
   if (!costs) return report_error(costs.error());
   const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
-  const auto begin = std::chrono::steady_clock::now();
   const planner::Request request{options.cores.value_or(app->core_count().value_or(1)), *slack, method};
+  if (const RateMethod rates = rate_method(options.planner)) {
+    if (options.explain) {
+      return report_error(Error::caller("--explain is of Catan's own plans", "leave out --explain or --planner"));
+    }
+    return make_rates(*app, *costs, request, rates, options.json);
+  }
+  const auto begin = std::chrono::steady_clock::now();
   auto plan = planner::make_plan(*app, *costs, request);
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
@@ -97,9 +128,11 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
       ->type_name("PCT");
   command
-      ->add_option("--planner", options->planner,
-                   "How cores are allocated: jointly with the shares, or before them as if shares were equal")
-      ->check(CLI::IsMember({"joint", "two-stage"}))
+      ->add_option(
+          "--planner", options->planner,
+          "How cores are allocated: jointly with the shares, or before them as if shares were equal; or one of "
+          "the methods that Catan is compared with, which give periods and fixed priorities")
+      ->check(CLI::IsMember({"joint", "two-stage", "davare", "verucchi"}))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
   command->add_flag("--explain", options->explain,

@@ -6,12 +6,12 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -25,7 +25,10 @@
 #include "report/json.h"
 #include "report/metrics.h"
 #include "report/text.h"
+#include "scheduling_options.h"
+#include "serving.h"
 #include "synthetic.h"
+#include "temporary_folder.h"
 
 namespace ctn::tool {
 namespace {
@@ -33,61 +36,24 @@ namespace {
 struct Options {
   std::string app;
   std::string synthetic;
-  std::string scheduler = "catan";
-  std::string cpus;
-  std::string record;
-  double seconds = 10.0;
+  std::vector<std::string> command;
+  bool processes = false;
+  SchedulingOptions scheduling;
+  std::optional<double> seconds;
   std::uint64_t seed = 1;
-  bool no_stealing = false;
-  bool no_replan = false;
-  std::string frames;
   bool json = false;
+
+  double seconds_to_measure() const { return seconds.value_or(10.0); }
 };
 
 volatile std::sig_atomic_t g_signal = 0;
 void remember_signal(int number) { g_signal = number; }
 
-// As CLI::Range, which lets NaN through.
-CLI::Validator within(double least, double most) {
-  const auto check = [=](const std::string& text) -> std::string {
-    double value = 0.0;
-    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
-    return fmt::format("{} is no number from {} to {}", quote(text), least, most);
-  };
-  return {check, fmt::format("from {} to {}", least, most)};
-}
-
-// A folder for what nobody asked to keep; removed with all that is in it.
-class TemporaryFolder {
- public:
-  static Result<std::unique_ptr<TemporaryFolder>> make() {
-    std::error_code error;
-    const std::filesystem::path parent = std::filesystem::temp_directory_path(error);
-    std::string path = (parent / "catan-run-XXXXXX").string();
-    if (error || mkdtemp(path.data()) == nullptr) {
-      return Error::environment("there is no place for temporary files in " + parent.string(),
-                                "set TMPDIR, or keep the record with --record FILE");
-    }
-    return std::unique_ptr<TemporaryFolder>(new TemporaryFolder(std::move(path)));
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-
- private:
-  explicit TemporaryFolder(std::string path) : path_(std::move(path)) {}
-  std::string path_;
-};
-
 // The live line on a terminal; nothing where stderr is none.
 class StatusLine {
  public:
   ~StatusLine() { show({}); }
+  bool shown() const { return terminal_; }
   void show(const std::string& line) const {
     if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
   }
@@ -96,9 +62,10 @@ class StatusLine {
   bool terminal_ = isatty(STDERR_FILENO) == 1;
 };
 
-std::string status_text(const Snapshot& snapshot, double measured_s, double seconds) {
+std::string status_text(const Snapshot& snapshot, double measured_s, std::optional<double> seconds) {
   if (!snapshot.warmed_up) return "warming up";
-  std::string line = fmt::format("{:.1f} of {:.6g} s", measured_s, seconds);
+  std::string line = fmt::format("{:.1f} s", measured_s);
+  if (seconds) line = fmt::format("{:.1f} of {:.6g} s", measured_s, *seconds);
   if (snapshot.chains.empty()) return line;
   const ChainSnapshot& chain = snapshot.chains.front();
   line += fmt::format("  {:.1f} Hz  response {:.4g} ms", snapshot.source_hz, chain.response_ms.mean);
@@ -116,7 +83,7 @@ bool let_run(const Session& session, os::Os& os, double seconds) {
     std::this_thread::sleep_for(kStep);
     const double measured = warm ? std::chrono::duration<double>(os.now() - *warm).count() : 0.0;
     if (measured >= seconds) return true;
-    if (warm && step % kStepsToShow != 0) continue;
+    if (warm && (!status.shown() || step % kStepsToShow != 0)) continue;
     const Snapshot snapshot = session.snapshot();
     if (!warm && snapshot.warmed_up) warm = os.now();
     if (step % kStepsToShow == 0) status.show(status_text(snapshot, measured, seconds));
@@ -124,43 +91,17 @@ bool let_run(const Session& session, os::Os& os, double seconds) {
   return warm.has_value();
 }
 
-// What the figures do not say by themselves.
-void note_limits(const graph::App& app, const Options& options) {
-  if (options.scheduler != "catan") return;
-  std::vector<std::string> parallel;
-  for (const graph::Node& node : app.graph.nodes()) {
-    if (!node.external && node.max_threads > 1) parallel.push_back(node.name);
-  }
-  if (parallel.empty()) return;
-  note(fmt::format("{} may use several threads, but a synthetic load burns on one: predictions for more do not hold",
-                   fmt::join(parallel, ", ")));
-}
-
-Result<SessionOptions> session_options(const Options& options, const std::string& record) {
-  SessionOptions result;
-  result.policy = options.scheduler;
-  result.record = record;
-  result.stealing = !options.no_stealing;
-  result.replan = !options.no_replan;
-  if (!options.frames.empty()) result.fixed_frames = options.frames == "fixed";
-  result.note = fmt::format("synthetic load {}, seed {}", options.synthetic, options.seed);
-  if (options.cpus.empty()) return result;
-  const auto cpus = os::parse_cpu_list(options.cpus);
-  if (!cpus) {
-    Problem problem = cpus.error().problems().front();
-    problem.key = "--cpus";
-    return Error(ErrorKind::kCaller, {std::move(problem)});
-  }
-  result.cpus = cpus->cpus();
-  return result;
+std::string load_note(const Options& options) {
+  return fmt::format("synthetic load {}, seed {}", options.synthetic, options.seed);
 }
 
 // Whether the warm-up ended before the run did.
 Result<bool> run_synthetic(const graph::App& app, const Options& options, const std::string& record_path) {
   auto work = config::load_workload(options.synthetic, app);
   if (!work) return work.error();
-  const auto configured = session_options(options, record_path);
+  auto configured = options.scheduling.for_session(record_path);
   if (!configured) return configured.error();
+  configured->note = load_note(options);
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   SyntheticLoad load(app, std::move(*work), options.seed, *os);
   auto session = Session::open(options.app, *configured);
@@ -168,8 +109,8 @@ Result<bool> run_synthetic(const graph::App& app, const Options& options, const 
   load.attach(*session);
   load.begin();
   if (Status started = session->start(); !started) return started.error();
-  note_limits(app, options);
-  const bool warm = let_run(*session, *os, options.seconds);
+  if (Status added = load.add_threads(*session); !added) return added.error();
+  const bool warm = let_run(*session, *os, options.seconds_to_measure());
   load.stop();
   if (Status stopped = session->stop(); !stopped) return stopped.error();
   return warm;
@@ -184,21 +125,80 @@ int show(const std::string& record_path, bool warm, bool json) {
   return kSuccess;
 }
 
+// A program that plays nodes, one for each subchain and each unscheduled node.
+std::vector<std::vector<std::string>> node_programs(const graph::App& app, const Options& options) {
+  std::vector<std::vector<std::string>> programs;
+  const auto add = [&](const std::vector<NodeId>& nodes) {
+    std::vector<std::string>& program = programs.emplace_back();
+    program = {"/proc/self/exe", "node", options.app};
+    for (const NodeId node : nodes) program.push_back(app.graph.node(node).name);
+    for (const std::string& argument :
+         {std::string("--synthetic"), options.synthetic, std::string("--seed"), std::to_string(options.seed)}) {
+      program.push_back(argument);
+    }
+  };
+  for (const graph::Subchain& subchain : app.graph.subchains()) add(subchain.nodes);
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
+    if (app.graph.nodes()[index].unscheduled) add({NodeId(index)});
+  }
+  return programs;
+}
+
+// Serves the app to programs, which it starts.
+Result<Served> run_programs(const graph::App& app, const Options& options, const std::string& record_path,
+                            const std::string& folder) {
+  auto scheduler = options.scheduling.for_scheduler(record_path);
+  if (!scheduler) return scheduler.error();
+  ServingOptions serving;
+  serving.app = options.app;
+  serving.scheduler = std::move(*scheduler);
+  serving.scheduler.on_notice = [](const std::string& text) { note(text); };
+  serving.socket = folder + "/socket";
+  const StatusLine status;
+  if (status.shown()) {
+    serving.on_progress = [&](const Snapshot& snapshot, double measured) {
+      status.show(status_text(snapshot, measured, serving.seconds));
+    };
+  }
+  if (options.processes) {
+    serving.scheduler.note = load_note(options);
+    serving.commands = node_programs(app, options);
+    serving.seconds = options.seconds_to_measure();
+  } else {
+    serving.scheduler.note = fmt::format("{}", fmt::join(options.command, " "));
+    serving.commands = {options.command};
+    serving.seconds = options.seconds;
+  }
+  return serve(serving);
+}
+
+Status check_combination(const Options& options) {
+  std::vector<Problem> problems;
+  if (options.synthetic.empty() == options.command.empty()) {
+    problems.push_back(
+        {{}, {}, "what is to run is not said, or said twice", "give either --synthetic COSTS or -- COMMAND..."});
+  }
+  if (options.processes && options.synthetic.empty()) {
+    problems.push_back(
+        {{}, "--processes", "only a synthetic load can be spread over processes", "give --synthetic COSTS"});
+  }
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  return Done{};
+}
+
 int run(const Options& options) {
+  if (Status possible = check_combination(options); !possible) return report_error(possible.error());
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
-  if (options.synthetic.empty()) {
-    return report_error(
-        Error::caller("this version runs an app only with a synthetic load",
-                      "give --synthetic COSTS, or write a program with the app's code (include/catan/session.h)"));
-  }
-  std::unique_ptr<TemporaryFolder> folder;
-  std::string record_path = options.record;
-  if (record_path.empty()) {
-    auto made = TemporaryFolder::make();
-    if (!made) return report_error(made.error());
-    folder = std::move(*made);
-    record_path = folder->path() + "/run.catan";
+  const auto folder = TemporaryFolder::make("catan-run");
+  if (!folder) return report_error(folder.error());
+  const std::string record_path =
+      options.scheduling.record.empty() ? (*folder)->path() + "/run.catan" : options.scheduling.record;
+  if (options.processes || !options.command.empty()) {
+    const auto served = run_programs(*app, options, record_path, (*folder)->path());
+    if (!served) return report_error(served.error());
+    if (const int shown = show(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
+    return served->signal != 0 ? 128 + served->signal : served->exit_code;
   }
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, remember_signal);
   const auto warm = run_synthetic(*app, options, record_path);
@@ -219,31 +219,26 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       "  catan run app.yaml --synthetic costs.yaml --cpus 0,1 --seconds 30 --record run.catan\n"
       "  catan run app.yaml --synthetic costs.yaml --scheduler rate:20Hz  to compare with\n"
       "  catan run app.yaml --synthetic costs.yaml --json                 the document of catan report --json\n"
+      "  catan run app.yaml --synthetic costs.yaml --processes            the same, in a process for each subchain\n"
+      "  catan run app.yaml -- ros2 launch my_robot all.launch.py         serves the app, starts the command, ends "
+      "with "
+      "it\n"
       "Ctrl-C ends the run early: what was measured is shown, and the exit code is 128 + the signal's number.\n"
       "docs/synthetic-load.md says what is measured and how the load behaves.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--synthetic", options->synthetic, "Burn CPU time as this cost file says (docs/cost-file.md)")
       ->type_name("COSTS");
-  command->add_option("--seconds", options->seconds, "How long to measure, after the warm-up")
-      ->check(within(0.1, 864'000.0))
-      ->capture_default_str();
+  command->add_flag("--processes", options->processes, "A process for each subchain, in place of one for all");
   command
-      ->add_option("--scheduler", options->scheduler,
-                   "catan; static:PLAN.json (a plan that is never revised); default (each subchain at its "
-                   "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
-                   "real-time priorities)")
-      ->capture_default_str();
-  command->add_option("--cpus", options->cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")
-      ->type_name("LIST");
-  command->add_option("--record", options->record, "Keep the record of the run in this new file (catan report)")
-      ->type_name("FILE");
+      ->add_option("--seconds", options->seconds,
+                   "How long to measure, after the warm-up; else 10 s, or as long as COMMAND runs")
+      ->check(within(0.1, 864'000.0));
   command->add_option("--seed", options->seed, "Of the draws: equal seeds, equal draws")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_flag("--no-stealing", options->no_stealing, "Nobody goes on in another's slot when late");
-  command->add_flag("--no-replan", options->no_replan, "Keep the first plan that rests on measured times");
-  command->add_option("--frames", options->frames, "Frames of shared cores; else as the app says")
-      ->check(CLI::IsMember({"elastic", "fixed"}));
+  options->scheduling.add_to(*command);
+  command->add_option("COMMAND", options->command, "Starts the app's programs, which find the server by CATAN_SOCKET")
+      ->type_name("-- COMMAND...");
   command->add_flag("--json", options->json, "Print one JSON document");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }

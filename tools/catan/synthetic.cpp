@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "workers.h"
+
 namespace ctn::tool {
 namespace {
 
@@ -18,6 +20,9 @@ constexpr Nanos kGrace = std::chrono::seconds{1};
 constexpr Nanos kNearTheEnd = std::chrono::microseconds{200};
 constexpr int kManySteps = 10'000;
 constexpr int kFewSteps = 500;
+
+// A session takes no more for a node.
+constexpr int kMostThreads = 64;
 
 void compute(int steps) {
   volatile std::uint64_t result = 1;
@@ -36,46 +41,85 @@ bool OutputClock::due(TimePoint now) {
 }
 
 struct SyntheticLoad::Node {
+  Node(NodeId node, OutputClock clock) : id(node), output(clock) {}
+
   NodeId id;
   OutputClock output;
+  bool here = false;                    // in this process
   std::vector<Channel<Token>*> latest;  // its inputs, of which a node has one kind
   std::vector<QueueChannel<Token>*> queued;
   std::vector<Channel<Token>*> to_latest;  // its outputs
   std::vector<QueueChannel<Token>*> to_queue;
+  std::unique_ptr<Workers> workers;
+  std::atomic<Workers*> at_work{nullptr};  // the same, once they are there
 };
 
 SyntheticLoad::SyntheticLoad(const graph::App& app, model::Workload work, std::uint64_t seed, os::Os& os)
     : app_(app), work_(std::move(work)), seed_(seed), os_(os) {
   for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
-    nodes_.push_back(
-        std::make_unique<Node>(Node{NodeId(i), OutputClock(app.graph.nodes()[i].output_period), {}, {}, {}, {}}));
+    nodes_.push_back(std::make_unique<Node>(NodeId(i), OutputClock(app.graph.nodes()[i].output_period)));
   }
 }
 
 SyntheticLoad::~SyntheticLoad() = default;
 
-void SyntheticLoad::attach(Session& session) {
+template <class Host>
+void SyntheticLoad::attach_to(Host& host, const std::vector<NodeId>& nodes) {
+  const auto is_here = [&](NodeId node) { return std::find(nodes.begin(), nodes.end(), node) != nodes.end(); };
   for (const graph::Edge& edge : app_.graph.edges()) {
+    if (!is_here(edge.from) || !is_here(edge.to)) continue;
     const graph::Node& from = app_.graph.node(edge.from);
     const graph::Node& to = app_.graph.node(edge.to);
-    if (from.external || to.external) continue;
     if (to.input == graph::InputKind::kQueue) {
-      auto& queue = session.queue<Token>(from.name, to.name);
+      auto& queue = host.template queue<Token>(from.name, to.name);
       nodes_[edge.from.index()]->to_queue.push_back(&queue);
       nodes_[edge.to.index()]->queued.push_back(&queue);
     } else {
-      auto& channel = session.channel<Token>(from.name, to.name);
+      auto& channel = host.template channel<Token>(from.name, to.name);
       nodes_[edge.from.index()]->to_latest.push_back(&channel);
       nodes_[edge.to.index()]->latest.push_back(&channel);
     }
   }
-  for (const auto& node : nodes_) {
-    const graph::Node& described = app_.graph.node(node->id);
-    if (!described.external) session.node(described.name, [this, &node = *node](Run& run) { this->run(node, run); });
+  for (const NodeId id : nodes) {
+    nodes_[id.index()]->here = true;
+    host.node(app_.graph.node(id).name, [this, &node = *nodes_[id.index()]](Run& run) { this->run(node, run); });
   }
 }
 
+std::vector<NodeId> SyntheticLoad::all_nodes() const {
+  std::vector<NodeId> nodes;
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    if (!app_.graph.nodes()[index].external) nodes.emplace_back(index);
+  }
+  return nodes;
+}
+
+void SyntheticLoad::attach(Session& session) { attach_to(session, all_nodes()); }
+void SyntheticLoad::attach(Client& client) { attach_to(client, all_nodes()); }
+void SyntheticLoad::attach(Client& client, const std::vector<NodeId>& nodes) { attach_to(client, nodes); }
+
 void SyntheticLoad::begin() { begun_ = os_.now(); }
+
+template <class Host>
+Status SyntheticLoad::add_threads(Host& host) {
+  const Result<os::CpuSet> cpus = os_.online_cpus();
+  if (!cpus) return cpus.error();
+  for (const auto& node : nodes_) {
+    const graph::Node& described = app_.graph.node(node->id);
+    if (!node->here) continue;
+    const int threads = std::min({described.max_threads, static_cast<int>(cpus->size()), kMostThreads});
+    if (threads < 2) continue;
+    node->workers = std::make_unique<Workers>(
+        os_, threads - 1, [&] { return host.adopt_this_thread(described.name); },
+        [this](Nanos cpu) { burn(os_.thread_cpu_time() + cpu); });
+    if (Status joined = node->workers->joined(); !joined) return joined;
+    node->at_work.store(node->workers.get(), std::memory_order_release);
+  }
+  return Done{};
+}
+
+template Status SyntheticLoad::add_threads(Session& host);
+template Status SyntheticLoad::add_threads(Client& host);
 
 void SyntheticLoad::run(Node& node, Run& run) {
   const Nanos cpu_before = os_.thread_cpu_time();
@@ -84,9 +128,15 @@ void SyntheticLoad::run(Node& node, Run& run) {
     while (queue->take(run)) {
     }
   }
-  const model::RunDraw draw = work_.draw(seed_, node.id, run.number(), os_.now() - begun_);
+  Workers* const workers = node.at_work.load(std::memory_order_acquire);
+  const int most = workers != nullptr ? std::min(run.threads(), workers->count() + 1) : 1;
+  const int threads = work_[node.id].cost.threads_used(most);
+  const model::RunDraw draw = work_.draw(seed_, node.id, run.number(), os_.now() - begun_, threads);
   run.set_mode(static_cast<std::uint32_t>(draw.mode));
-  if (!burn(cpu_before + draw.cpu) || !node.output.due(os_.now())) return run.skip_output();
+  if (threads > 1) workers->begin(threads - 1, draw.cpu);
+  const bool burnt = burn(cpu_before + draw.cpu);
+  if (threads > 1) workers->finish();
+  if (!burnt || !node.output.due(os_.now())) return run.skip_output();
   for (Channel<Token>* channel : node.to_latest) channel->write(run, run.number());
   for (QueueChannel<Token>* queue : node.to_queue) queue->write(run, run.number());
 }

@@ -1,11 +1,11 @@
 // A load in place of an app's code: one function a node that burns the CPU time that the cost file's distribution draws
 // for the run, takes its inputs and gives an output, as code of its own would.
 //
-// A run burns on the node's own thread, in that thread's CPU time: pre-empted, it takes longer but costs the same.
-// Nodes with `max_threads` burn on that one thread too, and cost what they do with one: a session does not tell its
-// nodes how many threads the plan has in mind.
+// A run burns in the CPU time of the node's own thread: pre-empted, it takes longer but costs the same. Where the node
+// has `max_threads`, and the plan gives it more than one, others (workers.h) burn as much at the same time.
 //
-// Thread safety: attach and begin from the session's thread, before it starts; stop from any thread.
+// Thread safety: attach and begin from the session's thread, before it starts; add_threads from it, after; stop from
+// any thread.
 #pragma once
 
 #include <atomic>
@@ -13,6 +13,7 @@
 #include <memory>
 #include <vector>
 
+#include "catan/client.h"
 #include "catan/session.h"
 #include "graph/app.h"
 #include "model/workload.h"
@@ -28,13 +29,23 @@ class SyntheticLoad {
 
   // Gives every node its function and opens a channel for every edge. The load outlives the session.
   void attach(Session& session);
+  void attach(Client& client);
+  // The same for these nodes only. What others' nodes give arrives without content.
+  void attach(Client& client, const std::vector<NodeId>& nodes);
   // Growth counts from now on.
   void begin();
+  // Makes the threads with which nodes work that may use several. `host`: the session or client, which has started.
+  template <class Host>
+  Status add_threads(Host& host);
   // The session is about to stop: what runs a second from now is cut short, and gives no output.
   void stop();
 
  private:
   struct Node;
+  std::vector<NodeId> all_nodes() const;
+  // To a session or a client.
+  template <class Host>
+  void attach_to(Host& host, const std::vector<NodeId>& nodes);
   void run(Node& node, Run& run);
   // Whether it could burn all of it.
   bool burn(Nanos until_cpu_time) const;

@@ -22,6 +22,13 @@ void FakeCpus::add(ThreadId thread, Level level, const CpuSet& usable) {
 
 void FakeCpus::remove(ThreadId thread) { claims_.erase(thread); }
 
+std::optional<int> FakeCpus::cpu_of(ThreadId thread) const {
+  const auto claim = claims_.find(thread);
+  if (claim != claims_.end() && claim->second.cpu) return claim->second.cpu;
+  const auto last = last_cpu_.find(thread);
+  return last != last_cpu_.end() ? std::optional(last->second) : std::nullopt;
+}
+
 void FakeCpus::consume(ThreadId thread, Nanos cpu_time) { claims_.at(thread).left = cpu_time; }
 
 void FakeCpus::requeue(Claim& claim, std::int64_t place) {

@@ -42,6 +42,8 @@ class FakeCpus {
   void add(ThreadId thread, Level level, const CpuSet& usable);
   void remove(ThreadId thread);
   bool has(ThreadId thread) const { return claims_.contains(thread); }
+  // That it has, or had last.
+  std::optional<int> cpu_of(ThreadId thread) const;
   // For a claim that exists.
   void consume(ThreadId thread, Nanos cpu_time);
   void to_the_end(ThreadId thread);

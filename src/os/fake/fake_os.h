@@ -47,6 +47,14 @@ class FakeOs : public Os {
     friend bool operator==(const Change&, const Change&) = default;
   };
 
+  // One call of a Guard that took effect.
+  struct GuardCall {
+    TimePoint at;
+    ThreadId thread;
+    std::optional<SavedScheduling> before;  // none: forget()
+    friend bool operator==(const GuardCall&, const GuardCall&) = default;
+  };
+
   // Precondition: the topology has a CPU that is online.
   explicit FakeOs(Topology topology = fake_topology(2));
   ~FakeOs() override;
@@ -66,7 +74,17 @@ class FakeOs : public Os {
   // As Linux does it: a thread all of whose CPUs are gone may use every CPU from then on, also when they come back.
   // Precondition: there is such a CPU, and it is not the last one online.
   void set_cpu_online(int cpu, bool online);
+  void set_power_state(PowerState state);
+  void set_stolen_time(std::map<int, Nanos> stolen);
   std::vector<Change> changes() const;
+  // Does what the guardian would if the process were killed now; nobody is watched any more then.
+  void restore_watched();
+  // Somebody ends the guardian: restore_watched() does nothing until tend() or watch() has replaced it.
+  void end_guardian();
+  // How many threads can be watched at once, 1024 at first.
+  void set_guard_room(std::size_t room);
+  std::vector<ThreadId> watched() const;
+  std::vector<GuardCall> guard_calls() const;
 
   TimePoint now() override;
   Nanos thread_cpu_time() override;
@@ -90,13 +108,20 @@ class FakeOs : public Os {
   Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override;
+  // While CPUs are not shared, the first that the caller may use.
+  int current_cpu() override;
+  PowerState power_state(const CpuSet& cpus) override;
+  std::map<int, Nanos> stolen_time() override;
   // What is held lowers ready_cpus_held() when it is let go.
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
   int ready_cpus_held() const { return ready_cpus_held_->load(); }
+  // Precondition: none lives yet.
+  Result<std::unique_ptr<Guard>> start_guard() override;
 
  private:
   struct Task;
   class Handle;
+  class FakeGuard;
   using Lock = std::unique_lock<std::mutex>;
 
   Task& attach(std::string name);
@@ -133,8 +158,15 @@ class FakeOs : public Os {
   Topology topology_;
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;
+  PowerState power_state_;
+  std::map<int, Nanos> stolen_time_;
   std::shared_ptr<std::atomic<int>> ready_cpus_held_ = std::make_shared<std::atomic<int>>(0);
   std::vector<Change> changes_;
+  std::map<ThreadId, SavedScheduling> watched_;
+  std::vector<GuardCall> guard_calls_;
+  std::size_t guard_room_ = 1024;
+  bool has_guard_ = false;
+  bool has_guardian_ = false;
 };
 
 }  // namespace ctn::os

@@ -177,4 +177,32 @@ HostFacts FakeOs::host_facts() {
   return host_facts_;
 }
 
+void FakeOs::set_power_state(PowerState state) {
+  const Lock lock(mutex_);
+  power_state_ = std::move(state);
+}
+
+void FakeOs::set_stolen_time(std::map<int, Nanos> stolen) {
+  const Lock lock(mutex_);
+  stolen_time_ = std::move(stolen);
+}
+
+int FakeOs::current_cpu() {
+  const Lock lock(mutex_);
+  const Task& task = self("current_cpu");
+  return cpus_.cpu_of(task.id).value_or(usable(task).cpus().front());
+}
+
+PowerState FakeOs::power_state(const CpuSet& cpus) {
+  const Lock lock(mutex_);
+  PowerState state = power_state_;
+  std::erase_if(state.cpus, [&](const PowerState::Cpu& cpu) { return !cpus.contains(cpu.number); });
+  return state;
+}
+
+std::map<int, Nanos> FakeOs::stolen_time() {
+  const Lock lock(mutex_);
+  return stolen_time_;
+}
+
 }  // namespace ctn::os

@@ -175,6 +175,49 @@ TEST(FakeOs, RestoringToACpuThatWentAwayAllowsAll) {
   EXPECT_EQ(os.affinity(ThreadId{1}).value(), (CpuSet{0, 2}));
 }
 
+TEST(FakeOs, GuardianGivesBackWhatIsWatchedWhenTheProcessIsKilled) {
+  FakeOs os;
+  const ThreadId self = os.current_thread();
+  const SavedScheduling before = os.save_scheduling(self).value();
+  const auto guard = os.start_guard().value();
+  ASSERT_TRUE(guard->watch(self, before));
+  ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
+  EXPECT_THAT(os.watched(), testing::ElementsAre(self));
+  os.restore_watched();
+  EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
+  EXPECT_THAT(os.watched(), testing::IsEmpty());
+  guard->forget(self);  // was not watched any more
+  ASSERT_TRUE(guard->watch(self, before));
+  guard->forget(self);
+  EXPECT_THAT(os.guard_calls(),
+              testing::ElementsAre(FakeOs::GuardCall{at(0ns), self, before}, FakeOs::GuardCall{at(0ns), self, before},
+                                   FakeOs::GuardCall{at(0ns), self, std::nullopt}));
+}
+
+TEST(FakeOs, GuardianThatIsEndedIsReplaced) {
+  FakeOs os;
+  const ThreadId self = os.current_thread();
+  const auto guard = os.start_guard().value();
+  ASSERT_TRUE(guard->watch(self, os.save_scheduling(self).value()));
+  ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
+  os.end_guardian();
+  os.restore_watched();
+  EXPECT_EQ(os.level(self).value(), Level::kActive);
+  EXPECT_EQ(guard->replaced(), 0);
+  ASSERT_TRUE(guard->tend().ok());
+  EXPECT_EQ(guard->replaced(), 1);
+  os.restore_watched();
+  EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
+}
+
+TEST(FakeOs, GuardHasOnlySoMuchRoom) {
+  FakeOs os;
+  os.set_guard_room(0);
+  const ThreadId self = os.current_thread();
+  const auto guard = os.start_guard().value();
+  EXPECT_FALSE(guard->watch(self, os.save_scheduling(self).value()));
+}
+
 class FakeOsDeathTest : public testing::Test {
  protected:
   FakeOsDeathTest() { GTEST_FLAG_SET(death_test_style, "threadsafe"); }

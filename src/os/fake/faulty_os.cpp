@@ -157,6 +157,32 @@ Result<std::unique_ptr<ReadyCpus>> FaultyOs::keep_cpus_ready() {
   return inner_.keep_cpus_ready();
 }
 
+class FaultyOs::FaultyGuard : public Guard {
+ public:
+  FaultyGuard(FaultyOs& os, std::unique_ptr<Guard> inner) : os_(os), inner_(std::move(inner)) {}
+
+  bool watch(ThreadId thread, const SavedScheduling& before) override {
+    return !os_.lost(thread) && !os_.next(Call::kWatch) && inner_->watch(thread, before);
+  }
+  void forget(ThreadId thread) override { inner_->forget(thread); }
+  Status tend() override {
+    if (const auto order = os_.next(Call::kTend)) return order->error.value_or(refused());
+    return inner_->tend();
+  }
+  int replaced() const override { return inner_->replaced(); }
+
+ private:
+  FaultyOs& os_;
+  std::unique_ptr<Guard> inner_;
+};
+
+Result<std::unique_ptr<Guard>> FaultyOs::start_guard() {
+  if (const auto order = next(Call::kStartGuard)) return order->error.value_or(refused());
+  Result<std::unique_ptr<Guard>> guard = inner_.start_guard();
+  if (!guard.ok()) return guard;
+  return std::unique_ptr<Guard>(std::make_unique<FaultyGuard>(*this, std::move(*guard)));
+}
+
 Result<Topology> FaultyOs::topology() {
   if (const auto order = next(Call::kTopology)) return order->error.value_or(refused());
   Result<Topology> found = inner_.topology();

@@ -34,6 +34,9 @@ enum class Call {
   kRestoreScheduling,
   kTopology,
   kKeepCpusReady,
+  kStartGuard,
+  kWatch,  // of a Guard: it returns false
+  kTend,
 };
 
 // What a system without the privilege answers.
@@ -79,9 +82,14 @@ class FaultyOs : public Os {
   Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override { return inner_.real_time_facts(); }
   HostFacts host_facts() override { return inner_.host_facts(); }
+  int current_cpu() override { return inner_.current_cpu(); }
+  PowerState power_state(const CpuSet& cpus) override { return inner_.power_state(cpus); }
+  std::map<int, Nanos> stolen_time() override { return inner_.stolen_time(); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
+  Result<std::unique_ptr<Guard>> start_guard() override;
 
  private:
+  class FaultyGuard;
   struct Order {
     int count = 0;
     std::optional<Error> error;

@@ -61,6 +61,21 @@ TEST_F(FaultyOsTest, WhatDoesNotTakeIsFoundByReadingBack) {
   EXPECT_EQ(os_.affinity(kMain).value(), (CpuSet{0, 1}));
 }
 
+TEST_F(FaultyOsTest, GuardsFailOnOrder) {
+  os_.fail_next(Call::kStartGuard, 1);
+  EXPECT_FALSE(os_.start_guard().ok());
+  const auto guard = os_.start_guard().value();
+  const auto saved = os_.save_scheduling(kMain).value();
+  os_.fail_next(Call::kWatch, 1);
+  os_.fail_next(Call::kTend, 1);
+  EXPECT_FALSE(guard->watch(kMain, saved));
+  EXPECT_TRUE(guard->watch(kMain, saved));
+  EXPECT_FALSE(guard->tend().ok());
+  EXPECT_TRUE(guard->tend().ok());
+  os_.lose_thread(kMain);
+  EXPECT_FALSE(guard->watch(kMain, saved));
+}
+
 TEST_F(FaultyOsTest, IsLateOnOrder) {
   os_.delay_next(Call::kSleepUntil, 1, 5ms);
   os_.sleep_until(TimePoint{10ms});

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <linux/futex.h>
 #include <pthread.h>
+#include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -20,7 +21,9 @@
 #include <utility>
 
 #include "os/linux/facts.h"
+#include "os/linux/guard.h"
 #include "os/linux/idle.h"
+#include "os/linux/power.h"
 #include "os/linux/scheduling.h"
 #include "os/linux/topology.h"
 
@@ -129,7 +132,11 @@ class LinuxOs : public Os {
   Result<CpuSet> online_cpus() override { return read_online_cpus(roots_); }
   RealTimeFacts real_time_facts() override;
   HostFacts host_facts() override { return read_host_facts(roots_); }
+  int current_cpu() override { return ::sched_getcpu(); }
+  PowerState power_state(const CpuSet& cpus) override { return read_power_state(roots_, cpus); }
+  std::map<int, Nanos> stolen_time() override { return read_stolen_time(roots_); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override { return os::keep_cpus_ready(roots_); }
+  Result<std::unique_ptr<Guard>> start_guard() override { return os::start_guard(roots_); }
 
  private:
   LinuxRoots roots_;

@@ -1,0 +1,116 @@
+// An application in virtual time: the same functions as in a session, the same policies, planner and dispatchers, on a
+// machine that is a model. What a run costs is drawn from a cost file, whatever its function takes to compute, so that
+// a whole closed loop (robot, world, collisions) can be tried in any number of cores, slower or faster than life, with
+// the same result each time.
+//
+//   auto simulation = ctn::Simulation::open("app.yaml", {.costs = "costs.yaml", .cores = 2});
+//   auto& sights = simulation->channel<double>("look", "steer");
+//   simulation->node("look", [&](ctn::Run& run) { sights.write(run, world.at(simulation->now())); });
+//   simulation->node("steer", [&](ctn::Run& run) { if (auto* sight = sights.read(run)) wanted = -*sight; });
+//   simulation->on_effect("steer", [&](ctn::Run&) { world.turn(simulation->now(), wanted); });
+//   simulation->run_for(std::chrono::seconds{60});   ...   simulation->snapshot();
+//
+// A function is called when a run of its node begins, at that instant of virtual time, and sees the inputs and the
+// world as they are then. What it writes reaches other nodes when the run ends, which is when on_effect's function is
+// called: there belongs what a run does to the world, as a motor's command. No time passes while either is called. A
+// world that moves by itself is advanced to now() by the functions that look at it or act on it.
+//
+// The policies are those of session.h. The same app, costs and options give the same result to the bit, on every
+// machine, as far as the functions themselves do. How far the model is from life: docs/plants-in-the-loop.md.
+//
+// Thread safety: none: one thread uses it, and calls all functions. Several simulations may run at once, each in a
+// thread of its own. Units: virtual time since the start, which is 0, in nanoseconds.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <typeindex>
+
+#include "catan/channel.h"
+#include "catan/result.h"
+#include "catan/run.h"
+#include "catan/snapshot.h"
+
+namespace ctn {
+
+struct SimulationOptions {
+  std::string costs;                   // path of the cost file (docs/cost-file.md): what each node's runs cost
+  double slowdown = 1.0;               // every run costs so many times what the file says, as on a slower machine
+  std::string policy = "catan";        // as in SessionOptions
+  int cores = 0;                       // that nodes may use; 0: those that the app file lists, else 1
+  std::uint64_t seed = 1;              // of the costs' draws
+  bool stealing = true;                // as in SessionOptions
+  bool replan = true;                  // as in SessionOptions
+  std::optional<bool> fixed_frames{};  // as in SessionOptions
+  bool real_time = true;               // false: real-time levels are not permitted (rates only)
+  std::string record;                  // path of a record to write, as a session does; empty: none
+  std::string note;                    // kept in the record
+  bool ideal = false;                  // true: scheduling itself costs no time, and real-time threads have no limit
+};
+
+class Simulation {
+ public:
+  // Errors (kCaller): all that is wrong with the two files; a policy that there is not, or that cannot schedule this
+  // app; another number of cores than the app lists, or more than can be simulated; a slowdown that is not above 0; a
+  // record that cannot be made.
+  static Result<Simulation> open(const std::string& app_file, const SimulationOptions& options);
+
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+  ~Simulation();
+
+  // What `name` does in a run. A node that is given none does nothing but take its time. The mode of a run is drawn
+  // from the cost file: Run::set_mode() has no effect. A name that the app has not, an external node, a second
+  // function, or a call after the first run_for() are reported by the next run_for().
+  void node(std::string_view name, std::function<void(Run&)> body);
+  // What `name` does to the world when a run ends, with the same Run as in its function, which is where channels are
+  // read. Mistakes as with node().
+  void on_effect(std::string_view name, std::function<void(Run&)> effect);
+
+  // The channel of the edge from -> to, as in a session; mistakes are reported by the next run_for(). Where a node has
+  // no function, or an edge no channel, the consumer's runs use what came over it all the same, as far as response
+  // times go.
+  template <class T>
+  Channel<T>& channel(std::string_view from, std::string_view to) {
+    return open_channel<Channel<T>>(from, to, false);
+  }
+  template <class T>
+  QueueChannel<T>& queue(std::string_view from, std::string_view to) {
+    return open_channel<QueueChannel<T>>(from, to, true);
+  }
+
+  std::chrono::nanoseconds now() const;
+  // When what snapshots show begins: after the bootstrap and a little more, as in a session.
+  std::chrono::nanoseconds warm_from() const;
+
+  // Lets so much more time pass. Many short calls come to the same as a long one. Errors (kCaller): everything that was
+  // wrong with the calls above; a duration below 0; a call from within a node's function.
+  Status run_for(std::chrono::nanoseconds duration);
+
+  // Closes the record. May be called twice; what comes later is not recorded. Errors: what could not be written.
+  Status finish();
+
+  // What was measured up to now, as a session tells it. Not from within a node's function. Percentiles are exact to
+  // 0.4 %; starved_ms is always 0.
+  Snapshot snapshot() const;
+
+ private:
+  class Impl;
+  explicit Simulation(std::unique_ptr<Impl> impl);
+  ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                            MakeChannel make);
+
+  template <class C>
+  C& open_channel(std::string_view from, std::string_view to, bool queue) {
+    return static_cast<C&>(open_channel(from, to, queue, typeid(C), make_channel<C>));
+  }
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ctn

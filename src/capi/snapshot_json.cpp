@@ -1,0 +1,47 @@
+#include "capi/snapshot_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace ctn::capi {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Summary& summary) {
+  return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
+          {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};
+}
+
+Json to_json(const ChainSnapshot& chain) {
+  Json json{{"path", chain.path},
+            {"response_ms", to_json(chain.response_ms)},
+            {"latency_ms", to_json(chain.latency_ms)},
+            {"period_ms", to_json(chain.period_ms)},
+            {"predicted_response_ms", nullptr}};
+  if (chain.predicted_response_ms) json["predicted_response_ms"] = *chain.predicted_response_ms;
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const Snapshot& snapshot) {
+  Json json{{"policy", snapshot.policy},
+            {"real_time", snapshot.real_time},
+            {"warmed_up", snapshot.warmed_up},
+            {"source_hz", snapshot.source_hz},
+            {"plans", snapshot.plans},
+            {"cost_changes", snapshot.cost_changes},
+            {"planning_ms", snapshot.planning_ms},
+            {"starved", snapshot.starved},
+            {"starved_ms", snapshot.starved_ms},
+            {"chains", Json::array()},
+            {"nodes", Json::array()},
+            {"notices", snapshot.notices}};
+  for (const ChainSnapshot& chain : snapshot.chains) json["chains"].push_back(to_json(chain));
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    json["nodes"].push_back({{"name", node.name}, {"compute_ms", to_json(node.compute_ms)}, {"rate_hz", node.rate_hz}});
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace ctn::capi

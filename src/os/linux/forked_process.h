@@ -1,0 +1,73 @@
+// For tests: a copy of this process that runs a function and ends with what that returns. Killed at the end of the
+// scope. For tests that have no other threads when they fork.
+#pragma once
+
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <optional>
+
+#include "os/os.h"
+
+namespace ctn::os {
+
+class ForkedProcess {
+ public:
+  template <class Body>
+  explicit ForkedProcess(Body body) : number_(::fork()) {
+    if (number_ == 0) ::_exit(static_cast<int>(body()));
+  }
+  ~ForkedProcess() {
+    if (number_ > 0) end(SIGKILL);
+  }
+  ForkedProcess(const ForkedProcess&) = delete;
+  ForkedProcess& operator=(const ForkedProcess&) = delete;
+
+  pid_t number() const { return number_; }
+  ProcessId process() const { return ProcessId{number_}; }
+
+  // What it returned, or minus the signal that ended it.
+  int join() {
+    int status = 0;
+    ::waitpid(number_, &status, 0);
+    number_ = 0;
+    return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+  }
+  int end(int signal) {
+    ::kill(number_, signal);
+    return join();
+  }
+
+ private:
+  pid_t number_;
+};
+
+// Both ends of a pipe, for processes that wait for each other.
+class Baton {
+ public:
+  Baton() {
+    if (::pipe(ends_) != 0) ::abort();
+  }
+  ~Baton() {
+    ::close(ends_[0]);
+    ::close(ends_[1]);
+  }
+  Baton(const Baton&) = delete;
+  Baton& operator=(const Baton&) = delete;
+
+  void pass(int value = 0) const { static_cast<void>(::write(ends_[1], &value, sizeof value) < 0); }
+  // Nothing after ten seconds.
+  std::optional<int> await() const {
+    pollfd source{ends_[0], POLLIN, 0};
+    int value = 0;
+    if (::poll(&source, 1, 10'000) != 1 || ::read(ends_[0], &value, sizeof value) != sizeof value) return std::nullopt;
+    return value;
+  }
+
+ private:
+  int ends_[2] = {-1, -1};
+};
+
+}  // namespace ctn::os

@@ -1,0 +1,281 @@
+// The guardian on the machine as it is. What it is for, a server that is killed while other processes' threads are at
+// real-time levels, is tried with processes made for that; how fast, in tests/guard_test.cpp.
+#include "os/linux/guard.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <thread>
+
+#include "os/linux/descriptor.h"
+#include "os/linux/fabricated_tree.h"
+#include "os/linux/files.h"
+#include "os/linux/forked_process.h"
+#include "os/linux/guardian.h"
+#include "os/linux/kernel_calls.h"
+#include "os/linux/linux_os.h"
+
+namespace ctn::os {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Whether it has ended, though the init process that inherited it may not have looked yet.
+bool has_ended(pid_t process) {
+  const std::string status = read_text(fmt::format("/proc/{}/status", process)).value_or("");
+  return find_value(status, "State").value_or("Z").starts_with("Z");
+}
+
+// The guardians among a process's children.
+std::vector<pid_t> guardians_of(pid_t parent) {
+  std::vector<pid_t> found;
+  for (const int process : numbered_entries("/proc", "").value_or(std::vector<int>())) {
+    const std::string status = read_text(fmt::format("/proc/{}/status", process)).value_or("");
+    if (find_value(status, "PPid") == std::to_string(parent) && find_value(status, "Name") == "catan-guard") {
+      found.push_back(process);
+    }
+  }
+  return found;
+}
+
+bool is_running(pid_t process) { return ::kill(process, 0) == 0; }
+
+class LinuxGuardTest : public testing::Test {
+ protected:
+  // Patiently.
+  bool becomes(const std::function<bool()>& condition) {
+    for (const TimePoint end = os_->now() + 30s; os_->now() < end; os_->sleep_until(os_->now() + 1ms)) {
+      if (condition()) return true;
+    }
+    return false;
+  }
+  SavedScheduling scheduling(pid_t thread) { return os_->save_scheduling(ThreadId{thread}).value(); }
+
+  std::unique_ptr<Os> os_ = make_linux_os();
+  KernelCalls kernel_;
+};
+
+TEST_F(LinuxGuardTest, IsAProcessThatHoldsNothing) {
+  const Descriptor ours(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  const auto guard = start_guard();
+  ASSERT_TRUE(guard.ok()) << guard.error().message();
+  const auto found = guardians_of(::getpid());
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(::getsid(found[0]), found[0]);
+  EXPECT_LE(numbered_entries(fmt::format("/proc/{}/fd", found[0]), "").value().size(), 3U);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGTSTP}) ::kill(found[0], number);
+  os_->sleep_until(os_->now() + 5ms);
+  EXPECT_EQ(guardians_of(::getpid()), found);
+  EXPECT_TRUE((*guard)->tend().ok());
+  EXPECT_EQ((*guard)->replaced(), 0);
+}
+
+TEST_F(LinuxGuardTest, EndsWithoutATraceWhenAllIsForgotten) {
+  ForkedProcess client([] { return ::pause(); });
+  const SavedScheduling before = scheduling(client.number());
+  pid_t guardian = 0;
+  {
+    const auto guard = start_guard().value();
+    guardian = guardians_of(::getpid()).at(0);
+    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
+    guard->forget(ThreadId{client.number()});
+  }
+  EXPECT_FALSE(is_running(guardian));  // nor is there a zombie
+  EXPECT_EQ(scheduling(client.number()).nice, 7);
+}
+
+TEST_F(LinuxGuardTest, OneThatIsStoppedIsNotWaitedForLong) {
+  pid_t guardian = 0;
+  {
+    const auto guard = start_guard().value();
+    guardian = guardians_of(::getpid()).at(0);
+    ::kill(guardian, SIGSTOP);
+  }
+  EXPECT_FALSE(is_running(guardian));
+}
+
+TEST_F(LinuxGuardTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
+  ForkedProcess client([] { return ::pause(); });
+  const SavedScheduling before = scheduling(client.number());
+  const CpuSet last{before.affinity.cpus().back()};
+  pid_t second = 0;
+  {
+    const auto guard = start_guard().value();
+    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_TRUE(os_->set_affinity(ThreadId{client.number()}, last).ok());
+    const pid_t first = guardians_of(::getpid()).at(0);
+    ::kill(first, SIGKILL);
+    ASSERT_TRUE(becomes([&] {
+      EXPECT_TRUE(guard->tend().ok());
+      return guard->replaced() == 1;
+    }));
+    EXPECT_FALSE(is_running(first));
+    ASSERT_TRUE(becomes([&] { return guardians_of(::getpid()).size() == 1; }));
+    second = guardians_of(::getpid()).at(0);
+    EXPECT_EQ(scheduling(client.number()).affinity, last);
+  }
+  EXPECT_FALSE(is_running(second));
+  EXPECT_EQ(scheduling(client.number()), before);
+}
+
+TEST_F(LinuxGuardTest, HasRoomForAThousandAndSaysWhenItIsFull) {
+  FabricatedTree tree;
+  const std::string stat = read_text("/proc/self/stat").value();
+  for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) tree.write(fmt::format("proc/{}/stat", 1'000'000'000 + i), stat);
+  const auto guard = start_guard(tree.roots()).value();
+  const SavedScheduling before = scheduling(::getpid());
+  const auto thread = [](std::size_t i) { return ThreadId{static_cast<std::int32_t>(1'000'000'000 + i)}; };
+  for (std::size_t i = 1; i <= kMaxWatched; ++i) ASSERT_TRUE(guard->watch(thread(i), before));
+  EXPECT_FALSE(guard->watch(thread(kMaxWatched + 1), before));
+  guard->forget(thread(5));
+  EXPECT_TRUE(guard->watch(thread(kMaxWatched + 1), before));
+  for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) guard->forget(thread(i));
+}
+
+TEST_F(LinuxGuardTest, WhatItCouldNotGiveBackIsNotWatched) {
+  const auto guard = start_guard().value();
+  SavedScheduling before = scheduling(::getpid());
+  before.affinity = CpuSet{static_cast<int>(kMaxGuardedCpu)};
+  EXPECT_FALSE(guard->watch(ThreadId{::getpid()}, before));
+}
+
+// A number that has passed on to another thread is another's business.
+TEST_F(LinuxGuardTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
+  ForkedProcess client([] { return ::pause(); });
+  FabricatedTree tree;
+  const std::string file = fmt::format("proc/{}/stat", client.number());
+  const std::string stat = read_text(fmt::format("/proc/{}/stat", client.number())).value();
+  tree.write(file, stat);
+  const SavedScheduling before = scheduling(client.number());
+  {
+    const auto guard = start_guard(tree.roots()).value();
+    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
+    // Another start time: the 22nd field.
+    std::string other = stat;
+    std::size_t at = other.rfind(')');
+    for (int field = 2; field < 22; ++field) at = other.find(' ', at + 1);
+    other.insert(at + 1, "9");
+    tree.write(file, other);
+  }
+  EXPECT_EQ(scheduling(client.number()).nice, 7);
+}
+
+// ---- A server that is killed
+
+class KilledServer : public LinuxGuardTest {
+ protected:
+  // A server that watches the thread, changes it, and is killed at some time after that.
+  template <class Change>
+  void change_and_be_killed(pid_t thread, Change change) {
+    const Baton ready;
+    ForkedProcess server([&] {
+      const auto guard = os_->start_guard().value();
+      const bool watched = guard->watch(ThreadId{thread}, os_->save_scheduling(ThreadId{thread}).value());
+      if (!watched || !change()) return 1;
+      ready.pass();
+      return ::pause();
+    });
+    ASSERT_TRUE(ready.await().has_value());
+    guardian_ = guardians_of(server.number()).at(0);
+    EXPECT_EQ(server.end(SIGKILL), -SIGKILL);
+  }
+
+  pid_t guardian_ = 0;
+};
+
+TEST_F(KilledServer, AllThatWasSetIsGivenBack) {
+  ForkedProcess client([] { return ::pause(); });
+  const pid_t thread = client.number();
+  ASSERT_EQ(kernel_.set_nice(thread, 3), 0);
+  const SavedScheduling before = scheduling(thread);
+  const bool permitted = os_->real_time_facts().permitted;
+  change_and_be_killed(thread, [&] {
+    const CpuSet last{before.affinity.cpus().back()};
+    return kernel_.set_nice(thread, 9) == 0 && os_->set_affinity(ThreadId{thread}, last).ok() &&
+           (!permitted || os_->set_level(ThreadId{thread}, Level::kActive).ok());
+  });
+  EXPECT_TRUE(becomes([&] {
+    SavedScheduling now = scheduling(thread);
+    if (!permitted) now.reset_on_fork = before.reset_on_fork;
+    if (!permitted) now.nice = before.nice;  // raising it again needs the same privilege
+    return now == before;
+  }));
+  EXPECT_TRUE(becomes([&] { return has_ended(guardian_); }));
+}
+
+TEST_F(KilledServer, PolicyThatAnotherGaveTheThreadIsGivenBackToo) {
+  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
+    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+  }
+  ForkedProcess client([] { return ::pause(); });
+  const pid_t thread = client.number();
+  ASSERT_EQ(kernel_.set_policy(thread, {SCHED_RR, 17, false}), 0);
+  const SavedScheduling before = scheduling(thread);
+  change_and_be_killed(thread, [&] { return os_->set_level(ThreadId{thread}, Level::kBackground).ok(); });
+  EXPECT_TRUE(becomes([&] { return scheduling(thread) == before; }));
+}
+
+TEST_F(KilledServer, ChildThatKeepsEverythingOpenChangesNothing) {
+  ForkedProcess client([] { return ::pause(); });
+  const pid_t thread = client.number();
+  const SavedScheduling before = scheduling(thread);
+  const Baton kept;
+  change_and_be_killed(thread, [&] {
+    const pid_t keeper = ::fork();
+    if (keeper == 0) ::_exit(::pause());
+    kept.pass(keeper);
+    return os_->set_affinity(ThreadId{thread}, CpuSet{before.affinity.cpus().back()}).ok();
+  });
+  const auto keeper = kept.await();
+  ASSERT_TRUE(keeper.has_value());
+  EXPECT_TRUE(becomes([&] { return scheduling(thread) == before; }));
+  ::kill(*keeper, SIGKILL);
+}
+
+TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
+  ForkedProcess client([] { return ::pause(); });
+  const pid_t thread = client.number();
+  ASSERT_EQ(kernel_.set_nice(thread, 3), 0);
+  const SavedScheduling before = scheduling(thread);
+  if (before.affinity.size() < 2) GTEST_SKIP() << "needs two CPUs";
+  if (!os_->real_time_facts().permitted) GTEST_SKIP() << "needs the permission to lower nice values";
+  for (int round = 0; round < 40; ++round) {
+    const Baton ready;
+    ForkedProcess server([&] {
+      const auto guard = os_->start_guard().value();
+      for (bool said = false;; said = true) {
+        // Either of these is what the thread had; a mixture is not.
+        SavedScheduling other = before;
+        other.nice = 4;
+        other.affinity = CpuSet{before.affinity.cpus().front()};
+        guard->watch(ThreadId{thread}, other);
+        guard->forget(ThreadId{thread});
+        guard->watch(ThreadId{thread}, before);
+        if (!said) ready.pass();
+      }
+      return 0;
+    });
+    ASSERT_TRUE(ready.await().has_value());
+    const pid_t guardian = guardians_of(server.number()).at(0);
+    std::this_thread::sleep_for(std::chrono::microseconds(37 * round));
+    server.end(SIGKILL);
+    ASSERT_TRUE(becomes([&] { return has_ended(guardian); }));
+    const SavedScheduling now = scheduling(thread);
+    ASSERT_EQ(now.nice == 4, now.affinity.size() == 1) << "nice " << now.nice << ", CPUs " << to_string(now.affinity);
+    ASSERT_EQ(kernel_.set_nice(thread, before.nice), 0);
+    ASSERT_TRUE(os_->set_affinity(ThreadId{thread}, before.affinity).ok());
+  }
+}
+
+}  // namespace
+}  // namespace ctn::os

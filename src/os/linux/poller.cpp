@@ -1,0 +1,94 @@
+#include "os/linux/poller.h"
+
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+namespace ctn::os {
+namespace {
+
+constexpr int kMostAtOnce = 64;
+constexpr Poller::Key kTimerKey = Poller::kKeys;
+constexpr Poller::Key kEventKey = Poller::kKeys + 1;
+
+Error cannot_wait(int error) {
+  return Error::environment("cannot wait for another descriptor: " + std::generic_category().message(error),
+                            "raise the limit of open files (`ulimit -n`) or of fs.epoll.max_user_watches");
+}
+
+}  // namespace
+
+Poller::Poller(Descriptor set, Descriptor timer, Descriptor event)
+    : set_(std::move(set)), timer_(std::move(timer)), event_(std::move(event)) {
+  ready_.reserve(kMostAtOnce);
+}
+
+Result<std::unique_ptr<Poller>> Poller::make() {
+  Descriptor set(::epoll_create1(EPOLL_CLOEXEC));
+  if (!set.valid()) return cannot_wait(errno);
+  Descriptor timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+  if (!timer.valid()) return cannot_wait(errno);
+  Descriptor event(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (!event.valid()) return cannot_wait(errno);
+  std::unique_ptr<Poller> poller(new Poller(std::move(set), std::move(timer), std::move(event)));
+  if (Status added = poller->add(poller->timer_, kTimerKey); !added.ok()) return added.error();
+  if (Status added = poller->add(poller->event_, kEventKey); !added.ok()) return added.error();
+  return poller;
+}
+
+Status Poller::add(const Descriptor& descriptor, Key key) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.u64 = key;
+  if (::epoll_ctl(set_.number(), EPOLL_CTL_ADD, descriptor.number(), &event) != 0) return cannot_wait(errno);
+  return Done{};
+}
+
+void Poller::remove(const Descriptor& descriptor) {
+  ::epoll_ctl(set_.number(), EPOLL_CTL_DEL, descriptor.number(), nullptr);
+}
+
+// Also takes back that an earlier deadline has passed.
+void Poller::set_timer(TimePoint deadline) {
+  itimerspec when{};  // all zero: never
+  if (deadline != kNever) {
+    const Nanos since_boot = std::max(deadline.time_since_epoch(), Nanos{1});
+    when.it_value.tv_sec = static_cast<time_t>(since_boot.count() / 1'000'000'000);
+    when.it_value.tv_nsec = static_cast<long>(since_boot.count() % 1'000'000'000);
+  }
+  ::timerfd_settime(timer_.number(), TFD_TIMER_ABSTIME, &when, nullptr);
+}
+
+const std::vector<Poller::Key>& Poller::wait(TimePoint deadline) {
+  ready_.clear();
+  set_timer(deadline);
+  std::array<epoll_event, kMostAtOnce> events{};
+  int count = -1;
+  do {
+    count = ::epoll_wait(set_.number(), events.data(), kMostAtOnce, -1);
+  } while (count < 0 && errno == EINTR);
+  for (int i = 0; i < count; ++i) {
+    const Key key = events.at(static_cast<std::size_t>(i)).data.u64;
+    if (key < kKeys) ready_.push_back(key);
+    if (key == kEventKey) {
+      std::uint64_t wakes = 0;
+      static_cast<void>(::read(event_.number(), &wakes, sizeof wakes) < 0);
+    }
+  }
+  return ready_;
+}
+
+void Poller::wake() {
+  const std::uint64_t one = 1;
+  // It fails only when the counter is at its limit, and then the wake-up is under way already.
+  static_cast<void>(::write(event_.number(), &one, sizeof one) < 0);
+}
+
+}  // namespace ctn::os

@@ -1,0 +1,47 @@
+// Waits for whatever comes first: one of a set of descriptors has something to read, a deadline, or a call of wake().
+//
+// A descriptor is told again and again until it is read, none is starved by others. A socket whose other end is closed
+// and the pidfd of a process that has ended count as readable.
+//
+// Units: TimePoint as os.h. Thread safety: wait() from one thread at a time, everything else from any.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "os/linux/descriptor.h"
+
+namespace ctn::os {
+
+class Poller {
+ public:
+  using Key = std::uint64_t;
+  static constexpr Key kKeys = ~Key{0} - 1;  // keys are below this
+
+  static Result<std::unique_ptr<Poller>> make();
+
+  // Preconditions: the descriptor is valid and not in the set. It is taken out by remove(), before it is closed: where
+  // another process has a copy of it, closing alone does not do it. kEnvironment: the system has no room left.
+  Status add(const Descriptor& descriptor, Key key);
+  void remove(const Descriptor& descriptor);
+
+  // The keys of those that are readable, at most 64 at once; none after the deadline (kNever: no deadline) or wake().
+  // A key that another thread removes meanwhile may be among them. Valid until the next call.
+  const std::vector<Key>& wait(TimePoint deadline);
+  // Ends the wait() that is going on, or else the next one, at once.
+  void wake();
+
+ private:
+  Poller(Descriptor set, Descriptor timer, Descriptor event);
+  void set_timer(TimePoint deadline);
+
+  Descriptor set_;
+  Descriptor timer_;
+  Descriptor event_;
+  std::vector<Key> ready_;
+};
+
+}  // namespace ctn::os

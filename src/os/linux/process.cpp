@@ -1,0 +1,76 @@
+#include "os/linux/process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string>
+
+namespace ctn::os {
+namespace {
+
+// Of /proc/TID/stat, as proc(5) counts them. The second, the name, is in parentheses.
+constexpr int kFirstFieldAfterName = 3;
+constexpr int kStartTimeField = 22;
+
+}  // namespace
+
+bool owns_thread(ProcessId process, ThreadId thread, const LinuxRoots& roots) {
+  if (static_cast<int>(process) <= 0 || static_cast<int>(thread) <= 0) return false;
+  const std::string folder =
+      fmt::format("{}/{}/task/{}", roots.procfs, static_cast<int>(process), static_cast<int>(thread));
+  return ::access(folder.c_str(), F_OK) == 0;
+}
+
+std::optional<std::uint64_t> start_time(ThreadId thread, const LinuxRoots& roots) {
+  return read_start_time(roots.procfs.c_str(), thread);
+}
+
+std::optional<std::uint64_t> parse_start_time(std::string_view stat) {
+  const std::size_t name_end = stat.rfind(')');
+  if (name_end == std::string_view::npos) return std::nullopt;
+  stat.remove_prefix(name_end + 1);
+  for (int field = kFirstFieldAfterName; field <= kStartTimeField; ++field) {
+    if (stat.empty() || stat.front() != ' ') return std::nullopt;
+    stat.remove_prefix(1);
+    const std::string_view text = stat.substr(0, stat.find_first_of(" \n"));
+    stat.remove_prefix(text.size());
+    if (text.empty()) return std::nullopt;
+    if (field < kStartTimeField) continue;
+    std::uint64_t ticks = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ticks);
+    if (error == std::errc() && end == text.data() + text.size()) return ticks;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::uint64_t> read_start_time(const char* procfs, ThreadId thread) {
+  constexpr std::string_view kFile = "/stat";
+  constexpr std::size_t kLongestNumber = 11;
+  if (static_cast<int>(thread) <= 0) return std::nullopt;
+  std::array<char, 1024> buffer{};
+  const std::string_view root(procfs);
+  if (root.size() + 1 + kLongestNumber + kFile.size() >= buffer.size()) return std::nullopt;
+  char* end = std::copy(root.begin(), root.end(), buffer.data());
+  *end++ = '/';
+  end = std::to_chars(end, end + kLongestNumber, static_cast<int>(thread)).ptr;
+  std::copy(kFile.begin(), kFile.end(), end);
+  const int file = ::open(buffer.data(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return std::nullopt;
+  const ssize_t count = ::read(file, buffer.data(), buffer.size());
+  ::close(file);
+  if (count <= 0) return std::nullopt;
+  return parse_start_time({buffer.data(), static_cast<std::size_t>(count)});
+}
+
+std::uint32_t current_user() { return ::geteuid(); }
+
+Descriptor watch_process(ProcessId process) {
+  return Descriptor(static_cast<int>(::syscall(SYS_pidfd_open, static_cast<int>(process), 0U)));
+}
+
+}  // namespace ctn::os

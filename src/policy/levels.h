@@ -1,0 +1,21 @@
+// What levels mean for threads: those that dispatchers give, and fixed priorities one above the other.
+//
+// Thread safety: pure functions, but for rise_above(), which changes what it is given.
+#pragma once
+
+#include <cstddef>
+
+#include "base/result.h"
+#include "dispatch/shared_core_member.h"
+#include "os/os.h"
+#include "policy/policy.h"
+
+namespace ctn::policy {
+
+os::Level to_os(dispatch::Level level);
+
+// Puts nodes that run by themselves above `ranks` fixed priorities, and who triggers above all. Errors (kCaller): more
+// `what` than there are priorities.
+Status rise_above(Decision& decision, std::size_t ranks, const char* what);
+
+}  // namespace ctn::policy

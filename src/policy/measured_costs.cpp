@@ -1,0 +1,37 @@
+#include "policy/measured_costs.h"
+
+namespace ctn::policy {
+namespace {
+
+constexpr double kTypical = 50.0;  // percentile
+
+}  // namespace
+
+MeasuredCosts::MeasuredCosts(const graph::App& app) : app_(app) {
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) nodes_.emplace_back(app, NodeId(index));
+}
+
+void MeasuredCosts::rescale(std::size_t kind, double factor) {
+  for (NodeCosts& node : nodes_) node.rescale(kind, factor);
+}
+
+void MeasuredCosts::doubt(std::size_t kind) {
+  for (NodeCosts& node : nodes_) node.doubt(kind);
+}
+
+bool MeasuredCosts::all_measured() const {
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    if (app_.graph.nodes()[index].subchain && !nodes_[index].measured()) return false;
+  }
+  return true;
+}
+
+model::CostTable MeasuredCosts::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
+
+model::CostTable MeasuredCosts::costs_at(double percentile, Millis unmeasured) const {
+  model::CostTable table(app_.graph, unmeasured);
+  for (const NodeCosts& node : nodes_) node.put_into(table, percentile);
+  return table;
+}
+
+}  // namespace ctn::policy

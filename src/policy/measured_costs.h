@@ -1,0 +1,45 @@
+// What all nodes of an app cost as measured, and thus what is planned with.
+//
+// Units: Nanos in, milliseconds out. Thread safety: none; one owner.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "graph/app.h"
+#include "model/cost.h"
+#include "policy/node_costs.h"
+#include "record/events.h"
+
+namespace ctn::policy {
+
+class MeasuredCosts {
+ public:
+  // `app` outlives it.
+  explicit MeasuredCosts(const graph::App& app);
+
+  // A run on a core of that kind. Where it shows that the node's compute time has changed for good: from what to what.
+  std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
+    return nodes_[run.node.index()].add(run, kind);
+  }
+
+  // What runs on cores of that kind take now, whatever was measured: so many times as much; or nobody knows.
+  void rescale(std::size_t kind, double factor);
+  void doubt(std::size_t kind);
+
+  // True once every scheduled node has run.
+  bool all_measured() const;
+  // What the planner is to reckon with; nodes that have not run keep `unmeasured`.
+  model::CostTable costs(Millis unmeasured) const { return costs_at(app_.scheduler.percentile, unmeasured); }
+  // What runs typically cost: the median where costs() has the percentile.
+  model::CostTable typical_costs(Millis unmeasured) const;
+
+ private:
+  model::CostTable costs_at(double percentile, Millis unmeasured) const;
+
+  const graph::App& app_;
+  std::vector<NodeCosts> nodes_;  // by NodeId
+};
+
+}  // namespace ctn::policy

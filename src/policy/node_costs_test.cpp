@@ -1,0 +1,122 @@
+#include "policy/node_costs.h"
+
+#include <gtest/gtest.h>
+
+#include "policy/test_app.h"
+
+namespace ctn::policy {
+namespace {
+
+using std::chrono::milliseconds;
+
+graph::App app_with_kinds() {
+  return parse(R"(
+catan: 1
+app: one
+nodes: { a: { modes: [skip, match] } }
+cores: { big: { count: 1, speed: 2 }, little: { count: 2, speed: 0.5 } }
+objective: [ { response_time: [a], weight: 1 } ]
+)");
+}
+
+constexpr std::size_t kBig = 0;
+constexpr std::size_t kLittle = 1;
+
+class NodeCostsTest : public ::testing::Test {
+ protected:
+  std::optional<record::CostChange> run(int count, Nanos cpu, std::size_t kind, std::uint32_t mode = 0) {
+    std::optional<record::CostChange> last;
+    for (int i = 0; i < count; ++i) {
+      const TimePoint end{milliseconds{100} * static_cast<int>(++number)};
+      if (auto change = costs.add({NodeId(0), number, end - cpu, end, cpu, mode, true, {}, -1}, kind)) last = change;
+    }
+    return last;
+  }
+  double on(std::size_t kind) const {
+    model::CostTable table(app.graph, Millis{5});
+    costs.put_into(table, 95.0);
+    return table.on(app, kind)[NodeId(0)].single_thread().count();
+  }
+
+  const graph::App app = app_with_kinds();
+  NodeCosts costs{app, NodeId(0)};
+  std::uint64_t number = 0;
+};
+
+TEST_F(NodeCostsTest, AKindNotRunOnCostsByItsSpeed) {
+  EXPECT_FALSE(costs.measured());
+  EXPECT_DOUBLE_EQ(on(kLittle), 10.0) << "as the table had it";
+  run(10, milliseconds{3}, kBig);
+  EXPECT_TRUE(costs.measured());
+  EXPECT_DOUBLE_EQ(on(kBig), 3.0);
+  EXPECT_DOUBLE_EQ(on(kLittle), 12.0);
+}
+
+TEST_F(NodeCostsTest, AKindRunOnCostsAsMeasuredThere) {
+  run(10, milliseconds{3}, kBig);
+  run(10, milliseconds{8}, kLittle);
+  EXPECT_DOUBLE_EQ(on(kBig), 3.0);
+  EXPECT_DOUBLE_EQ(on(kLittle), 8.0);
+}
+
+TEST_F(NodeCostsTest, TheColdRunsAreForgotten) {
+  run(3, milliseconds{90}, kBig);
+  EXPECT_DOUBLE_EQ(on(kBig), 90.0) << "better than nothing";
+  run(1, milliseconds{20}, kBig);
+  EXPECT_DOUBLE_EQ(on(kBig), 20.0);
+}
+
+TEST_F(NodeCostsTest, MovingToAnotherKindIsNoChangeOfCosts) {
+  EXPECT_FALSE(run(60, milliseconds{3}, kBig));
+  EXPECT_FALSE(run(60, milliseconds{12}, kLittle));
+  EXPECT_FALSE(run(60, milliseconds{3}, kBig));
+}
+
+TEST_F(NodeCostsTest, AChangeIsToldAndFollowedAtOnceOnAllKinds) {
+  run(60, milliseconds{12}, kLittle);
+  run(60, milliseconds{3}, kBig);
+  const std::optional<record::CostChange> change = run(12, milliseconds{6}, kBig);
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->node, NodeId(0));
+  EXPECT_EQ(change->core_kind, static_cast<int>(kBig));
+  EXPECT_EQ(change->before, milliseconds{3});
+  EXPECT_EQ(change->after, milliseconds{6});
+  EXPECT_LE(change->runs, 12U);
+  EXPECT_DOUBLE_EQ(on(kBig), 6.0);
+  EXPECT_DOUBLE_EQ(on(kLittle), 24.0);
+}
+
+TEST_F(NodeCostsTest, ModesChangeApart) {
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_FALSE(run(1, milliseconds{2}, kBig, 0));
+    EXPECT_FALSE(run(1, milliseconds{10}, kBig, 1));
+  }
+  std::optional<record::CostChange> change;
+  for (int i = 0; i < 20 && !change; ++i) {
+    EXPECT_FALSE(run(1, milliseconds{2}, kBig, 0));
+    change = run(1, milliseconds{5}, kBig, 1);
+  }
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->mode, 1U);
+  EXPECT_EQ(change->after, milliseconds{5});
+}
+
+TEST_F(NodeCostsTest, AnotherClockLimitScalesWhatWasSeenThere) {
+  run(20, milliseconds{3}, kBig);
+  run(20, milliseconds{8}, kLittle);
+  costs.rescale(kBig, 2.0);
+  EXPECT_DOUBLE_EQ(on(kBig), 6.0);
+  EXPECT_DOUBLE_EQ(on(kLittle), 8.0);
+  EXPECT_FALSE(run(60, milliseconds{6}, kBig)) << "as was to be expected";
+}
+
+TEST_F(NodeCostsTest, WhatIsDoubtedIsForgottenSoon) {
+  run(60, milliseconds{3}, kBig);
+  costs.doubt(kBig);
+  EXPECT_DOUBLE_EQ(on(kBig), 3.0);
+  EXPECT_FALSE(run(5, milliseconds{1}, kBig));
+  EXPECT_DOUBLE_EQ(on(kBig), 1.0);
+}
+
+}  // namespace
+}  // namespace ctn::policy

@@ -1,0 +1,49 @@
+// Policies that follow a plan: Catan's own, made anew as costs change, and one that is given.
+//
+// Units: in the types. Thread safety: as policy.h says.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "policy/policy.h"
+
+namespace ctn::policy {
+
+class PlannedPolicy : public Policy {
+ public:
+  bool follows_plan() const override { return true; }
+  bool raises() const override { return true; }
+
+  // What it means to follow a plan that is valid for the situation.
+  static Decision following(plan::Plan plan, const Situation& situation);
+
+ protected:
+  using Policy::Policy;
+};
+
+// The planner's joint plan, with what it is expected to give at typical costs. `Plan::solve_time` is left 0, for
+// whoever has a clock.
+class CatanPolicy : public PlannedPolicy {
+ public:
+  CatanPolicy() : PlannedPolicy("catan") {}
+  bool adapts() const override { return true; }
+  Result<Decision> decide(const Situation& situation) const override;
+  Result<std::optional<Decision>> decide_anew(const Situation& situation, const Decision& in_force,
+                                              double to_beat) const override;
+};
+
+// A plan that is given is taken at its word: at which compute times it was made is not known. Its slack counts, not the
+// situation's.
+class StaticPolicy : public PlannedPolicy {
+ public:
+  // `file`: as `catan plan --json` writes it; read when it is decided upon.
+  explicit StaticPolicy(std::string file) : PlannedPolicy("static:" + file), file_(std::move(file)) {}
+  Result<Decision> decide(const Situation& situation) const override;
+
+ private:
+  std::string file_;
+};
+
+}  // namespace ctn::policy

@@ -1,0 +1,90 @@
+// How an app is scheduled: each policy turns a situation into a decision, for the runtime and for the simulator alike.
+//
+//   "catan"         plans rates, cores, shares of cores and levels; made anew as costs change
+//   "static:FILE"   follows a plan that `catan plan --json` made, and never revises it
+//   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
+//   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
+//   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
+//   "picas"         as "default", but subchains stay on a core each, at chain-aware fixed priorities
+//   "deadline"      as "default", but each node in a reservation of CPU time
+//   "davare", "verucchi"   rates, cores and fixed priorities by published methods
+//
+// The last four (compared.h) go by compute times and decide once: NAME:FILE takes them from a cost file.
+//
+// Another policy is another class (hand_set.h is the shortest example) and a name in make_policy(). What a subchain is
+// paced by, where its threads run and at which levels, node by node if need be, is in the decision's assignment
+// (assignment.h).
+//
+// Units: in the types. Thread safety: policies never change once made; decide() from any thread.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "os/os.h"
+#include "plan/plan.h"
+#include "policy/assignment.h"
+
+namespace ctn::policy {
+
+// What is decided upon. References are good for the call.
+struct Situation {
+  const graph::App& app;                     // its cores, where it lists them, are those of `cpus`
+  const os::CpuSet& cpus;                    // that nodes may use; not empty. Core k of a plan is the k-th of them
+  const model::CostTable& costs;             // to plan with
+  const model::CostTable& typical;           // what runs typically cost
+  double slack = 0.0;                        // fraction of a core that ordinary threads are to have
+  bool stealing = true;                      // false: nobody steals, whatever the app says
+  std::optional<graph::FrameMode> frames{};  // in place of those of a plan that is given
+};
+
+struct Decision {
+  Assignment assignment;
+  std::optional<plan::Plan> plan;  // that it follows
+  // Of nodes that run by themselves, and of whoever triggers.
+  os::Level unscheduled_level = os::Level::kOrdinary;
+  os::Level dispatcher_level = os::Level::kOrdinary;
+};
+
+class Policy {
+ public:
+  virtual ~Policy() = default;
+  Policy(const Policy&) = delete;
+  Policy& operator=(const Policy&) = delete;
+
+  const std::string& name() const { return name_; }  // as written
+
+  // Its decisions have a plan.
+  virtual bool follows_plan() const = 0;
+  // Is asked again as costs and cores change.
+  virtual bool adapts() const { return false; }
+  // Needs real-time levels.
+  virtual bool raises() const = 0;
+  // Decides once, by the situation's costs: they must be real ones, not a guess for the beginning.
+  virtual bool needs_costs() const { return false; }
+
+  // Errors: what the app does not say (rates set by hand) or cannot have (a plan), a plan's file that is none. kCaller.
+  virtual Result<Decision> decide(const Situation& situation) const = 0;
+
+  // Decides again, with `in_force` under way, which may be of other cores. Only a plan that meets all bounds with an
+  // objective below `to_beat` is of use; none: there is no such plan. Where `to_beat` is infinite, any plan is.
+  virtual Result<std::optional<Decision>> decide_anew(const Situation& situation, const Decision& in_force,
+                                                      double to_beat) const;
+
+ protected:
+  explicit Policy(std::string name) : name_(std::move(name)) {}
+
+ private:
+  std::string name_;
+};
+
+// "catan", "default", "fifo", "rate:30", "rate:12.5Hz", "static:PLAN.json", "picas", "picas:COSTS.yaml". kCaller,
+// naming all that would be right.
+Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
+
+}  // namespace ctn::policy

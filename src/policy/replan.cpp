@@ -1,0 +1,141 @@
+#include "policy/replan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+#include "plan/limits.h"
+#include "plan/predict.h"
+#include "plan/recost.h"
+
+namespace ctn::policy {
+namespace {
+
+bool differs(double before, double after, double threshold) {
+  return std::abs(after - before) > threshold * std::max(before, after);
+}
+bool differs(Millis before, Millis after) { return differs(before.count(), after.count(), kSwapThreshold); }
+
+bool paced_differently(const plan::Plan& current, const plan::Plan& candidate, std::size_t index) {
+  const plan::SubchainPlan& before = current.subchains[index];
+  const plan::SubchainPlan& after = candidate.subchains[index];
+  if (differs(before.period, after.period) || differs(before.execution, after.execution)) return true;
+  if (!current.expected || !candidate.expected) return current.expected.has_value() != candidate.expected.has_value();
+  return differs(current.expected->subchains[index].period, candidate.expected->subchains[index].period) ||
+         differs(current.expected->subchains[index].execution, candidate.expected->subchains[index].execution);
+}
+
+// Runs have outgrown their slices, or what was promised is not so any more.
+bool out_of_date(const plan::Plan& current, const plan::Plan& current_now) {
+  for (std::size_t index = 0; index < current.subchains.size(); ++index) {
+    if (!plan::shares_core(current, current.subchains[index])) continue;
+    const Millis slice = current.subchains[index].slice;
+    if (current_now.subchains[index].slice > slice * (1.0 + kOverrunThreshold)) return true;
+  }
+  return differs(current.objective, current_now.objective, kStaleThreshold);
+}
+
+bool does_better(const plan::Plan& current_now, const plan::Plan& candidate) {
+  if (differs(current_now.relax_factor, candidate.relax_factor, kSwapThreshold)) {
+    return candidate.relax_factor < current_now.relax_factor;
+  }
+  return candidate.objective < current_now.objective * (1.0 - kSwapThreshold);
+}
+
+}  // namespace
+
+bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
+                  const plan::Plan& candidate) {
+  if (!current_now || does_better(*current_now, candidate) || out_of_date(current, *current_now)) return true;
+  for (std::size_t index = 0; index < candidate.subchains.size(); ++index) {
+    if (plan::shares_core(current, current.subchains[index])) continue;
+    if (current.subchains[index].cores != candidate.subchains[index].cores) continue;
+    if (paced_differently(current, candidate, index)) return true;
+  }
+  return false;
+}
+
+dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain) {
+  const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
+  const Nanos hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
+  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
+    return dispatch::pacing_of_owned(planned.period, planned.execution, hang_after);
+  }
+  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
+                                                         : plan::Expectation::Timing{planned.period, planned.execution};
+  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.least));
+}
+
+const char* to_string(PlanReason reason) {
+  switch (reason) {
+    case PlanReason::kBootstrap:
+      return "bootstrap";
+    case PlanReason::kStatic:
+      return "static";
+    case PlanReason::kMeasured:
+      return "measured";
+    case PlanReason::kPeriodic:
+      return "periodic";
+    case PlanReason::kChange:
+      return "change";
+    case PlanReason::kPower:
+      return "power";
+    case PlanReason::kCpus:
+      return "cpus";
+  }
+  return "";
+}
+
+Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
+                     const model::CostTable& typical)
+    : plan_(plan), at_any_rate_(why == PlanReason::kMeasured || why == PlanReason::kCpus) {
+  if (at_any_rate_) return;
+  now_ = plan::recost(plan, app, costs);
+  if (now_) now_->expected = plan::expect(*now_, app, typical);
+}
+
+double Incumbent::to_beat() const {
+  constexpr double kAnything = std::numeric_limits<double>::infinity();
+  if (at_any_rate_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kAnything;
+  for (std::size_t index = 0; index < plan_.subchains.size(); ++index) {
+    if (!plan::shares_core(plan_, plan_.subchains[index]) && paced_differently(plan_, *now_, index)) return kAnything;
+  }
+  return now_->objective * (1.0 - kSwapThreshold);
+}
+
+bool Incumbent::yields_to(const plan::Plan& candidate) const {
+  return at_any_rate_ || worth_a_swap(plan_, now_, candidate);
+}
+
+Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
+                                            PlanReason why) {
+  const Incumbent incumbent(*in_force.plan, why, situation.app, situation.costs, situation.typical);
+  Result<std::optional<Decision>> decision = policy.decide_anew(situation, in_force, incumbent.to_beat());
+  if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();
+  return decision;
+}
+
+void ReplanClock::changed(PlanReason what) {
+  if (!change_) change_ = what;
+}
+
+std::optional<PlanReason> ReplanClock::due(TimePoint now, bool all_measured) const {
+  if (!measured_plan_made_) return now >= due_ && all_measured ? std::optional(PlanReason::kMeasured) : std::nullopt;
+  const bool spaced = now >= last_ + std::min(kChangeSpacing, interval_);
+  if (change_ && spaced && budget_.allows(now, PlanningBudget::Urgency::kChange)) return change_;
+  if (now >= due_ && budget_.allows(now, PlanningBudget::Urgency::kRoutine)) return PlanReason::kPeriodic;
+  return std::nullopt;
+}
+
+void ReplanClock::made(TimePoint now, PlanReason why, Nanos cpu) {
+  budget_.spend(now, cpu);
+  last_ = now;
+  change_.reset();
+  if (why == PlanReason::kMeasured) measured_plan_made_ = true;
+  if (measured_plan_made_) due_ = now + interval_;
+}
+
+}  // namespace ctn::policy

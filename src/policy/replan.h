@@ -1,0 +1,109 @@
+// When to plan anew, and when a new plan is worth a swap. Pure.
+//
+// Units: in the types. Thread safety: ReplanClock has one owner; the rest are pure functions.
+#pragma once
+
+#include <optional>
+
+#include "base/time.h"
+#include "dispatch/subchain_trigger.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "plan/plan.h"
+#include "policy/planning_budget.h"
+#include "policy/policy.h"
+
+namespace ctn::policy {
+
+// What a new plan must differ by to replace the one in force: percentiles over a window of 50 runs wander by about as
+// much when nothing has changed.
+constexpr double kSwapThreshold = 0.02;    // in the objective; in a time of a subchain that owns its cores
+constexpr double kOverrunThreshold = 0.1;  // by which runs have outgrown their slices on a shared core
+constexpr double kStaleThreshold = 0.1;    // in what the plan in force would promise now
+
+// A run that takes so many times as long as planned, and at least this long, is taken to hang.
+constexpr int kHangMultiple = 10;
+constexpr Nanos kShortestHang = std::chrono::seconds{1};
+
+// `current_now`: the plan in force at the compute times of the candidate (plan/recost.h); none where it cannot hold any
+// more. A candidate is worth it if
+//   - it does better than the plan in force would now, by more than noise: a lower factor of relaxed bounds, or a lower
+//     objective under the same;
+//   - a subchain that owns its cores would be paced differently: what it is paced by are its own measured times;
+//   - on a shared core, runs do not fit their slices any more (with elastic frames shorter runs need nothing new), or
+//   the
+//     promises of the plan in force have become wrong.
+bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now, const plan::Plan& candidate);
+
+// The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a
+// second.
+//
+// With fixed frames, and for an exact rate, it is the planned period. With elastic ones (the default) the subchain is
+// paced by its own output, at the period and the execution time that the plan expects: runs that cost less than the
+// planned percentile let it go faster, and the slack stays idle for ordinary threads all the same. It never goes faster
+// than a rate cap allows. A plan without an expectation is taken at its word.
+dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain);
+
+// Changes are answered at once, but no sooner than this after the plan before: one cause (a clock that was lowered, a
+// map that grew) shows in several nodes within some runs.
+constexpr Nanos kChangeSpacing = std::chrono::milliseconds{250};
+
+// Between the end of the bootstrap and the first sample that counts: the first measured plan comes into force and what
+// was under way under the old one ends.
+constexpr Nanos kSettle = std::chrono::milliseconds{500};
+
+// Why a plan is made; the words are the record's.
+enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus };
+const char* to_string(PlanReason reason);
+
+// The plan in force, when another is made beside it.
+class Incumbent {
+ public:
+  // At the compute times of the other, which is made for `why`. `plan` outlives it.
+  Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
+            const model::CostTable& typical);
+
+  // No plan gives way to one that meets all bounds with an objective that is not below this. Infinite where a plan may
+  // be replaced for other reasons, too.
+  double to_beat() const;
+  // At any rate to what is made because this one rests on no measurement or cannot be followed any more, else to what
+  // is worth a swap.
+  bool yields_to(const plan::Plan& candidate) const;
+
+ private:
+  const plan::Plan& plan_;
+  bool at_any_rate_;
+  std::optional<plan::Plan> now_;  // the plan at the new compute times
+};
+
+// What is to come into force in place of `in_force`, which follows a plan, where something is. `why`: it is decided
+// anew. Errors: the policy's.
+Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
+                                            PlanReason why);
+
+// When a plan is due. The first that rests on measurements: when the bootstrap is over and every node has run. Further
+// ones every `replan`, or when something has changed for good, both as the budget allows.
+class ReplanClock {
+ public:
+  ReplanClock(TimePoint start, const graph::SchedulerOptions& options)
+      : due_(start + options.bootstrap), interval_(options.replan) {}
+
+  // Something has changed: kChange, kPower. What came first is named when the plan is due.
+  void changed(PlanReason what);
+
+  std::optional<PlanReason> due(TimePoint now, bool all_measured) const;
+  // A plan was begun at `now` for that reason, due or not, and took `cpu` to make.
+  void made(TimePoint now, PlanReason why, Nanos cpu);
+
+  const PlanningBudget& budget() const { return budget_; }
+
+ private:
+  TimePoint due_;
+  Nanos interval_;
+  bool measured_plan_made_ = false;
+  TimePoint last_{};  // when a plan was made, once one was
+  std::optional<PlanReason> change_;
+  PlanningBudget budget_;
+};
+
+}  // namespace ctn::policy

@@ -1,0 +1,239 @@
+#include "policy/replan.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "plan/predict.h"
+#include "planner/planner.h"
+#include "policy/test_app.h"
+
+namespace ctn::policy {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+plan::Plan plan_with(double period, double execution, std::vector<int> cores = {0}) {
+  plan::Plan plan;
+  plan.cores.resize(2);
+  plan.subchains.push_back({.cores = std::move(cores),
+                            .period = Millis{period},
+                            .execution = Millis{execution},
+                            .every = 1,
+                            .share = 1.0,
+                            .slice = Millis{execution},
+                            .threads = 1});
+  return plan;
+}
+
+// One subchain with a core of its own, which the plan in force would time as the candidate does.
+bool worth(const plan::Plan& current, const plan::Plan& candidate) {
+  return worth_a_swap(current, candidate, candidate);
+}
+
+TEST(WorthASwap, NotForLessThanTheThreshold) {
+  EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(101.9, 91.0)));
+  EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(98.2, 89.0)));
+}
+
+TEST(WorthASwap, ForMoreInEitherDirection) {
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(103.0, 90.0)));
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(97.0, 90.0)));
+  EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(100.0, 95.0)));
+}
+
+TEST(WorthASwap, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
+
+plan::Plan with_objective(plan::Plan plan, double objective, double factor = 1.0) {
+  plan.objective = objective;
+  plan.relax_factor = factor;
+  return plan;
+}
+
+TEST(WorthASwap, ForOtherCoresOnlyIfThatIsBetter) {
+  const plan::Plan here = with_objective(plan_with(100.0, 90.0), 50.0);
+  const plan::Plan there = plan_with(100.0, 90.0, {1});
+  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 49.5)));
+  EXPECT_TRUE(worth_a_swap(here, here, with_objective(there, 48.5)));
+  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 40.0, 1.5))) << "bounds before the objective";
+  EXPECT_TRUE(
+      worth_a_swap(with_objective(here, 50.0, 1.5), with_objective(here, 50.0, 1.5), with_objective(there, 60.0)));
+}
+
+TEST(WorthASwap, ForAPlanThatCannotHoldAnyMore) {
+  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), std::nullopt, plan_with(100.0, 90.0)));
+}
+
+// A subchain that shares its core, in slices of so long.
+plan::Plan sharing(double slice, double objective) {
+  plan::Plan plan = with_objective(plan_with(100.0, 100.0), objective);
+  plan.subchains[0].slice = Millis{slice};
+  plan.cores[0].slots.push_back({SubchainId(0), Millis{0}, Millis{slice}, 1, 0});
+  return plan;
+}
+
+TEST(WorthASwap, OnASharedCoreForRunsThatOutgrowTheirSlices) {
+  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(10.9, 52.0), sharing(10.9, 52.0)));
+  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(11.1, 52.0), sharing(11.1, 52.0)));
+  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 47.0), sharing(5.0, 47.0))) << "frames are elastic";
+}
+
+TEST(WorthASwap, ForPromisesThatBecameWrong) {
+  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 40.0), sharing(5.0, 40.0)));
+}
+
+// What to_beat() says of no plan that meets all bounds is ever contradicted by yields_to().
+TEST(Incumbent, NeverYieldsToAPlanThatMeetsBoundsAndDoesNotBeatIt) {
+  const graph::App app = parse(R"(
+catan: 1
+app: three
+nodes: { a: {}, b: { max_rate: 20Hz }, c: {}, d: {} }
+edges: [ a -> b -> c, d -> c ]
+objective: [ { response_time: [a, b, c], weight: 1, max: 400ms }, { response_time: [d, c], weight: 0.5 } ]
+)");
+  std::mt19937_64 random(1);
+  std::lognormal_distribution<double> wanders(0.0, 0.1);
+  int beaten = 0;
+  int kept = 0;
+  for (int round = 0; round < 200; ++round) {
+    const int cores = 1 + round % 3;
+    model::CostTable before(app.graph, Millis{5.0});
+    model::CostTable after(app.graph, Millis{5.0});
+    for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
+      const double cost = 3.0 + static_cast<double>(node);
+      before.set(NodeId(node), model::CostProfile::constant(Millis{cost * wanders(random)}));
+      after.set(NodeId(node), model::CostProfile::constant(before[NodeId(node)].single_thread() * wanders(random)));
+    }
+    const planner::Request request{.cores = cores};
+    auto current = planner::make_plan(app, before, request);
+    ASSERT_TRUE(current.ok());
+    current->expected = plan::expect(*current, app, before);
+    auto candidate = planner::make_plan(app, after, request);
+    ASSERT_TRUE(candidate.ok());
+    candidate->expected = plan::expect(*candidate, app, after);
+    const Incumbent incumbent(*current, PlanReason::kPeriodic, app, after, after);
+    if (candidate->relax_factor > 1.0) continue;
+    const bool beats = candidate->objective < incumbent.to_beat();
+    if (!beats) {
+      EXPECT_FALSE(incumbent.yields_to(*candidate)) << round;
+    }
+    ++(beats ? beaten : kept);
+  }
+  EXPECT_GT(beaten, 20);
+  EXPECT_GT(kept, 20);
+}
+
+TEST(Incumbent, YieldsAtAnyRateToTheFirstMeasuredPlanAndToOneForOtherCpus) {
+  const graph::App app = tracker_app();
+  const model::CostTable costs(app.graph, Millis{5.0});
+  auto plan = planner::make_plan(app, costs, {});
+  ASSERT_TRUE(plan.ok());
+  for (const PlanReason why : {PlanReason::kMeasured, PlanReason::kCpus}) {
+    const Incumbent incumbent(*plan, why, app, costs, costs);
+    EXPECT_TRUE(incumbent.yields_to(*plan));
+    EXPECT_EQ(incumbent.to_beat(), std::numeric_limits<double>::infinity());
+  }
+}
+
+dispatch::Pacing paced(plan::Plan plan, double slack, const char* scheduler = "{}", const char* head = "{}") {
+  const graph::App app = parse(std::string("catan: 1\napp: one\nnodes: { a: ") + head +
+                               " }\nobjective: [ { response_time: [a], weight: 1 } ]\nscheduler: " + scheduler + "\n");
+  plan.slack = slack;
+  return pacing_of(app, plan, SubchainId(0));
+}
+
+TEST(PacingOf, GivesAHangTenTimesTheExecutionAndASecondAtLeast) {
+  EXPECT_EQ(paced(plan_with(400.0, 300.0), 0.0).hang_after, seconds{3});
+  EXPECT_EQ(paced(plan_with(10.0, 9.0), 0.0).hang_after, seconds{1});
+}
+
+plan::Plan expecting(plan::Plan plan, double period, double execution) {
+  plan.expected = plan::Expectation{.objective = 0.0, .subchains = {{Millis{period}, Millis{execution}}}, .chains = {}};
+  return plan;
+}
+
+TEST(PacingOf, FollowsWhatIsExpected) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  EXPECT_EQ(paced(plan, 0.06).period, milliseconds{90});
+  EXPECT_EQ(paced(plan, 0.06).after_completion, milliseconds{10});
+}
+
+TEST(PacingOf, KeepsThePlannedPeriodWithFixedFramesAndExactRates) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  const dispatch::Pacing fixed = paced(plan, 0.06, "{ frames: fixed }");
+  EXPECT_EQ(fixed.period, milliseconds{100});
+  EXPECT_EQ(fixed.after_completion, Nanos{0});
+  const dispatch::Pacing exact = paced(plan, 0.06, "{}", "{ min_rate: 10Hz, max_rate: 10Hz }");
+  EXPECT_EQ(exact.period, milliseconds{100});
+  EXPECT_EQ(exact.after_completion, Nanos{0});
+}
+
+TEST(PacingOf, APlanWithoutExpectationIsTakenAtItsWord) {
+  EXPECT_EQ(paced(plan_with(100.0, 94.0), 0.06).after_completion, milliseconds{6});
+}
+
+TEST(PacingOf, NeverGoesBeyondARateCap) {
+  EXPECT_EQ(paced(plan_with(60.0, 83.0, {0, 1}), 0.06, "{}", "{ max_rate: 17Hz }").shortest,
+            to_nanos(Millis{1000.0 / 17}));
+}
+
+TEST(WorthASwap, ForAnotherExpectation) {
+  const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
+  EXPECT_TRUE(worth(plan, expecting(plan, 95.0, 80.0)));
+  EXPECT_TRUE(worth(plan, expecting(plan, 90.0, 75.0)));
+  EXPECT_FALSE(worth(plan, expecting(plan, 90.5, 80.5)));
+}
+
+TEST(ReplanClock, WaitsForTheBootstrapAndForEveryNode) {
+  const TimePoint start{};
+  ReplanClock clock(start, {});
+  EXPECT_FALSE(clock.due(start + seconds{1}, true));
+  EXPECT_FALSE(clock.due(start + seconds{3}, false)) << "a node has not run yet";
+  EXPECT_EQ(clock.due(start + seconds{3}, true), PlanReason::kMeasured);
+  clock.made(start + seconds{3}, PlanReason::kMeasured, milliseconds{1});
+  EXPECT_FALSE(clock.due(start + seconds{3}, true));
+  EXPECT_EQ(clock.due(start + seconds{4}, true), PlanReason::kPeriodic);
+}
+
+TEST(ReplanClock, AChangeIsAnsweredAtOnceButNotStormByStorm) {
+  const TimePoint start{};
+  ReplanClock clock(start, {});
+  clock.changed(PlanReason::kChange);
+  EXPECT_FALSE(clock.due(start + seconds{1}, true)) << "the first plan sees to it";
+  clock.made(start + seconds{2}, PlanReason::kMeasured, Nanos{0});
+  EXPECT_FALSE(clock.due(start + milliseconds{2500}, true));
+  int plans = 0;
+  for (TimePoint now = start + seconds{3}; now < start + seconds{13}; now += milliseconds{10}) {
+    clock.changed(PlanReason::kChange);
+    const std::optional<PlanReason> due = clock.due(now, true);
+    if (!due) continue;
+    EXPECT_EQ(*due, PlanReason::kChange);
+    clock.made(now, *due, Nanos{0});
+    ++plans;
+  }
+  EXPECT_EQ(plans, 40) << "four a second";
+}
+
+TEST(ReplanClock, DearPlansAreMadeSeldom) {
+  const TimePoint start{};
+  ReplanClock clock(start, {});
+  clock.made(start + seconds{2}, PlanReason::kMeasured, milliseconds{120});
+  EXPECT_FALSE(clock.due(start + seconds{25}, true));
+  EXPECT_EQ(clock.due(start + seconds{26}, true), PlanReason::kPeriodic);
+  clock.changed(PlanReason::kPower);
+  EXPECT_EQ(clock.due(start + seconds{3}, true), PlanReason::kPower);
+}
+
+TEST(ReplanClock, APlanForOtherCpusBeforeAllWasMeasuredIsNotTheFirstMeasuredOne) {
+  const TimePoint start{};
+  ReplanClock clock(start, {});
+  clock.made(start + seconds{1}, PlanReason::kCpus, milliseconds{5});
+  EXPECT_EQ(clock.due(start + seconds{2}, true), PlanReason::kMeasured);
+}
+
+}  // namespace
+}  // namespace ctn::policy

@@ -1,0 +1,258 @@
+// How a session follows what changes, in virtual time: the whole runtime, every figure exact.
+#include "runtime/adaptation.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "os/fake/busy_thread.h"
+#include "os/fake/fake_os.h"
+#include "plan/json.h"
+#include "policy/test_app.h"
+#include "record/reader.h"
+#include "runtime/engine.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// A long `replan`, so that what is planned soon is planned for a reason.
+constexpr const char* kTwoLoops = R"(
+catan: 1
+app: loops
+nodes: { fast: { max_rate: 100Hz }, slow: { max_rate: 20Hz } }
+objective:
+  - { response_time: [fast], weight: 1 }
+  - { response_time: [slow], weight: 0.1 }
+scheduler: { bootstrap: 1s, replan: 1000s }
+)";
+
+class AdaptationTest : public ::testing::Test {
+ protected:
+  AdaptationTest() { fake.share_cpus(true); }
+  ~AdaptationTest() override { std::remove(path.c_str()); }
+
+  void open(graph::App app, int cpus) {
+    std::remove(path.c_str());
+    std::vector<int> numbers;
+    for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
+    Result<std::unique_ptr<Engine>> made =
+        Engine::create(std::move(app), fake,
+                       {.policy = *policy::make_policy("catan"),
+                        .cpus = os::CpuSet(numbers),
+                        .record = path,
+                        .note = {},
+                        .on_notice = [this](const std::string& notice) { on_notice(notice); }});
+    ASSERT_TRUE(made.ok()) << made.error().message();
+    engine = std::move(*made);
+    for (const graph::Node& node : engine->app().graph.nodes()) {
+      engine->wiring().set_body(node.name, [this, name = node.name](ctn::Run&) { fake.burn(cost(name)); });
+    }
+    ASSERT_TRUE(engine->start().ok());
+  }
+  void pass(Nanos duration) { fake.sleep_until(fake.now() + duration); }
+
+  // The record, once the session has stopped.
+  record::Reader finished() {
+    EXPECT_TRUE(engine->stop().ok());
+    Result<record::Reader> reader = record::Reader::open(path);
+    EXPECT_TRUE(reader.ok());
+    return std::move(*reader);
+  }
+  static std::vector<std::string> reasons(const record::Reader& reader) {
+    std::vector<std::string> reasons;
+    for (const record::PlanChange& plan : *reader.plans()) reasons.push_back(plan.reason);
+    return reasons;
+  }
+
+  // Its own file for each process: tests run beside each other.
+  const std::string path = testing::TempDir() + "catan_adaptation_" + std::to_string(::getpid()) + ".catan";
+  os::FakeOs fake{os::fake_topology(2)};
+  std::map<std::string, Nanos> costs{{"fast", milliseconds{4}}, {"slow", milliseconds{10}}};
+  std::function<Nanos(const std::string&)> cost = [this](const std::string& node) { return costs.at(node); };
+  std::function<void(const std::string&)> on_notice = [](const std::string&) {};
+  std::unique_ptr<Engine> engine;  // after `fake`: it goes first
+};
+
+TEST_F(AdaptationTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
+  open(parse(kTwoLoops), 1);
+  pass(seconds{5});
+  costs["fast"] = milliseconds{8};
+  const TimePoint changed = fake.now();
+  pass(seconds{3});
+  EXPECT_EQ(engine->snapshot().cost_changes, 1U);
+  EXPECT_TRUE(engine->snapshot().notices.empty());
+  const record::Reader reader = finished();
+  EXPECT_EQ(reasons(reader), (std::vector<std::string>{"bootstrap", "measured", "change"}));
+  const TimePoint planned = reader.plans()->back().at;
+  EXPECT_LT(planned - changed, milliseconds{400}) << "some twelve runs, and a look every 50 ms";
+  const std::vector<record::CostChange> changes = *reader.cost_changes();
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].node, NodeId(0));
+  EXPECT_EQ(changes[0].before, milliseconds{4});
+  EXPECT_EQ(changes[0].after, milliseconds{8});
+}
+
+TEST_F(AdaptationTest, NoiseAndSpikesAreNotPlannedFor) {
+  std::uint64_t run = 0;
+  cost = [&](const std::string& node) {
+    ++run;
+    return costs.at(node) + Nanos{static_cast<Nanos::rep>((run * 2654435761U >> 8U) % 1000000)} +
+           (run % 40 == 0 ? Nanos{milliseconds{10}} : Nanos{0});
+  };
+  open(parse(kTwoLoops), 1);
+  pass(seconds{30});
+  EXPECT_EQ(engine->snapshot().cost_changes, 0U);
+  EXPECT_EQ(engine->snapshot().plans, 2U);
+  finished();
+}
+
+TEST_F(AdaptationTest, AStormOfChangesMakesNoStormOfPlans) {
+  open(parse(kTwoLoops), 1);
+  pass(seconds{3});
+  const std::uint64_t before = engine->snapshot().plans;
+  // Four times as dear for 300 ms, then as before, over and over.
+  cost = [this](const std::string& node) {
+    const auto turn = fake.now().time_since_epoch() / milliseconds{300};
+    return costs.at(node) / (node == "fast" && turn % 2 == 0 ? 4 : 1);
+  };
+  pass(seconds{10});
+  EXPECT_LE(engine->snapshot().plans - before, 40U);
+  finished();
+}
+
+os::PowerState clocked(long khz) {
+  os::PowerState state;
+  state.on_mains = true;
+  for (const int cpu : {0, 1}) state.cpus.push_back({cpu, khz, "performance"});
+  return state;
+}
+
+TEST_F(AdaptationTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
+  fake.set_power_state(clocked(2000000));
+  open(parse(kTwoLoops), 1);
+  pass(seconds{5});
+  fake.set_power_state(clocked(1000000));
+  on_notice = [this](const std::string&) { costs = {{"fast", milliseconds{8}}, {"slow", milliseconds{20}}}; };
+  pass(seconds{4});
+  const Snapshot snapshot = engine->snapshot();
+  ASSERT_EQ(snapshot.notices.size(), 1U);
+  EXPECT_EQ(snapshot.notices[0], "power: CPU 0 2000 MHz -> 1000 MHz");
+  EXPECT_EQ(snapshot.cost_changes, 0U) << "it was expected";
+  const record::Reader reader = finished();
+  EXPECT_EQ(reasons(reader), (std::vector<std::string>{"bootstrap", "measured", "power"}));
+  const plan::Plan plan = *plan::from_json(reader.plans()->back().json, reader.app(), "plan");
+  EXPECT_NEAR(plan.subchains[1].slice.count() / plan.subchains[1].share, 20.0, 1e-6);
+}
+
+// What the kernel's fair server does, by a thread above all of ours: 50 ms in each second.
+TEST_F(AdaptationTest, WhatTheKernelTakesIsRecorded) {
+  open(parse(kTwoLoops), 1);
+  const std::unique_ptr<os::Thread> server = fake.spawn("server", [this] {
+    ASSERT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{0}).ok());
+    ASSERT_TRUE(fake.set_level(fake.current_thread(), os::fixed_level(0)).ok());
+    for (int strike = 0; strike < 5; ++strike) {
+      fake.sleep_until(fake.now() + seconds{1});
+      fake.burn(milliseconds{50});
+    }
+  });
+  pass(seconds{7});
+  const Snapshot snapshot = engine->snapshot();
+  EXPECT_GE(snapshot.starved, 4U) << "of five; seen only where a timer ends in it";
+  EXPECT_LE(snapshot.starved, 5U);
+  EXPECT_NEAR(snapshot.starved_ms, 225.0, 50.0);
+  ASSERT_EQ(snapshot.notices.size(), 1U) << "one, and then one every ten seconds";
+  EXPECT_EQ(snapshot.notices[0].find("starved: CPU 0 was kept from real-time threads"), 0U) << snapshot.notices[0];
+  finished();
+  server->join();
+}
+
+constexpr const char* kBigAndLittle = R"(
+catan: 1
+app: loops
+nodes: { fast: { max_rate: 20Hz }, slow: { max_rate: 5Hz } }
+cores: { big: { count: 1, speed: 1 }, little: { count: 1, speed: 0.8 } }
+objective:
+  - { response_time: [fast], weight: 1 }
+  - { response_time: [slow], weight: 0.1 }
+scheduler: { bootstrap: 1s }
+)";
+
+TEST_F(AdaptationTest, KindsOfCoresAreMeasuredApart) {
+  // What the app says of the little core is not true: it is four times as slow.
+  cost = [this](const std::string& node) { return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1); };
+  open(parse(kBigAndLittle), 2);
+  pass(seconds{10});
+  const record::Reader reader = finished();
+  const plan::Plan plan = *plan::from_json(reader.plans()->back().json, reader.app(), "plan");
+  EXPECT_EQ(plan.subchains[0].cores, std::vector<int>{0});
+  EXPECT_NEAR(plan.subchains[0].execution.count(), 4.0, 1e-6);
+  EXPECT_EQ(plan.subchains[1].cores, std::vector<int>{1});
+  EXPECT_NEAR(plan.subchains[1].execution.count(), 40.0, 1e-6);
+}
+
+TEST_F(AdaptationTest, ABigCoreThatGoesLeavesTheLittleOne) {
+  cost = [this](const std::string& node) { return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1); };
+  open(parse(kBigAndLittle), 2);
+  pass(seconds{5});
+  fake.set_cpu_online(0, false);
+  pass(seconds{5});
+  const record::Reader reader = finished();
+  const std::vector<record::PlanChange> plans = *reader.plans();
+  const auto gone = std::find_if(plans.begin(), plans.end(), [](const auto& plan) { return plan.reason == "cpus"; });
+  ASSERT_NE(gone, plans.end());
+  EXPECT_GT(reader.plans()->size(), 2U);
+}
+
+TEST_F(AdaptationTest, KindsOfCoresThatAreNotTheSessionsCpusAreRefused) {
+  const auto made = Engine::create(
+      parse(kBigAndLittle), fake,
+      {.policy = *policy::make_policy("catan"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message().find("1 big, 1 little"), std::string::npos) << made.error().message();
+}
+
+int threads_of_runs(const std::string& policy, int cpus) {
+  os::FakeOs machine{os::fake_topology(2)};
+  const graph::App app = parse(R"(
+catan: 1
+app: one
+nodes: { solve: { max_threads: 2, fallback_rate: 10Hz } }
+objective: [ { response_time: [solve], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  std::vector<int> numbers;
+  for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
+  auto made = Engine::create(
+      app, machine,
+      {.policy = *policy::make_policy(policy), .cpus = os::CpuSet(numbers), .record = {}, .note = {}, .on_notice = {}});
+  EXPECT_TRUE(made.ok());
+  int threads = 0;
+  (*made)->wiring().set_body("solve", [&](ctn::Run& run) {
+    threads = run.threads();
+    machine.burn(milliseconds{10});
+  });
+  EXPECT_TRUE((*made)->start().ok());
+  machine.sleep_until(machine.now() + seconds{3});
+  EXPECT_TRUE((*made)->stop().ok());
+  return threads;
+}
+
+TEST(ThreadsOfARun, AreThosePlannedOrAsManyAsItCanUse) {
+  EXPECT_EQ(threads_of_runs("catan", 2), 2);
+  EXPECT_EQ(threads_of_runs("catan", 1), 1);
+  EXPECT_EQ(threads_of_runs("default", 2), 2);
+}
+
+}  // namespace
+}  // namespace ctn::runtime

@@ -1,0 +1,94 @@
+#include "runtime/connections.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace ctn::runtime {
+
+Connections::Connections(const graph::App& app, OnChannel on_channel)
+    : app_(app),
+      on_channel_(std::move(on_channel)),
+      bodies_(app.graph.nodes().size()),
+      effects_(app.graph.nodes().size()) {}
+
+void Connections::complain(std::string what, std::string mend) {
+  problems_.push_back({{}, {}, std::move(what), std::move(mend)});
+}
+
+void Connections::set(std::vector<NodeBody>& functions, const char* call, std::string_view node, NodeBody function) {
+  const std::string called = fmt::format("{}(\"{}\")", call, node);
+  const std::optional<NodeId> id = app_.graph.find_node(node);
+  if (!id) {
+    complain(fmt::format("{}: app {} has no such node", called, app_.name), "use a name from its nodes section");
+  } else if (app_.graph.node(*id).external) {
+    complain(called + ": the node is external", "give no function to it, or drop 'external: true'");
+  } else if (functions[id->index()]) {
+    complain(called + ": the node has a function already", fmt::format("call {}() once for each", call));
+  } else if (!function) {
+    complain(called + ": the function is empty", "pass one that can be called");
+  } else {
+    functions[id->index()] = std::move(function);
+  }
+}
+
+ChannelBase& Connections::nowhere(MakeChannel make) { return *nowhere_.emplace_back(make(0)); }
+
+ChannelBase& Connections::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                                       MakeChannel make) {
+  const std::string call = fmt::format("{}(\"{}\", \"{}\")", queue ? "queue" : "channel", from, to);
+  const std::optional<NodeId> producer = app_.graph.find_node(from);
+  const std::optional<NodeId> consumer = app_.graph.find_node(to);
+  if (!producer || !consumer || !app_.graph.has_edge(*producer, *consumer)) {
+    complain(fmt::format("{}: app {} has no such edge", call, app_.name),
+             fmt::format("write it under edges: {} -> {}", from, to));
+    return nowhere(make);
+  }
+  const graph::Node& reader = app_.graph.node(*consumer);
+  if (reader.external || app_.graph.node(*producer).external) {
+    complain(call + ": one end is external", "channels join nodes of this process");
+    return nowhere(make);
+  }
+  if (queue != (reader.input == graph::InputKind::kQueue)) {
+    complain(fmt::format("{}: the input of {} is {}", call, to, queue ? "latest" : "a queue"),
+             queue ? "use channel(), or write input: queue" : "use queue(), or drop input: queue");
+    return nowhere(make);
+  }
+  const auto known = channels_.find({*producer, *consumer});
+  if (known != channels_.end()) {
+    if (known->second.type == type) return *known->second.channel;
+    complain(call + ": opened before with another type", "use one type for an edge");
+    return nowhere(make);
+  }
+  const auto slot = static_cast<std::size_t>(
+      std::find(reader.predecessors.begin(), reader.predecessors.end(), *producer) - reader.predecessors.begin());
+  on_channel_(*consumer, slot);
+  OpenChannel opened{type, make(static_cast<std::uint32_t>(slot))};
+  return *channels_.emplace(std::pair{*producer, *consumer}, std::move(opened)).first->second.channel;
+}
+
+Status Connections::check(bool all) const {
+  std::vector<Problem> problems = problems_;
+  for (std::size_t index = 0; all && index < bodies_.size(); ++index) {
+    const graph::Node& node = app_.graph.nodes()[index];
+    if (node.external || bodies_[index]) continue;
+    problems.push_back({{},
+                        {},
+                        fmt::format("node {} has no function", node.name),
+                        fmt::format("call node(\"{}\", ...) before start(), or mark it external", node.name)});
+  }
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  return Done{};
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> Connections::dropped() const {
+  std::vector<std::pair<std::string, std::uint64_t>> dropped;
+  for (const auto& [edge, open] : channels_) {
+    if (open.channel->dropped() == 0) continue;
+    const NodeId path[] = {edge.first, edge.second};
+    dropped.emplace_back(app_.graph.path_name(path), open.channel->dropped());
+  }
+  return dropped;
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,70 @@
+// What a program has said about its nodes: their functions and the channels between them, checked against the app.
+// Mistakes are gathered and told all at once. A session's wiring and a simulation share it.
+//
+// Thread safety: none until nodes run; from then on nothing here changes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <typeindex>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "catan/channel.h"
+#include "catan/run.h"
+#include "graph/app.h"
+
+namespace ctn::runtime {
+
+using NodeBody = std::function<void(Run&)>;
+
+class Connections {
+ public:
+  // Hears of each new channel: into which input (by predecessor) of which node.
+  using OnChannel = std::function<void(NodeId consumer, std::size_t slot)>;
+
+  // `app` outlives it.
+  Connections(const graph::App& app, OnChannel on_channel);
+
+  void set_body(std::string_view node, NodeBody body) { set(bodies_, "node", node, std::move(body)); }
+  void set_effect(std::string_view node, NodeBody effect) { set(effects_, "on_effect", node, std::move(effect)); }
+  // The same edge with the same type gives the same channel. A mistake is noted, and the channel returned leads
+  // nowhere.
+  ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                            MakeChannel make);
+  // A channel that leads nowhere, for who has made a mistake.
+  ChannelBase& nowhere(MakeChannel make);
+  void complain(std::string what, std::string mend);
+
+  // Everything that was wrong so far. `all`: nodes without a function are wrong too. kCaller.
+  Status check(bool all) const;
+
+  const NodeBody& body(NodeId node) const { return bodies_[node.index()]; }
+  const NodeBody& effect(NodeId node) const { return effects_[node.index()]; }
+  // Values that queue channels lost, by edge name ("scan -> GL").
+  std::vector<std::pair<std::string, std::uint64_t>> dropped() const;
+
+ private:
+  struct OpenChannel {
+    std::type_index type;
+    std::unique_ptr<ChannelBase> channel;
+  };
+
+  void set(std::vector<NodeBody>& functions, const char* call, std::string_view node, NodeBody function);
+
+  const graph::App& app_;
+  OnChannel on_channel_;
+  std::vector<NodeBody> bodies_;
+  std::vector<NodeBody> effects_;
+  std::map<std::pair<NodeId, NodeId>, OpenChannel> channels_;
+  std::vector<std::unique_ptr<ChannelBase>> nowhere_;
+  std::vector<Problem> problems_;
+};
+
+}  // namespace ctn::runtime

@@ -1,0 +1,381 @@
+// Nodes that come, go and come back, as those of other processes do, in virtual time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
+#include "policy/test_app.h"
+#include "runtime/scheduler.h"
+#include "runtime/wiring.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// Two subchains, the second of two nodes.
+graph::App two_chains(const std::string& rates = "") {
+  return parse(R"(
+catan: 1
+app: pair
+nodes:
+  left: { fallback_rate: 20Hz)" +
+               rates + R"( }
+  front: { fallback_rate: 50Hz }
+  back: {}
+edges: [ front -> back ]
+subchains: { right: [front, back] }
+objective:
+  - { period: left, weight: 1 }
+  - { response_time: [front, back], weight: 1 }
+scheduler: { bootstrap: 500ms }
+)");
+}
+
+// A driver of two programs, and one that is scheduled.
+graph::App driver() {
+  return parse(R"(
+catan: 1
+app: driver
+nodes:
+  imu: { unscheduled: true, period: 5ms }
+  sum: { unscheduled: true }
+  left: { fallback_rate: 20Hz }
+edges: [ imu -> sum -> left ]
+objective: [ { period: left, weight: 1 } ]
+scheduler: { bootstrap: 500ms }
+)");
+}
+
+// A program that runs one node, as far as the scheduler can tell.
+class Program {
+ public:
+  Program(os::FakeOs& fake, Scheduler& scheduler, const Region& region, const std::string& node, Nanos cost)
+      : fake_(fake), node_(*scheduler.app().graph.find_node(node)), port_(fake, scheduler.app().graph, node_, region) {
+    const graph::Node& described = scheduler.app().graph.node(node_);
+    if (described.unscheduled && !described.follows) timer_ = described.period;
+    thread_ = fake.spawn(node, [this, cost] {
+      number_.store(static_cast<std::int32_t>(fake_.current_thread()), std::memory_order_release);
+      Run run;
+      while (wait()) {
+        port_.begin(run);
+        fake_.burn(cost);
+        if (crashed_.load()) return;
+        port_.end(run);
+        ++runs;
+      }
+    });
+    while (number_.load(std::memory_order_acquire) == 0) fake_.sleep_until(fake_.now() + milliseconds{1});
+    const Status joined =
+        scheduler.join(node_, fake.current_process(), os::ThreadId{number_.load(std::memory_order_acquire)});
+    EXPECT_TRUE(joined.ok()) << joined.error().message();
+  }
+  ~Program() {
+    port_.stop();
+    thread_->join();
+  }
+
+  // In the middle of its run: it never ends.
+  void crash() { crashed_.store(true); }
+
+  std::atomic<int> runs{0};
+
+ private:
+  bool wait() {
+    if (!timer_) return port_.wait_for_trigger();
+    next_ = std::max(next_ + *timer_, fake_.now());
+    fake_.sleep_until(next_);
+    return !port_.stopping();
+  }
+
+  os::FakeOs& fake_;
+  NodeId node_;
+  std::optional<Nanos> timer_;
+  TimePoint next_{};
+  NodePort port_;
+  std::atomic<std::int32_t> number_{0};
+  std::atomic<bool> crashed_{false};
+  std::unique_ptr<os::Thread> thread_;
+};
+
+class MembersTest : public ::testing::TestWithParam<const char*> {
+ protected:
+  MembersTest() { fake.share_cpus(true); }
+
+  void open(int cpus, graph::App of = two_chains()) {
+    app = std::move(of);
+    std::vector<int> numbers;
+    for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
+    memory = std::make_unique<LocalRegion>(app.graph, numbers.size());
+    SchedulerOptions options{
+        .policy = *policy::make_policy(GetParam()), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
+    auto made = Scheduler::create(app, fake, std::move(options), os::CpuSet(numbers), memory->region());
+    ASSERT_TRUE(made.ok());
+    scheduler = std::move(*made);
+    ASSERT_TRUE(scheduler->prepare().ok());
+    ASSERT_TRUE(scheduler->start().ok());
+  }
+  std::unique_ptr<Program> program(const std::string& node, Nanos cost = milliseconds{5}) {
+    return std::make_unique<Program>(fake, *scheduler, memory->region(), node, cost);
+  }
+  void leave(const std::string& node) { scheduler->leave(*app.graph.find_node(node), "its process has ended"); }
+  void pass(Nanos time) { fake.sleep_until(fake.now() + time); }
+  static int runs_in(const std::unique_ptr<Program>& program, const std::function<void()>& time) {
+    const int before = program->runs;
+    time();
+    return program->runs - before;
+  }
+  int notices(const std::string& with) const {
+    const Snapshot snapshot = scheduler->snapshot();
+    return static_cast<int>(
+        std::count_if(snapshot.notices.begin(), snapshot.notices.end(),
+                      [&](const std::string& notice) { return notice.find(with) != std::string::npos; }));
+  }
+  void TearDown() override {
+    if (!scheduler) return;
+    scheduler->release();
+    EXPECT_TRUE(scheduler->finish().ok());
+  }
+
+  graph::App app = two_chains();
+  os::FakeOs fake{os::fake_topology(2)};
+  std::unique_ptr<LocalRegion> memory;
+  std::unique_ptr<Scheduler> scheduler;
+};
+
+TEST_P(MembersTest, AFollowerWaitsForItsFeeder) {
+  open(2, driver());
+  auto sum = program("sum", milliseconds{1});
+  pass(seconds{1});
+  EXPECT_EQ(sum->runs, 0) << "nobody feeds it";
+  for (int round = 0; round < 3; ++round) {
+    SCOPED_TRACE(round);
+    auto imu = program("imu", milliseconds{1});
+    EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
+    leave("imu");
+    imu.reset();
+    EXPECT_LE(runs_in(sum, [&] { pass(seconds{1}); }), 1);
+  }
+}
+
+TEST_P(MembersTest, AFollowerThatComesBackGoesOn) {
+  open(2, driver());
+  auto imu = program("imu", milliseconds{1});
+  for (int round = 0; round < 3; ++round) {
+    SCOPED_TRACE(round);
+    auto sum = program("sum", milliseconds{1});
+    EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
+    leave("sum");
+    sum.reset();
+    EXPECT_NEAR(runs_in(imu, [&] { pass(seconds{1}); }), 200, 1) << "its feeder does not mind";
+  }
+}
+
+TEST_P(MembersTest, AFollowerNeedsNoScheduler) {
+  open(2, driver());
+  auto imu = program("imu", milliseconds{1});
+  auto sum = program("sum", milliseconds{1});
+  pass(seconds{1});
+  scheduler->release();
+  EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
+}
+
+TEST_P(MembersTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
+  open(1);
+  auto left = program("left");
+  pass(seconds{1});
+  EXPECT_GE(left->runs, 15);
+  auto front = program("front");
+  pass(seconds{1});
+  EXPECT_EQ(front->runs, 0) << "its subchain misses a node";
+  auto back = program("back");
+  pass(seconds{1});
+  EXPECT_GE(front->runs, 15);
+  EXPECT_NEAR(front->runs, back->runs, 1);
+  EXPECT_EQ(notices("is whole"), 2);
+}
+
+TEST_P(MembersTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
+  for (const int cpus : {1, 2}) {
+    SCOPED_TRACE(cpus);
+    open(cpus);
+    auto left = program("left");
+    auto front = program("front");
+    auto back = program("back");
+    pass(seconds{3});
+    const int before = runs_in(left, [&] { pass(seconds{2}); });
+    back->crash();
+    pass(milliseconds{100});  // it runs more often than that
+    leave("back");
+    EXPECT_EQ(notices("node back is gone: its process has ended; broken until it is back: front -> back"), 1);
+    pass(milliseconds{200});
+    const int without = runs_in(left, [&] { EXPECT_EQ(runs_in(front, [&] { pass(seconds{2}); }), 0); });
+    EXPECT_GE(without, before - 1) << "others keep their rates";
+    auto again = program("back");
+    pass(milliseconds{200});
+    const int with = runs_in(again, [&] { pass(seconds{2}); });
+    EXPECT_GE(with, 20);
+    EXPECT_EQ(notices("hang"), 0);
+    TearDown();
+    scheduler.reset();
+  }
+}
+
+// It is back before anybody has noticed that nothing ends any more.
+TEST_P(MembersTest, ANodeThatIsBackAtOnceGoesOn) {
+  open(1);
+  auto left = program("left");
+  pass(seconds{2});
+  left->crash();
+  pass(milliseconds{100});
+  leave("left");
+  auto again = program("left");
+  pass(milliseconds{200});
+  EXPECT_GE(runs_in(again, [&] { pass(seconds{1}); }), 15);
+  EXPECT_EQ(notices("hang"), 0);
+}
+
+TEST_P(MembersTest, ANodeIsThereOnce) {
+  open(1);
+  auto left = program("left");
+  EXPECT_FALSE(scheduler->join(*app.graph.find_node("left"), fake.current_process(), fake.current_thread()).ok());
+  pass(seconds{1});
+  EXPECT_GE(left->runs, 15);
+}
+
+TEST_P(MembersTest, WhoLeavesGetsItsSchedulingBack) {
+  open(1);
+  auto left = program("left");
+  pass(seconds{1});
+  const std::vector<os::ThreadId> threads = scheduler->threads(*app.graph.find_node("left"));
+  ASSERT_EQ(threads.size(), 1U);
+  leave("left");
+  EXPECT_TRUE(scheduler->threads(*app.graph.find_node("left")).empty());
+  pass(seconds{1});
+  EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(threads[0]), fake.topology()->online());
+}
+
+INSTANTIATE_TEST_SUITE_P(Policies, MembersTest, ::testing::Values("catan", "default", "fifo"),
+                         [](const auto& each) { return std::string(each.param); });
+
+// Tells of each thread that is about to be bound.
+class ToldOs final : public os::FaultyOs {
+ public:
+  using FaultyOs::FaultyOs;
+  Status set_affinity(os::ThreadId thread, const os::CpuSet& cpus) override {
+    if (about_to_bind) about_to_bind(thread);
+    return FaultyOs::set_affinity(thread, cpus);
+  }
+  std::function<void(os::ThreadId)> about_to_bind;
+};
+
+// A dispatcher that knows of a thread moves it, also between its being set and its being read back, and then the join
+// was refused: "cannot bind to CPUs 0-1: it may use CPUs 0".
+TEST(Members, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
+  const graph::App app = two_chains();
+  os::FakeOs fake{os::fake_topology(2)};
+  fake.share_cpus(true);
+  ToldOs told(fake);
+  LocalRegion memory(app.graph, 2);
+  SchedulerOptions options{
+      .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
+  auto scheduler = Scheduler::create(app, told, std::move(options), os::CpuSet{0, 1}, memory.region());
+  ASSERT_TRUE(scheduler.ok());
+  ASSERT_TRUE((*scheduler)->prepare().ok());
+  ASSERT_TRUE((*scheduler)->start().ok());
+
+  const NodeId node = *app.graph.find_node("left");
+  std::map<os::ThreadId, bool> known_when_first_bound;
+  told.about_to_bind = [&](os::ThreadId thread) {
+    const std::vector<os::ThreadId> known = (*scheduler)->threads(node);
+    known_when_first_bound.emplace(thread, std::find(known.begin(), known.end(), thread) != known.end());
+  };
+  const auto sleeper = [&] { fake.sleep_until(fake.now() + seconds{1}); };
+  std::atomic<std::int32_t> numbers[2] = {0, 0};
+  std::vector<std::unique_ptr<os::Thread>> threads;
+  for (std::atomic<std::int32_t>& number : numbers) {
+    threads.push_back(fake.spawn("left", [&] {
+      number.store(static_cast<std::int32_t>(fake.current_thread()));
+      sleeper();
+    }));
+  }
+  fake.sleep_until(fake.now() + milliseconds{1});
+  const os::ThreadId own{numbers[0].load()};
+  const os::ThreadId other{numbers[1].load()};
+  EXPECT_TRUE((*scheduler)->join(node, fake.current_process(), own).ok());
+  EXPECT_TRUE((*scheduler)->add_thread(node, fake.current_process(), other).ok());
+  EXPECT_EQ(known_when_first_bound.count(own) + known_when_first_bound.count(other), 2U);
+  EXPECT_FALSE(known_when_first_bound[own]);
+  EXPECT_FALSE(known_when_first_bound[other]);
+  told.about_to_bind = nullptr;
+  (*scheduler)->leave(node, "the test ends");
+  for (const auto& thread : threads) thread->join();
+  (*scheduler)->release();
+  EXPECT_TRUE((*scheduler)->finish().ok());
+}
+
+// A dispatcher that is slow between seeing a thread and setting its level.
+class SlowOs final : public os::FaultyOs {
+ public:
+  explicit SlowOs(os::FakeOs& fake) : FaultyOs(fake), fake_(fake) {}
+  void shift_level(os::ThreadId thread, os::Level level) override {
+    if (level == os::Level::kActive) {
+      about_to_raise.store(true);
+      fake_.sleep_until(fake_.now() + milliseconds{2});
+      about_to_raise.store(false);
+    }
+    FaultyOs::shift_level(thread, level);
+  }
+  std::atomic<bool> about_to_raise{false};
+
+ private:
+  os::FakeOs& fake_;
+};
+
+// The level was set after the thread had been given back, and stayed.
+TEST(Members, AThreadThatIsGivenBackIsNotRaisedByADispatcherThatSawItBefore) {
+  for (const bool all : {false, true}) {
+    SCOPED_TRACE(all ? "release" : "leave");
+    const graph::App app = two_chains();
+    os::FakeOs fake{os::fake_topology(1)};
+    fake.share_cpus(true);
+    SlowOs slow(fake);
+    LocalRegion memory(app.graph, 1);
+    SchedulerOptions options{
+        .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
+    auto scheduler = Scheduler::create(app, slow, std::move(options), os::CpuSet{0}, memory.region());
+    ASSERT_TRUE(scheduler.ok());
+    ASSERT_TRUE((*scheduler)->prepare().ok());
+    ASSERT_TRUE((*scheduler)->start().ok());
+    {
+      Program left(fake, **scheduler, memory.region(), "left", milliseconds{5});
+      fake.sleep_until(fake.now() + milliseconds{300});
+      const NodeId node = *app.graph.find_node("left");
+      const std::vector<os::ThreadId> threads = (*scheduler)->threads(node);
+      ASSERT_EQ(threads.size(), 1U);
+      while (!slow.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
+      if (all) {
+        (*scheduler)->release();
+      } else {
+        (*scheduler)->leave(node, "its process has ended");
+      }
+      fake.sleep_until(fake.now() + milliseconds{100});
+      EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
+    }
+    (*scheduler)->release();
+    EXPECT_TRUE((*scheduler)->finish().ok());
+  }
+}
+
+}  // namespace
+}  // namespace ctn::runtime

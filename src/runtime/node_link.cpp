@@ -1,0 +1,95 @@
+#include "runtime/node_link.h"
+
+#include <algorithm>
+
+namespace ctn::runtime {
+
+NodeLink::NodeLink(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region)
+    : os_(os),
+      node_(node),
+      predecessors_(graph.node(node).predecessors),
+      cell_(region.node(node)),
+      reports_(region.reports_reader(node)) {}
+
+bool NodeLink::add_thread(os::ThreadId thread) {
+  const std::lock_guard lock(mutex_);
+  const auto free = std::find(threads_.begin(), threads_.end(), 0);
+  if (free == threads_.end()) return false;
+  free->store(static_cast<std::int32_t>(thread), std::memory_order_release);
+  show_threads();
+  joined_.fetch_add(1, std::memory_order_release);
+  return true;
+}
+
+void NodeLink::remove_thread(os::ThreadId thread) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto slot = std::find(threads_.begin(), threads_.end(), static_cast<std::int32_t>(thread));
+    if (slot != threads_.end()) slot->store(0, std::memory_order_seq_cst);
+    show_threads();
+  }
+  wait_for_visitors();
+}
+
+void NodeLink::remove_all_threads() {
+  {
+    const std::lock_guard lock(mutex_);
+    for (std::atomic<std::int32_t>& slot : threads_) slot.store(0, std::memory_order_seq_cst);
+    show_threads();
+  }
+  wait_for_visitors();
+}
+
+// Visits are a few system calls long, of threads that outrank us; those that begin now do not see the thread any more.
+void NodeLink::wait_for_visitors() const {
+  constexpr Nanos kPause = std::chrono::microseconds{50};
+  while (visitors_.load(std::memory_order_seq_cst) != 0) os_.sleep_until(os_.now() + kPause);
+}
+
+// Also for the node, which adds up what its threads used.
+void NodeLink::show_threads() {
+  std::size_t count = 0;
+  for (std::size_t index = 0; index < threads_.size(); ++index) {
+    const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);
+    cell_.thread[index].store(thread, std::memory_order_release);
+    if (thread != 0) count = index + 1;
+  }
+  used_.store(count, std::memory_order_release);
+  cell_.threads.store(static_cast<std::uint32_t>(count), std::memory_order_release);
+}
+
+std::vector<os::ThreadId> NodeLink::threads() const {
+  std::vector<os::ThreadId> threads;
+  for_each_thread([&](os::ThreadId thread) { threads.push_back(thread); });
+  return threads;
+}
+
+bool NodeLink::has(os::ThreadId thread) const {
+  return std::find(threads_.begin(), threads_.end(), static_cast<std::int32_t>(thread)) != threads_.end();
+}
+
+void NodeLink::trigger(std::uint64_t token) {
+  cell_.word.store(static_cast<std::uint32_t>(token), std::memory_order_release);
+  os_.wake(cell_.word);
+}
+
+Links links_of(os::Os& os, const graph::Graph& graph, const Region& region) {
+  Links links;
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    const bool external = graph.nodes()[index].external;
+    links.push_back(external ? nullptr : std::make_unique<NodeLink>(os, graph, NodeId(index), region));
+  }
+  return links;
+}
+
+std::vector<SubchainLinks> subchain_links(const graph::Graph& graph, const Links& links, const Region& region) {
+  std::vector<SubchainLinks> all;
+  for (std::size_t index = 0; index < graph.subchains().size(); ++index) {
+    SubchainLinks& subchain = all.emplace_back();
+    subchain.signal = &region.signal(SubchainId(index));
+    for (const NodeId node : graph.subchains()[index].nodes) subchain.nodes.push_back(links[node.index()].get());
+  }
+  return all;
+}
+
+}  // namespace ctn::runtime

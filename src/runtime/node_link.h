@@ -1,0 +1,97 @@
+// The scheduler's end of a node's part of the region (region.h): its threads, its trigger, its reports. The node may be
+// of another process, and what it writes may be anything; what the scheduler must rely on stands here.
+//
+// Units: Nanos. Thread safety: threads may come and go at any time, from any thread, while controllers visit them: who
+// removes one waits until nobody visits it any more, so that what a visitor does to a thread is done before;
+// trigger() by the subchain's holder; the rest by the collector.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "graph/app.h"
+#include "os/os.h"
+#include "record/events.h"
+#include "runtime/region.h"
+#include "runtime/report.h"
+
+namespace ctn::runtime {
+
+class NodeLink {
+ public:
+  // All references outlive it.
+  NodeLink(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region);
+
+  NodeId node() const { return node_; }
+
+  // --- threads ---
+  // False: there is no room for another.
+  bool add_thread(os::ThreadId thread);
+  // Not from a visit.
+  void remove_thread(os::ThreadId thread);
+  void remove_all_threads();
+  std::vector<os::ThreadId> threads() const;
+  bool has(os::ThreadId thread) const;
+  // The same without a copy.
+  template <class Visit>
+  void for_each_thread(Visit&& visit) const {
+    // Sequentially consistent on both sides: either the visitor sees that a thread is gone, or who removes it sees the
+    // visitor.
+    visitors_.fetch_add(1, std::memory_order_seq_cst);
+    const std::size_t count = used_.load(std::memory_order_acquire);
+    for (std::size_t index = 0; index < count; ++index) {
+      const std::int32_t thread = threads_[index].load(std::memory_order_seq_cst);
+      if (thread != 0) visit(os::ThreadId{thread});
+    }
+    visitors_.fetch_sub(1, std::memory_order_seq_cst);
+  }
+  // Counts threads that were added.
+  std::uint32_t threads_joined() const { return joined_.load(std::memory_order_acquire); }
+
+  // --- triggers ---
+  void trigger(std::uint64_t token);
+
+  // --- reports ---
+  // Calls take(record::Run) for each run reported so far, oldest first.
+  template <class Take>
+  void drain(Take&& take) {
+    reports_.drain([&](std::span<const std::uint64_t> words) { take(decode_report(node_, predecessors_, words)); });
+  }
+  std::uint64_t lost_reports() const { return reports_.lost(); }
+  std::uint64_t broken_rings() const { return reports_.broken(); }
+
+ private:
+  void show_threads();  // under the lock
+  void wait_for_visitors() const;
+
+  os::Os& os_;
+  NodeId node_;
+  std::vector<NodeId> predecessors_;
+  NodeCell& cell_;
+  RingReader reports_;
+  std::mutex mutex_;                                                        // of those that change the threads
+  std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // 0: free
+  std::atomic<std::size_t> used_{0};                                        // none from here on
+  std::atomic<std::uint32_t> joined_{0};
+  mutable std::atomic<std::uint32_t> visitors_{0};
+};
+
+// The nodes of a subchain and its signal, as a controller sees them.
+struct SubchainLinks {
+  std::vector<NodeLink*> nodes;  // in the order they run
+  SignalCell* signal = nullptr;
+};
+
+// By NodeId; null for an external node.
+using Links = std::vector<std::unique_ptr<NodeLink>>;
+Links links_of(os::Os& os, const graph::Graph& graph, const Region& region);
+// By SubchainId.
+std::vector<SubchainLinks> subchain_links(const graph::Graph& graph, const Links& links, const Region& region);
+
+}  // namespace ctn::runtime

@@ -1,0 +1,247 @@
+// What a run is reported to have cost, and what sets a follower off, in virtual time.
+#include "runtime/node_port.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "base/run_access.h"
+#include "os/fake/fake_os.h"
+#include "policy/test_app.h"
+#include "runtime/node_link.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+class NodePortTest : public ::testing::Test {
+ protected:
+  void trigger() { region.node(node).word.fetch_add(1); }
+
+  // Waits for its trigger, and takes a millisecond for the run.
+  void run_once(Nanos cost = milliseconds{1}) {
+    trigger();
+    ASSERT_TRUE(port.wait_for_trigger());
+    port.begin(run);
+    fake.burn(cost);
+    port.end(run);
+  }
+
+  std::vector<Nanos> reported() {
+    std::vector<Nanos> costs;
+    link.drain([&](const record::Run& each) { costs.push_back(each.cpu); });
+    return costs;
+  }
+
+  os::FakeOs fake;
+  graph::App app =
+      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  NodeId node{std::size_t{0}};
+  LocalRegion memory{app.graph, 1};
+  Region& region = memory.region();
+  NodeLink link{fake, app.graph, node, region};
+  NodePort port{fake, app.graph, node, region};
+  ctn::Run run;
+};
+
+using Costs = std::vector<Nanos>;
+
+TEST_F(NodePortTest, WhatComesBeforeTheFirstRunIsNotCounted) {
+  fake.burn(milliseconds{7});
+  run_once();
+  EXPECT_EQ(reported(), Costs{milliseconds{1}});
+}
+
+TEST_F(NodePortTest, ComingStraightBackToWaitCountsAsTheRuns) {
+  run_once();
+  fake.burn(microseconds{10});
+  run_once();
+  EXPECT_EQ(reported(), (Costs{milliseconds{1}, microseconds{1010}}));
+}
+
+// A program may do other things between its runs; a run that seemed to take longer than it can would not be believed.
+TEST_F(NodePortTest, WhatElseAThreadDoesBetweenRunsIsNotCounted) {
+  run_once();
+  fake.burn(milliseconds{5});
+  run_once();
+  EXPECT_EQ(reported(), (Costs{milliseconds{1}, milliseconds{1}}));
+}
+
+TEST_F(NodePortTest, ARunThatBeginsLateIsNotSaidToTakeMoreThanItCan) {
+  run_once();
+  trigger();
+  ASSERT_TRUE(port.wait_for_trigger());
+  fake.burn(milliseconds{5});
+  port.begin(run);
+  fake.burn(milliseconds{1});
+  port.end(run);
+  EXPECT_EQ(reported(), (Costs{milliseconds{1}, milliseconds{1} + NodePort::kStraightBack}));
+}
+
+// A sensor, what follows it, and a third that has no part in it but takes all that the sensor gives.
+class FollowerTest : public ::testing::Test {
+ protected:
+  NodeId id(const char* name) const { return *app.graph.find_node(name); }
+
+  void give(bool output = true) {
+    feeder.begin(run);
+    if (!output) run.skip_output();
+    feeder.end(run);
+  }
+  // A thread that runs `sum`, each time for as long as it says. Stopped by port.stop().
+  std::unique_ptr<os::Thread> follow(Nanos cost = Nanos{0}) {
+    return fake.spawn("sum", [this, cost] {
+      ctn::Run own;
+      while (port.wait_for_trigger()) {
+        port.begin(own);
+        consumed.push_back(RunAccess::inputs(own)[0].last);
+        fake.burn(cost);
+        port.end(own);
+      }
+    });
+  }
+  void pass(Nanos time) { fake.sleep_until(fake.now() + time); }
+
+  os::FakeOs fake;
+  graph::App app = parse(R"(
+catan: 1
+app: followers
+nodes:
+  imu: { unscheduled: true, period: 5ms }
+  sum: { unscheduled: true }
+  log: { unscheduled: true, period: 20ms, input: queue }
+  sink: {}
+edges: [ imu -> sum -> sink, imu -> log ]
+objective: [ { period: sink, weight: 1 } ]
+)");
+  LocalRegion memory{app.graph, 1};
+  Region& region = memory.region();
+  NodePort feeder{fake, app.graph, id("imu"), region};
+  NodePort port{fake, app.graph, id("sum"), region};
+  ctn::Run run;
+  std::vector<std::uint64_t> consumed;
+};
+
+using Numbers = std::vector<std::uint64_t>;
+
+TEST_F(FollowerTest, EachOutputMakesARunThatHasIt) {
+  const auto thread = follow();
+  for (int count = 0; count < 3; ++count) {
+    give();
+    pass(milliseconds{5});
+  }
+  EXPECT_EQ(consumed, (Numbers{1, 2, 3}));
+  port.stop();
+  thread->join();
+}
+
+TEST_F(FollowerTest, WithoutOutputNoRun) {
+  const auto thread = follow();
+  for (const bool output : {false, true, false, true}) {
+    give(output);
+    pass(milliseconds{5});
+  }
+  EXPECT_EQ(consumed, (Numbers{2, 4}));
+  port.stop();
+  thread->join();
+}
+
+TEST_F(FollowerTest, WhatComesWhileItIsBusyMakesOneRunMore) {
+  const auto thread = follow(milliseconds{10});
+  give();
+  pass(milliseconds{1});
+  for (int count = 0; count < 3; ++count) give();
+  pass(milliseconds{50});
+  EXPECT_EQ(consumed, (Numbers{1, 4}));
+  port.stop();
+  thread->join();
+}
+
+TEST_F(FollowerTest, WhoComesLateWaitsForTheNextOutput) {
+  give();
+  NodePort late(fake, app.graph, id("sum"), region);
+  int runs = 0;
+  const auto thread = fake.spawn("late", [&] {
+    for (; late.wait_for_trigger(); ++runs) {
+    }
+  });
+  pass(milliseconds{5});
+  EXPECT_EQ(runs, 0);
+  give();
+  pass(milliseconds{5});
+  EXPECT_EQ(runs, 1);
+  late.stop();
+  thread->join();
+}
+
+// Whoever writes there without a reason, as often as it likes.
+TEST_F(FollowerTest, AWordThatLiesMakesRunsAndNoMore) {
+  const auto thread = follow();
+  for (const std::uint32_t word : {7U, 0U, 0xffffffffU, 1U << 31U}) {
+    region.node(id("sum")).word.store(word);
+    fake.wake(region.node(id("sum")).word);
+    pass(milliseconds{1});
+  }
+  EXPECT_EQ(consumed, (Numbers{0, 0, 0, 0}));
+  give();
+  pass(milliseconds{1});
+  EXPECT_EQ(consumed.back(), 1U);
+  port.stop();
+  thread->join();
+}
+
+// What the feeder gives in the new region before the follower has looked is not lost.
+TEST_F(FollowerTest, MovesToAnotherRegionWithItsFeeder) {
+  LocalRegion other(app.graph, 1);
+  const auto thread = follow(milliseconds{10});
+  give();
+  pass(milliseconds{1});  // busy
+  port.move_to(other.region());
+  feeder.move_to(other.region());
+  give();
+  pass(milliseconds{50});
+  EXPECT_EQ(consumed, (Numbers{1, 2}));
+  EXPECT_FALSE(port.uses(region) || feeder.uses(region));
+  give();
+  pass(milliseconds{50});
+  EXPECT_EQ(consumed, (Numbers{1, 2, 3}));
+  port.stop();
+  thread->join();
+}
+
+// The thread of a framework that has a timer of its own does not wait.
+TEST_F(FollowerTest, WhoDoesNotWaitIsCountedFromItsBegin) {
+  NodeLink link{fake, app.graph, id("sum"), region};
+  std::vector<Nanos> costs;
+  for (int count = 0; count < 2; ++count) {
+    give();
+    fake.burn(microseconds{10});
+    port.begin(run);
+    fake.burn(milliseconds{1});
+    port.end(run);
+  }
+  link.drain([&](const record::Run& each) { costs.push_back(each.cpu); });
+  EXPECT_EQ(costs, (Costs{milliseconds{1}, milliseconds{1}}));
+}
+
+TEST_F(FollowerTest, AnUnscheduledNodeTakesEachOutputOfItsQueueOnce) {
+  NodePort log(fake, app.graph, id("log"), region);
+  ctn::Run of_log;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> taken;
+  for (int count = 0; count < 3; ++count) {
+    give();
+    give();
+    log.begin(of_log);
+    const RunAccess::Input& input = RunAccess::inputs(of_log)[0];
+    taken.emplace_back(input.first, input.last);
+    log.end(of_log);
+  }
+  EXPECT_EQ(taken, (std::vector<std::pair<std::uint64_t, std::uint64_t>>{{1, 2}, {3, 4}, {5, 6}}));
+}
+
+}  // namespace
+}  // namespace ctn::runtime

@@ -1,0 +1,41 @@
+// What programs say to a server (server.h) and it to them, over its socket: one JSON object a message. It is said when
+// a node comes or goes, never on the hot path; for that there is the region (region.h).
+//
+//   {"hello": {"version": 1, "thread": 41}}     first, once: `thread` serves the connection and belongs to no node.
+//                                               Answered with the region's descriptor
+//   {"join": {"node": "LM", "thread": 42}}      the sender runs this node, in this thread
+//   {"add": {"node": "LM", "thread": 43}}       another thread that works for the node
+//   {"leave": {"node": "LM"}}                   the sender runs it no more
+// Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "mend": "..."}}.
+//
+// Whatever is said more than this is not understood, and refused. Thread safety: pure functions.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace ctn::runtime {
+
+constexpr std::int32_t kProtocolVersion = 1;
+
+struct Request {
+  enum class Kind { kHello, kJoin, kAdd, kLeave };
+  Kind kind = Kind::kHello;
+  std::int32_t version = kProtocolVersion;  // kHello
+  std::string node;                         // all but kHello
+  std::int32_t thread = 0;                  // all but kLeave; > 0
+  friend bool operator==(const Request&, const Request&) = default;
+};
+
+std::string to_text(const Request& request);
+// kCaller: what is not understood.
+Result<Request> parse_request(std::string_view text);
+
+std::string to_text(const Status& reply);
+// The status that was sent; kEnvironment where that cannot be understood.
+Status parse_reply(std::string_view text);
+
+}  // namespace ctn::runtime

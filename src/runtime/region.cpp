@@ -1,0 +1,151 @@
+#include "runtime/region.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include "runtime/report.h"
+
+namespace ctn::runtime {
+namespace {
+
+constexpr std::size_t kLine = 64;
+
+std::size_t to_whole_lines(std::size_t size) { return (size + kLine - 1) / kLine * kLine; }
+
+template <class T>
+std::span<T> view(std::span<std::byte> memory, std::size_t offset, std::size_t count) {
+  return {std::launder(reinterpret_cast<T*>(memory.data() + offset)), count};
+}
+
+template <class T>
+void construct(std::span<std::byte> memory, std::size_t offset, std::size_t count) {
+  for (std::size_t index = 0; index < count; ++index) new (memory.data() + offset + index * sizeof(T)) T();
+}
+
+Error not_a_region(std::string what) {
+  return Error::environment(std::move(what), "let the app and `catan` be of one version");
+}
+
+Result<RegionHeader> read_header(std::span<const std::byte> memory) {
+  RegionHeader header;
+  if (memory.size() < sizeof header) return not_a_region("the shared memory is too small for a region");
+  std::memcpy(&header, memory.data(), sizeof header);
+  if (header.magic != RegionHeader::kMagic) return not_a_region("the shared memory is not a region of Catan");
+  if (header.version != RegionHeader::kVersion) {
+    return not_a_region(fmt::format("the shared memory is of version {}, this program's of version {}", header.version,
+                                    RegionHeader::kVersion));
+  }
+  if (header.size != memory.size() || header.text_size > memory.size() - sizeof header) {
+    return not_a_region("the shared memory is not of the size that it says");
+  }
+  return header;
+}
+
+}  // namespace
+
+void Attention::nudge(os::Os& os) {
+  word.fetch_add(1, std::memory_order_release);
+  os.wake(word);
+}
+
+// Offsets in bytes from the region's start.
+struct Region::Layout {
+  Layout(const graph::Graph& graph, std::size_t cores, std::size_t text_size)
+      : attention_count(graph.subchains().size() + cores) {
+    pulse = to_whole_lines(sizeof(RegionHeader) + text_size);
+    attentions = pulse + sizeof(Pulse);
+    signals = attentions + attention_count * sizeof(Attention);
+    nodes = signals + graph.subchains().size() * sizeof(SignalCell);
+    std::size_t end = nodes + graph.nodes().size() * sizeof(NodeCell);
+    for (const graph::Node& node : graph.nodes()) {
+      rings.push_back(end);
+      if (node.external) continue;
+      const std::size_t words = kReports * report_words(node.predecessors.size());
+      end += sizeof(RingHeader) + to_whole_lines(words * sizeof(std::uint64_t));
+    }
+    size = end;
+  }
+
+  std::size_t attention_count;
+  std::size_t pulse = 0;
+  std::size_t attentions = 0;
+  std::size_t signals = 0;
+  std::size_t nodes = 0;
+  std::vector<std::size_t> rings;  // by NodeId
+  std::size_t size = 0;
+};
+
+std::size_t Region::size_for(const graph::Graph& graph, std::size_t cores, std::string_view text) {
+  return Layout(graph, cores, text.size()).size;
+}
+
+Region::Region(const graph::Graph& graph, const Layout& layout, std::span<std::byte> memory)
+    : pulse_(view<Pulse>(memory, layout.pulse, 1).data()),
+      attentions_(view<Attention>(memory, layout.attentions, layout.attention_count)),
+      signals_(view<SignalCell>(memory, layout.signals, graph.subchains().size())),
+      nodes_(view<NodeCell>(memory, layout.nodes, graph.nodes().size())) {
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    const graph::Node& node = graph.nodes()[index];
+    Ring& ring = rings_.emplace_back();
+    if (node.external) continue;
+    ring.stride = report_words(node.predecessors.size());
+    ring.header = view<RingHeader>(memory, layout.rings[index], 1).data();
+    ring.words = view<std::uint64_t>(memory, layout.rings[index] + sizeof(RingHeader), kReports * ring.stride);
+  }
+}
+
+Region Region::create(const graph::Graph& graph, std::size_t cores, std::string_view text,
+                      std::span<std::byte> memory) {
+  const Layout layout(graph, cores, text.size());
+  assert(memory.size() == layout.size);
+  RegionHeader header;
+  header.cores = static_cast<std::uint32_t>(cores);
+  header.size = layout.size;
+  header.text_size = text.size();
+  std::memcpy(memory.data(), &header, sizeof header);
+  if (!text.empty()) std::memcpy(memory.data() + sizeof header, text.data(), text.size());
+  construct<Pulse>(memory, layout.pulse, 1);
+  construct<Attention>(memory, layout.attentions, layout.attention_count);
+  construct<SignalCell>(memory, layout.signals, graph.subchains().size());
+  construct<NodeCell>(memory, layout.nodes, graph.nodes().size());
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    if (!graph.nodes()[index].external) construct<RingHeader>(memory, layout.rings[index], 1);
+  }
+  return {graph, layout, memory};
+}
+
+Result<std::string> Region::text(std::span<const std::byte> memory) {
+  const Result<RegionHeader> header = read_header(memory);
+  if (!header) return header.error();
+  return std::string(reinterpret_cast<const char*>(memory.data()) + sizeof(RegionHeader), header->text_size);
+}
+
+Result<Region> Region::open(const graph::Graph& graph, std::span<std::byte> memory) {
+  const Result<RegionHeader> header = read_header(memory);
+  if (!header) return header.error();
+  constexpr std::uint32_t kMostCores = 65536;
+  if (header->cores > kMostCores) return not_a_region("the shared memory is for more cores than there can be");
+  const Layout layout(graph, header->cores, header->text_size);
+  if (layout.size != memory.size()) return not_a_region("the shared memory is not laid out for its app");
+  return Region(graph, layout, memory);
+}
+
+RingWriter Region::reports_writer(NodeId node) const {
+  const Ring& ring = rings_[node.index()];
+  return {*ring.header, ring.words, ring.stride};
+}
+
+RingReader Region::reports_reader(NodeId node) const {
+  const Ring& ring = rings_[node.index()];
+  return {*ring.header, ring.words, ring.stride};
+}
+
+LocalRegion::LocalRegion(const graph::Graph& graph, std::size_t cores)
+    : memory_(to_whole_lines(Region::size_for(graph, cores, {})) / sizeof(Line)),
+      region_(Region::create(graph, cores, {},
+                             std::as_writable_bytes(std::span(memory_)).first(Region::size_for(graph, cores, {})))) {}
+
+}  // namespace ctn::runtime

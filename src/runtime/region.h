@@ -1,0 +1,141 @@
+// The memory through which nodes and their scheduler speak: triggers, ends of runs, reports of runs. One region an app.
+// In one process it lies on the heap; between processes it is a shared mapping, and all that is said on the hot path is
+// said through it, without a call to anybody but the kernel's futex.
+//
+// Laid out in one block, in this order, by rules that depend on the app alone, so that whoever has read the app finds
+// everything by itself:
+//   RegionHeader
+//   the app file's text
+//   Pulse
+//   Attention   one a subchain (who paces it sleeps there), then one a core (its dispatcher)
+//   SignalCell  one a subchain
+//   NodeCell    one a node
+//   a ring      one a node that is not external: RingHeader, then kReports reports (report.h)
+//
+// Everybody who has the region may write anything into it at any time. So nobody follows a number found there without
+// a check of its bounds, and nobody spins on it; what the scheduler must be able to rely on it keeps in memory of its
+// own.
+//
+// Units: bytes; Nanos in words of 64 bits. Thread safety: all cells are atomics.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "runtime/word_ring.h"
+
+namespace ctn::runtime {
+
+struct RegionHeader {
+  static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
+  static constexpr std::uint32_t kVersion = 3;
+
+  std::uint64_t magic = kMagic;
+  std::uint32_t version = kVersion;
+  std::uint32_t cores = 0;
+  std::uint64_t size = 0;  // of all
+  std::uint64_t text_size = 0;
+};
+
+// The server's sign of life: programs tell by it that a server is there but does nothing, as one that was stopped.
+struct alignas(64) Pulse {
+  std::atomic<std::uint32_t> beats{0};
+  std::atomic<std::int64_t> longest_pause{
+      0};  // ns; a server that is well never takes so long to the next. 0: none beats
+};
+
+// What a controller (controller.h) sleeps on.
+struct alignas(64) Attention {
+  std::atomic<std::uint32_t> word{0};
+
+  // Wakes it, for it to look at everything anew.
+  void nudge(os::Os& os);
+};
+
+// Between the nodes of a subchain and the controller that holds it.
+struct alignas(64) SignalCell {
+  std::atomic<std::uint64_t> completed{0};          // the newest token whose run has ended
+  std::atomic<std::uint32_t> listener{0};           // 1 + which attention the holder sleeps on; 0: none
+  std::atomic<std::uint32_t> wants_completions{0};  // only then is the holder woken when a run ends
+  std::atomic<std::int64_t> period{0};              // ns; what nodes go on at without a scheduler. 0: unknown
+  std::atomic<std::int32_t> threads{0};             // on how many a node's run should work; 0: no plan says
+};
+
+struct alignas(64) NodeCell {
+  static constexpr std::size_t kMaxThreads = 64;
+
+  // What the node sleeps on: low half of the newest token; of a node that follows, a count of what it was given.
+  std::atomic<std::uint32_t> word{0};
+  std::atomic<std::uint64_t> number{0};                         // of the newest run that began; 0: none
+  std::atomic<std::uint64_t> newest_output{0};                  // number of the newest run that gave output; 0: none
+  alignas(64) std::atomic<std::uint32_t> threads{0};            // none from here on, of those below
+  std::array<std::atomic<std::int32_t>, kMaxThreads> thread{};  // 0: none, or ended
+};
+
+class Region {
+ public:
+  static constexpr std::size_t kReports = 4096;
+
+  static std::size_t size_for(const graph::Graph& graph, std::size_t cores, std::string_view text);
+
+  // Lays out memory that is all zero, of size_for() bytes, aligned to 64. The memory outlives the region.
+  static Region create(const graph::Graph& graph, std::size_t cores, std::string_view text,
+                       std::span<std::byte> memory);
+
+  // Memory that another process has laid out. Errors (kEnvironment): it is not a region, or of another version, or not
+  // of the size that it says. First read the app from text(), then open() with its graph.
+  static Result<std::string> text(std::span<const std::byte> memory);
+  static Result<Region> open(const graph::Graph& graph, std::span<std::byte> memory);
+
+  Pulse& pulse() const { return *pulse_; }
+  std::size_t attentions() const { return attentions_.size(); }
+  Attention& attention(std::size_t index) const { return attentions_[index]; }
+  SignalCell& signal(SubchainId subchain) const { return signals_[subchain.index()]; }
+  NodeCell& node(NodeId node) const { return nodes_[node.index()]; }
+  // Of a node that is not external.
+  RingWriter reports_writer(NodeId node) const;
+  RingReader reports_reader(NodeId node) const;
+
+ private:
+  struct Layout;
+  struct Ring {
+    RingHeader* header = nullptr;
+    std::span<std::uint64_t> words;
+    std::size_t stride = 0;
+  };
+
+  Region(const graph::Graph& graph, const Layout& layout, std::span<std::byte> memory);
+
+  Pulse* pulse_;
+  std::span<Attention> attentions_;
+  std::span<SignalCell> signals_;
+  std::span<NodeCell> nodes_;
+  std::vector<Ring> rings_;  // by NodeId
+};
+
+// A region on the heap, for one process.
+class LocalRegion {
+ public:
+  LocalRegion(const graph::Graph& graph, std::size_t cores);
+
+  Region& region() { return region_; }
+
+ private:
+  struct alignas(64) Line {
+    std::array<std::byte, 64> bytes;
+  };
+  std::vector<Line> memory_;
+  Region region_;
+};
+
+}  // namespace ctn::runtime

@@ -1,0 +1,106 @@
+#include "runtime/registry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace ctn::runtime {
+
+Registry::ProgramId Registry::enter(os::ProcessId process) {
+  programs_[++next_].process = process;
+  return next_;
+}
+
+Registry::Answer Registry::hear(ProgramId id, os::ProcessId sender, std::string_view message) {
+  Program& program = programs_.at(id);
+  if (sender != program.process) {
+    return {to_text(Status(Error::caller("another process than the one that connected wrote this",
+                                         "connect in the process that runs the node"))),
+            false};
+  }
+  const Result<Request> request = parse_request(message);
+  if (!request) return {to_text(Status(request.error())), false};
+  const Status done = carry_out(program, *request);
+  return {to_text(done), done.ok() && request->kind == Request::Kind::kHello};
+}
+
+Status Registry::carry_out(Program& program, const Request& request) {
+  if (request.kind == Request::Kind::kHello) return hello(program, request);
+  if (!program.service) return Error::caller("nothing was said before hello", "say hello first");
+  const std::optional<NodeId> node = scheduler_.app().graph.find_node(request.node);
+  if (!node) {
+    return Error::caller(fmt::format("app {} has no node '{}'", scheduler_.app().name, request.node.substr(0, 100)),
+                         "use a name from its nodes section");
+  }
+  const os::ThreadId thread{request.thread};
+  if (request.kind == Request::Kind::kJoin) {
+    if (Status own = own_thread(program, thread); !own) return own;
+    if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
+    program.nodes.insert(*node);
+    return Done{};
+  }
+  if (!program.nodes.contains(*node)) {
+    return Error::caller(fmt::format("this program does not run node {}", request.node), "join it first");
+  }
+  if (request.kind == Request::Kind::kLeave) {
+    program.nodes.erase(*node);
+    scheduler_.leave(*node, "its program has ended it");
+    return Done{};
+  }
+  if (Status own = own_thread(program, thread); !own) return own;
+  return scheduler_.add_thread(*node, program.process, thread);
+}
+
+Status Registry::hello(Program& program, const Request& request) {
+  if (request.version != kProtocolVersion) {
+    return Error::caller(
+        fmt::format("the program speaks version {}, the server version {}", request.version, kProtocolVersion),
+        "let both be of one version");
+  }
+  if (program.service) return Error::caller("hello was said before", "say it once");
+  const os::ThreadId thread{request.thread};
+  if (Status own = own_thread(program, thread); !own) return own;
+  program.service = thread;
+  return Done{};
+}
+
+Status Registry::own_thread(const Program& program, os::ThreadId thread) const {
+  const Result<std::vector<os::ThreadId>> threads = os_.threads(program.process);
+  if (threads && std::binary_search(threads->begin(), threads->end(), thread)) return Done{};
+  return Error::caller(fmt::format("thread {} is not one of process {}", static_cast<std::int32_t>(thread),
+                                   static_cast<std::int32_t>(program.process)),
+                       "name a thread of your own");
+}
+
+void Registry::leave(ProgramId id, const std::string& why) {
+  const auto found = programs_.find(id);
+  if (found == programs_.end()) return;
+  for (const NodeId node : found->second.nodes) scheduler_.leave(node, why);
+  programs_.erase(found);
+}
+
+void Registry::look_for_threads() {
+  for (const auto& [id, program] : programs_) look_for_threads(program);
+}
+
+void Registry::look_for_threads(const Program& program) {
+  if (program.nodes.empty()) return;
+  const Result<std::vector<os::ThreadId>> living = os_.threads(program.process);
+  if (!living) return;  // it is ending: its connection will say so
+  for (const NodeId node : program.nodes) {
+    for (const os::ThreadId thread : scheduler_.threads(node)) {
+      if (!std::binary_search(living->begin(), living->end(), thread)) scheduler_.remove_thread(node, thread);
+    }
+  }
+  if (program.nodes.size() != 1) return;
+  const NodeId node = *program.nodes.begin();
+  for (const os::ThreadId thread : *living) {
+    if (thread == program.service) continue;
+    // No room is no fault of the node: its first threads are scheduled.
+    static_cast<void>(scheduler_.add_thread(node, program.process, thread));
+  }
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,72 @@
+// Which program runs which node: what a server (server.h) does with what programs say (protocol.h). It knows of no
+// socket, so the tests and the fuzzer speak to it directly.
+//
+// What it sees to:
+//   - only a program that has said hello is listened to; it may only name threads that are its own, and only nodes that
+//     it runs; a number of programs, and of nodes a program, that is bounded by the app's,
+//   - a message that another process wrote on a program's connection (a child that it forked, say) is refused,
+//   - when a program has ended, all its nodes leave,
+//   - all threads of a program that runs one node are the node's, also those that it makes later; only the one that
+//     serves the connection is not. Where a program runs several, the others say which they belong to ("add").
+//
+// Thread safety: one thread.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "os/os.h"
+#include "runtime/protocol.h"
+#include "runtime/scheduler.h"
+
+namespace ctn::runtime {
+
+class Registry {
+ public:
+  using ProgramId = std::uint64_t;
+
+  // Both outlive it.
+  Registry(os::Os& os, Scheduler& scheduler) : os_(os), scheduler_(scheduler) {}
+
+  // A program has connected.
+  ProgramId enter(os::ProcessId process);
+  struct Answer {
+    std::string text;
+    bool with_region = false;
+  };
+  // What to answer. `sender`: who wrote the message.
+  Answer hear(ProgramId program, os::ProcessId sender, std::string_view message);
+  // It has ended, or is turned away: `why` is for the notice.
+  void leave(ProgramId program, const std::string& why);
+
+  // Finds threads that programs have made or ended since it was last called: ten times a second is often enough.
+  void look_for_threads();
+
+  std::size_t programs() const { return programs_.size(); }
+
+ private:
+  struct Program {
+    os::ProcessId process{};
+    std::optional<os::ThreadId> service;  // once it has said hello
+    std::set<NodeId> nodes;
+  };
+
+  Status carry_out(Program& program, const Request& request);
+  Status hello(Program& program, const Request& request);
+  Result<NodeId> own_node(const Program& program, const std::string& name) const;
+  Status own_thread(const Program& program, os::ThreadId thread) const;
+  void look_for_threads(const Program& program);
+
+  os::Os& os_;
+  Scheduler& scheduler_;
+  std::map<ProgramId, Program> programs_;
+  ProgramId next_ = 0;
+};
+
+}  // namespace ctn::runtime

@@ -1,0 +1,48 @@
+#include "runtime/report.h"
+
+#include <cassert>
+
+namespace ctn::runtime {
+namespace {
+
+// Above 32 bits of mode and one that says whether the run gave output.
+constexpr unsigned kCpuShift = 33;
+
+}  // namespace
+
+void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, int on_cpu,
+                   std::span<std::uint64_t> words) {
+  assert(words.size() == report_words(RunAccess::inputs(run).size()));
+  words[0] = run.number();
+  words[1] = to_word(begin);
+  words[2] = to_word(end);
+  words[3] = static_cast<std::uint64_t>(cpu.count());
+  words[4] = (static_cast<std::uint64_t>(on_cpu + 1) << kCpuShift) | (std::uint64_t{RunAccess::mode(run)} << 1U) |
+             (RunAccess::emits(run) ? 1U : 0U);
+  std::size_t word = report_words(0);
+  for (const RunAccess::Input& input : RunAccess::inputs(run)) {
+    words[word++] = input.first;
+    words[word++] = input.last;
+  }
+}
+
+record::Run decode_report(NodeId node, std::span<const NodeId> predecessors, std::span<const std::uint64_t> words) {
+  record::Run run;
+  run.node = node;
+  run.number = words[0];
+  run.begin = to_time(words[1]);
+  run.end = to_time(words[2]);
+  run.cpu = Nanos{static_cast<Nanos::rep>(words[3])};
+  run.mode = static_cast<std::uint32_t>(words[4] >> 1U);
+  run.on_cpu = static_cast<int>(words[4] >> kCpuShift) - 1;
+  run.emitted = (words[4] & 1U) != 0;
+  std::size_t word = report_words(0);
+  for (const NodeId predecessor : predecessors) {
+    const std::uint64_t first = words[word++];
+    const std::uint64_t last = words[word++];
+    if (first != 0) run.consumed.push_back({predecessor, first, last});
+  }
+  return run;
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,252 @@
+#include "runtime/server.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "config/app_file.h"
+#include "os/linux/process.h"
+#include "runtime/socket_path.h"
+
+namespace ctn::runtime {
+namespace {
+
+constexpr os::Poller::Key kListener = 0;
+// Of one client in one turn: others are heard in between.
+constexpr int kMessagesATurn = 16;
+constexpr Nanos kLookForThreads = std::chrono::milliseconds{100};
+constexpr Nanos kTendGuard = std::chrono::seconds{1};
+// Who has connected and not said hello by then is turned away.
+constexpr Nanos kLongestSilence = std::chrono::seconds{5};
+constexpr Nanos kBeat = std::chrono::milliseconds{50};
+// Between two beats, before programs take the server for stopped: one at a real-time level is late only if the machine
+// is, others may have to wait for their turn.
+constexpr Nanos kLongestPause = std::chrono::milliseconds{250};
+constexpr Nanos kLongestOrdinaryPause = std::chrono::seconds{2};
+// More programs than nodes make no sense; a few more come and go.
+constexpr std::size_t kSpareClients = 64;
+
+constexpr unsigned kOwnUser = 0600;
+constexpr unsigned kEverybody = 0666;  // each is asked who it is
+
+}  // namespace
+
+Result<std::unique_ptr<Server>> Server::open(const std::string& app_file, os::Os& os, ServerOptions options) {
+  const Result<std::string> text = config::read_text(app_file);
+  if (!text) return text.error();
+  Result<graph::App> app = config::parse_app(*text, app_file);
+  if (!app) return app.error();
+  Result<os::CpuSet> cpus = choose_cpus(os, options.scheduler.cpus);
+  if (!cpus) return cpus.error();
+
+  std::string path = options.socket;
+  if (path.empty()) {
+    const Result<std::string> usual = socket_to_serve(app->name);
+    if (!usual) return usual.error();
+    path = *usual;
+  }
+  const bool alone = options.users.empty() && os::current_user() != 0;
+  Result<os::Listener> listener = os::Listener::open(path, alone ? kOwnUser : kEverybody);
+  if (!listener) return listener.error();
+  Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
+  if (!poller) return poller.error();
+  Result<os::SharedMemory> memory =
+      os::SharedMemory::create("catan", Region::size_for(app->graph, cpus->size(), *text));
+  if (!memory) return memory.error();
+  Region region = Region::create(app->graph, cpus->size(), *text, memory->bytes());
+
+  std::unique_ptr<Server> server(new Server(std::move(*app), os, std::move(options.users), std::move(*memory),
+                                            std::move(region), std::move(*listener), std::move(*poller)));
+  options.scheduler.guard = true;
+  server->has_pulse_ = options.scheduler.policy->follows_plan();
+  Result<std::unique_ptr<Scheduler>> scheduler =
+      Scheduler::create(server->app_, os, std::move(options.scheduler), std::move(*cpus), server->region_);
+  if (!scheduler) return scheduler.error();
+  server->scheduler_ = std::move(*scheduler);
+  server->registry_ = std::make_unique<Registry>(os, *server->scheduler_);
+  return server;
+}
+
+Server::Server(graph::App app, os::Os& os, std::vector<std::uint32_t> users, os::SharedMemory memory, Region region,
+               os::Listener listener, std::unique_ptr<os::Poller> poller)
+    : app_(std::move(app)),
+      os_(os),
+      users_(std::move(users)),
+      memory_(std::move(memory)),
+      region_(std::move(region)),
+      listener_(std::move(listener)),
+      poller_(std::move(poller)) {}
+
+Server::~Server() {
+  if (started_) static_cast<void>(finish());
+}
+
+Status Server::start() {
+  if (Status added = poller_->add(listener_.socket(), kListener); !added) return added;
+  if (Status ready = scheduler_->prepare(); !ready) return ready;
+  started_ = true;
+  every(kLookForThreads, [this] { registry_->look_for_threads(); });
+  every(kTendGuard, [this] { scheduler_->tend_guard(); });
+  every(kLongestSilence, [this] { turn_away_the_silent(); });
+  if (Status scheduled = scheduler_->start(); !scheduled) return scheduled;
+  if (has_pulse_) pulse_ = os_.spawn("catan-pulse", [this] { beat(); });
+  return Done{};
+}
+
+// In a thread of its own.
+void Server::beat() {
+  const bool raised = os_.set_level(os_.current_thread(), os::Level::kDispatcher).ok();
+  Pulse& pulse = region_.pulse();
+  pulse.longest_pause.store((raised ? kLongestPause : kLongestOrdinaryPause).count(), std::memory_order_release);
+  while (pulse_stops_.load(std::memory_order_acquire) == 0) {
+    pulse.beats.fetch_add(1, std::memory_order_release);
+    os_.wait(pulse_stops_, 0, os_.now() + kBeat);
+  }
+}
+
+Status Server::watch(const os::Descriptor& descriptor, std::function<void()> act) {
+  const Key key = next_key_;
+  next_key_ += 2;
+  if (Status added = poller_->add(descriptor, key); !added) return added;
+  keys_of_watched_[descriptor.number()] = key;
+  watched_[key] = std::move(act);
+  return Done{};
+}
+
+void Server::forget(const os::Descriptor& descriptor) {
+  poller_->remove(descriptor);
+  watched_.erase(keys_of_watched_[descriptor.number()]);
+}
+
+void Server::stop() {
+  stopping_.store(true);
+  poller_->wake();
+}
+
+Status Server::finish() {
+  if (!std::exchange(started_, false)) return Done{};
+  scheduler_->release();
+  while (!clients_.empty()) turn_away(clients_.begin()->first, "the server ends");
+  pulse_stops_.store(1, std::memory_order_release);
+  os_.wake(pulse_stops_);
+  pulse_.reset();
+  return scheduler_->finish();
+}
+
+void Server::run() {
+  while (!stopping_.exchange(false)) {
+    const std::vector<Key> ready = poller_->wait(do_errands());
+    for (const Key key : ready) serve(key);
+  }
+}
+
+void Server::serve(Key key) {
+  if (key == kListener) return let_in();
+  if (const auto watched = watched_.find(key); watched != watched_.end()) {
+    const std::function<void()> act = watched->second;  // it may forget itself
+    return act();
+  }
+  // A client has two keys: its socket's, which is even, and its process's.
+  const auto client = clients_.find(key & ~Key{1});
+  if (client == clients_.end()) return;  // turned away in this turn
+  if ((key & 1U) != 0) return turn_away(client->first, "its process has ended");
+  hear(client->first, client->second);
+}
+
+bool Server::may_register(const os::Peer& peer) const {
+  return peer.user == 0 || peer.user == os::current_user() ||
+         std::find(users_.begin(), users_.end(), peer.user) != users_.end();
+}
+
+void Server::let_in() {
+  Result<std::optional<os::Connection>> accepted = listener_.accept();
+  if (!accepted) {
+    if (turned_away_++ == 0) scheduler_->notice("clients", accepted.error().message());
+    return;
+  }
+  if (!*accepted) return;
+  os::Connection connection = std::move(**accepted);
+  const os::Peer peer = connection.peer();
+  std::optional<Error> refusal;
+  if (!may_register(peer)) {
+    refusal = Error::caller(fmt::format("user {} may not register with this server", peer.user),
+                            "let the server allow it: --allow-user");
+  } else if (static_cast<int>(peer.process) == 0) {
+    refusal = Error::caller("the kernel does not name the process: it is of another container",
+                            "let both share the namespace of processes");
+  } else if (clients_.size() >= app_.graph.nodes().size() + kSpareClients) {
+    refusal = Error::caller("there are more programs than nodes already", "end some");
+  }
+  if (refusal) {
+    if (turned_away_++ == 0) scheduler_->notice("clients", "turned away: " + refusal->message());
+    static_cast<void>(connection.send(to_text(Status(*refusal))));
+    return;
+  }
+  const Key key = next_key_;
+  next_key_ += 2;
+  Client client{std::move(connection), registry_->enter(peer.process), os_.now()};
+  const bool watched =
+      poller_->add(client.connection.socket(), key).ok() &&
+      (!client.connection.process().valid() || poller_->add(client.connection.process(), key | 1U).ok());
+  clients_.emplace(key, std::move(client));
+  if (!watched) turn_away(key, "it cannot be watched");
+}
+
+void Server::hear(Key key, Client& client) {
+  os::Message message;
+  for (int count = 0; count < kMessagesATurn; ++count) {
+    switch (client.connection.receive(message)) {
+      case os::Arrival::kNothing:
+        return;
+      case os::Arrival::kClosed:
+        return turn_away(key, "its program has hung up");
+      case os::Arrival::kMessage:
+        if (!answer(client, message)) return turn_away(key, "it does not read the answers");
+    }
+  }
+}
+
+bool Server::answer(Client& client, const os::Message& message) {
+  if (message.truncated) {
+    return client.connection.send(to_text(Status(Error::caller("a message was too long", "say less")))).ok();
+  }
+  const Registry::Answer answer = registry_->hear(client.program, message.sender.process, message.text);
+  client.greeted = client.greeted || answer.with_region;
+  return client.connection.send(answer.text, answer.with_region ? &memory_.descriptor() : nullptr).ok();
+}
+
+void Server::turn_away(Key key, const std::string& why) {
+  const auto client = clients_.find(key);
+  registry_->leave(client->second.program, why);
+  poller_->remove(client->second.connection.socket());
+  if (client->second.connection.process().valid()) poller_->remove(client->second.connection.process());
+  clients_.erase(client);
+}
+
+void Server::turn_away_the_silent() {
+  const TimePoint now = os_.now();
+  std::vector<Key> silent;
+  for (const auto& [key, client] : clients_) {
+    if (!client.greeted && now - client.since > kLongestSilence) silent.push_back(key);
+  }
+  for (const Key key : silent) turn_away(key, "it said nothing");
+}
+
+void Server::every(Nanos interval, std::function<void()> act) { errands_.push_back({interval, std::move(act)}); }
+
+// Returns when the next is due.
+TimePoint Server::do_errands() {
+  TimePoint next = kNever;
+  for (Errand& errand : errands_) {
+    const TimePoint now = os_.now();
+    if (now >= errand.due) {
+      errand.due = now + errand.interval;
+      errand.act();
+    }
+    next = std::min(next, errand.due);
+  }
+  return next;
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,115 @@
+// Schedules an app whose nodes are other processes', `catan serve`: a scheduler over shared memory, and a Unix socket
+// at which programs register the nodes that they run (client_engine.h is their side).
+//
+// Who may register: root, the user that the server runs as, and those that are named. What a program says is checked
+// (registry.h), what it writes into the shared memory is not believed (region.h), and nothing here waits for it: one
+// that floods the socket, says nothing, or is of another user is turned away. If the server is killed, a guardian gives
+// the nodes' threads their scheduling back. If it is stopped, programs see its pulse cease, and go on by themselves.
+//
+// Thread safety: open, start, run, finish, watch from one thread; stop and snapshot from any.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "catan/snapshot.h"
+#include "os/linux/connection.h"
+#include "os/linux/listener.h"
+#include "os/linux/poller.h"
+#include "os/linux/shared_memory.h"
+#include "os/os.h"
+#include "runtime/registry.h"
+#include "runtime/scheduler.h"
+
+namespace ctn::runtime {
+
+struct ServerOptions {
+  SchedulerOptions scheduler;
+  std::string socket;                // empty: socket_to_serve()
+  std::vector<std::uint32_t> users;  // who may register beside root and the server's own user
+};
+
+class Server {
+ public:
+  // Errors: all that is wrong with the app file, CPUs that are not there (kCaller); no shared memory, another server at
+  // the socket (kEnvironment).
+  static Result<std::unique_ptr<Server>> open(const std::string& app_file, os::Os& os, ServerOptions options);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  const graph::App& app() const { return app_; }
+  const std::string& socket() const { return listener_.path(); }
+
+  Status start();
+  // `act` is called in run() whenever the descriptor is readable, until it is forgotten.
+  Status watch(const os::Descriptor& descriptor, std::function<void()> act);
+  void forget(const os::Descriptor& descriptor);
+  // `act` is called in run(), so often. Before run().
+  void every(Nanos interval, std::function<void()> act);
+  // Serves until stop(). After release() nobody is scheduled any more, but programs are still heard.
+  void run();
+  void release() { scheduler_->release(); }
+  void stop();
+  // Gives everything back. The first error of the record.
+  Status finish();
+
+  bool warmed_up() const { return scheduler_->warmed_up(); }
+  Snapshot snapshot() const { return scheduler_->snapshot(); }
+
+ private:
+  struct Client {
+    os::Connection connection;
+    Registry::ProgramId program;
+    TimePoint since;
+    bool greeted = false;
+  };
+  using Key = os::Poller::Key;
+
+  Server(graph::App app, os::Os& os, std::vector<std::uint32_t> users, os::SharedMemory memory, Region region,
+         os::Listener listener, std::unique_ptr<os::Poller> poller);
+
+  void serve(Key key);
+  void let_in();
+  bool may_register(const os::Peer& peer) const;
+  void hear(Key key, Client& client);
+  bool answer(Client& client, const os::Message& message);
+  void turn_away(Key key, const std::string& why);
+  void turn_away_the_silent();
+  TimePoint do_errands();
+  void beat();
+
+  graph::App app_;
+  os::Os& os_;
+  std::vector<std::uint32_t> users_;
+  os::SharedMemory memory_;
+  Region region_;
+  os::Listener listener_;
+  std::unique_ptr<os::Poller> poller_;
+  std::unique_ptr<Scheduler> scheduler_;
+  std::unique_ptr<Registry> registry_;
+  std::map<Key, Client> clients_;  // by the even of its two keys
+  std::map<Key, std::function<void()>> watched_;
+  std::map<int, Key> keys_of_watched_;
+  struct Errand {
+    Nanos interval;
+    std::function<void()> act;
+    TimePoint due{};
+  };
+  std::vector<Errand> errands_;
+  Key next_key_ = 2;
+  std::uint64_t turned_away_ = 0;
+  std::atomic<bool> stopping_{false};
+  bool started_ = false;
+  bool has_pulse_ = false;  // policies that follow a plan, whose dispatchers a thread of its level speaks for
+  std::atomic<std::uint32_t> pulse_stops_{0};
+  std::unique_ptr<os::Thread> pulse_;
+};
+
+}  // namespace ctn::runtime

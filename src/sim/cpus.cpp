@@ -1,0 +1,591 @@
+#include "sim/cpus.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "base/mixed.h"
+
+namespace ctn::sim {
+
+MachineCosts MachineCosts::none() {
+  return {.timer_latency = Nanos{0},
+          .timer_jitter = Nanos{0},
+          .ordinary_timer_least = Nanos{0},
+          .ordinary_timer_most = Nanos{0},
+          .wake_same = Nanos{0},
+          .wake_other = Nanos{0},
+          .context_switch = Nanos{0},
+          .dispatch_timer = Nanos{0},
+          .dispatch_event = Nanos{0},
+          .run_overhead = Nanos{0},
+          .run_jitter = Nanos{0},
+          .gather = Nanos{0},
+          .planning = Nanos{0}};
+}
+
+Cpus::Cpus(const Machine& machine, std::vector<double> speeds, std::size_t threads, Client& client)
+    : costs_(machine.costs),
+      fair_(machine.fair),
+      limit_(machine.limit),
+      client_(client),
+      threads_(threads),
+      cpus_(speeds.size()),
+      events_due_(speeds.size() + threads) {
+  assert(speeds.size() <= static_cast<std::size_t>(kMostCpus));
+  for (std::size_t cpu = 0; cpu < speeds.size(); ++cpu) {
+    cpus_[cpu].speed = speeds[cpu];
+    cpus_[cpu].queue.reserve(threads);
+    cpus_[cpu].fair.reserve(threads);
+  }
+  roaming_.reserve(threads);
+}
+
+void Cpus::run_until(TimePoint end) {
+  settle();
+  while (events_due_.next() <= end) {
+    now_ = std::max(now_, events_due_.next());
+    const EventQueue::Source source = events_due_.pop();
+    ++events_;
+    if (source < cpus_.size()) {
+      cpu_event(static_cast<int>(source));
+    } else {
+      make_ready(source - static_cast<EventQueue::Source>(cpus_.size()));
+    }
+    settle();
+  }
+  now_ = std::max(now_, end);
+}
+
+// --- Who runs ---
+
+void Cpus::settle() {
+  while (!dirty_.empty()) reschedule(dirty_.take_lowest());
+}
+
+void Cpus::account(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  const Nanos spent = now_ - cpu.since;
+  if (limit_) enter_window(cpu);
+  cpu.since = now_;
+  if (cpu.current == kNobody || spent == Nanos{0}) return;
+  Entity& current = threads_[cpu.current];
+  current.left -= spent;
+  current.used += spent;
+  if (current.level > 0) {
+    cpu.used.real_time += spent;
+    if (current.level == kReserved) servers_[cpu.current]->ran(spent);
+    if (limit_) cpu.used_in_window += std::min(spent, now_.time_since_epoch() % limit_->period);
+  } else {
+    cpu.used.ordinary += spent;
+    current.vruntime += spent.count();
+  }
+}
+
+void Cpus::cpu_event(int number) {
+  account(number);
+  const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  if (cpu.current != kNobody && threads_[cpu.current].left <= Nanos{0}) {
+    finish(number);
+  } else {
+    touch(number);
+  }
+}
+
+// The current thread has had the CPU time that it needed.
+void Cpus::finish(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  const Thread thread = cpu.current;
+  touch(number);
+  if (client_.done(thread, number)) {
+    threads_[thread].begun = false;
+    begin_work(number, thread);
+    return;
+  }
+  Entity& entity = threads_[thread];
+  if (entity.level == 0) leave_fair(thread);
+  entity.state = State::kAsleep;
+  cpu.current = kNobody;
+}
+
+void Cpus::begin_work(int number, Thread thread) {
+  const Nanos work = client_.begin(thread, number);
+  Entity& entity = threads_[thread];
+  entity.begun = true;
+  entity.left += std::max(work, Nanos{0});
+}
+
+void Cpus::reschedule(int number) {
+  account(number);
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  if (cpu.current != kNobody && threads_[cpu.current].level == kReserved) give_way_without_budget(number);
+  const bool limit_reached = limited(number);
+  Thread next = best_real_time(number);
+  if (limit_reached && next != kNobody && threads_[next].level < kReserved) next = kNobody;
+  if (next == kNobody) next = best_ordinary(number);
+  if (next == kNobody && cpu.current == kNobody) next = pull_ordinary(number);
+  const Level level = level_on(cpu);
+  const bool must_go = limit_reached && level > 0 && level < kReserved;
+  if (must_go) ++throttled_;
+  if (next != kNobody && next != cpu.current) {
+    switch_to(number, next);
+  }
+  arm(number);
+}
+
+void Cpus::switch_to(int number, Thread next) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  const Thread before = cpu.current;
+  take_out_of_queue(next);
+  cpu.current = next;
+  Entity& entity = threads_[next];
+  entity.state = State::kRunning;
+  const auto from = static_cast<std::size_t>(entity.cpu);
+  if (entity.begun && cpus_[from].speed != cpu.speed) {
+    entity.left = Nanos{std::llround(static_cast<double>(entity.left.count()) * (cpus_[from].speed / cpu.speed))};
+  }
+  entity.cpu = number;
+  if (entity.level == 0) {
+    begin_slices_until_now(entity);
+    entity.protected_until = entity.deadline;
+  }
+  if (before != kNobody) {
+    threads_[before].state = State::kReady;
+    put_in_queue(before);
+  }
+  if (cpu.last != next) entity.left += costs_.context_switch;
+  cpu.last = next;
+  if (!entity.begun) begin_work(number, next);
+}
+
+// When the CPU has to be looked at next.
+void Cpus::arm(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  TimePoint at = kNever;
+  if (cpu.current != kNobody) {
+    const Entity& current = threads_[cpu.current];
+    at = now_ + std::max(current.left, Nanos{0});
+    if (current.level == 0 && !cpu.fair.empty()) {
+      at = std::min(at, now_ + Nanos{std::max<std::int64_t>(current.deadline - current.vruntime, 0)});
+    }
+    if (current.level == kReserved) {
+      at = std::min(at, now_ + std::max(servers_[cpu.current]->budget(), Nanos{0}));
+    } else if (current.level > 0 && limit_ && !cpu.fair.empty()) {
+      const Nanos window_end = (cpu.window + 1) * limit_->period;
+      const TimePoint limit_reached = now_ + std::max(limit_->runtime - cpu.used_in_window, Nanos{0});
+      at = std::min(at, std::min(limit_reached, TimePoint{window_end}));
+    }
+  }
+  if (limited(number)) at = std::min(at, TimePoint{(cpu.window + 1) * limit_->period});
+  events_due_.set(static_cast<EventQueue::Source>(number), at);
+}
+
+// --- Queues ---
+
+// Which of two threads of a queue is served first.
+bool Cpus::before(Thread a, Thread b) const {
+  const Entity& one = threads_[a];
+  const Entity& other = threads_[b];
+  return one.level > other.level || (one.level == other.level && one.order < other.order);
+}
+
+void Cpus::insert(std::vector<Thread>& queue, Thread thread) {
+  auto place = queue.end();
+  while (place != queue.begin() && !before(thread, *(place - 1))) --place;
+  queue.insert(place, thread);
+}
+
+void Cpus::wake(Thread thread, int from_cpu) {
+  const Entity& entity = threads_[thread];
+  if (entity.state != State::kAsleep) return;
+  const bool same = from_cpu < 0 || (entity.bound ? entity.cpus.lowest() : entity.cpu) == from_cpu;
+  const Nanos latency = same ? costs_.wake_same : costs_.wake_other;
+  if (latency == Nanos{0}) {
+    events_due_.set(source_of(thread), kNever);
+    make_ready(thread);
+  } else {
+    events_due_.set(source_of(thread), std::min(events_due_.time_of(source_of(thread)), now_ + latency));
+  }
+}
+
+void Cpus::wake_at(Thread thread, TimePoint time) {
+  if (time == kNever) return events_due_.set(source_of(thread), kNever);
+  events_due_.set(source_of(thread), std::max(time, now_) + timer_latency(thread));
+}
+
+// Anything between the least and the most, by the thread and the number of the timer alone.
+Nanos Cpus::timer_latency(Thread thread) {
+  Entity& entity = threads_[thread];
+  const bool ordinary = entity.level == 0;
+  const Nanos least = costs_.timer_latency + (ordinary ? costs_.ordinary_timer_least : Nanos{0});
+  const Nanos range = ordinary ? costs_.ordinary_timer_most - costs_.ordinary_timer_least : costs_.timer_jitter;
+  if (range <= Nanos{0}) return least;
+  return least + chance_below(range, ++entity.timers, thread);
+}
+
+void Cpus::make_ready(Thread thread) {
+  Entity& entity = threads_[thread];
+  if (entity.state == State::kNoBudget) replenish(thread);
+  if (entity.state != State::kAsleep) return;
+  entity.state = State::kReady;
+  entity.begun = false;
+  entity.left = Nanos{0};
+  entity.order = ++last_order_;
+  if (entity.level == kReserved && !has_budget(thread)) return;
+  if (entity.level == 0) entity.cpu = place_for_ordinary(entity);
+  put_in_queue(thread);
+}
+
+void Cpus::put_in_queue(Thread thread) {
+  Entity& entity = threads_[thread];
+  if (entity.level == 0) {
+    join_fair(thread, entity.cpu);
+    touch(entity.cpu);
+  } else if (entity.bound) {
+    const int cpu = entity.cpus.lowest();
+    insert(cpus_[static_cast<std::size_t>(cpu)].queue, thread);
+    touch(cpu);
+  } else {
+    insert(roaming_, thread);
+    const int cpu = place_for_roaming(entity);
+    if (dirty_.has(cpu)) {  // somebody else may be about to get it: look everywhere
+      for (CpuMask cpus = entity.cpus; !cpus.empty();) touch(cpus.take_lowest());
+    }
+    touch(cpu);
+  }
+}
+
+void Cpus::take_out_of_queue(Thread thread) {
+  const Entity& entity = threads_[thread];
+  if (entity.level == 0) {
+    std::vector<Thread>& fair = cpus_[static_cast<std::size_t>(entity.cpu)].fair;
+    fair.erase(std::find(fair.begin(), fair.end(), thread));
+    return;
+  }
+  std::vector<Thread>& queue = entity.bound ? cpus_[static_cast<std::size_t>(entity.cpus.lowest())].queue : roaming_;
+  if (queue.back() == thread) {
+    queue.pop_back();
+  } else {
+    queue.erase(std::find(queue.begin(), queue.end(), thread));
+  }
+}
+
+void Cpus::set_level(Thread thread, Level level) {
+  assert(level < kReserved);
+  Entity& entity = threads_[thread];
+  if (entity.level == level) return;
+  const bool raised = level > entity.level;
+  take_off_level(thread);
+  entity.level = level;
+  entity.order = raised ? ++last_order_ : --first_order_;
+  put_on_level(thread);
+}
+
+void Cpus::take_off_level(Thread thread) {
+  Entity& entity = threads_[thread];
+  if (entity.state == State::kReady) {
+    if (entity.level == 0) leave_fair(thread);
+    take_out_of_queue(thread);
+  } else if (entity.state == State::kRunning) {
+    account(entity.cpu);
+    if (entity.level == 0) leave_fair(thread);
+  } else if (entity.state == State::kNoBudget) {
+    events_due_.set(source_of(thread), kNever);
+    entity.state = State::kReady;
+  }
+}
+
+void Cpus::put_on_level(Thread thread) {
+  Entity& entity = threads_[thread];
+  if (entity.state == State::kReady) put_in_queue(thread);
+  if (entity.state == State::kRunning) {
+    if (entity.level == 0) {  // it joins those who wait in its place
+      const std::int64_t virtual_now = virtual_time(entity.cpu);
+      entity.vruntime = virtual_now;
+      entity.deadline = virtual_now + fair_.slice.count();
+      entity.protected_until = entity.deadline;
+      entity.competes = true;
+    }
+    touch(entity.cpu);
+  }
+}
+
+void Cpus::set_cpus(Thread thread, CpuMask mask) {
+  Entity& entity = threads_[thread];
+  if (entity.cpus == mask) return;
+  if (entity.state == State::kReady) {
+    if (entity.level == 0) leave_fair(thread);
+    take_out_of_queue(thread);
+  }
+  entity.cpus = mask;
+  entity.bound = mask.single();
+  const bool stays = mask.has(entity.cpu);
+  if (entity.state == State::kRunning && !stays) {
+    account(entity.cpu);
+    if (entity.level == 0) leave_fair(thread);
+    cpus_[static_cast<std::size_t>(entity.cpu)].current = kNobody;
+    touch(entity.cpu);
+    entity.state = State::kReady;
+  } else if (entity.state != State::kReady) {
+    if (entity.state == State::kRunning) touch(entity.cpu);
+    if (!stays && entity.state == State::kAsleep) entity.cpu = mask.lowest();
+    return;
+  }
+  if (!stays && entity.level == 0) entity.cpu = mask.lowest();
+  put_in_queue(thread);
+}
+
+// Where a real-time thread that may choose pre-empts somebody, if it can anywhere.
+int Cpus::place_for_roaming(const Entity& entity) const {
+  const auto level_at = [&](int cpu) { return level_on(cpus_[static_cast<std::size_t>(cpu)]); };
+  int best = entity.cpus.has(entity.cpu) ? entity.cpu : entity.cpus.lowest();
+  if (level_at(best) <= 0 && level_at(best) < entity.level) return best;
+  for (CpuMask others = entity.cpus; !others.empty();) {
+    const int cpu = others.take_lowest();
+    if (level_at(cpu) < level_at(best)) best = cpu;
+  }
+  if (level_at(best) < kReserved) return best;
+  for (CpuMask others = entity.cpus; !others.empty();) {  // all have deadlines: the latest gives way
+    const int cpu = others.take_lowest();
+    if (before(cpus_[static_cast<std::size_t>(best)].current, cpus_[static_cast<std::size_t>(cpu)].current)) best = cpu;
+  }
+  return best;
+}
+
+// Of those who wait and the one that runs; kNobody: no real-time thread at all.
+Cpus::Thread Cpus::best_real_time(int number) const {
+  const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  Thread best = cpu.current != kNobody && threads_[cpu.current].level > 0 ? cpu.current : kNobody;
+  if (!cpu.queue.empty() && (best == kNobody || before(cpu.queue.back(), best))) best = cpu.queue.back();
+  for (auto waiting = roaming_.rbegin(); waiting != roaming_.rend(); ++waiting) {
+    if (best != kNobody && !before(*waiting, best)) break;
+    if (!threads_[*waiting].cpus.has(number)) continue;
+    best = *waiting;
+    break;
+  }
+  return best;
+}
+
+// --- Ordinary threads ---
+
+int Cpus::place_for_ordinary(const Entity& entity) const {
+  const auto idle = [&](int number) {
+    const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+    return cpu.current == kNobody && cpu.fair.empty() && cpu.queue.empty();
+  };
+  const int stay = entity.cpus.has(entity.cpu) ? entity.cpu : entity.cpus.lowest();
+  if (entity.bound || idle(stay)) return stay;
+  for (CpuMask others = entity.cpus; !others.empty();) {
+    const int cpu = others.take_lowest();
+    if (idle(cpu)) return cpu;
+  }
+  return stay;
+}
+
+// The average of what all who compete have had.
+std::int64_t Cpus::virtual_time(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  std::int64_t sum = 0;
+  std::int64_t count = 0;
+  const auto add = [&](Thread thread) {
+    sum += threads_[thread].vruntime - cpu.virtual_time;
+    ++count;
+  };
+  if (cpu.current != kNobody && threads_[cpu.current].level == 0) add(cpu.current);
+  for (const Thread thread : cpu.fair) add(thread);
+  if (count > 0) cpu.virtual_time += sum / count;
+  return cpu.virtual_time;
+}
+
+// Comes with what it lacked, or had too much of, when it last left; what was too much is forgotten as others catch up.
+void Cpus::join_fair(Thread thread, int number) {
+  account(number);
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  Entity& entity = threads_[thread];
+  if (cpu.fair.empty() && cpu.current != kNobody && cpu.current != thread && threads_[cpu.current].level == 0) {
+    begin_slices_until_now(threads_[cpu.current]);
+  }
+  if (entity.competes) {  // it was only pre-empted
+    cpu.fair.push_back(thread);
+    return;
+  }
+  const std::int64_t virtual_now = virtual_time(number);
+  auto competitors = static_cast<std::int64_t>(cpu.fair.size());
+  if (cpu.current != kNobody && cpu.current != thread && threads_[cpu.current].level == 0) ++competitors;
+  std::int64_t lag = entity.lag;
+  if (lag < 0) lag = std::min<std::int64_t>(0, lag + std::max<std::int64_t>(virtual_now - entity.left_at, 0));
+  if (competitors > 0) lag = lag * (competitors + 1) / competitors;
+  entity.vruntime = virtual_now - lag;
+  entity.deadline = entity.vruntime + fair_.slice.count();
+  entity.competes = true;
+  cpu.fair.push_back(thread);
+}
+
+void Cpus::leave_fair(Thread thread) {
+  Entity& entity = threads_[thread];
+  account(entity.cpu);
+  const std::int64_t most = 2 * fair_.slice.count();
+  const std::int64_t virtual_now = virtual_time(entity.cpu);
+  entity.lag = std::clamp(virtual_now - entity.vruntime, -most, most);
+  entity.left_at = virtual_now;
+  entity.competes = false;
+}
+
+// Who runs alone goes from slice to slice unasked.
+void Cpus::begin_slices_until_now(Entity& entity) const {
+  const std::int64_t slice = fair_.slice.count();
+  if (entity.deadline <= entity.vruntime) {
+    entity.deadline += ((entity.vruntime - entity.deadline) / slice + 1) * slice;
+  }
+}
+
+// Of those who wait and the one that runs. Who was given the CPU has it for a slice; who has had more than its part
+// since gives way to anybody who wakes.
+Cpus::Thread Cpus::best_ordinary(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  Thread current = cpu.current;
+  if (current != kNobody && threads_[current].level > 0) current = kNobody;
+  if (cpu.fair.empty()) return current;
+  bool begins_another = false;
+  if (current != kNobody) {
+    Entity& entity = threads_[current];
+    if (entity.vruntime < entity.protected_until) return current;
+    begins_another = entity.vruntime >= entity.deadline;
+    if (begins_another) entity.deadline = entity.vruntime + fair_.slice.count();
+  }
+  const std::int64_t virtual_now = virtual_time(number);
+  Thread best = kNobody;
+  Thread least = kNobody;  // rounding may leave nobody below the average
+  const auto consider = [&](Thread thread) {
+    const Entity& entity = threads_[thread];
+    if (least == kNobody || entity.vruntime < threads_[least].vruntime) least = thread;
+    if (entity.vruntime > virtual_now) return;
+    if (best == kNobody || entity.deadline < threads_[best].deadline) best = thread;
+  };
+  for (const Thread thread : cpu.fair) consider(thread);
+  // As much as its part is as good as more: whoever wakes with nothing to its credit goes first, too.
+  if (current != kNobody && (best == kNobody || threads_[current].vruntime < virtual_now)) consider(current);
+  const Thread chosen = best != kNobody ? best : least;
+  if (chosen == current && current != kNobody && begins_another) {
+    threads_[current].protected_until = threads_[current].deadline;
+  }
+  return chosen;
+}
+
+// One that waits elsewhere, for a CPU that would be idle.
+Cpus::Thread Cpus::pull_ordinary(int number) {
+  std::size_t most = 0;
+  Thread found = kNobody;
+  for (const Cpu& cpu : cpus_) {
+    if (cpu.fair.size() <= most) continue;
+    const auto may = std::find_if(cpu.fair.begin(), cpu.fair.end(),
+                                  [&](Thread thread) { return threads_[thread].cpus.has(number); });
+    if (may == cpu.fair.end()) continue;
+    most = cpu.fair.size();
+    found = *may;
+  }
+  if (found == kNobody) return kNobody;
+  Entity& entity = threads_[found];
+  const int from = entity.cpu;
+  leave_fair(found);
+  take_out_of_queue(found);
+  if (entity.begun && cpus_[static_cast<std::size_t>(from)].speed != cpus_[static_cast<std::size_t>(number)].speed) {
+    entity.left =
+        Nanos{std::llround(static_cast<double>(entity.left.count()) * (cpus_[static_cast<std::size_t>(from)].speed /
+                                                                       cpus_[static_cast<std::size_t>(number)].speed))};
+  }
+  entity.cpu = number;
+  entity.left_at = virtual_time(number);
+  join_fair(found, number);
+  return found;
+}
+
+// --- Reservations ---
+
+void Cpus::reserve(Thread thread, Nanos runtime, Nanos period) {
+  if (servers_.empty()) servers_.resize(threads_.size());
+  take_off_level(thread);
+  Entity& entity = threads_[thread];
+  entity.level = kReserved;
+  dispatch::ReservationServer& server = servers_[thread].emplace(runtime, period);
+  server.wake(now_);
+  entity.order = server.deadline().time_since_epoch().count();
+  put_on_level(thread);
+}
+
+// Of a thread that wants to run; if not, it waits until it has.
+bool Cpus::has_budget(Thread thread) {
+  Entity& entity = threads_[thread];
+  dispatch::ReservationServer& server = *servers_[thread];
+  server.replenish(now_);
+  server.wake(now_);
+  entity.order = server.deadline().time_since_epoch().count();
+  if (server.may_run()) return true;
+  entity.state = State::kNoBudget;
+  events_due_.set(source_of(thread), server.replenished_at());
+  return false;
+}
+
+// The end of the period for which it has waited.
+void Cpus::replenish(Thread thread) {
+  Entity& entity = threads_[thread];
+  dispatch::ReservationServer& server = *servers_[thread];
+  server.replenish(now_);
+  entity.order = server.deadline().time_since_epoch().count();
+  entity.state = State::kReady;
+  put_in_queue(thread);
+}
+
+// Precondition: who runs has a reservation.
+void Cpus::give_way_without_budget(int number) {
+  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  const Thread thread = cpu.current;
+  const dispatch::ReservationServer& server = *servers_[thread];
+  if (server.may_run()) return;
+  ++out_of_budget_;
+  cpu.current = kNobody;
+  threads_[thread].state = State::kNoBudget;
+  if (server.replenished_at() <= now_) {
+    replenish(thread);
+  } else {
+    events_due_.set(source_of(thread), server.replenished_at());
+  }
+}
+
+// --- The real-time limit ---
+
+void Cpus::enter_window(Cpu& cpu) {
+  const std::int64_t window = now_.time_since_epoch() / limit_->period;
+  if (window == cpu.window) return;
+  cpu.window = window;
+  cpu.used_in_window = Nanos{0};
+}
+
+bool Cpus::limited(int number) const {
+  if (!limit_) return false;
+  const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
+  const bool wanted = !cpu.fair.empty() || (cpu.current != kNobody && threads_[cpu.current].level == 0);
+  return wanted && cpu.used_in_window >= limit_->runtime;
+}
+
+// --- Use ---
+
+Nanos Cpus::used_by(Thread thread) {
+  Entity& entity = threads_[thread];
+  if (entity.state == State::kRunning) account(entity.cpu);
+  return entity.used;
+}
+
+Cpus::Used Cpus::use_of(int cpu) {
+  account(cpu);
+  return cpus_[static_cast<std::size_t>(cpu)].used;
+}
+
+void Cpus::forget_use() {
+  for (std::size_t cpu = 0; cpu < cpus_.size(); ++cpu) {
+    account(static_cast<int>(cpu));
+    cpus_[cpu].used = {};
+  }
+}
+
+}  // namespace ctn::sim

@@ -1,0 +1,54 @@
+#include "sim/journal.h"
+
+#include <utility>
+
+#include "plan/json.h"
+
+namespace ctn::sim {
+
+Status Journal::close(TimePoint now, const record::Totals& totals, const os::HostFacts& host) {
+  if (!writer_) return Done{};
+  writer_->set_totals(totals);
+  Status closed = writer_->close(now, host);
+  writer_.reset();
+  return closed;
+}
+
+bool Journal::ended(const record::Run& run) {
+  gathering_.add(run);
+  if (writer_) writer_->add(run);
+  return hung_runs_.counts(run);
+}
+
+void Journal::triggered(const record::Trigger& trigger) {
+  gathering_.triggered(trigger.sent);
+  if (writer_) writer_->add(trigger);
+}
+
+void Journal::slot_over(const record::Slot& slot) {
+  if (writer_) writer_->add(slot);
+}
+
+void Journal::stole(const record::Steal& steal) {
+  gathering_.stole(steal.begin);
+  if (writer_) writer_->add(steal);
+}
+
+void Journal::hang_changed(SubchainId subchain, bool began, TimePoint at) {
+  if (began) {
+    ++hangs_;
+    hung_runs_.began(subchain, at);
+  }
+  if (writer_) writer_->add(policy::notice_of_hang(app_.graph.subchain(subchain).name, began, at));
+}
+
+void Journal::plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason) {
+  gathering_.plan_in_force(at, plan);
+  if (writer_) writer_->add(record::PlanChange{at, reason, plan::to_json(plan, app_)});
+}
+
+void Journal::cost_changed(const record::CostChange& change) {
+  if (writer_) writer_->add(change);
+}
+
+}  // namespace ctn::sim

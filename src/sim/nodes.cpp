@@ -1,0 +1,276 @@
+#include "sim/nodes.h"
+
+#include <algorithm>
+
+#include "base/mixed.h"
+#include "base/run_access.h"
+
+namespace ctn::sim {
+namespace {
+
+constexpr int kMostThreads = 64;  // of a node, as in a session
+
+int threads_of_node(const graph::Node& node, int cores) {
+  if (node.external) return 0;
+  return std::max(1, std::min({node.max_threads, cores, kMostThreads}));
+}
+
+}  // namespace
+
+std::size_t Nodes::threads_needed(const graph::App& app, int cores) {
+  std::size_t threads = 0;
+  for (const graph::Node& node : app.graph.nodes()) threads += static_cast<std::size_t>(threads_of_node(node, cores));
+  return threads;
+}
+
+Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKinds& kinds, RunCosts& costs, Cpus& cpus,
+             Cpus::Thread first, Listener& listener)
+    : app_(app),
+      kinds_(kinds),
+      costs_(costs),
+      cpus_(cpus),
+      first_(first),
+      listener_(listener),
+      overhead_(machine.costs.run_overhead),
+      jitter_(machine.costs.run_jitter),
+      real_time_(machine.real_time),
+      nodes_(app.graph.nodes().size()),
+      signals_(app.graph.subchains().size()) {
+  Cpus::Thread thread = first;
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    Node& node = nodes_[index];
+    node.id = NodeId(index);
+    node.described = &app.graph.nodes()[index];
+    node.subchain = node.described->subchain;
+    node.thread = thread;
+    const int threads = threads_of_node(*node.described, machine.cores);
+    node.helpers = std::max(threads - 1, 0);
+    node.used_before.resize(static_cast<std::size_t>(threads));
+    node_of_.insert(node_of_.end(), static_cast<std::size_t>(threads), index);
+    thread += static_cast<Cpus::Thread>(threads);
+    for (const NodeId predecessor : node.described->predecessors) {
+      nodes_[predecessor.index()].outputs.push_back({index, node.inputs.size()});
+      node.inputs.push_back(
+          {.predecessor = predecessor.index(), .queue = node.described->input == graph::InputKind::kQueue});
+    }
+    node.channels.resize(node.inputs.size());
+    if (node.described->follows) {
+      nodes_[node.described->follows->index()].followers.push_back(index);
+    } else if (node.described->unscheduled) {
+      node.period = node.described->period;
+    }
+    node.run.node = node.id;
+  }
+  for (const graph::Subchain& subchain : app.graph.subchains()) {
+    for (std::size_t i = 0; i + 1 < subchain.nodes.size(); ++i) {
+      nodes_[subchain.nodes[i].index()].next = subchain.nodes[i + 1].index();
+    }
+  }
+}
+
+void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first) {
+  const CpuMask mask(cpus);
+  for (Node& node : nodes_) {
+    if (node.described->external) continue;
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
+      cpus_.set_cpus(thread, mask);
+      cpus_.set_level(thread, level_of(node.described->unscheduled ? unscheduled : scheduled));
+    }
+    if (!node.period) continue;
+    node.next_begin = cpus_.now() + (first.empty() ? *node.period : first[node.id.index()]);
+    cpus_.wake_at(node.thread, node.next_begin);
+  }
+}
+
+// --- Triggers ---
+
+void Nodes::trigger(SubchainId subchain, std::uint64_t number, int from_cpu) {
+  wake(nodes_[app_.graph.subchain(subchain).head().index()], number, from_cpu);
+}
+
+void Nodes::wake(Node& node, std::uint64_t token, int from_cpu) {
+  node.word = token;
+  if (node.busy) return;
+  node.busy = true;
+  cpus_.wake(node.thread, from_cpu);
+}
+
+void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
+  Signal& signal = signals_[subchain.index()];
+  signal.completed = std::max(signal.completed, token);
+  if (signal.wants_completions && signal.holder) listener_.nudge(*signal.holder, from_cpu);
+}
+
+// --- Levels and cores ---
+
+void Nodes::set_level(SubchainId subchain, os::Level level) {
+  for (const NodeId id : app_.graph.subchain(subchain).nodes) {
+    const Node& node = nodes_[id.index()];
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level_of(level));
+    }
+  }
+}
+
+void Nodes::set_levels(SubchainId subchain, const policy::SubchainPlace& place) {
+  const std::vector<NodeId>& ids = app_.graph.subchain(subchain).nodes;
+  for (std::size_t position = 0; position < ids.size(); ++position) {
+    const Node& node = nodes_[ids[position].index()];
+    const bool reserved = real_time_ && !place.reservations.empty() && place.reservations[position].runtime > Nanos{0};
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
+      if (reserved) {
+        cpus_.reserve(thread, place.reservations[position].runtime, place.reservations[position].period);
+      } else {
+        cpus_.set_level(thread, level_of(place.level_of(position)));
+      }
+    }
+  }
+}
+
+void Nodes::move(SubchainId subchain, const os::CpuSet& cpus) {
+  const CpuMask mask(cpus);
+  for (const NodeId id : app_.graph.subchain(subchain).nodes) {
+    const Node& node = nodes_[id.index()];
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      cpus_.set_cpus(node.thread + static_cast<Cpus::Thread>(helper), mask);
+    }
+  }
+}
+
+// --- Runs ---
+
+Nanos Nodes::begin(Cpus::Thread thread, int cpu) {
+  Node& node = nodes_[node_of_[thread - first_]];
+  if (thread == node.thread) begin_run(node, cpu);
+  return node.share;
+}
+
+bool Nodes::done(Cpus::Thread thread, int cpu) {
+  Node& node = nodes_[node_of_[thread - first_]];
+  if (--node.working > 0) return false;  // whoever works longest ends the run
+  end_run(node, cpu);
+  if (node.period) {
+    node.next_begin = std::max(node.next_begin + *node.period, cpus_.now());
+    cpus_.wake_at(node.thread, node.next_begin);
+    return false;
+  }
+  node.busy = node.word != node.token;
+  if (thread == node.thread) return node.busy;
+  if (node.busy) cpus_.wake(node.thread, cpu);
+  return false;
+}
+
+int Nodes::threads_of(const Node& node) const {
+  if (node.helpers == 0) return 1;
+  const int planned = node.subchain ? signals_[node.subchain->index()].threads : 0;
+  const int wanted = planned > 0 ? std::min(planned, node.described->max_threads) : node.described->max_threads;
+  return costs_.threads_used(node.id, std::min(wanted, node.helpers + 1));
+}
+
+void Nodes::begin_run(Node& node, int cpu) {
+  node.token = node.word;
+  ++node.run.number;
+  node.run.begin = cpus_.now();
+  node.threads = threads_of(node);
+  const model::RunDraw draw =
+      costs_.draw(node.id, node.run.number, cpus_.now().time_since_epoch(), node.threads, kinds_.of(cpu));
+  node.run.mode = static_cast<std::uint32_t>(draw.mode);
+  node.share = draw.cpu + overhead_ + jitter_of(node.run);
+  node.working = node.threads;
+  for (int helper = 0; helper < node.threads; ++helper) {
+    const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
+    node.used_before[static_cast<std::size_t>(helper)] = cpus_.used_by(thread);
+    if (helper > 0) cpus_.wake(thread, cpu);
+  }
+  consume(node);
+}
+
+// Evenly spread, and the same for equal runs of equal nodes.
+Nanos Nodes::jitter_of(const record::Run& run) const {
+  return jitter_ == Nanos{0} ? Nanos{0} : chance_below(jitter_, run.number, run.node.index());
+}
+
+void Nodes::consume(Node& node) {
+  if (node.body || node.effect) {
+    RunAccess::reset(node.seen, node.run.number, node.inputs.size());
+    RunAccess::set_threads(node.seen, node.working);
+    node.seen.set_mode(node.run.mode);
+  }
+  if (node.body) node.body(node.seen);
+  node.run.consumed.clear();
+  for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
+    Input& input = node.inputs[slot];
+    const NodeId predecessor(input.predecessor);
+    if (node.body && input.has_channel) {
+      const RunAccess::Input taken = RunAccess::inputs(node.seen)[slot];
+      if (taken.first != 0) node.run.consumed.push_back({predecessor, taken.first, taken.last});
+      continue;
+    }
+    if (input.newest == 0) continue;
+    const std::uint64_t before = std::exchange(input.taken, input.newest);
+    input.waiting = 0;
+    if (!input.queue) {
+      node.run.consumed.push_back({predecessor, input.newest, input.newest});
+    } else if (input.newest > before) {
+      node.run.consumed.push_back({predecessor, before + 1, input.newest});
+    }
+  }
+}
+
+// At its first run, and then on average once a period, as long as it runs at least that often.
+bool Nodes::output_due(Node& node) {
+  if (!node.described->output_period) return true;
+  const TimePoint now = cpus_.now();
+  if (node.next_output && now < *node.next_output) return false;
+  node.next_output = std::max(node.next_output.value_or(now) + *node.described->output_period, now);
+  return true;
+}
+
+void Nodes::end_run(Node& node, int cpu) {
+  node.run.end = cpus_.now();
+  node.run.cpu = Nanos{0};
+  for (int helper = 0; helper < node.threads; ++helper) {
+    const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
+    node.run.cpu += cpus_.used_by(thread) - node.used_before[static_cast<std::size_t>(helper)];
+  }
+  node.run.on_cpu = cpu;
+  if (node.effect) node.effect(node.seen);
+  const bool has_code = node.body || node.effect;
+  const bool skips = has_code && !RunAccess::emits(node.seen);
+  node.run.emitted = !skips && output_due(node);
+  if (has_code) {
+    if (!node.run.emitted) node.seen.skip_output();
+    RunAccess::finish_writes(node.seen);
+  }
+  listener_.run_ended(node.run);
+  if (node.run.emitted) publish(node);
+  hand_on(node, node.run.emitted, cpu);
+}
+
+void Nodes::publish(Node& node) {
+  for (const Output& output : node.outputs) {
+    Node& consumer = nodes_[output.node];
+    Input& input = consumer.inputs[output.input];
+    if (consumer.body && input.has_channel) continue;  // the channel itself counts what waits, and what is lost
+    if (input.queue && input.waiting == QueueChannel<int>::kCapacity) {
+      ++dropped_;
+      continue;
+    }
+    ++input.waiting;
+    input.newest = node.run.number;
+  }
+}
+
+void Nodes::hand_on(Node& node, bool emits, int cpu) {
+  if (node.next && emits) {
+    wake(nodes_[*node.next], node.token, cpu);
+  } else if (node.subchain) {
+    complete(*node.subchain, node.token, cpu);
+  } else if (emits) {
+    for (const std::size_t follower : node.followers) wake(nodes_[follower], node.run.number, cpu);
+  }
+}
+
+}  // namespace ctn::sim

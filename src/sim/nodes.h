@@ -1,0 +1,164 @@
+// The app's nodes as the runtime has them (runtime/node_port.h, node_threads.h): a thread a node, which sleeps until a
+// trigger comes, takes its inputs, works, and hands on. A trigger carries the number of the subchain's trigger that it
+// goes back to; one that comes while the node is busy replaces what waits. The tail, or whoever gives no output, says
+// that the subchain's run has ended. An unscheduled node has a timer, or is set off by the output of whom it follows.
+//
+// A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
+// with the last of them.
+//
+// Units: in the types. Thread safety: none; one owner.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "catan/channel.h"
+#include "catan/run.h"
+#include "graph/app.h"
+#include "policy/assignment.h"
+#include "policy/cpu_kinds.h"
+#include "record/events.h"
+#include "sim/cpus.h"
+#include "sim/machine.h"
+#include "sim/run_costs.h"
+
+namespace ctn::sim {
+
+using Body = std::function<void(Run&)>;
+
+// Between a subchain's nodes and the controller that holds it.
+struct Signal {
+  std::uint64_t completed = 0;  // the newest trigger whose run has ended
+  std::optional<std::size_t> holder;
+  bool wants_completions = false;
+  int threads = 0;  // on how many a node's run should work; 0: no plan says
+};
+
+class Nodes {
+ public:
+  // Who hears of what nodes do.
+  class Listener {
+   public:
+    virtual ~Listener() = default;
+    virtual void run_ended(const record::Run& run) = 0;  // good for the call
+    virtual void nudge(std::size_t controller, int from_cpu) = 0;
+  };
+
+  // How many threads they need in all.
+  static std::size_t threads_needed(const graph::App& app, int cores);
+
+  // Its threads are `first` and those that follow. All outlive it.
+  Nodes(const graph::App& app, const Machine& machine, const policy::CpuKinds& kinds, RunCosts& costs, Cpus& cpus,
+        Cpus::Thread first, Listener& listener);
+
+  // --- before anything runs ---
+  void set_body(NodeId node, Body body) { nodes_[node.index()].body = std::move(body); }
+  void set_effect(NodeId node, Body effect) { nodes_[node.index()].effect = std::move(effect); }
+  // Runs of `consumer` consume over its slot-th input what its function reads there.
+  void use_channel(NodeId consumer, std::size_t slot) { nodes_[consumer.index()].inputs[slot].has_channel = true; }
+  // The channel of the edge; null where there is no such edge between nodes of ours.
+  template <class C>
+  C* channel(NodeId from, NodeId to);
+  // Places all threads, and sets the timers of unscheduled nodes going: each `first` (by NodeId) after now, or where
+  // that is empty after a period of its own.
+  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first);
+
+  // --- by controllers ---
+  Signal& signal(SubchainId subchain) { return signals_[subchain.index()]; }
+  void trigger(SubchainId subchain, std::uint64_t number, int from_cpu);
+  void set_level(SubchainId subchain, os::Level level);
+  // Or reservations: where a node has several threads, each has the node's reservation for itself.
+  void set_levels(SubchainId subchain, const policy::SubchainPlace& place);
+  void move(SubchainId subchain, const os::CpuSet& cpus);
+
+  // --- by the CPUs' client; threads counted from `first` ---
+  Nanos begin(Cpus::Thread thread, int cpu);
+  bool done(Cpus::Thread thread, int cpu);
+
+  std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  struct Input {
+    std::size_t predecessor = 0;
+    bool queue = false;
+    bool has_channel = false;
+    std::uint64_t taken = 0;    // the newest run consumed so far
+    std::uint64_t newest = 0;   // output that is there
+    std::uint64_t waiting = 0;  // outputs in the queue
+  };
+  struct Output {
+    std::size_t node = 0;
+    std::size_t input = 0;
+  };
+  struct Node {
+    NodeId id;
+    const graph::Node* described = nullptr;
+    std::optional<SubchainId> subchain;
+    std::optional<std::size_t> next;     // in the subchain
+    std::vector<std::size_t> followers;  // unscheduled
+    Cpus::Thread thread = 0;             // its own; those that help follow
+    int helpers = 0;
+    std::vector<Input> inputs;
+    std::vector<Output> outputs;
+    Body body;
+    Body effect;
+    std::vector<std::unique_ptr<ChannelBase>> channels;  // by input
+    std::optional<Nanos> period;                         // of its timer, if it has one
+    TimePoint next_begin{};                              // by its timer
+    std::optional<TimePoint> next_output;
+
+    std::uint64_t word = 0;          // the newest trigger, or output of whom it follows
+    std::uint64_t token = 0;         // that of the newest run
+    bool busy = false;               // woken, or at work
+    int threads = 1;                 // of the run
+    int working = 0;                 // of these, still at it
+    Nanos share{0};                  // that each of them works
+    std::vector<Nanos> used_before;  // by thread
+    ctn::Run seen;                   // the run as its function sees it
+    record::Run run;                 // reused
+  };
+
+  void begin_run(Node& node, int cpu);
+  void consume(Node& node);
+  Nanos jitter_of(const record::Run& run) const;
+  void end_run(Node& node, int cpu);
+  bool output_due(Node& node);
+  void publish(Node& node);
+  void hand_on(Node& node, bool emits, int cpu);
+  void wake(Node& node, std::uint64_t token, int from_cpu);
+  void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
+  int threads_of(const Node& node) const;
+  Cpus::Level level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::Level>(level) : 0; }
+
+  const graph::App& app_;
+  const policy::CpuKinds& kinds_;
+  RunCosts& costs_;
+  Cpus& cpus_;
+  Cpus::Thread first_;
+  Listener& listener_;
+  Nanos overhead_;
+  Nanos jitter_;
+  bool real_time_;
+  std::vector<Node> nodes_;
+  std::vector<Signal> signals_;
+  std::vector<std::size_t> node_of_;  // by thread, from `first`
+  std::uint64_t dropped_ = 0;
+};
+
+template <class C>
+C* Nodes::channel(NodeId from, NodeId to) {
+  Node& node = nodes_[to.index()];
+  for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
+    if (node.inputs[slot].predecessor != from.index() || nodes_[from.index()].described->external) continue;
+    if (!node.channels[slot]) node.channels[slot] = std::make_unique<C>(static_cast<std::uint32_t>(slot));
+    use_channel(to, slot);
+    return dynamic_cast<C*>(node.channels[slot].get());
+  }
+  return nullptr;
+}
+
+}  // namespace ctn::sim

@@ -1,0 +1,128 @@
+// What a simulation came to, and how it is gathered: run by run, in bounded memory.
+//
+// What counts is what lies between the end of the warm-up and the end, all that it spans included, as in the report of
+// a real run (report/metrics.h).
+//
+// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values; Gathering has one owner.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/statistics.h"
+#include "graph/app.h"
+#include "plan/plan.h"
+#include "record/events.h"
+#include "record/lineage.h"
+#include "sim/histogram.h"
+
+namespace ctn::sim {
+
+// A response time of the objective.
+struct ChainOutcome {
+  std::string path;
+  double weight = 0.0;
+  std::optional<double> bound_ms;
+  std::uint64_t over_bound = 0;  // response times above it
+  SampleSummary response_ms;
+  SampleSummary latency_ms;
+  SampleSummary period_ms;
+  std::optional<double> predicted_ms;  // response time, averaged over the plans in force
+};
+
+// A node that is not external.
+struct NodeOutcome {
+  std::string name;
+  std::uint64_t runs = 0;
+  std::uint64_t outputs = 0;
+  double rate_hz = 0.0;
+  bool too_slow = false;  // below its min_rate
+  bool too_fast = false;  // above its max_rate
+  SampleSummary period_ms;
+  SampleSummary compute_ms;
+};
+
+struct CoreOutcome {
+  double real_time = 0.0;  // of the time
+  double ordinary = 0.0;
+};
+
+struct Outcome {
+  std::string app;
+  std::string scheduler;
+  double measured_s = 0.0;
+  double source_hz =
+      0.0;  // rate of the first subchain's head, as planned (averaged over the plans in force) or hand-set
+  std::vector<ChainOutcome> chains;  // in the order of the objective
+  std::vector<NodeOutcome> nodes;    // in the order of the app
+  std::vector<CoreOutcome> cores;
+  std::optional<double> objective;            // as measured, of means; none where a term was not
+  std::optional<double> objective_predicted;  // averaged over the plans in force; none without a plan
+  double relax_factor = 1.0;                  // the largest of plans in force
+  std::uint64_t triggers = 0;
+  std::uint64_t steals = 0;
+  std::uint64_t hangs = 0;
+  std::uint64_t dropped = 0;    // values that a full queue lost
+  std::uint64_t throttled = 0;  // how often real-time threads were kept from a core for the sake of ordinary ones
+  std::uint64_t plans_made = 0;
+  std::uint64_t plans_adopted = 0;  // the first included
+  std::uint64_t cost_changes = 0;
+};
+
+class Gathering {
+ public:
+  // `app` outlives it.
+  Gathering(const graph::App& app, TimePoint warm_from);
+
+  // A run has ended; each after those it consumed.
+  void add(const record::Run& run);
+  void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
+  void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
+  void plan_in_force(TimePoint since, const plan::Plan& plan);
+
+  // All but what only the simulation knows.
+  Outcome outcome(TimePoint end) const;
+
+ private:
+  struct Chain {
+    record::ChainTracker tracker;
+    Nanos bound{0};  // 0: none
+    std::uint64_t over_bound = 0;
+    Histogram response;
+    Histogram latency;
+    Histogram period;
+  };
+  struct Node {
+    std::vector<std::size_t> chains;  // that it is in
+    std::optional<TimePoint> last_end;
+    std::uint64_t runs = 0;
+    std::uint64_t outputs = 0;
+    Histogram period;
+    Histogram compute;
+  };
+  // What a plan promises, times the seconds that it was in force.
+  struct Promise {
+    double seconds = 0.0;
+    double objective = 0.0;
+    double source_hz = 0.0;
+    std::vector<double> responses;
+  };
+  Promise promised(TimePoint until) const;
+  void measure_objective(Outcome& outcome) const;
+
+  const graph::App& app_;
+  TimePoint warm_from_;
+  std::vector<Chain> chains_;
+  std::vector<Node> nodes_;
+  std::uint64_t triggers_ = 0;
+  std::uint64_t steals_ = 0;
+  Promise past_;
+  std::optional<Promise> current_;  // for a second
+  TimePoint current_since_{};
+  double relax_factor_ = 1.0;
+  double relax_factor_now_ = 1.0;
+};
+
+}  // namespace ctn::sim

@@ -1,0 +1,354 @@
+#include "sim/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "policy/measured_costs.h"
+#include "policy/planned.h"
+#include "policy/replan.h"
+#include "sim/controllers.h"
+#include "sim/cpus.h"
+
+namespace ctn::sim {
+namespace {
+
+// As the runtime's housekeeper.
+constexpr Nanos kTick = std::chrono::milliseconds{50};
+
+os::CpuSet first_cpus(int count) {
+  std::vector<int> numbers;
+  for (int cpu = 0; cpu < count; ++cpu) numbers.push_back(cpu);
+  return os::CpuSet(std::move(numbers));
+}
+
+std::vector<double> speeds(const graph::App& app, const Machine& machine) {
+  std::vector<double> speeds;
+  for (int core = 0; core < machine.cores; ++core) {
+    speeds.push_back(app.core_kinds.empty() ? 1.0 : app.core_kinds[app.kind_of(core)].speed);
+  }
+  if (machine.housekeeper_elsewhere) speeds.push_back(1.0);
+  return speeds;
+}
+
+static_assert(kMostCores < kMostCpus);
+
+// All that is decided before anything runs.
+struct Setting {
+  graph::App app;
+  os::CpuSet cpus;
+  policy::CpuKinds kinds;
+  double slack;
+};
+
+}  // namespace
+
+// Threads: of nodes, of controllers, the housekeeper's, background loads.
+class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
+ public:
+  Impl(Setting setting, std::unique_ptr<RunCosts> costs, Options options)
+      : setting_(std::move(setting)),
+        options_(std::move(options)),
+        costs_(std::move(costs)),
+        app_(setting_.app),
+        first_controller_(static_cast<Cpus::Thread>(Nodes::threads_needed(app_, options_.machine.cores))),
+        housekeeper_(first_controller_ + static_cast<Cpus::Thread>(most_controllers())),
+        cpus_(options_.machine, speeds(app_, options_.machine), housekeeper_ + 1 + options_.machine.background.size(),
+              *this),
+        nodes_(app_, options_.machine, setting_.kinds, *costs_, cpus_, 0, *this),
+        warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
+        journal_(app_, warm_from_),
+        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, journal_),
+        measured_(app_),
+        clock_(TimePoint{}, app_.scheduler) {}
+
+  Status prepare() {
+    const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
+    if (options_.plans.empty()) {
+      const policy::Policy& policy = *options_.policy;
+      if (policy.needs_costs() && !options_.costs) {
+        return Error::caller(
+            fmt::format("scheduler '{}' decides once, by compute times that are known before", policy.name()),
+            fmt::format("say which: {}:COSTS.yaml", policy.name()));
+      }
+      const model::CostTable& known = policy.needs_costs() ? *options_.costs : unmeasured;
+      Result<policy::Decision> decision = options_.policy->decide(situation(known, known));
+      if (!decision) return decision.error();
+      decision_ = std::move(*decision);
+    } else {
+      decision_ = follow_next_plan(unmeasured);
+    }
+    if (decision_.plan) setting_.slack = decision_.plan->slack;
+    if (Status opened = open_record(); !opened) return opened;
+    if (decision_.plan) {
+      adopted(options_.policy->adapts() ? policy::PlanReason::kBootstrap : policy::PlanReason::kStatic);
+    }
+    return Done{};
+  }
+
+  Status finish() {
+    record::Totals totals;
+    totals.plans_made = clock_.budget().plans();
+    totals.planning_cpu = options_.machine.costs.planning * static_cast<Nanos::rep>(totals.plans_made);
+    totals.starved = cpus_.throttled();
+    return journal_.close(cpus_.now(), totals, host_facts());
+  }
+
+  void run_for(Nanos duration) {
+    const TimePoint end = cpus_.now() + duration;
+    if (!started_) start();
+    if (cpus_.now() < warm_from_ && end >= warm_from_) {
+      cpus_.run_until(warm_from_);
+      cpus_.forget_use();
+    }
+    cpus_.run_until(end);
+  }
+
+  Outcome outcome() {
+    const TimePoint now = cpus_.now();
+    Outcome outcome = journal_.gathering().outcome(now);
+    outcome.scheduler = options_.policy->name();
+    const auto measured = static_cast<double>(std::max(now - warm_from_, Nanos{0}).count());
+    for (int core = 0; core < options_.machine.cores; ++core) {
+      const Cpus::Used used = cpus_.use_of(core);
+      CoreOutcome& shown = outcome.cores.emplace_back();
+      if (measured <= 0.0) continue;
+      shown.real_time = static_cast<double>(used.real_time.count()) / measured;
+      shown.ordinary = static_cast<double>(used.ordinary.count()) / measured;
+    }
+    const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
+    if (!options_.policy->follows_plan() && !places.empty()) {
+      outcome.source_hz = Rate::every(places.front().pacing.period).hertz();
+    }
+    outcome.hangs = journal_.hangs();
+    outcome.dropped = nodes_.dropped();
+    outcome.throttled = cpus_.throttled();
+    outcome.plans_made = clock_.budget().plans();
+    outcome.plans_adopted = plans_adopted_;
+    outcome.cost_changes = cost_changes_;
+    return outcome;
+  }
+
+  Nodes& nodes() { return nodes_; }
+  const Cpus& cpus() const { return cpus_; }
+  TimePoint warm_from() const { return warm_from_; }
+
+  // --- What threads do ---
+
+  Nanos begin(Cpus::Thread thread, int cpu) override {
+    if (thread < first_controller_) return nodes_.begin(thread, cpu);
+    if (thread < housekeeper_) return controllers_.begin(thread, cpu);
+    if (thread == housekeeper_) return keep_house();
+    return options_.machine.background[thread - housekeeper_ - 1].busy;
+  }
+
+  bool done(Cpus::Thread thread, int cpu) override {
+    if (thread < first_controller_) return nodes_.done(thread, cpu);
+    if (thread < housekeeper_) return controllers_.done(thread);
+    if (thread == housekeeper_) {
+      end_keeping_house();
+    } else {
+      BackgroundState& load = background_[thread - housekeeper_ - 1];
+      load.next = std::max(load.next + load.period, cpus_.now());
+      if (load.next <= cpus_.now()) return true;
+      cpus_.wake_at(thread, load.next);
+    }
+    return false;
+  }
+
+ private:
+  struct BackgroundState {
+    Nanos period{0};
+    TimePoint next{};
+  };
+
+  // A subchain that is the only one shares with nobody.
+  int core_controllers() const {
+    return options_.policy->follows_plan() && app_.graph.subchains().size() > 1 ? options_.machine.cores : 0;
+  }
+  std::size_t most_controllers() const {
+    return app_.graph.subchains().size() + static_cast<std::size_t>(core_controllers());
+  }
+
+  void start() {
+    started_ = true;
+    const bool raises = options_.policy->raises();
+    nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
+                 raises ? decision_.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
+    controllers_.start(decision_.assignment, setting_.cpus, decision_.dispatcher_level, options_.phases.subchains);
+    const Machine& machine = options_.machine;
+    cpus_.set_cpus(housekeeper_, machine.housekeeper_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
+    if (options_.policy->adapts()) cpus_.wake_at(housekeeper_, TimePoint{} + kTick);
+    for (const BackgroundLoad& load : machine.background) {
+      const Cpus::Thread thread = housekeeper_ + 1 + static_cast<Cpus::Thread>(background_.size());
+      background_.push_back({std::max(load.period, Nanos{1}), TimePoint{}});
+      cpus_.set_cpus(thread, CpuMask::only(load.core));
+      cpus_.wake(thread, -1);
+    }
+  }
+
+  // --- What nodes tell ---
+
+  void run_ended(const record::Run& run) override {
+    const bool tells_costs = journal_.ended(run);
+    if (!options_.policy->adapts() || !tells_costs) return;
+    const std::optional<record::CostChange> change = measured_.add(run, setting_.kinds.of(run.on_cpu));
+    if (!change) return;
+    journal_.cost_changed(*change);
+    ++cost_changes_;
+    cost_changed_ = true;
+  }
+
+  void nudge(std::size_t controller, int from_cpu) override { controllers_.nudge(controller, from_cpu); }
+
+  // --- Planning anew, as the runtime's housekeeper does ---
+
+  Nanos keep_house() {
+    if (!options_.plans.empty()) {
+      if (plans_followed_ < options_.plans.size() && TimePoint{} + options_.plans[plans_followed_].at <= cpus_.now()) {
+        next_ = follow_next_plan(model::CostTable(app_.graph, Millis{0}));
+      }
+      return options_.machine.costs.gather;
+    }
+    if (std::exchange(cost_changed_, false)) clock_.changed(policy::PlanReason::kChange);
+    const TimePoint now = cpus_.now();
+    const std::optional<policy::PlanReason> due = clock_.due(now, measured_.all_measured());
+    if (!due || (*due != policy::PlanReason::kMeasured && !options_.replan)) return options_.machine.costs.gather;
+    plan_anew(*due);
+    clock_.made(now, *due, options_.machine.costs.planning);
+    return options_.machine.costs.gather + options_.machine.costs.planning;
+  }
+
+  void plan_anew(policy::PlanReason reason) {
+    const Millis unmeasured = app_.scheduler.bootstrap_cost;
+    const model::CostTable costs = measured_.costs(unmeasured);
+    const model::CostTable typical = measured_.typical_costs(unmeasured);
+    Result<std::optional<policy::Decision>> decision =
+        policy::replacement(*options_.policy, situation(costs, typical), decision_, reason);
+    if (!decision || !*decision) return;
+    next_ = std::move(*decision);
+    next_reason_ = reason;
+  }
+
+  void end_keeping_house() {
+    if (next_) {
+      decision_ = std::move(*next_);
+      next_.reset();
+      controllers_.publish(decision_.assignment);
+      adopted(next_reason_);
+    }
+    cpus_.wake_at(housekeeper_, cpus_.now() + kTick);
+  }
+
+  void adopted(policy::PlanReason reason) {
+    ++plans_adopted_;
+    journal_.plan_in_force(cpus_.now(), *decision_.plan, policy::to_string(reason));
+  }
+
+  os::HostFacts host_facts() const {
+    return {.utc = {},
+            .kernel = "none: simulated",
+            .cpu_model = "simulated",
+            .governor = {},
+            .clock_source = "virtual time",
+            .cpu_count = options_.machine.cores};
+  }
+
+  Status open_record() {
+    if (!options_.recording) return Done{};
+    record::Header header;
+    header.scheduler = options_.policy->name();
+    header.cpus = setting_.cpus;
+    header.host = host_facts();
+    header.real_time = options_.machine.real_time && options_.policy->raises();
+    if (decision_.plan) header.slack = setting_.slack;
+    header.stealing = options_.stealing;
+    header.warm_up = warm_from_ - TimePoint{};
+    header.note = options_.recording->note;
+    auto writer = record::Writer::create(options_.recording->path, app_, header);
+    if (!writer) return writer.error();
+    journal_.record_to(std::move(*writer));
+    return Done{};
+  }
+
+  policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const {
+    return {.app = app_,
+            .cpus = setting_.cpus,
+            .costs = costs,
+            .typical = typical,
+            .slack = setting_.slack,
+            .stealing = options_.stealing,
+            .frames = options_.frames};
+  }
+  // Of the plans that are given.
+  policy::Decision follow_next_plan(const model::CostTable& costs) {
+    return policy::PlannedPolicy::following(options_.plans[plans_followed_++].plan, situation(costs, costs));
+  }
+
+  Setting setting_;
+  Options options_;
+  std::unique_ptr<RunCosts> costs_;
+  const graph::App& app_;
+  Cpus::Thread first_controller_;
+  Cpus::Thread housekeeper_;
+  Cpus cpus_;
+  Nodes nodes_;
+  TimePoint warm_from_;
+  Journal journal_;
+  Controllers controllers_;
+  std::vector<BackgroundState> background_;
+  bool started_ = false;
+
+  policy::MeasuredCosts measured_;
+  policy::ReplanClock clock_;
+  policy::Decision decision_;             // in force
+  std::size_t plans_followed_ = 0;        // of those that are given
+  std::optional<policy::Decision> next_;  // made, and soon in force
+  policy::PlanReason next_reason_ = policy::PlanReason::kStatic;
+  bool cost_changed_ = false;
+  std::uint64_t cost_changes_ = 0;
+  std::uint64_t plans_adopted_ = 0;
+};
+
+Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, std::unique_ptr<RunCosts> costs,
+                                                       Options options) {
+  const Machine& machine = options.machine;
+  if (machine.cores < 1 || machine.cores > kMostCores) {
+    return Error::caller(fmt::format("{} cores cannot be simulated", machine.cores),
+                         fmt::format("choose from 1 to {}", kMostCores));
+  }
+  const os::CpuSet cpus = first_cpus(machine.cores);
+  if (Status fits = policy::CpuKinds::fits(app, cpus); !fits) return fits.error();
+  Setting setting{app, cpus, policy::CpuKinds(app, cpus),
+                  options.slack.value_or(app.scheduler.slack.value_or(graph::kDefaultSlack))};
+  setting.app.scheduler.frames = options.frames.value_or(app.scheduler.frames);
+  auto impl = std::make_unique<Impl>(std::move(setting), std::move(costs), std::move(options));
+  if (Status prepared = impl->prepare(); !prepared) return prepared.error();
+  return std::unique_ptr<Simulation>(new Simulation(std::move(impl)));
+}
+
+Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Simulation::~Simulation() = default;
+
+void Simulation::set_body(NodeId node, Body body) { impl_->nodes().set_body(node, std::move(body)); }
+void Simulation::set_effect(NodeId node, Body effect) { impl_->nodes().set_effect(node, std::move(effect)); }
+void Simulation::use_channel(NodeId consumer, std::size_t slot) { impl_->nodes().use_channel(consumer, slot); }
+TimePoint Simulation::now() const { return impl_->cpus().now(); }
+TimePoint Simulation::warm_from() const { return impl_->warm_from(); }
+void Simulation::run_for(Nanos duration) { impl_->run_for(duration); }
+Outcome Simulation::outcome() { return impl_->outcome(); }
+std::uint64_t Simulation::events() const { return impl_->cpus().events(); }
+Status Simulation::finish() { return impl_->finish(); }
+Nodes& Simulation::nodes() { return impl_->nodes(); }
+
+Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs, Options options, Nanos measured) {
+  auto simulation = Simulation::create(app, std::move(costs), std::move(options));
+  if (!simulation) return simulation.error();
+  (*simulation)->run_for((*simulation)->warm_from() - TimePoint{} + measured);
+  if (Status finished = (*simulation)->finish(); !finished) return finished.error();
+  return (*simulation)->outcome();
+}
+
+}  // namespace ctn::sim

@@ -1,0 +1,492 @@
+// Apps in virtual time, each worked by hand, on a machine where scheduling costs nothing.
+#include "sim/simulation.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/cost_file.h"
+#include "policy/test_app.h"
+#include "record/reader.h"
+#include "sim/batch.h"
+#include "sim/json.h"
+
+namespace ctn::sim {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+model::Workload work_of(const graph::App& app, const std::string& costs) {
+  Result<model::Workload> work = config::parse_workload(costs, "test.costs.yaml", app);
+  if (!work) {
+    ADD_FAILURE() << work.error().message();
+    std::abort();
+  }
+  return std::move(*work);
+}
+
+std::unique_ptr<Simulation> simulation_of(const graph::App& app, const std::string& costs, const std::string& policy,
+                                          int cores = 1, std::uint64_t seed = 1, bool ideal = true) {
+  Options options{.policy = *policy::make_policy(policy)};
+  options.machine.cores = cores;
+  if (ideal) options.machine.costs = MachineCosts::none();
+  auto made = Simulation::create(app, std::make_unique<DrawnCosts>(app, work_of(app, costs), seed), options);
+  if (!made) {
+    ADD_FAILURE() << made.error().message();
+    std::abort();
+  }
+  return std::move(*made);
+}
+
+Outcome simulate(const graph::App& app, const std::string& costs, const std::string& policy, int cores = 1) {
+  auto simulation = simulation_of(app, costs, policy, cores);
+  simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{20});
+  return simulation->outcome();
+}
+
+const NodeOutcome& node(const Outcome& outcome, const std::string& name) {
+  for (const NodeOutcome& each : outcome.nodes) {
+    if (each.name == name) return each;
+  }
+  ADD_FAILURE() << name;
+  std::abort();
+}
+
+// camera 2, detect 10, motor 1: one subchain, one after the other on one core.
+const char* const kRow = R"(
+catan: 1
+app: row
+nodes: { camera: { fallback_rate: 50Hz }, detect: {}, motor: {} }
+edges: [ camera -> detect -> motor ]
+subchains: { row: [camera, detect, motor] }
+objective: [ { response_time: [camera, detect, motor], weight: 1, max: 30ms } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)";
+const char* const kRowCosts = "camera: 2ms\ndetect: 10ms\nmotor: 1ms\n";
+
+TEST(Simulation, OneSubchainAtAHandSetRate) {
+  const Outcome outcome = simulate(parse(kRow), kRowCosts, "default");
+  const ChainOutcome& chain = outcome.chains.front();
+  EXPECT_DOUBLE_EQ(chain.latency_ms.max, 13.0);
+  EXPECT_DOUBLE_EQ(chain.latency_ms.mean, 13.0);
+  EXPECT_DOUBLE_EQ(chain.period_ms.mean, 20.0);
+  EXPECT_DOUBLE_EQ(chain.response_ms.max, 33.0) << "begin of the frame before to the end: 20 + 13";
+  EXPECT_EQ(chain.over_bound, chain.response_ms.count);
+  EXPECT_NEAR(node(outcome, "detect").rate_hz, 50.0, 0.06);
+  EXPECT_NEAR(outcome.cores.front().ordinary, 0.65, 0.001);
+  EXPECT_EQ(outcome.plans_made, 0U);
+}
+
+// Catan triggers the next run as soon as the last has ended: 13 + 13.
+TEST(Simulation, OneSubchainUnderCatan) {
+  const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan");
+  const ChainOutcome& chain = outcome.chains.front();
+  EXPECT_NEAR(chain.response_ms.mean, 26.0, 0.001);
+  EXPECT_NEAR(*chain.predicted_ms, 26.0, 0.001);
+  EXPECT_NEAR(*outcome.objective, *outcome.objective_predicted, 0.001);
+  EXPECT_EQ(chain.over_bound, 0U);
+  EXPECT_NEAR(outcome.cores.front().real_time, 1.0, 0.001);
+}
+
+// On two cores that it owns, detect works on one frame while the camera takes the next: every 10 ms, latency 13 ms.
+// Run `number` of a node takes two seconds if the number is in the list, else 10 ms.
+class SometimesHangs : public RunCosts {
+ public:
+  explicit SometimesHangs(std::vector<std::uint64_t> hung) : hung_(std::move(hung)) {}
+  int threads_used(NodeId /*node*/, int /*most*/) const override { return 1; }
+  model::RunDraw draw(NodeId /*node*/, std::uint64_t number, Nanos /*since_start*/, int /*threads*/,
+                      std::size_t /*kind*/) override {
+    const bool hangs = std::find(hung_.begin(), hung_.end(), number) != hung_.end();
+    return {.cpu = hangs ? seconds{2} : milliseconds{10}};
+  }
+
+ private:
+  std::vector<std::uint64_t> hung_;
+};
+
+TEST(Simulation, RunsThatHungAloneDoNotMakeThePlan) {
+  const graph::App app = parse(R"(
+catan: 1
+app: lone
+nodes: { lone: {} }
+objective: [ { response_time: [lone], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  const auto outcome_of = [&](std::vector<std::uint64_t> hung) {
+    Options options{.policy = *policy::make_policy("catan")};
+    options.machine.costs = MachineCosts::none();
+    return *sim::simulate(app, std::make_unique<SometimesHangs>(std::move(hung)), options, seconds{20});
+  };
+  const Outcome alone = outcome_of({600, 620, 640});
+  EXPECT_EQ(alone.hangs, 3U);
+  EXPECT_NEAR(*alone.objective_predicted, 20.0, 1e-6);
+  EXPECT_EQ(alone.plans_adopted, 2U) << "the one of the bootstrap and the measured one";
+  EXPECT_GT(outcome_of({600, 601, 602, 603, 604, 605}).plans_adopted, 2U) << "the node has become that slow";
+}
+
+TEST(Simulation, ASubchainOverTwoCoresIsAPipeline) {
+  const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan", 2);
+  const ChainOutcome& chain = outcome.chains.front();
+  EXPECT_NEAR(chain.period_ms.mean, 10.0, 0.05);
+  EXPECT_NEAR(chain.response_ms.mean, 23.0, 0.2);
+  EXPECT_LE(chain.response_ms.p95, *chain.predicted_ms * 1.01);
+}
+
+TEST(Simulation, WorkersShareARunOfAParallelNode) {
+  std::string text = kRow;
+  text.replace(text.find("detect: {}"), 10, "detect: { max_threads: 2 }");
+  const graph::App app = parse(text);
+  const Outcome outcome = simulate(app, kRowCosts, "default", 2);
+  EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.max, 8.0) << "detect: twice 5 ms at the same time";
+  EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0) << "all threads added up";
+}
+
+// a (high) 3 of every 10 ms, b 4 of every 20: b is pre-empted by nobody, as it fits between, a never waits.
+const char* const kTwo = R"(
+catan: 1
+app: two
+nodes: { a: { fallback_rate: 100Hz }, b: { fallback_rate: 50Hz } }
+edges: [ a -> b ]
+objective:
+  - { response_time: [a], weight: 1 }
+  - { response_time: [b], weight: 0.1 }
+scheduler: { slack: 0%, bootstrap: 1s }
+)";
+
+TEST(Simulation, FixedPrioritiesPreempt) {
+  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 12ms\n", "fifo");
+  EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 3.0);
+  // b begins at 3, is pre-empted from 10 to 13, and has its last 5 ms until 18.
+  EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 15.0);
+  EXPECT_DOUBLE_EQ(outcome.chains[1].response_ms.max, 35.0);
+  EXPECT_NEAR(outcome.cores.front().real_time, 0.9, 0.001);
+}
+
+TEST(Simulation, AnOverloadedLowPriorityStarves) {
+  const Outcome outcome = simulate(parse(kTwo), "a: 9ms\nb: 10ms\n", "fifo");
+  EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(node(outcome, "b").rate_hz, 10.0, 0.2) << "1 of 10 ms is left";
+}
+
+TEST(Simulation, TwoNodesTakeTurnsOnOneCoreAsPlanned) {
+  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 12ms\n", "catan");
+  for (const ChainOutcome& chain : outcome.chains) {
+    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.02 * *chain.predicted_ms) << chain.path;
+  }
+  EXPECT_GE(outcome.cores.front().real_time, 0.99);
+}
+
+TEST(Simulation, QueueNodesTakeAllSinceTheirLastRun) {
+  const graph::App app = parse(R"(
+catan: 1
+app: batch
+nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
+edges: [ fast -> slow ]
+objective: [ { response_time: [fast, slow], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const Outcome outcome = simulate(app, "fast: 1ms\nslow: 2ms\n", "fifo", 2);
+  // Every run of fast reaches the end, the oldest of a batch of ten after about a period of slow.
+  EXPECT_NEAR(static_cast<double>(outcome.chains.front().latency_ms.count), 2000.0, 15.0);
+  EXPECT_NEAR(outcome.chains.front().latency_ms.max, 102.0, 1.1);
+  EXPECT_EQ(outcome.dropped, 0U);
+}
+
+TEST(Simulation, OutputLessOftenThanRuns) {
+  std::string text = kRow;
+  text.replace(text.find("detect: {}"), 10, "detect: { output_period: 100ms }");
+  const Outcome outcome = simulate(parse(text), kRowCosts, "default");
+  EXPECT_NEAR(node(outcome, "detect").rate_hz, 50.0, 0.06);
+  EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
+}
+
+TEST(Simulation, UnscheduledNodesRunByThemselves) {
+  const graph::App app = parse(R"(
+catan: 1
+app: imu
+nodes: { imu: { unscheduled: true, period: 4ms }, fuse: { fallback_rate: 10Hz } }
+edges: [ imu -> fuse ]
+objective: [ { response_time: [imu, fuse], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  for (const char* policy : {"default", "fifo", "catan"}) {
+    const Outcome outcome = simulate(app, "imu: 0.1ms\nfuse: 10ms\n", policy);
+    EXPECT_NEAR(node(outcome, "imu").rate_hz, 250.0, 1.0) << policy;
+  }
+}
+
+TEST(Simulation, PhasesLastWhereRatesAreFixed) {
+  const graph::App app = parse(R"(
+catan: 1
+app: sampled
+nodes: { imu: { unscheduled: true, period: 10ms }, look: { fallback_rate: 50Hz } }
+edges: [ imu -> look ]
+objective: [ { response_time: [imu, look], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const auto latency = [&](milliseconds imu, milliseconds look) {
+    Options options{.policy = *policy::make_policy("default")};
+    options.machine.costs = MachineCosts::none();
+    options.phases = {.nodes = {imu, Nanos{0}}, .subchains = {look}};
+    const Outcome outcome = *sim::simulate(
+        app, std::make_unique<DrawnCosts>(app, work_of(app, "imu: 1ms\nlook: 2ms\n"), 1), options, seconds{5});
+    EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.mean, outcome.chains.front().latency_ms.max);
+    return outcome.chains.front().latency_ms.mean;
+  };
+  EXPECT_DOUBLE_EQ(latency(milliseconds{3}, milliseconds{7}), 6.0) << "it is 4 ms old when it is read";
+  EXPECT_DOUBLE_EQ(latency(milliseconds{7}, milliseconds{3}), 8.0);
+}
+
+// The record of a simulation is read as any other, and simulating it again gives the same.
+TEST(Simulation, IsRecorded) {
+  const graph::App app = parse(R"(
+catan: 1
+app: two
+nodes: { scan: { max_rate: 50Hz }, local: {}, plan: { max_rate: 5Hz } }
+edges: [ scan -> local, local -> plan ]
+subchains: { near: [scan, local] }
+objective: [ { response_time: [scan, local], weight: 1 }, { response_time: [scan, local, plan], weight: 0.1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const std::string path = testing::TempDir() + fmt::format("simulated_{}.catan", getpid());
+  std::remove(path.c_str());
+  Options options{.policy = *policy::make_policy("catan")};
+  options.recording = {.path = path, .note = "a note"};
+  const auto costs = [&] {
+    return std::make_unique<DrawnCosts>(app,
+                                        work_of(app, "scan: 1ms\nlocal: { cost: 4ms, typical: 3ms }\nplan: 20ms\n"), 1);
+  };
+  const Outcome outcome = *sim::simulate(app, costs(), options, seconds{5});
+  EXPECT_FALSE(sim::simulate(app, costs(), options, seconds{5}).ok()) << "nothing recorded is ever overwritten";
+
+  const auto record = record::Reader::open(path);
+  ASSERT_TRUE(record.ok()) << record.error().message();
+  EXPECT_TRUE(record->ending().complete);
+  EXPECT_EQ(record->header().scheduler, "catan");
+  EXPECT_EQ(record->header().note, "a note");
+  EXPECT_EQ(record->plans()->size(), outcome.plans_adopted);
+  EXPECT_EQ(record->plans()->front().reason, "bootstrap");
+  const TimePoint warm = TimePoint{} + record->header().warm_up;
+  std::uint64_t runs = 0;
+  std::uint64_t triggers = 0;
+  std::uint64_t slots = 0;
+  EXPECT_TRUE(
+      record->each_run([&](const record::Run& run) { runs += run.node == NodeId(1) && run.end >= warm ? 1U : 0U; })
+          .ok());
+  EXPECT_TRUE(record->each_trigger([&](const record::Trigger& one) { triggers += one.sent >= warm ? 1U : 0U; }).ok());
+  EXPECT_TRUE(record->each_slot([&](const record::Slot&) { ++slots; }).ok());
+  EXPECT_NEAR(static_cast<double>(runs), node(outcome, "local").rate_hz * 5.0, 1.0);
+  EXPECT_EQ(triggers, outcome.triggers);
+  EXPECT_GT(slots, 100U);
+  std::remove(path.c_str());
+}
+
+// A sensor, what follows it, and what follows that; the consumer takes its time.
+graph::App followers(const std::string& of_imu = "", const std::string& of_sum = "") {
+  return parse(R"(
+catan: 1
+app: followers
+nodes:
+  imu: { unscheduled: true, period: 4ms)" +
+               of_imu + R"( }
+  sum: { unscheduled: true)" +
+               of_sum + R"( }
+  guess: { unscheduled: true }
+  fuse: { fallback_rate: 10Hz }
+edges: [ imu -> sum -> guess -> fuse ]
+objective:
+  - { response_time: [guess, fuse], weight: 1 }
+  - { response_time: [imu, sum], weight: 0.1 }
+  - { response_time: [imu, sum, guess], weight: 0.1 }
+scheduler: { bootstrap: 1s }
+)");
+}
+
+TEST(Simulation, FollowersTakeWhatWasGivenThisInstant) {
+  for (const char* policy : {"default", "fifo", "catan"}) {
+    for (const int cores : {1, 2, 3}) {
+      SCOPED_TRACE(testing::Message() << policy << " on " << cores);
+      const Outcome outcome = simulate(followers(), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", policy, cores);
+      for (const char* name : {"imu", "sum", "guess"}) EXPECT_NEAR(node(outcome, name).rate_hz, 250.0, 0.1) << name;
+      if (cores == 1 && policy == std::string("default")) continue;  // fuse may be in between
+      EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 0.3);
+      EXPECT_DOUBLE_EQ(outcome.chains[2].latency_ms.max, 0.6);
+      EXPECT_DOUBLE_EQ(outcome.chains[2].response_ms.max, 4.6);
+    }
+  }
+}
+
+TEST(Simulation, WhoHasAPeriodOfItsOwnFollowsNobody) {
+  const Outcome outcome =
+      simulate(followers("", ", period: 4ms"), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
+  EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 4.2) << "both begin at once, so it has the output before";
+}
+
+TEST(Simulation, FollowersRunOnOutputAlone) {
+  const Outcome outcome =
+      simulate(followers(", output_period: 20ms"), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 2);
+  EXPECT_NEAR(node(outcome, "imu").rate_hz, 250.0, 0.1);
+  EXPECT_NEAR(node(outcome, "sum").rate_hz, 50.0, 0.1);
+  EXPECT_NEAR(node(outcome, "guess").rate_hz, 50.0, 0.1);
+}
+
+// What comes while it is busy makes one run more, of what is newest then: sum runs without a pause.
+TEST(Simulation, ABusyFollowerRunsOnceMore) {
+  const Outcome outcome = simulate(followers(), "imu: 0.1ms\nsum: 10ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
+  EXPECT_NEAR(node(outcome, "sum").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(node(outcome, "guess").rate_hz, 100.0, 0.1);
+  EXPECT_GE(outcome.chains[1].latency_ms.p50, 10.1);
+  EXPECT_LE(outcome.chains[1].latency_ms.max, 14.1);
+  const Outcome queued =
+      simulate(followers("", ", input: queue"), "imu: 0.1ms\nsum: 10ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
+  EXPECT_NEAR(node(queued, "sum").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(static_cast<double>(queued.chains[1].latency_ms.count), 5000.0, 5.0) << "each output is used";
+}
+
+TEST(Simulation, SlowerCoresTakeLonger) {
+  std::string text = kRow;
+  text += "cores: { little: { count: 1, speed: 0.5 } }\n";
+  const Outcome outcome = simulate(parse(text), kRowCosts, "rate:30");
+  EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.max, 26.0);
+}
+
+// Real functions in virtual time: what one writes the other reads when its run begins, and the world sees it at its
+// end.
+TEST(Simulation, BodiesRunAtTheirVirtualTime) {
+  const graph::App app = parse(kRow);
+  auto simulation = simulation_of(app, kRowCosts, "default");
+  const NodeId camera = *app.graph.find_node("camera");
+  const NodeId detect = *app.graph.find_node("detect");
+  const NodeId motor = *app.graph.find_node("motor");
+  Channel<TimePoint>& pictures = simulation->channel<TimePoint>(camera, detect);
+  Channel<TimePoint>& found = simulation->channel<TimePoint>(detect, motor);
+  std::vector<std::pair<Nanos, Nanos>> ages;  // of the picture: when the motor begins, when it is done
+  std::optional<TimePoint> acted_on;
+  simulation->set_body(camera, [&](ctn::Run& run) { pictures.write(run, simulation->now()); });
+  simulation->set_body(detect, [&](ctn::Run& run) {
+    if (run.number() % 2 == 0) return run.skip_output();
+    if (const TimePoint* taken = pictures.read(run)) found.write(run, *taken);
+  });
+  simulation->set_body(motor, [&](ctn::Run& run) {
+    acted_on.reset();
+    if (const TimePoint* taken = found.read(run)) acted_on = *taken;
+    ages.emplace_back(simulation->now() - acted_on.value_or(TimePoint{}), Nanos{0});
+  });
+  simulation->set_effect(motor,
+                         [&](ctn::Run&) { ages.back().second = simulation->now() - acted_on.value_or(TimePoint{}); });
+  simulation->run_for(seconds{5});
+  ASSERT_GT(ages.size(), 100U);
+  for (const auto& [begin, end] : ages) {
+    EXPECT_EQ(begin, milliseconds{12});
+    EXPECT_EQ(end, milliseconds{13});
+  }
+  EXPECT_NEAR(node(simulation->outcome(), "motor").rate_hz, 25.0, 0.5);
+}
+
+// Costs that vary, plans that follow: the whole of it, twice, and in any number of threads.
+TEST(Simulation, EqualSeedsGiveEqualBytes) {
+  const graph::App app = parse(R"(
+catan: 1
+app: robot
+nodes:
+  scan: { fallback_rate: 50Hz }
+  steer: {}
+  map: { fallback_rate: 5Hz }
+  log: { input: queue, fallback_rate: 20Hz }
+edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
+subchains: { fast: [scan, steer] }
+objective:
+  - { response_time: [scan, steer], weight: 1 }
+  - { response_time: [map, steer], weight: 0.05 }
+  - { period: log, weight: 0.05 }
+)");
+  const std::string costs =
+      "scan: 1ms\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.02, 5ms] }\nmap: { cost: 40ms, typical: 20ms }\n"
+      "log: { cost: 3ms, typical: 1ms }\n";
+  const auto all = [&](const std::string& policy, std::size_t threads) {
+    std::vector<Seeded> runs(6);
+    for_each_in_parallel(runs.size(), threads, [&](std::size_t index) {
+      auto simulation = simulation_of(app, costs, policy, 2, index, false);
+      simulation->run_for(seconds{8});
+      runs[index] = {index, simulation->outcome()};
+    });
+    return to_json(runs, 2);
+  };
+  for (const char* policy : {"catan", "default", "fifo"}) {
+    const std::string once = all(policy, 1);
+    EXPECT_EQ(once, all(policy, 3)) << policy;
+    EXPECT_NE(once.find("\"seed\": 5"), std::string::npos);
+  }
+}
+
+TEST(Simulation, SaysWhatItCannotDo) {
+  const graph::App app = parse(R"(
+catan: 1
+app: one
+nodes: { a: {} }
+objective: [ { response_time: [a], weight: 1 } ]
+)");
+  const auto make = [&](const char* policy, int cores) {
+    Options options{.policy = *policy::make_policy(policy)};
+    options.machine.cores = cores;
+    return Simulation::create(app, std::make_unique<DrawnCosts>(app, work_of(app, "a: 1ms\n"), 1), options);
+  };
+  EXPECT_FALSE(make("default", 1).ok()) << "no fallback_rate";
+  EXPECT_FALSE(make("catan", 0).ok());
+  EXPECT_FALSE(make("catan", 1000).ok());
+  EXPECT_TRUE(make("catan", 1).ok());
+}
+
+// --- Reservations ---
+
+std::string cost_file(const std::string& costs) {
+  // Tests run side by side, each in a process of its own.
+  std::string path = testing::TempDir() + fmt::format("reserved_{}.costs.yaml", getpid());
+  std::ofstream(path) << costs;
+  return path;
+}
+
+// a is done by the end of its period, whatever b does; so a response takes two periods at most.
+TEST(Simulation, ReservationsBoundResponses) {
+  const std::string policy = "deadline:" + cost_file("a: 3ms\nb: 4ms\n");
+  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 4ms\n", policy);
+  EXPECT_LE(outcome.chains[0].response_ms.max, 20.0);
+  EXPECT_LE(outcome.chains[1].response_ms.max, 40.0);
+  EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(node(outcome, "b").rate_hz, 50.0, 0.1);
+}
+
+// b costs four times what its reservation (4.4 of 20 ms) was made for.
+TEST(Simulation, AnOverrunIsKeptToItsReservation) {
+  const std::string policy = "deadline:" + cost_file("a: 3ms\nb: 4ms\n");
+  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 16ms\n", policy);
+  EXPECT_LE(outcome.chains[0].response_ms.max, 20.0);
+  EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
+  EXPECT_LE(node(outcome, "b").rate_hz, 0.22 * 1000.0 / 16.0 + 0.1);
+  EXPECT_LE(outcome.cores.front().real_time, 0.3 + 0.22 + 0.001);
+}
+
+TEST(Simulation, ReservationsNeedCosts) {
+  Options options{.policy = *policy::make_policy("deadline")};
+  const graph::App app = parse(kTwo);
+  const model::Workload work = work_of(app, "a: 3ms\nb: 4ms\n");
+  const auto run = [&] { return simulate(app, std::make_unique<DrawnCosts>(app, work, 1), options, seconds{5}); };
+  const auto refused = run();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message().find("deadline:COSTS.yaml"), std::string::npos);
+  options.costs = work.costs(app.graph);
+  const auto outcome = run();
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_NEAR(node(*outcome, "a").rate_hz, 100.0, 0.3);
+}
+
+}  // namespace
+}  // namespace ctn::sim

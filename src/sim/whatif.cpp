@@ -1,0 +1,160 @@
+#include "sim/whatif.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "planner/planner.h"
+#include "sim/batch.h"
+#include "sim/run_costs.h"
+#include "sim/simulation.h"
+
+namespace ctn::sim {
+namespace {
+
+constexpr double kMostRatio = 64.0;
+constexpr double kAccuracy = 1.005;
+
+// Enough to tell plans apart; more is for those who wait for one plan only.
+constexpr std::size_t kEffort = 20'000;
+
+Result<plan::Plan> plan_for(const graph::App& app, const model::Workload& work, int cores) {
+  return planner::make_plan(
+      app, work.costs(app.graph),
+      {.cores = cores, .slack = app.scheduler.slack.value_or(graph::kDefaultSlack), .effort = kEffort});
+}
+
+Promise promise_of(const plan::Plan& plan) {
+  Promise promise{.objective = plan.objective, .relax_factor = plan.relax_factor, .responses_ms = {}};
+  for (const plan::ChainPlan& chain : plan.chains) promise.responses_ms.push_back(chain.response.count());
+  return promise;
+}
+
+Answer answer_one(const graph::App& app, const model::Workload& work, const Hypothesis& asked,
+                  const WhatIfOptions& options) {
+  Answer answer{.asked = asked, .promised = {}, .simulated = {}, .why_not = {}};
+  const graph::App changed = app_under(app, asked);
+  const model::Workload changed_work = work_under(app, work, asked);
+  if (options.policy->follows_plan()) {
+    const Result<plan::Plan> plan = plan_for(changed, changed_work, asked.cores);
+    if (plan) {
+      answer.promised = promise_of(*plan);
+    } else {
+      answer.why_not = plan.error().message();
+      return answer;
+    }
+  }
+  Options simulated;
+  simulated.policy = options.policy;
+  simulated.machine.cores = asked.cores;
+  simulated.costs = changed_work.costs(changed.graph);
+  auto outcome = simulate(changed, std::make_unique<DrawnCosts>(changed, changed_work, options.seed), simulated,
+                          to_nanos(Millis{options.seconds * 1000.0}));
+  if (outcome) {
+    answer.simulated = std::move(*outcome);
+  } else {
+    answer.why_not = outcome.error().message();
+  }
+  return answer;
+}
+
+// The largest x in [1/64, 64] for which `holds` is true, to one part in 200; none if there is none. Looked for from
+// above in steps, since what holds need not hold for all that is less: cores may be too fast for a rate cap beside
+// others.
+template <class Holds>
+std::optional<double> largest(const Holds& holds) {
+  constexpr double kStep = 1.19;  // a quarter of an octave
+  double high = kMostRatio;
+  if (holds(high)) return high;
+  double low = high / kStep;
+  while (!holds(low)) {
+    high = low;
+    low /= kStep;
+    if (low < 1.0 / kMostRatio) return std::nullopt;
+  }
+  while (high / low > kAccuracy) {
+    const double middle = std::sqrt(low * high);
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+bool Answer::simulation_holds() const {
+  if (!simulated) return false;
+  const auto late = [](const ChainOutcome& chain) {
+    if (!chain.bound_ms) return false;
+    return chain.response_ms.count == 0 || chain.over_bound * 100 > chain.response_ms.count;
+  };
+  return std::none_of(simulated->chains.begin(), simulated->chains.end(), late) &&
+         std::none_of(simulated->nodes.begin(), simulated->nodes.end(),
+                      [](const NodeOutcome& node) { return node.too_slow; });
+}
+
+bool Answer::holds() const { return simulation_holds() && (!promised || promise_holds()); }
+
+graph::App app_under(const graph::App& app, const Hypothesis& asked) {
+  graph::App changed = app;
+  if (asked.term) changed.objective.at(*asked.term).weight = asked.weight;
+  return changed;
+}
+
+model::Workload work_under(const graph::App& app, const model::Workload& work, const Hypothesis& asked) {
+  model::Workload changed = work;
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
+    const NodeId id(index);
+    const double factor = (asked.node == id ? asked.factor : 1.0) / asked.speed;
+    changed.set(id, work[id].times(factor));
+  }
+  return changed;
+}
+
+Result<std::vector<Answer>> answer(const graph::App& app, const model::Workload& work,
+                                   const std::vector<Hypothesis>& asked, const WhatIfOptions& options) {
+  if (app.core_count()) {
+    return Error::caller("the app lists its cores, so what they would be with others cannot be asked",
+                         "ask for a copy of the app file without `cores`");
+  }
+  std::vector<Answer> answers(asked.size());
+  std::mutex mutex;
+  std::size_t answered = 0;
+  for_each_in_parallel(asked.size(), options.threads, [&](std::size_t index) {
+    answers[index] = answer_one(app, work, asked[index], options);
+    const std::lock_guard lock(mutex);
+    ++answered;
+    if (options.on_progress) options.on_progress(answered);
+  });
+  return answers;
+}
+
+const Answer* cheapest(const std::vector<Answer>& answers) {
+  const Answer* best = nullptr;
+  const auto price = [](const Answer& of) {
+    return std::pair(static_cast<double>(of.asked.cores) * of.asked.speed, of.asked.cores);
+  };
+  for (const Answer& each : answers) {
+    if (each.holds() && (best == nullptr || price(each) < price(*best))) best = &each;
+  }
+  return best;
+}
+
+std::optional<double> least_speed(const graph::App& app, const model::Workload& work, int cores) {
+  const std::optional<double> slowness = largest([&](double ratio) {
+    const auto plan = plan_for(app, work_under(app, work, {.cores = cores, .speed = 1.0 / ratio}), cores);
+    return plan.ok() && plan->relax_factor <= 1.0;
+  });
+  return slowness ? std::optional(1.0 / *slowness) : std::nullopt;
+}
+
+std::optional<double> most_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node) {
+  asked.node = node;
+  return largest([&](double factor) {
+    asked.factor = factor;
+    const auto plan = plan_for(app_under(app, asked), work_under(app, work, asked), asked.cores);
+    return plan.ok() && plan->relax_factor <= 1.0;
+  });
+}
+
+}  // namespace ctn::sim

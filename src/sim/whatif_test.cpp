@@ -1,0 +1,124 @@
+#include "sim/whatif.h"
+
+#include <gtest/gtest.h>
+
+#include "planner/planner.h"
+#include "policy/test_app.h"
+
+namespace ctn::sim {
+namespace {
+
+// A loop that must answer within 40 ms, and a long node beside it.
+class WhatIfTest : public ::testing::Test {
+ protected:
+  WhatIfTest() {
+    set("fast", 4.0);
+    set("slow", 30.0);
+    options.policy = *policy::make_policy("catan");
+    options.seconds = 5.0;
+  }
+  void set(const char* node, double ms) { work.set(id(node), model::NodeWork::constant(Millis{ms})); }
+  NodeId id(const char* node) const { return *app.graph.find_node(node); }
+  bool plan_holds(const Hypothesis& asked) const {
+    const auto changed = work_under(app, work, asked);
+    const auto plan = planner::make_plan(app, changed.costs(app.graph), {.cores = asked.cores});
+    return plan.ok() && plan->relax_factor <= 1.0;
+  }
+
+  graph::App app = parse(R"(
+catan: 1
+app: loops
+nodes: { fast: { fallback_rate: 50Hz }, slow: { min_rate: 2Hz, fallback_rate: 5Hz } }
+objective:
+  - { response_time: [fast], weight: 1, max: 40ms }
+  - { response_time: [slow], weight: 0.1 }
+)");
+  model::Workload work{app.graph};
+  WhatIfOptions options;
+};
+
+TEST_F(WhatIfTest, AHypothesisChangesWhatItSaysAndNothingElse) {
+  const auto changed = work_under(app, work, {.speed = 2.0, .node = id("slow"), .factor = 3.0});
+  EXPECT_EQ(changed[id("fast")].cost.modes()[0].cost, Millis{2.0});
+  EXPECT_EQ(changed[id("slow")].cost.modes()[0].cost, Millis{45.0});
+  const graph::App other = app_under(app, {.term = 1, .weight = 7.0});
+  EXPECT_EQ(other.objective[1].weight, 7.0);
+  EXPECT_EQ(other.objective[0].weight, 1.0);
+}
+
+TEST_F(WhatIfTest, FasterCoresAnswerSoonerAndTheCheapestThatHoldsIsFound) {
+  const auto answers = answer(
+      app, work,
+      {{.cores = 1, .speed = 0.1}, {.cores = 1, .speed = 1.0}, {.cores = 1, .speed = 2.0}, {.cores = 2, .speed = 1.0}},
+      options);
+  ASSERT_TRUE(answers.ok());
+  const std::vector<Answer>& all = *answers;
+  EXPECT_FALSE(all[0].promise_holds()) << "a run of fast alone takes 40 ms";
+  EXPECT_FALSE(all[0].simulation_holds());
+  for (const std::size_t index : {1U, 2U, 3U}) {
+    ASSERT_TRUE(all[index].promised && all[index].simulated) << all[index].why_not;
+    EXPECT_TRUE(all[index].holds()) << index;
+    EXPECT_LE(all[index].simulated->chains[0].response_ms.max, 1.1 * all[index].promised->responses_ms[0]);
+  }
+  EXPECT_LT(all[2].simulated->chains[0].response_ms.mean, 0.6 * all[1].simulated->chains[0].response_ms.mean);
+  EXPECT_EQ(cheapest(all), &all[1]);
+}
+
+TEST_F(WhatIfTest, LimitsLieWherePlansStopHolding) {
+  const auto speed = least_speed(app, work, 1);
+  ASSERT_TRUE(speed);
+  EXPECT_TRUE(plan_holds({.speed = *speed * 1.001}));
+  EXPECT_FALSE(plan_holds({.speed = *speed / 1.02}));
+  const auto factor = most_factor(app, work, {.cores = 1}, id("slow"));
+  ASSERT_TRUE(factor);
+  EXPECT_TRUE(plan_holds({.node = id("slow"), .factor = *factor / 1.001}));
+  EXPECT_FALSE(plan_holds({.node = id("slow"), .factor = *factor * 1.02}));
+  EXPECT_LT(*least_speed(app, work, 2), *speed);
+}
+
+TEST_F(WhatIfTest, SaysTheSameHoweverManyThreadsAsk) {
+  const std::vector<Hypothesis> asked{{.cores = 1}, {.cores = 2}, {.cores = 1, .speed = 0.5}, {.cores = 3}};
+  options.threads = 1;
+  const auto one = *answer(app, work, asked, options);
+  options.threads = 4;
+  std::size_t told = 0;
+  options.on_progress = [&](std::size_t done) { told = done; };
+  const auto four = *answer(app, work, asked, options);
+  EXPECT_EQ(told, asked.size());
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    EXPECT_EQ(one[i].simulated->chains[0].response_ms.mean, four[i].simulated->chains[0].response_ms.mean);
+    EXPECT_EQ(one[i].simulated->objective, four[i].simulated->objective);
+  }
+}
+
+TEST_F(WhatIfTest, HandSetRatesPromiseNothingAndAreSimulated) {
+  options.policy = *policy::make_policy("default");
+  const auto answers = answer(app, work, {{.cores = 1}}, options);
+  ASSERT_TRUE(answers.ok());
+  EXPECT_FALSE(answers->front().promised);
+  ASSERT_TRUE(answers->front().simulated);
+}
+
+TEST_F(WhatIfTest, PoliciesThatDecideByCostsGetThoseOfTheHypothesis) {
+  options.policy = *policy::make_policy("davare");
+  const auto answers = answer(app, work, {{.cores = 1}, {.cores = 1, .speed = 2.0}}, options);
+  ASSERT_TRUE(answers.ok());
+  ASSERT_TRUE(answers->front().simulated) << answers->front().why_not;
+  ASSERT_TRUE(answers->back().simulated) << answers->back().why_not;
+  EXPECT_LT(answers->back().simulated->chains.front().period_ms.mean,
+            answers->front().simulated->chains.front().period_ms.mean);
+}
+
+TEST_F(WhatIfTest, AppsThatListTheirCoresAreRefused) {
+  const graph::App kinds = parse(R"(
+catan: 1
+app: kinds
+cores: { big: { count: 1 }, little: { count: 1, speed: 0.5 } }
+nodes: { fast: {} }
+objective: [ { response_time: [fast], weight: 1 } ]
+)");
+  EXPECT_FALSE(answer(kinds, model::Workload(kinds.graph), {{.cores = 2}}, options).ok());
+}
+
+}  // namespace
+}  // namespace ctn::sim

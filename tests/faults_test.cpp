@@ -1,0 +1,52 @@
+// A few of each fault (faults/faults.h), on the real machine: what must hold does hold. Times are generous; the
+// benchmark measures them.
+#include "faults/faults.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "os/linux/linux_os.h"
+
+namespace ctn::faults {
+namespace {
+
+constexpr int kTimes = 5;
+// A machine that others use may be late by this.
+constexpr double kLongestMs = 2000.0;
+
+class FaultsTest : public testing::TestWithParam<Fault> {};
+
+TEST_P(FaultsTest, IsSurvived) {
+  const os::RealTimeFacts facts = os::make_linux_os()->real_time_facts();
+  if (!facts.permitted) GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+  const FaultReport report = inject(GetParam(), kTimes, {CATAN_COMMAND, FAULT_PLAYER});
+  EXPECT_EQ(report.survived, report.injected);
+  EXPECT_GE(report.injected, kTimes);
+  EXPECT_EQ(report.records_whole, report.records);
+  EXPECT_EQ(report.raised_left, 0);
+  EXPECT_LE(report.files_left, 0);
+  for (const Recovery& recovery : report.recoveries) {
+    EXPECT_TRUE(!recovery.ms.empty() || !recovery.all);
+    for (const double ms : recovery.ms)
+      EXPECT_LT(ms, GetParam().untrue ? 10.0 * kLongestMs : kLongestMs) << "until " << recovery.until;
+  }
+  for (const std::string& failure : report.failures) ADD_FAILURE() << failure;
+}
+
+std::string name_of(const testing::TestParamInfo<Fault>& info) {
+  std::string name = info.param.name;
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FaultsTest, testing::ValuesIn(all_faults()), name_of);
+
+}  // namespace
+
+// For messages of the test framework.
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+
+}  // namespace ctn::faults

@@ -1,0 +1,403 @@
+// catan serve from outside, with programs that die, hang, lie and come back. Times are generous: it is the real
+// machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <random>
+
+#include "os/linux/connection.h"
+#include "os/linux/forked_process.h"
+#include "os/linux/listener.h"
+#include "os/linux/shared_memory.h"
+#include "runtime/protocol.h"
+#include "served_app.h"
+
+namespace ctn::test {
+namespace {
+
+using testing::HasSubstr;
+
+class ServeTest : public ServedAppTest {
+ protected:
+  std::unique_ptr<CountingNodes> run_here(const std::vector<std::pair<std::string, Nanos>>& nodes,
+                                          std::function<void(const std::string&)> on_notice = {}) {
+    Result<Client> client = connect(std::move(on_notice));
+    if (!client) {
+      ADD_FAILURE() << client.error().message();
+      return nullptr;
+    }
+    return std::make_unique<CountingNodes>(std::move(*client), *os_, nodes);
+  }
+  // A connection of our own, to say to the server what no client of ours says.
+  Result<os::Connection> dial() {
+    Result<os::Connection> connection = os::Connection::connect(path("socket"));
+    for (int attempt = 0; !connection && attempt < 100; ++attempt) {
+      std::this_thread::sleep_for(milliseconds{20});
+      connection = os::Connection::connect(path("socket"));
+    }
+    return connection;
+  }
+  std::string ask(const os::Connection& connection, const std::string& text, os::Message& answer) {
+    if (Status sent = connection.send(text); !sent) return "not sent";
+    os::Arrival arrival = os::Arrival::kNothing;
+    eventually([&] { return (arrival = connection.receive(answer)) != os::Arrival::kNothing; }, seconds{2});
+    if (arrival == os::Arrival::kClosed) return "closed";
+    return arrival == os::Arrival::kMessage ? answer.text : "nothing";
+  }
+  std::string ask(const os::Connection& connection, const std::string& text) {
+    os::Message answer;
+    return ask(connection, text, answer);
+  }
+  std::string hello() const {
+    return runtime::to_text(runtime::Request{.kind = runtime::Request::Kind::kHello,
+                                             .node = {},
+                                             .thread = static_cast<std::int32_t>(os_->current_thread())});
+  }
+};
+
+TEST_F(ServeTest, SchedulesProgramsOfTheirOwn) {
+  serve();
+  play({"map"});
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast);
+  EXPECT_TRUE(fast->runs_on(100)) << said();
+  EXPECT_TRUE(says("subchain slow is whole"));
+  if (has_real_time()) {
+    EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) > 0; }));
+  }
+  EXPECT_EQ(kill_server(SIGTERM), os::Exit{});
+  EXPECT_EQ(raised_threads(os_->current_process()), 0);
+}
+
+TEST_F(ServeTest, ANodeOfTwoProcessesOfASubchainTriggersTheNext) {
+  serve();
+  play({"eye"});
+  const auto hand = run_here({{"hand", milliseconds{1}}});
+  ASSERT_TRUE(hand);
+  EXPECT_TRUE(hand->runs_on(50)) << said();
+}
+
+TEST_F(ServeTest, KilledItLeavesNobodyRaisedNodesGoOnAndAnotherTakesOver) {
+  serve();
+  os::ChildProcess& map = play({"map"});
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(50)) << said();
+  ASSERT_TRUE(says("subchain slow is whole"));
+  for (int round = 0; round < 3; ++round) {
+    SCOPED_TRACE(round);
+    const int before = fast->runs;
+    kill_server(SIGKILL);
+    EXPECT_TRUE(eventually([&] { return !fast->client().served(); }, seconds{2}));
+    EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) + raised_threads(map.process()) == 0; },
+                           seconds{2}));
+    EXPECT_TRUE(fast->runs_on(10)) << "after " << before << " runs";
+    serve();
+    EXPECT_TRUE(eventually([&] { return fast->client().served(); }));
+    EXPECT_TRUE(fast->runs_on(20)) << said();
+    if (has_real_time()) {
+      EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; }));
+      EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) > 0; }));
+    }
+  }
+}
+
+// A driver of two processes. Without a server, too, and without its feeder it waits.
+TEST_F(ServeTest, AFollowerRunsWithTheFeederOfAnotherProcess) {
+  std::ofstream(path("app.yaml")) << R"(catan: 1
+app: served
+nodes: { imu: { unscheduled: true, period: 10ms }, sum: { unscheduled: true }, warp: { fallback_rate: 20Hz } }
+edges: [ imu -> sum -> warp ]
+objective: [ { period: warp, weight: 1 } ]
+scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
+)";
+  std::ofstream(path("costs.yaml")) << "imu: 0.1ms\nwarp: 1ms\n";
+  serve();
+  const auto sum = run_here({{"sum", Nanos{0}}});
+  ASSERT_TRUE(sum);
+  std::this_thread::sleep_for(milliseconds{200});
+  EXPECT_EQ(sum->runs, 0);
+  os::ChildProcess* imu = &play({"imu"});
+  EXPECT_TRUE(sum->runs_on(50)) << said();
+  kill_server(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return !sum->client().served(); }, seconds{2}));
+  EXPECT_TRUE(sum->runs_on(50)) << "both are by themselves";
+  serve();
+  EXPECT_TRUE(eventually([&] { return sum->client().served(); }));
+  EXPECT_TRUE(sum->runs_on(50)) << said();
+  for (int round = 1; round <= 2; ++round) {
+    ASSERT_TRUE(imu->signal(SIGKILL).ok());
+    EXPECT_TRUE(eventually([&] { return times_said("node imu is gone") == round; }, seconds{2})) << said();
+    const int before = sum->runs;
+    std::this_thread::sleep_for(milliseconds{200});
+    EXPECT_LE(sum->runs, before + 1);
+    imu = &play({"imu"});
+    EXPECT_TRUE(sum->runs_on(50)) << said();
+  }
+}
+
+TEST_F(ServeTest, ANodeThatDiesIsNoticedAndMayComeBack) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast);
+  for (int round = 1; round <= 5; ++round) {
+    os::ChildProcess& map = play({"map"});
+    EXPECT_TRUE(eventually([&] { return times_said("subchain slow is whole") == round; })) << said();
+    std::this_thread::sleep_for(milliseconds{50 * round});
+    ASSERT_TRUE(map.signal(SIGKILL).ok());
+    EXPECT_TRUE(eventually([&] { return times_said("node map is gone") == round; }, seconds{2})) << said();
+    EXPECT_TRUE(fast->runs_on(20)) << "others go on";
+  }
+  EXPECT_THAT(said(), testing::Not(HasSubstr("hangs")));
+}
+
+TEST_F(ServeTest, AStoppedProgramIsContainedAndGoesOn) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  os::ChildProcess& map = play({"map"});
+  ASSERT_TRUE(fast && says("subchain slow is whole"));
+  std::this_thread::sleep_for(milliseconds{300});
+  ASSERT_TRUE(map.signal(SIGSTOP).ok());
+  // It stops between runs, too; then its next trigger waits.
+  EXPECT_TRUE(says("a run of subchain slow hangs"));
+  EXPECT_TRUE(fast->runs_on(50)) << "others go on";
+  ASSERT_TRUE(map.signal(SIGCONT).ok());
+  EXPECT_TRUE(says("the run of subchain slow that hung has ended"));
+}
+
+TEST_F(ServeTest, WhoForksAndDiesIsGone) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast);
+  const os::ForkedProcess child([&] {
+    Result<os::Connection> connection = dial();
+    if (!connection) return 1;
+    ask(*connection, hello());
+    ask(*connection,
+        runtime::to_text(runtime::Request{
+            .kind = runtime::Request::Kind::kJoin, .node = "map", .thread = static_cast<std::int32_t>(::getpid())}));
+    if (::fork() == 0) {  // keeps the socket, speaks in its parent's name, and lives on for a while
+      for (int i = 0; i < 50; ++i) {
+        ask(*connection, runtime::to_text(runtime::Request{.kind = runtime::Request::Kind::kLeave, .node = "map"}));
+        ::usleep(50000);
+      }
+      ::_exit(0);
+    }
+    ::usleep(500000);
+    return 0;
+  });
+  EXPECT_TRUE(says("subchain slow is whole"));
+  EXPECT_TRUE(says("node map is gone: its process has ended")) << said();
+  EXPECT_TRUE(fast->runs_on(20));
+}
+
+TEST_F(ServeTest, NobodyTouchesThreadsThatAreNotTheirOwn) {
+  serve();
+  const os::ForkedProcess victim([] { return ::pause(); });
+  Result<os::Connection> connection = dial();
+  ASSERT_TRUE(connection.ok());
+  EXPECT_THAT(ask(*connection, R"({"join": {"node": "map", "thread": 1}})"), HasSubstr("before hello"));
+  EXPECT_THAT(ask(*connection, R"({"hello": {"version": 1, "thread": 1}})"), HasSubstr("is not one of process"));
+  EXPECT_THAT(ask(*connection, R"({"hello": {"version": 99, "thread": 1}})"), HasSubstr("version"));
+  EXPECT_THAT(ask(*connection, hello()), HasSubstr("done"));
+  for (const int thread : {1, static_cast<int>(victim.number())}) {
+    const std::string text =
+        runtime::to_text(runtime::Request{.kind = runtime::Request::Kind::kJoin, .node = "map", .thread = thread});
+    EXPECT_THAT(ask(*connection, text), HasSubstr("is not one of process"));
+  }
+  EXPECT_THAT(ask(*connection, R"({"add": {"node": "map", "thread": 1}})"), HasSubstr("does not run node map"));
+  EXPECT_THAT(ask(*connection, R"({"join": {"node": "nobody", "thread": 1}})"), HasSubstr("no node 'nobody'"));
+  EXPECT_THAT(ask(*connection, std::string(5000, 'x').substr(0, 4096)), HasSubstr("not understood"));
+  EXPECT_EQ(*os_->level(os::ThreadId{victim.number()}), os::Level::kOrdinary);
+}
+
+// A program that has the region may write anything into it, as long as it likes.
+TEST_F(ServeTest, SurvivesAProgramThatWritesAnythingAnywhere) {
+  serve();
+  const auto map = run_here({{"map", milliseconds{1}}});
+  ASSERT_TRUE(map && map->runs_on(10)) << said();
+  {
+    const os::ForkedProcess vandal([&] {
+      Result<os::Connection> connection = dial();
+      os::Message answer;
+      if (!connection) return 1;
+      ask(*connection, hello(), answer);
+      auto memory = os::SharedMemory::open(std::move(answer.descriptor));
+      if (!memory) return 2;
+      std::mt19937_64 random(1);
+      const std::span<std::byte> bytes = memory->bytes();
+      for (;;) {
+        for (int i = 0; i < 10000; ++i) {
+          const std::size_t at = random() % (bytes.size() / 8) * 8;
+          const std::uint64_t value = random() % 3 == 0 ? random() : random() % 100;
+          std::memcpy(bytes.data() + at, &value, sizeof value);
+        }
+        ::usleep(1000);
+      }
+      return 0;
+    });
+    std::this_thread::sleep_for(seconds{3});
+    EXPECT_FALSE(server_->wait().has_value()) << said();
+  }
+  EXPECT_EQ(kill_server(SIGTERM), os::Exit{}) << "it ends in order: " << said();
+  EXPECT_EQ(raised_threads(os_->current_process()), 0);
+}
+
+TEST_F(ServeTest, SurvivesFloods) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  const os::ForkedProcess flood([&] {
+    std::vector<os::Connection> kept;
+    for (;;) {
+      Result<os::Connection> connection = os::Connection::connect(path("socket"));
+      if (!connection) {
+        kept.clear();
+        continue;
+      }
+      for (int i = 0; i < 100; ++i) static_cast<void>(connection->send("{\"hello\": 1}"));
+      kept.push_back(std::move(*connection));
+    }
+    return 0;
+  });
+  for (int second = 0; second < 3; ++second) {
+    std::this_thread::sleep_for(seconds{1});
+    EXPECT_TRUE(fast->runs_on(10, seconds{2})) << "nodes are paced all the same";
+  }
+  EXPECT_FALSE(server_->wait().has_value()) << said();
+}
+
+TEST_F(ServeTest, KeepsNothingOfProgramsThatCameAndWent) {
+  serve();
+  ASSERT_TRUE(dial().ok());
+  const auto open_files = [&] {
+    const std::filesystem::directory_iterator files("/proc/" + std::to_string(static_cast<int>(server_->process())) +
+                                                    "/fd");
+    return std::distance(files, {});
+  };
+  std::this_thread::sleep_for(milliseconds{200});
+  const auto before = open_files();
+  for (int i = 0; i < 300; ++i) {
+    Result<os::Connection> connection = dial();
+    ASSERT_TRUE(connection.ok());
+    if (i % 2 == 0) ask(*connection, hello());
+  }
+  EXPECT_TRUE(eventually([&] { return open_files() <= before; })) << before << " before, " << open_files() << " now";
+}
+
+// Nobody else is left who could give threads back.
+TEST_F(ServeTest, KilledWithItsGuardianProgramsGiveTheirThreadsBackThemselves) {
+  if (!has_real_time()) GTEST_SKIP() << "needs the permission to set real-time levels";
+  serve();
+  os::ChildProcess& map = play({"map"});
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(50)) << said();
+  ASSERT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; }));
+  const pid_t guardian = guardian_of_server();
+  ASSERT_NE(guardian, 0);
+  const os::CpuSet before = *os_->affinity(os_->current_thread());
+  ::kill(guardian, SIGKILL);
+  kill_server(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) + raised_threads(map.process()) == 0; },
+                         seconds{2}));
+  EXPECT_TRUE(fast->runs_on(10));
+  for (const os::ThreadId thread : *os_->threads(map.process())) EXPECT_EQ(*os_->affinity(thread), before);
+  serve();
+  EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; })) << said();
+}
+
+TEST_F(ServeTest, StoppedProgramsGoOnByThemselvesUntilItGoesOn) {
+  serve();
+  os::ChildProcess& map = play({"map"});
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(50)) << said();
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(server_->signal(SIGSTOP).ok());
+    EXPECT_TRUE(eventually([&] { return !fast->client().served(); }));
+    EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) + raised_threads(map.process()) == 0; },
+                           seconds{5}));
+    EXPECT_TRUE(fast->runs_on(20)) << "they pace themselves";
+    ASSERT_TRUE(server_->signal(SIGCONT).ok());
+    EXPECT_TRUE(eventually([&] { return fast->client().served(); }));
+    EXPECT_TRUE(fast->runs_on(20)) << said();
+    if (has_real_time()) {
+      EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; })) << said();
+    }
+  }
+  ASSERT_TRUE(server_->signal(SIGSTOP).ok());
+  EXPECT_TRUE(eventually([&] { return !fast->client().served(); }));
+  kill_server(SIGKILL);
+  EXPECT_TRUE(fast->runs_on(20)) << "killed while it was stopped";
+}
+
+// It was told so ten times a second, and had the subchain's head triggered in the new server's memory.
+TEST_F(ServeTest, WhoIsRefusedByTheNextServerStaysByItselfAndLeavesItAlone) {
+  serve();
+  std::atomic<int> refusals{0};
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}}, [&](const std::string& text) {
+    refusals += text.find("by themselves") != std::string::npos;
+  });
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  kill_server(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
+  {
+    // Whoever is sooner has the node hand; the program of eye and hand is refused, or comes again when it is free.
+    serve();
+    Result<os::Connection> connection = dial();
+    ASSERT_TRUE(connection.ok());
+    ask(*connection, hello());
+    const std::string joined = ask(
+        *connection,
+        runtime::to_text(runtime::Request{
+            .kind = runtime::Request::Kind::kJoin, .node = "hand", .thread = static_cast<std::int32_t>(::getpid())}));
+    if (joined.find("done") == std::string::npos) GTEST_SKIP() << "the other was sooner: " << joined;
+    EXPECT_TRUE(eventually([&] { return refusals > 0; }));
+    EXPECT_TRUE(fast->runs_on(20)) << "it goes on by itself";
+    std::this_thread::sleep_for(seconds{1});
+    EXPECT_EQ(refusals, 1) << "said once";
+    EXPECT_FALSE(fast->client().served());
+    // Each time it has eye until hand is refused. In a second and more, at 100 ms, 200 ms, 400 ms, ...
+    EXPECT_LE(times_said("node eye is gone"), 6) << said();
+  }
+  EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << "the node is free again";
+  EXPECT_TRUE(fast->runs_on(20)) << said();
+}
+
+// For two seconds each time, while it waited for the answer.
+TEST_F(ServeTest, WhoWaitsForAServerThatDoesNotAnswerGoesOnByItself) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  kill_server(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
+  {
+    const Result<os::Listener> silent = os::Listener::open(path("socket"), 0600);
+    ASSERT_TRUE(silent.ok()) << silent.error().message();
+    const auto until = std::chrono::steady_clock::now() + milliseconds{2500};
+    while (std::chrono::steady_clock::now() < until) ASSERT_TRUE(fast->runs_on(4, seconds{1}));
+  }
+  serve();
+  EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
+}
+
+TEST_F(ServeTest, AThreadThatIsNamedWhileThereIsNoServerIsTheNextOnes) {
+  serve();
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  kill_server(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
+  EXPECT_TRUE(fast->client().adopt_this_thread("eye").ok());
+  EXPECT_FALSE(fast->client().adopt_this_thread("map").ok()) << "it is not this program's";
+  serve();
+  ASSERT_TRUE(eventually([&] { return fast->client().served(); }));
+  if (has_real_time()) {
+    EXPECT_TRUE(eventually([&] { return *os_->level(os_->current_thread()) != os::Level::kOrdinary; }));
+  }
+  kill_server(SIGTERM);
+  EXPECT_EQ(*os_->level(os_->current_thread()), os::Level::kOrdinary);
+}
+
+}  // namespace
+}  // namespace ctn::test

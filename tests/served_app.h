@@ -1,0 +1,186 @@
+// For tests of `catan serve`: the real command, and programs that run nodes of a small app, here and in processes of
+// their own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "catan/client.h"
+#include "os/linux/child_process.h"
+#include "os/linux/linux_os.h"
+
+namespace ctn::test {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+inline bool eventually(const std::function<bool()>& holds, std::chrono::nanoseconds within = seconds{10}) {
+  const auto until = std::chrono::steady_clock::now() + within;
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  return true;
+}
+
+inline void burn(os::Os& os, Nanos cpu) {
+  const Nanos until = os.thread_cpu_time() + cpu;
+  while (os.thread_cpu_time() < until) {
+  }
+}
+
+// Two subchains: `fast` of the nodes eye and hand, `slow` of the node map, which takes what eye gives.
+constexpr const char* kServedApp = R"(catan: 1
+app: served
+nodes: { eye: { fallback_rate: 50Hz }, hand: {}, map: { fallback_rate: 20Hz } }
+edges: [ eye -> hand, eye -> map ]
+subchains: { fast: [eye, hand], slow: [map] }
+objective:
+  - { response_time: [eye, hand], weight: 1 }
+  - { period: map, weight: 0.1 }
+scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
+)";
+constexpr const char* kServedCosts = "eye: 1ms\nhand: 1ms\nmap: 4ms\n";
+
+class ServedAppTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = (std::filesystem::temp_directory_path() / "catan-served-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(folder_.data()), nullptr);
+    std::ofstream(path("app.yaml")) << kServedApp;
+    std::ofstream(path("costs.yaml")) << kServedCosts;
+  }
+  void TearDown() override {
+    programs_.clear();
+    server_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  bool has_real_time() const { return os_->real_time_facts().permitted; }
+  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+
+  // On one CPU, so that both subchains share it.
+  void serve() {
+    std::vector<std::string> arguments{"/bin/sh",
+                                       "-c",
+                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" 2>>\"$4\"",
+                                       CATAN_COMMAND,
+                                       path("app.yaml"),
+                                       path("socket"),
+                                       std::to_string(os_->online_cpus()->cpus().front()),
+                                       path("said")};
+    Result<os::ChildProcess> started = os::ChildProcess::start(arguments);
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    server_.emplace(std::move(*started));
+  }
+  os::Exit kill_server(int signal) {
+    EXPECT_TRUE(server_->signal(signal).ok());
+    std::optional<os::Exit> exit;
+    EXPECT_TRUE(eventually([&] { return (exit = server_->wait()).has_value(); }));
+    server_.reset();
+    return exit.value_or(os::Exit{});
+  }
+  // A process that plays nodes. Its number.
+  os::ChildProcess& play(const std::vector<std::string>& nodes) {
+    std::vector<std::string> arguments{CATAN_COMMAND, "node", path("app.yaml")};
+    arguments.insert(arguments.end(), nodes.begin(), nodes.end());
+    for (const std::string& more :
+         {std::string("--synthetic"), path("costs.yaml"), std::string("--socket"), path("socket")}) {
+      arguments.push_back(more);
+    }
+    Result<os::ChildProcess> started = os::ChildProcess::start(arguments);
+    EXPECT_TRUE(started.ok()) << started.error().message();
+    return *programs_.emplace_back(std::make_unique<os::ChildProcess>(std::move(*started)));
+  }
+  // What the server said so far.
+  std::string said() const {
+    std::ifstream file(path("said"));
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  bool says(const std::string& text) {
+    return eventually([&] { return said().find(text) != std::string::npos; });
+  }
+  int times_said(const std::string& text) const {
+    const std::string all = said();
+    int count = 0;
+    for (std::size_t at = 0; (at = all.find(text, at)) != std::string::npos; ++at) ++count;
+    return count;
+  }
+  int raised_threads(os::ProcessId process) const {
+    const Result<std::vector<os::ThreadId>> threads = os_->threads(process);
+    int raised = 0;
+    for (const os::ThreadId thread : threads ? *threads : std::vector<os::ThreadId>{}) {
+      const Result<os::Level> level = os_->level(thread);
+      if (level && *level != os::Level::kOrdinary) ++raised;
+    }
+    return raised;
+  }
+  // The server's guardian; 0: it has none.
+  pid_t guardian_of_server() const {
+    const std::string tasks = "/proc/" + std::to_string(static_cast<int>(server_->process())) + "/task";
+    for (const auto& task : std::filesystem::directory_iterator(tasks)) {
+      std::ifstream children(task.path() / "children");
+      for (pid_t child = 0; children >> child;) {
+        std::string name;
+        std::ifstream comm("/proc/" + std::to_string(child) + "/comm");
+        if (std::getline(comm, name) && name == "catan-guard") return child;
+      }
+    }
+    return 0;
+  }
+  Result<Client> connect(std::function<void(const std::string&)> on_notice = {}) {
+    ClientOptions options;
+    options.on_notice = std::move(on_notice);
+    options.socket = path("socket");
+    options.app = "served";
+    return Client::connect(options);
+  }
+
+  std::unique_ptr<os::Os> os_ = os::make_linux_os();
+  std::string folder_;
+  std::optional<os::ChildProcess> server_;
+  std::vector<std::unique_ptr<os::ChildProcess>> programs_;
+};
+
+// Nodes of the app in this process, which count their runs.
+class CountingNodes {
+ public:
+  CountingNodes(Client client, os::Os& os, const std::vector<std::pair<std::string, Nanos>>& nodes)
+      : client_(std::move(client)) {
+    for (const auto& [name, cost] : nodes) {
+      client_.node(name, [this, &os, cost = cost](Run&) {
+        burn(os, cost);
+        ++runs;
+      });
+    }
+    const Status started = client_.start();
+    EXPECT_TRUE(started.ok()) << (started.ok() ? "" : started.error().message());
+  }
+
+  bool runs_on(int more = 5, std::chrono::nanoseconds within = seconds{10}) {
+    const int before = runs;
+    return eventually([&] { return runs >= before + more; }, within);
+  }
+  Client& client() { return client_; }
+
+  std::atomic<int> runs{0};
+
+ private:
+  Client client_;
+};
+
+}  // namespace ctn::test

@@ -1,0 +1,69 @@
+// catan sim from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "command_test.h"
+
+namespace ctn::test {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::HasSubstr;
+
+const std::string kApps = std::string(CATAN_TESTS) + "/apps";
+const std::string kLoad = "sim synthetic.yaml --costs synthetic.costs.yaml --seconds 5 ";
+
+TEST(SimCommand, ShowsChainsNodesAndCores) {
+  const Outcome outcome = run_catan(kLoad + "--cores 2", kApps);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* part :
+       {"under catan on 2 cores: 5 s", "Chains (ms)", "response", "Nodes (ms)", "objective", "plans"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  }
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST(SimCommand, PrintsOneDocument) {
+  const Outcome outcome = run_catan(kLoad + "--runs 3 --seed 7 --json", kApps);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json document = Json::parse(outcome.out);
+  EXPECT_EQ(document["scheduler"], "catan");
+  EXPECT_EQ(document["cores"], 1);
+  ASSERT_EQ(document["runs"].size(), 3U);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(document["runs"][static_cast<std::size_t>(i)]["seed"], 7 + i);
+  const Json& run = document["runs"][0];
+  EXPECT_GT(run["chains"][0]["response_ms"]["count"].get<int>(), 10);
+  EXPECT_LE(run["cores"][0]["used"].get<double>(), 1.0001);
+  EXPECT_GT(run["triggers"].get<int>(), 10);
+}
+
+TEST(SimCommand, TheSameBytesWhateverTheNumberOfThreads) {
+  const std::string once = run_catan(kLoad + "--runs 5 --threads 1 --json", kApps).out;
+  EXPECT_EQ(once, run_catan(kLoad + "--runs 5 --threads 4 --json", kApps).out);
+  EXPECT_FALSE(once.empty());
+}
+
+TEST(SimCommand, MistakesExitWith2) {
+  for (const std::string arguments :
+       {"sim", "sim nowhere.yaml --costs synthetic.costs.yaml", "sim synthetic.yaml",
+        "sim synthetic.yaml --costs nowhere.yaml", "sim synthetic.yaml --costs synthetic.costs.yaml --scheduler best",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --cores 0",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --cores 128",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --seconds nan",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --slack 200%",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --background much",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --runs 0",
+        "sim synthetic.yaml --costs synthetic.costs.yaml --scheduler static:nowhere.json"}) {
+    const Outcome outcome = run_catan(arguments, kApps);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_NE(outcome.err, "") << arguments;
+  }
+}
+
+}  // namespace
+}  // namespace ctn::test

@@ -1,0 +1,264 @@
+// Closed loops in virtual time through the public API, each worked by hand.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "catan/simulation.h"
+
+namespace ctn {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+using std::chrono::seconds;
+
+// A point that is pushed: x' = u.
+class Point {
+ public:
+  double at(nanoseconds now) {
+    x_ += push_ * std::chrono::duration<double>(now - since_).count();
+    since_ = now;
+    return x_;
+  }
+  void push(nanoseconds now, double u) {
+    at(now);
+    push_ = u;
+  }
+
+ private:
+  double x_ = 1.0;
+  double push_ = 0.0;
+  nanoseconds since_{0};
+};
+
+// look 2, think 6, push 2: every 20 ms, so a push comes 10 ms after the look that it goes back to.
+const char* const kLoop = R"(
+catan: 1
+app: loop
+nodes: { look: { fallback_rate: 50Hz }, think: {}, push: {} }
+edges: [ look -> think -> push ]
+subchains: { loop: [look, think, push] }
+objective: [ { response_time: [look, think, push], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)";
+const char* const kCosts = "look: 2ms\nthink: 6ms\npush: 2ms\n";
+
+class SimulationApi : public ::testing::Test {
+ protected:
+  SimulationApi() {
+    write(app_, kLoop);
+    write(costs_, kCosts);
+  }
+  ~SimulationApi() override {
+    static_cast<void>(std::remove(app_.c_str()));
+    static_cast<void>(std::remove(costs_.c_str()));
+  }
+  static void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+  SimulationOptions options(const std::string& policy = "default") const {
+    SimulationOptions options;
+    options.costs = costs_;
+    options.policy = policy;
+    options.ideal = true;
+    return options;
+  }
+  Result<Simulation> open(const std::string& policy = "default") const {
+    return Simulation::open(app_, options(policy));
+  }
+
+  // Steers `point` to 0 with so much gain, and notes where it was at each look, and when.
+  void steer(Simulation& simulation, double gain) {
+    auto& seen = simulation.channel<double>("look", "think");
+    auto& wanted = simulation.channel<double>("think", "push");
+    simulation.node("look", [&](ctn::Run& run) {
+      looked_.push_back(simulation.now());
+      seen.write(run, point_.at(simulation.now()));
+      positions_.push_back(point_.at(simulation.now()));
+    });
+    simulation.node("think", [&, gain](ctn::Run& run) {
+      if (const double* x = seen.read(run)) wanted.write(run, -gain * *x);
+    });
+    simulation.node("push", [&](ctn::Run& run) {
+      if (const double* u = wanted.read(run)) command_ = *u;
+    });
+    simulation.on_effect("push", [&](ctn::Run&) {
+      pushed_.push_back(simulation.now());
+      point_.push(simulation.now(), command_);
+    });
+  }
+
+  std::string app_ = ::testing::TempDir() + "simulation_api_" + std::to_string(getpid()) + ".yaml";
+  std::string costs_ = ::testing::TempDir() + "simulation_api_" + std::to_string(getpid()) + ".costs.yaml";
+  Point point_;
+  double command_ = 0.0;
+  std::vector<double> positions_;
+  std::vector<nanoseconds> looked_;
+  std::vector<nanoseconds> pushed_;
+};
+
+// Between two looks the push before acts for 10 ms, the new one for 10 ms more:
+// x[k+1] = x[k] - 0.01 g x[k-1] - 0.01 g x[k].
+TEST_F(SimulationApi, AControllerSteersAPointWithTheDelayOfItsCosts) {
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  constexpr double kGain = 20.0;
+  steer(*simulation, kGain);
+  ASSERT_TRUE(simulation->run_for(seconds{2}).ok());
+  ASSERT_GE(positions_.size(), 99U);
+  double before = 0.0;  // nothing is pushed before the first look
+  double x = 1.0;
+  for (std::size_t k = 0; k < positions_.size(); ++k) {
+    ASSERT_NEAR(positions_[k], x, 1e-9) << "look " << k;
+    const double next = x - 0.01 * kGain * before - 0.01 * kGain * x;
+    before = x;
+    x = next;
+  }
+  EXPECT_LT(std::abs(x), 1e-3) << "it gets there";
+  for (std::size_t k = 0; k < pushed_.size(); ++k) EXPECT_EQ(pushed_[k] - looked_[k], milliseconds{10});
+}
+
+// The same controller on a machine about half as fast, where the delay is 19 ms, is too late for its gain:
+// x[k+1] = x[k] - 0.019 g x[k-1] - 0.001 g x[k], whose poles have 0.019 g = 1.14 as the square of their size.
+TEST_F(SimulationApi, AGainThatIsGoodOnOneMachineIsTooMuchForASlowerOne) {
+  constexpr double kGain = 60.0;
+  SimulationOptions slow = options();
+  slow.slowdown = 1.9;
+  for (const bool slower : {false, true}) {
+    auto simulation = Simulation::open(app_, slower ? slow : options());
+    ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+    point_ = Point();
+    positions_.clear();
+    looked_.clear();
+    pushed_.clear();
+    steer(*simulation, kGain);
+    ASSERT_TRUE(simulation->run_for(seconds{1}).ok());
+    EXPECT_EQ(pushed_.front() - looked_.front(), milliseconds{slower ? 19 : 10});
+    if (slower) {
+      EXPECT_GT(*std::max_element(positions_.begin(), positions_.end()), 5.0);
+    } else {
+      EXPECT_LT(std::abs(positions_.back()), 0.01);
+    }
+  }
+}
+
+TEST_F(SimulationApi, ASnapshotTellsWhatASessionWould) {
+  auto simulation = open("catan");
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  steer(*simulation, 1.0);
+  EXPECT_FALSE(simulation->snapshot().warmed_up);
+  ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
+  ASSERT_TRUE(simulation->run_for(seconds{10}).ok());
+  const Snapshot snapshot = simulation->snapshot();
+  EXPECT_EQ(snapshot.policy, "catan");
+  EXPECT_TRUE(snapshot.real_time);
+  EXPECT_TRUE(snapshot.warmed_up);
+  EXPECT_NEAR(snapshot.source_hz, 100.0, 0.01);
+  EXPECT_GE(snapshot.plans, 2U);
+  ASSERT_EQ(snapshot.chains.size(), 1U);
+  EXPECT_EQ(snapshot.chains[0].path, (std::vector<std::string>{"look", "think", "push"}));
+  EXPECT_NEAR(snapshot.chains[0].response_ms.mean, 20.0, 0.001) << "one after the other, 10 ms each";
+  EXPECT_NEAR(*snapshot.chains[0].predicted_response_ms, 20.0, 0.001);
+  ASSERT_EQ(snapshot.nodes.size(), 3U);
+  EXPECT_NEAR(snapshot.nodes[1].compute_ms.mean, 6.0, 1e-9);
+  EXPECT_NEAR(snapshot.nodes[1].rate_hz, 100.0, 0.2);
+  EXPECT_EQ(simulation->now(), simulation->warm_from() + seconds{10});
+}
+
+TEST_F(SimulationApi, ManyShortCallsComeToTheSameAsALongOne) {
+  std::vector<std::vector<nanoseconds>> pushes;
+  for (const nanoseconds step : {nanoseconds{milliseconds{3}}, nanoseconds{seconds{3}}}) {
+    auto simulation = open("catan");
+    ASSERT_TRUE(simulation.ok());
+    pushed_.clear();
+    steer(*simulation, 1.0);
+    while (simulation->now() < seconds{3}) ASSERT_TRUE(simulation->run_for(step).ok());
+    pushes.push_back(pushed_);
+  }
+  EXPECT_EQ(pushes[0], pushes[1]);
+}
+
+// A node without a function takes its time, and response times go through it.
+TEST_F(SimulationApi, NodesNeedNoFunction) {
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok());
+  std::uint64_t pushes = 0;
+  simulation->on_effect("push", [&](ctn::Run& run) { pushes = run.number(); });
+  ASSERT_TRUE(simulation->run_for(seconds{4}).ok());
+  EXPECT_NEAR(simulation->snapshot().chains[0].response_ms.mean, 30.0, 0.001);
+  EXPECT_NEAR(static_cast<double>(pushes), 200.0, 1.0);
+}
+
+// Guards: what waited in a queue that was read by a function was counted as never read, and as lost after 4096 values.
+TEST_F(SimulationApi, AQueueThatIsReadLosesNothing) {
+  std::string text = kLoop;
+  text.replace(text.find("think: {}"), 9, "think: { input: queue }");
+  write(app_, text);
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  auto& values = simulation->queue<int>("look", "think");
+  int taken = 0;
+  simulation->node("look", [&](ctn::Run& run) {
+    for (int i = 0; i < 100; ++i) values.write(run, i);
+  });
+  simulation->node("think", [&](ctn::Run& run) {
+    while (values.take(run)) ++taken;
+  });
+  ASSERT_TRUE(simulation->run_for(seconds{100}).ok());
+  EXPECT_GE(taken, 499'000);
+  EXPECT_TRUE(simulation->snapshot().notices.empty());
+}
+
+TEST_F(SimulationApi, MistakesAreToldAllAtOnce) {
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok());
+  simulation->node("nobody", [](ctn::Run&) {});
+  simulation->node("look", [](ctn::Run&) {});
+  simulation->node("look", [](ctn::Run&) {});
+  simulation->on_effect("push", nullptr);
+  simulation->channel<int>("look", "push");
+  simulation->queue<int>("look", "think");
+  const Status ran = simulation->run_for(seconds{1});
+  ASSERT_FALSE(ran.ok());
+  EXPECT_EQ(ran.error().kind(), ErrorKind::kCaller);
+  EXPECT_EQ(ran.error().problems().size(), 5U) << ran.error().message();
+  EXPECT_EQ(simulation->now(), nanoseconds{0});
+}
+
+TEST_F(SimulationApi, TimeGoesOnlyForwardAndOnlyFromOutside) {
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok());
+  EXPECT_FALSE(simulation->run_for(nanoseconds{-1}).ok());
+  bool refused = false;
+  simulation->node("look", [&](ctn::Run&) { refused = !simulation->run_for(seconds{1}).ok(); });
+  ASSERT_TRUE(simulation->run_for(seconds{1}).ok());
+  EXPECT_TRUE(refused);
+  simulation->node("think", [](ctn::Run&) {});
+  EXPECT_FALSE(simulation->run_for(seconds{1}).ok()) << "too late for another function";
+}
+
+TEST_F(SimulationApi, OpenRefusesWhatCannotBe) {
+  const auto refused = [&](auto change) {
+    SimulationOptions changed = options();
+    change(changed);
+    const auto simulation = Simulation::open(app_, changed);
+    return !simulation.ok() && simulation.error().kind() == ErrorKind::kCaller;
+  };
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.costs.clear(); }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.policy = "fastest"; }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.cores = -1; }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.cores = 1000; }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdown = 0.0; }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.slowdown = std::nan(""); }));
+  EXPECT_FALSE(refused([](SimulationOptions&) {}));
+}
+
+}  // namespace
+}  // namespace ctn

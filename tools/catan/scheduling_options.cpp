@@ -1,0 +1,92 @@
+#include "scheduling_options.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "base/text.h"
+#include "config/quantity.h"
+
+namespace ctn::tool {
+
+CLI::Validator within(double least, double most) {
+  const auto check = [=](const std::string& text) -> std::string {
+    double value = 0.0;
+    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+    return fmt::format("{} is no number from {} to {}", quote(text), least, most);
+  };
+  return {check, fmt::format("from {} to {}", least, most)};
+}
+
+Error about_option(const Error& error, const char* option) {
+  Problem problem = error.problems().front();
+  problem.key = option;
+  return {ErrorKind::kCaller, {std::move(problem)}};
+}
+
+Result<double> percentage_of(const std::string& text, const char* option) {
+  auto parsed = config::parse_percentage(text);
+  if (parsed) return *parsed;
+  return about_option(parsed.error(), option);
+}
+
+std::optional<graph::FrameMode> frame_mode(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  return text == "fixed" ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
+}
+
+void SchedulingOptions::add_to(CLI::App& command) {
+  command
+      .add_option("--scheduler", scheduler,
+                  "catan; static:PLAN.json (a plan that is never revised); default (each subchain at its "
+                  "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
+                  "real-time priorities); picas:COSTS (as default, at chain-aware priorities), davare:COSTS and "
+                  "verucchi:COSTS (rates by published methods, for the compute times in a cost file)")
+      ->capture_default_str();
+  command.add_option("--cpus", cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")->type_name("LIST");
+  command.add_option("--record", record, "Keep the record of the run in this new file (catan report)")
+      ->type_name("FILE");
+  command.add_flag("--no-stealing", no_stealing, "Nobody goes on in another's slot when late");
+  command.add_flag("--no-replan", no_replan, "Keep the first plan that rests on measured times");
+  command.add_option("--frames", frames, "Frames of shared cores; else as the app says")
+      ->check(CLI::IsMember({"elastic", "fixed"}));
+}
+
+Result<os::CpuSet> SchedulingOptions::chosen_cpus() const {
+  if (cpus.empty()) return os::CpuSet{};
+  Result<os::CpuSet> chosen = os::parse_cpu_list(cpus);
+  if (chosen) return chosen;
+  return about_option(chosen.error(), "--cpus");
+}
+
+Result<SessionOptions> SchedulingOptions::for_session(const std::string& record_path) const {
+  const Result<os::CpuSet> chosen = chosen_cpus();
+  if (!chosen) return chosen.error();
+  SessionOptions options;
+  options.policy = scheduler;
+  options.cpus = chosen->cpus();
+  options.record = record_path;
+  options.stealing = !no_stealing;
+  options.replan = !no_replan;
+  if (!frames.empty()) options.fixed_frames = frames == "fixed";
+  return options;
+}
+
+Result<runtime::SchedulerOptions> SchedulingOptions::for_scheduler(const std::string& record_path) const {
+  Result<os::CpuSet> chosen = chosen_cpus();
+  if (!chosen) return chosen.error();
+  const auto policy = policy::make_policy(scheduler);
+  if (!policy) return policy.error();
+  runtime::SchedulerOptions options;
+  options.policy = *policy;
+  options.cpus = std::move(*chosen);
+  options.record = record_path;
+  options.stealing = !no_stealing;
+  options.replan = !no_replan;
+  options.frames = frame_mode(frames);
+  return options;
+}
+
+}  // namespace ctn::tool

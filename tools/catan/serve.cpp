@@ -1,0 +1,62 @@
+// catan serve: schedules an app whose nodes are other processes'.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "command.h"
+#include "scheduling_options.h"
+#include "serving.h"
+
+namespace ctn::tool {
+namespace {
+
+struct Options {
+  std::string app;
+  std::string socket;
+  std::vector<std::string> users;
+  SchedulingOptions scheduling;
+};
+
+int serve_app(const Options& options) {
+  ServingOptions serving;
+  auto scheduler = options.scheduling.for_scheduler(options.scheduling.record);
+  if (!scheduler) return report_error(scheduler.error());
+  serving.app = options.app;
+  serving.scheduler = std::move(*scheduler);
+  serving.scheduler.on_notice = [](const std::string& text) { note(text); };
+  serving.socket = options.socket;
+  serving.users = options.users;
+  const auto served = serve(serving);
+  return served ? kSuccess : report_error(served.error());
+}
+
+}  // namespace
+
+void add_serve_command(CLI::App& cli, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = cli.add_subcommand("serve", "Schedule an app whose nodes are programs of their own");
+  command->footer(
+      "Examples:\n"
+      "  sudo catan serve app.yaml                        programs register at /run/catan/APP.sock\n"
+      "  catan serve app.yaml --socket /tmp/app.sock      and start them with CATAN_SOCKET=/tmp/app.sock\n"
+      "  sudo catan serve app.yaml --allow-user 1000      a user whose programs may register, beside root\n"
+      "  catan node app.yaml camera --synthetic costs.yaml    a program that plays one node\n"
+      "It serves until it is told to end (Ctrl-C, SIGTERM). If it is killed, a guardian gives all threads their "
+      "scheduling back, and\nnodes go on at the rates that were planned last until there is a server again. "
+      "docs/many-processes.md says more.");
+  command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
+  command->add_option("--socket", options->socket, "Where programs register, instead of the usual path")
+      ->type_name("PATH");
+  command
+      ->add_option("--allow-user", options->users,
+                   "Number of a user whose programs may register, beside root, the own user and who ran sudo")
+      ->type_name("UID");
+  options->scheduling.add_to(*command);
+  command->callback([options, &exit_code] { exit_code = serve_app(*options); });
+}
+
+}  // namespace ctn::tool

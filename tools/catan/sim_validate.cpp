@@ -1,0 +1,230 @@
+#include "sim_validate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "plan/json.h"
+#include "policy/policy.h"
+#include "record/reader.h"
+#include "report/metrics.h"
+#include "sim/recorded_costs.h"
+#include "sim/simulation.h"
+#include "table.h"
+
+namespace ctn::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Figure {
+  const char* name;
+  double SampleSummary::*value;
+};
+constexpr std::array kFigures{Figure{"mean", &SampleSummary::mean}, Figure{"p50", &SampleSummary::p50},
+                              Figure{"p95", &SampleSummary::p95}, Figure{"p99", &SampleSummary::p99}};
+
+// As a fraction of what was measured.
+std::optional<double> error_of(const SampleSummary& real, const SampleSummary& simulated, const Figure& figure) {
+  if (real.count == 0 || simulated.count == 0 || !(real.*figure.value > 0.0)) return std::nullopt;
+  return simulated.*figure.value / (real.*figure.value) - 1.0;
+}
+
+std::string percent(std::optional<double> error) { return error ? fmt::format("{:+.1f} %", *error * 100.0) : "-"; }
+
+Result<std::vector<sim::TimedPlan>> plans_of(const record::Reader& record) {
+  const auto changes = record.plans();
+  if (!changes) return changes.error();
+  std::vector<sim::TimedPlan> plans;
+  for (const record::PlanChange& change : *changes) {
+    auto plan = plan::from_json(change.json, record.app(), fmt::format("plan {} of the record", plans.size() + 1));
+    if (!plan) return plan.error();
+    plans.push_back({std::max(change.at - record.header().started, Nanos{0}), std::move(*plan)});
+  }
+  return plans;
+}
+
+// When the timer of a node that runs every so often was due first, from when it began first, and later on: it never
+// begins too soon, and now and then as soon as it may. A later grid than the first one's tells nothing.
+class FirstDue {
+ public:
+  explicit FirstDue(Nanos period) : period_(period) {}
+
+  // In the order of its runs.
+  void add(Nanos begin) {
+    if (count_++ == 0) first_ = begin;
+    if (count_ > kRuns) return;
+    const Nanos late = (begin - first_) % period_;
+    const Nanos sooner = late > period_ / 2 ? period_ - late : Nanos{0};
+    if (sooner < kLatest) sooner_ = std::max(sooner_, sooner);
+  }
+  // 0: it never ran.
+  Nanos estimate(Nanos least_late) const { return std::max(first_ - sooner_ - least_late, Nanos{0}); }
+
+ private:
+  static constexpr int kRuns = 100;
+  static constexpr Nanos kLatest = std::chrono::milliseconds{1};
+
+  Nanos period_;
+  Nanos first_{0};
+  Nanos sooner_{0};
+  int count_ = 0;
+};
+
+// When each unscheduled node and each subchain was to begin first; timers are so late at least.
+Result<sim::Phases> phases_of(const record::Reader& record, Nanos least_late) {
+  const graph::Graph& graph = record.app().graph;
+  const TimePoint started = record.header().started;
+  std::vector<std::optional<FirstDue>> nodes(graph.nodes().size());
+  for (std::size_t index = 0; index < nodes.size(); ++index) {
+    const graph::Node& node = graph.nodes()[index];
+    if (node.unscheduled && node.period) nodes[index].emplace(*node.period);
+  }
+  const Nanos never = Nanos::max();
+  sim::Phases phases{std::vector<Nanos>(graph.nodes().size()), std::vector<Nanos>(graph.subchains().size(), never)};
+  Status read = record.each_run([&](const record::Run& run) {
+    if (nodes[run.node.index()]) nodes[run.node.index()]->add(run.begin - started);
+  });
+  if (!read) return read.error();
+  read = record.each_trigger([&](const record::Trigger& trigger) {
+    Nanos& first = phases.subchains[trigger.subchain.index()];
+    first = std::min(first, std::max(trigger.due - started, Nanos{0}));
+  });
+  if (!read) return read.error();
+  for (std::size_t index = 0; index < nodes.size(); ++index) {
+    if (nodes[index]) phases.nodes[index] = nodes[index]->estimate(least_late);
+  }
+  std::replace(phases.subchains.begin(), phases.subchains.end(), never, Nanos{0});
+  return phases;
+}
+
+// Ordinary threads that wanted what the kernel kept from real-time ones. They get it where those leave none of a core.
+std::vector<sim::BackgroundLoad> background_of(const record::Reader& record) {
+  constexpr Nanos kEach = std::chrono::seconds{1};
+  const int cores = static_cast<int>(record.header().cpus.size());
+  const Nanos duration = record.ending().ended - record.header().started;
+  if (record.ending().starved == Nanos{0} || duration <= Nanos{0}) return {};
+  const double part = std::min(Millis{record.ending().starved} / Millis{duration} / cores, 1.0);
+  std::vector<sim::BackgroundLoad> loads;
+  for (int core = 0; core < cores; ++core) {
+    loads.push_back({core, Nanos{std::llround(part * static_cast<double>(kEach.count()))}, kEach});
+  }
+  return loads;
+}
+
+Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<const sim::RecordedRuns> runs,
+                              double measured_s) {
+  const record::Header& header = record.header();
+  sim::Options options;
+  auto plans = plans_of(record);
+  if (!plans) return plans.error();
+  // What was planned is in the record; whoever planned it then need not be asked again.
+  auto policy = policy::make_policy(plans->empty() ? header.scheduler : "catan");
+  if (!policy) return policy.error();
+  options.policy = std::move(*policy);
+  options.plans = std::move(*plans);
+  options.machine.cores = static_cast<int>(header.cpus.size());
+  options.machine.real_time = header.real_time;
+  options.machine.background = background_of(record);
+  options.stealing = header.stealing;
+  options.slack = header.slack;
+  const sim::MachineCosts& costs_of = options.machine.costs;
+  const bool ordinary = !header.real_time || !options.policy->raises();
+  auto phases = phases_of(record, costs_of.timer_latency + (ordinary ? costs_of.ordinary_timer_least : Nanos{0}));
+  if (!phases) return phases.error();
+  options.phases = std::move(*phases);
+  auto costs = std::make_unique<sim::RecordedCosts>(
+      record.app(), std::move(runs), sim::RecordedCosts::Order::kAsRecorded, 1, options.machine.costs.mean_run());
+  return sim::simulate(record.app(), std::move(costs), std::move(options), to_nanos(Millis{measured_s * 1000.0}));
+}
+
+void add_rows(Table& table, const std::string& path, const char* metric, const SampleSummary& real,
+              const SampleSummary& simulated) {
+  std::vector<std::string> cells{path, metric};
+  for (const Figure& figure : kFigures) {
+    const bool any = real.count > 0 && simulated.count > 0;
+    cells.push_back(any ? fmt::format("{:.4g} / {:.4g}", real.*figure.value, simulated.*figure.value) : "-");
+    cells.push_back(percent(error_of(real, simulated, figure)));
+  }
+  table.add(std::move(cells));
+}
+
+Json json_of(const SampleSummary& real, const SampleSummary& simulated) {
+  Json json = Json::object();
+  for (const Figure& figure : kFigures) {
+    const auto error = error_of(real, simulated, figure);
+    json[figure.name] = {{"measured", real.count > 0 ? Json(real.*figure.value) : Json(nullptr)},
+                         {"simulated", simulated.count > 0 ? Json(simulated.*figure.value) : Json(nullptr)},
+                         {"error", error ? Json(*error) : Json(nullptr)}};
+  }
+  return json;
+}
+
+}  // namespace
+
+Result<Validation> validate_against(const std::string& path) {
+  const auto record = record::Reader::open(path);
+  if (!record) return record.error();
+  const auto real = report::measure(*record);
+  if (!real) return real.error();
+  const auto runs = sim::RecordedRuns::read(*record, record->app());
+  if (!runs) return runs.error();
+  const auto simulated = simulate(*record, std::make_shared<const sim::RecordedRuns>(*runs), real->measured_s);
+  if (!simulated) return simulated.error();
+
+  Table table({"chain", "in ms", "mean", "", "p50", "", "p95", "", "p99", ""});
+  Json chains = Json::array();
+  double worst = 0.0;  // of p50 and p95 of response times
+  for (std::size_t i = 0; i < real->chains.size(); ++i) {
+    const report::ChainMetrics& there = real->chains[i];
+    const sim::ChainOutcome& here = simulated->chains[i];
+    add_rows(table, there.path, "response time", there.response_ms, here.response_ms);
+    add_rows(table, "", "latency", there.latency_ms, here.latency_ms);
+    add_rows(table, "", "period", there.period_ms, here.period_ms);
+    chains.push_back({{"path", there.path},
+                      {"response_ms", json_of(there.response_ms, here.response_ms)},
+                      {"latency_ms", json_of(there.latency_ms, here.latency_ms)},
+                      {"period_ms", json_of(there.period_ms, here.period_ms)}});
+    for (const Figure& figure : {kFigures[1], kFigures[2]}) {
+      worst = std::max(worst, std::abs(error_of(there.response_ms, here.response_ms, figure).value_or(0.0)));
+    }
+  }
+  Table nodes({"node", "Hz", "simulated", ""});
+  Json node_list = Json::array();
+  for (std::size_t i = 0; i < real->nodes.size(); ++i) {
+    const report::NodeMetrics& there = real->nodes[i];
+    const sim::NodeOutcome& here = simulated->nodes[i];
+    const auto error = there.rate_hz > 0.0 ? std::optional(here.rate_hz / there.rate_hz - 1.0) : std::nullopt;
+    nodes.add({there.name, fmt::format("{:.4g}", there.rate_hz), fmt::format("{:.4g}", here.rate_hz), percent(error)});
+    node_list.push_back({{"node", there.name},
+                         {"measured_hz", there.rate_hz},
+                         {"simulated_hz", here.rate_hz},
+                         {"error", error ? Json(*error) : Json(nullptr)}});
+  }
+
+  Validation result;
+  result.text = fmt::format(
+      "{} under {} on {} cores, {:.1f} s: measured / simulated, and the error\n\n{}\n{}\n"
+      "Worst error of a p50 or p95 of response times: {:.1f} %\n",
+      real->app, real->header.scheduler, real->header.cpus.size(), real->measured_s, table.text(), nodes.text(),
+      worst * 100.0);
+  const Json json{{"app", real->app},
+                  {"scheduler", real->header.scheduler},
+                  {"cores", real->header.cpus.size()},
+                  {"measured_s", real->measured_s},
+                  {"chains", chains},
+                  {"nodes", node_list},
+                  {"worst_response_error", worst}};
+  result.json = json.dump(2) + "\n";
+  return result;
+}
+
+}  // namespace ctn::tool
