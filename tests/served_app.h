@@ -120,12 +120,17 @@ class ServedAppTest : public ::testing::Test {
     for (std::size_t at = 0; (at = all.find(text, at)) != std::string::npos; ++at) ++count;
     return count;
   }
-  int raised_threads(os::ProcessId process) const {
+  int raised_threads(os::ProcessId process) const { return static_cast<int>(names_of_raised(process).size()); }
+  std::vector<std::string> names_of_raised(os::ProcessId process) const {
     const Result<std::vector<os::ThreadId>> threads = os_->threads(process);
-    int raised = 0;
+    std::vector<std::string> raised;
     for (const os::ThreadId thread : threads ? *threads : std::vector<os::ThreadId>{}) {
       const Result<os::Level> level = os_->level(thread);
-      if (level && *level != os::Level::kOrdinary) ++raised;
+      if (!level || *level == os::Level::kOrdinary) continue;
+      std::ifstream comm("/proc/" + std::to_string(static_cast<int>(thread)) + "/comm");
+      std::string& name = raised.emplace_back();
+      std::getline(comm, name);
+      name += " at level " + std::to_string(static_cast<int>(*level));
     }
     return raised;
   }

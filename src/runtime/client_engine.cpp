@@ -107,10 +107,25 @@ Status ClientEngine::start() {
 
 Status ClientEngine::join(NodeId node, os::ThreadId thread) {
   const std::lock_guard lock(members_mutex_);
-  Member member{node, thread, {}, os_.save_scheduling(thread)};
+  Member member{node, thread, {}, before_serving(thread)};
   if (Status joined = ask_to_join(member); !joined) return joined;
   members_.push_back(std::move(member));
   return Done{};
+}
+
+// A thread that a server has found and raised before the program named it: only that server knows what it had.
+std::optional<os::SavedScheduling> ClientEngine::before_serving(os::ThreadId thread) const {
+  const Result<os::SavedScheduling> saved = os_.save_scheduling(thread);
+  if (!saved || raised_by_server(thread)) return std::nullopt;
+  return *saved;
+}
+
+// By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
+bool ClientEngine::raised_by_server(os::ThreadId thread) const {
+  const Result<os::Level> level = os_.level(thread);
+  if (!level || *level == os::Level::kOrdinary) return false;
+  const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
+  return found && found->reset_on_fork;
 }
 
 // Under the lock, which keeps a new server from taking over half of what is asked for.
@@ -247,8 +262,8 @@ void ClientEngine::begin_alone(TimePoint now) {
 }
 
 // Those that the server raised: the members, and what the region lists beside them, which a server has found by itself.
-// The region may hold anything, so only this process's own are looked at; of those that were not there when their node
-// registered nobody knows what they had, and they become ordinary.
+// The region may hold anything, so only this process's own are looked at; those of whom nobody here knows what they had
+// become ordinary, and else stay as the guardian left them.
 void ClientEngine::give_threads_back() {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
@@ -259,13 +274,14 @@ void ClientEngine::give_threads_back() {
     for (const std::atomic<std::int32_t>& listed : cell.thread) {
       const os::ThreadId thread{listed.load(std::memory_order_acquire)};
       if (thread == member.thread || !lives(thread)) continue;
-      const Result<os::Level> level = os_.level(thread);
-      if (!level || *level > os::Level::kDispatcher) continue;
-      if (*level != os::Level::kOrdinary) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
+      if (raised_by_server(thread)) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
       if (member.before) static_cast<void>(os_.set_affinity(thread, member.before->affinity));
     }
-    if (member.before && lives(member.thread)) {
+    if (!lives(member.thread)) continue;
+    if (member.before) {
       static_cast<void>(os_.restore_scheduling(member.thread, *member.before));
+    } else if (raised_by_server(member.thread)) {
+      static_cast<void>(os_.set_level(member.thread, os::Level::kOrdinary));
     }
   }
 }
@@ -324,7 +340,8 @@ Status ClientEngine::dial_again() {
 Status ClientEngine::join_again() {
   const std::lock_guard lock(members_mutex_);
   for (Member& member : members_) {
-    member.before = os_.save_scheduling(member.thread);
+    // As it was asked for while there was no server; what a server did to it is not.
+    if (auto before = before_serving(member.thread)) member.before = std::move(before);
     if (Status joined = ask_to_join(member); !joined) return joined;
   }
   move_nodes_to(regions_.back().region);

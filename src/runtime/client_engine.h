@@ -20,6 +20,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -71,8 +72,9 @@ class ClientEngine {
   struct Member {
     NodeId node;
     os::ThreadId thread;
-    std::vector<os::ThreadId> others;    // that adopt_this_thread() named
-    Result<os::SavedScheduling> before;  // the thread's, when it registered
+    std::vector<os::ThreadId> others;  // that adopt_this_thread() named
+    std::optional<os::SavedScheduling>
+        before;  // the thread's, when it registered; none: a server had raised it by then
   };
   // A head that is paced without a server.
   struct Pacer {
@@ -89,6 +91,8 @@ class ClientEngine {
   Status take_region(os::SharedMemory memory);
   Result<NodeId> own_node(std::string_view node) const;
   Status join(NodeId node, os::ThreadId thread);
+  std::optional<os::SavedScheduling> before_serving(os::ThreadId thread) const;
+  bool raised_by_server(os::ThreadId thread) const;
   Status join_again();
   Status ask_to_join(Member& member);
   void move_nodes_to(const Region& region);

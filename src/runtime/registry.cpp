@@ -37,8 +37,11 @@ Status Registry::carry_out(Program& program, const Request& request) {
   const os::ThreadId thread{request.thread};
   if (request.kind == Request::Kind::kJoin) {
     if (Status own = own_thread(program, thread); !own) return own;
+    // Before the thread is placed as this node's: it may be among those that were taken for another's.
+    if (!program.nodes.contains(*node)) let_go_of_found(program);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);
+    program.joined_since_look = true;
     return Done{};
   }
   if (!program.nodes.contains(*node)) {
@@ -82,10 +85,10 @@ void Registry::leave(ProgramId id, const std::string& why) {
 }
 
 void Registry::look_for_threads() {
-  for (const auto& [id, program] : programs_) look_for_threads(program);
+  for (auto& [id, program] : programs_) look_for_threads(program);
 }
 
-void Registry::look_for_threads(const Program& program) {
+void Registry::look_for_threads(Program& program) {
   if (program.nodes.empty()) return;
   const Result<std::vector<os::ThreadId>> living = os_.threads(program.process);
   if (!living) return;  // it is ending: its connection will say so
@@ -94,13 +97,24 @@ void Registry::look_for_threads(const Program& program) {
       if (!std::binary_search(living->begin(), living->end(), thread)) scheduler_.remove_thread(node, thread);
     }
   }
-  if (program.nodes.size() != 1) return;
+  std::erase_if(program.found,
+                [&](os::ThreadId thread) { return !std::binary_search(living->begin(), living->end(), thread); });
+  // One that has just joined may be about to join with more nodes.
+  if (std::exchange(program.joined_since_look, false) || program.nodes.size() != 1) return;
   const NodeId node = *program.nodes.begin();
+  const std::vector<os::ThreadId> known = scheduler_.threads(node);
   for (const os::ThreadId thread : *living) {
-    if (thread == program.service) continue;
+    if (thread == program.service || std::find(known.begin(), known.end(), thread) != known.end()) continue;
     // No room is no fault of the node: its first threads are scheduled.
-    static_cast<void>(scheduler_.add_thread(node, program.process, thread));
+    if (scheduler_.add_thread(node, program.process, thread)) program.found.push_back(thread);
   }
+}
+
+void Registry::let_go_of_found(Program& program) {
+  for (const NodeId node : program.nodes) {
+    for (const os::ThreadId thread : program.found) scheduler_.remove_thread(node, thread);
+  }
+  program.found.clear();
 }
 
 }  // namespace ctn::runtime

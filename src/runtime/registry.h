@@ -7,7 +7,9 @@
 //   - a message that another process wrote on a program's connection (a child that it forked, say) is refused,
 //   - when a program has ended, all its nodes leave,
 //   - all threads of a program that runs one node are the node's, also those that it makes later; only the one that
-//     serves the connection is not. Where a program runs several, the others say which they belong to ("add").
+//     serves the connection is not. Where a program runs several, the others say which they belong to ("add"): those
+//     that were found while it ran one are let go of. Nobody looks at a program before it has been left as it is from
+//     one look to the next, so that the threads of nodes that join one after the other are not taken for the first's.
 //
 // Thread safety: one thread.
 #pragma once
@@ -19,6 +21,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "os/os.h"
@@ -55,13 +58,16 @@ class Registry {
     os::ProcessId process{};
     std::optional<os::ThreadId> service;  // once it has said hello
     std::set<NodeId> nodes;
+    std::vector<os::ThreadId> found;  // that nobody named
+    bool joined_since_look = false;
   };
 
   Status carry_out(Program& program, const Request& request);
   Status hello(Program& program, const Request& request);
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
   Status own_thread(const Program& program, os::ThreadId thread) const;
-  void look_for_threads(const Program& program);
+  void look_for_threads(Program& program);
+  void let_go_of_found(Program& program);
 
   os::Os& os_;
   Scheduler& scheduler_;

@@ -85,6 +85,10 @@ void restore_all(const GuardTable& table, const char* procfs) {
 
 // ---- Waiting
 
+// How often, and how many times, what was saved is set again while a server comes to its end.
+constexpr int kPassMs = 5;
+constexpr int kPasses = 200;
+
 // The other end sends nothing: there is something to read when it is closed.
 bool server_has_ended(int lifeline) {
   char byte = 0;
@@ -92,19 +96,34 @@ bool server_has_ended(int lifeline) {
   return count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN);
 }
 
-void wait_for_end(int lifeline, int server, int death) {
+// What tells that the server ends. Negative ones are passed over.
+struct Signs {
+  int lifeline = -1;
+  int server = -1;  // pidfd
+  int death = -1;   // of the thread that forked us
+};
+
+enum class Seen { kNothing, kEnding, kEnded };
+
+// kEnding: one thread of the server is gone; kEnded: all are, or the server lets go of us. kNothing: so long a time
+// has passed (ms; negative: any).
+Seen wait_for_end(Signs& signs, int patience) {
   constexpr timespec kPause{0, 10'000'000};
   while (true) {
-    // Negative ones are passed over.
-    std::array<pollfd, 3> sources = {{{lifeline, POLLIN, 0}, {server, POLLIN, 0}, {death, POLLIN, 0}}};
-    if (::poll(sources.data(), sources.size(), -1) < 0) {
+    std::array<pollfd, 3> sources = {
+        {{signs.lifeline, POLLIN, 0}, {signs.server, POLLIN, 0}, {signs.death, POLLIN, 0}}};
+    const int found = ::poll(sources.data(), sources.size(), patience);
+    if (found == 0) return Seen::kNothing;
+    if (found < 0) {
       if (errno != EINTR) ::nanosleep(&kPause, nullptr);  // to spin up here would stop the machine
+      if (patience >= 0) return Seen::kNothing;
       continue;
     }
-    if (((sources[1].revents | sources[2].revents) & POLLIN) != 0) return;
-    if (sources[0].revents != 0 && server_has_ended(lifeline)) return;
-    if (sources[1].revents != 0) server = -1;
-    if (sources[2].revents != 0) death = -1;
+    if ((sources[1].revents & POLLIN) != 0) return Seen::kEnded;
+    if (sources[0].revents != 0 && server_has_ended(signs.lifeline)) return Seen::kEnded;
+    if (sources[1].revents != 0) signs.server = -1;
+    if (sources[2].revents != 0) signs.death = -1;
+    if ((sources[2].revents & POLLIN) != 0) return Seen::kEnding;
   }
 }
 
@@ -125,14 +144,19 @@ void stand_guard(const GuardTable& table, const char* procfs, int lifeline, int 
   ::setsid();
   if (::chdir("/") != 0) ::_exit(1);  // holds no file system that someone may want to unmount
   close_all_but(lifeline, server);
-  const int death = watch_forker();
+  Signs signs{lifeline, server, watch_forker()};
   CpuBits all{};
   all.fill(~std::uint64_t{0});
   set_cpus(0, all);
   const char ready = 1;
   ::send(lifeline, &ready, 1, MSG_NOSIGNAL);
-  wait_for_end(lifeline, server, death);
+  Seen seen = wait_for_end(signs, -1);
   restore_all(table, procfs);
+  // Its other threads may still be in calls that raise somebody, and come to their ends later than this one to its.
+  for (int pass = 0; seen != Seen::kEnded && pass < kPasses; ++pass) {
+    seen = wait_for_end(signs, kPassMs);
+    restore_all(table, procfs);
+  }
   ::_exit(0);
 }
 

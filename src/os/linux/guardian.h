@@ -7,6 +7,10 @@
 // the kernel says that all of the process is gone (pidfd), even if a child of it has the socket, too. A server that
 // leaves a core dump has ended when that is written.
 //
+// The threads of a server that is killed end in no order, and a call of one that sets a level may be carried out after
+// the guardian was woken by the end of another. So it sets everything again every 5 ms, until all of the server is gone
+// or a second has passed.
+//
 // It keeps what the server lets go of: it is in a session of its own, blocks all signals, and has no file open. It runs
 // above all levels, because the threads that it is to tame may keep every CPU busy, for the fraction of a millisecond
 // that it takes.
