@@ -67,6 +67,7 @@ class FaultyPlatform : public Platform {
 struct Port {
   const char* name;
   std::unique_ptr<Platform> (*make)();
+  friend void PrintTo(const Port& port, std::ostream* out) { *out << port.name; }
 };
 
 template <class Kind>
