@@ -7,12 +7,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <functional>
+#include <memory>
 #include <thread>
 
 #include "os/linux/descriptor.h"
@@ -22,6 +27,7 @@
 #include "os/linux/guardian.h"
 #include "os/linux/kernel_calls.h"
 #include "os/linux/linux_os.h"
+#include "os/linux/process.h"
 
 namespace ctn::os {
 namespace {
@@ -91,6 +97,47 @@ TEST_F(LinuxGuardTest, EndsWithoutATraceWhenAllIsForgotten) {
   }
   EXPECT_FALSE(is_running(guardian));  // nor is there a zombie
   EXPECT_EQ(scheduling(client.number()).nice, 7);
+}
+
+// A thread of a killed server may set something after another has ended already.
+TEST_F(LinuxGuardTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
+  ForkedProcess client([] { return ::pause(); });
+  const auto table = std::make_unique<GuardTable>();  // the fork copies it
+  WatchedThread& watched = table->threads.at(0);
+  watched.thread = client.number();
+  watched.started = start_time(ThreadId{client.number()}, {}).value();
+  watched.nice = 3;
+  watched.published = 1;
+  std::array<int, 2> ends{-1, -1};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
+  Descriptor ours(ends[0]);
+  Descriptor theirs(ends[1]);
+  sigset_t all{};
+  sigset_t before{};
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::atomic<bool> last{false};
+  pid_t guardian = 0;
+  std::thread forker([&] {
+    guardian = ::fork();
+    if (guardian == 0) stand_guard(*table, "/proc", theirs.number(), -1);
+    while (!last) std::this_thread::sleep_for(1ms);
+  });
+  char ready = 0;
+  EXPECT_EQ(::recv(ours.number(), &ready, 1, 0), 1);
+  theirs = {};
+  EXPECT_NE(scheduling(client.number()).nice, 3);
+  last = true;
+  forker.join();
+  for (int round = 0; round < 5; ++round) {
+    EXPECT_TRUE(becomes([&] { return scheduling(client.number()).nice == 3; }));
+    EXPECT_EQ(kernel_.set_nice(client.number(), 5), 0);
+  }
+  EXPECT_TRUE(becomes([&] { return scheduling(client.number()).nice == 3; }));
+  EXPECT_FALSE(has_ended(guardian));
+  ours = {};
+  EXPECT_EQ(::waitpid(guardian, nullptr, 0), guardian);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 TEST_F(LinuxGuardTest, OneThatIsStoppedIsNotWaitedForLong) {

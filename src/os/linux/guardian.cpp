@@ -87,7 +87,7 @@ void restore_all(const GuardTable& table, const char* procfs) {
 
 // How often, and how many times, what was saved is set again while a server comes to its end.
 constexpr int kPassMs = 5;
-constexpr int kPasses = 200;
+constexpr int kPasses = 2000;
 
 // The other end sends nothing: there is something to read when it is closed.
 bool server_has_ended(int lifeline) {

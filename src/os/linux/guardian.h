@@ -9,7 +9,7 @@
 //
 // The threads of a server that is killed end in no order, and a call of one that sets a level may be carried out after
 // the guardian was woken by the end of another. So it sets everything again every 5 ms, until all of the server is gone
-// or a second has passed.
+// or ten seconds have passed.
 //
 // It keeps what the server lets go of: it is in a session of its own, blocks all signals, and has no file open. It runs
 // above all levels, because the threads that it is to tame may keep every CPU busy, for the fraction of a millisecond
