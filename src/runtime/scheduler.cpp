@@ -22,8 +22,9 @@ Status Scheduler::start() {
   const std::size_t subchains = app_.graph.subchains().size();
   for (std::size_t index = 0; index < subchains; ++index) in_force_[index] = complete(app_.graph.subchains()[index]);
   spawn_controllers();
-  while (ready_.load(std::memory_order_acquire) < threads_.size()) {
-    os_.wait(ready_, ready_.load(std::memory_order_acquire), kNever);
+  for (std::uint32_t ready = 0; ready < threads_.size();) {
+    os_.wait(ready_, ready, kNever);
+    ready = ready_.load(std::memory_order_acquire);
   }
   if (Status placed = place_controllers(); !placed) {
     abandoned_.store(true);

@@ -101,6 +101,13 @@ TEST(SourceRules, WhatFollowsALiteralOrAnApostropheIsSeen) {
   EXPECT_EQ(check("src/plan/a.cpp", "int n = 1'000'000; " + read).size(), 1U);
 }
 
+TEST(SourceRules, WhoWaitsKnowsWhatItSawLast) {
+  EXPECT_THAT(check("src/runtime/a.cpp", "while (word.load() < 3) os_.wait(word, word.load(), kNever);\n"),
+              ElementsAre("src/runtime/a.cpp:2: wait for a change of the value that was looked at, not of the newest"));
+  EXPECT_THAT(check("src/runtime/a.cpp", "os_.wait(word, seen, kNever);\nos_.wait(word, other.load(), kNever);\n"),
+              IsEmpty());
+}
+
 TEST(SourceRules, HeadersHavePragmaOnce) {
   EXPECT_THAT(check_source({"src/plan/a.h", "#pragma once\n"}, table()), IsEmpty());
   EXPECT_THAT(check_source({"src/plan/a.h", "#ifndef A_H\n#define A_H\n#endif\n"}, table()),
