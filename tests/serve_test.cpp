@@ -401,37 +401,44 @@ TEST_F(ServeTest, AThreadThatIsNamedWhileThereIsNoServerIsTheNextOnes) {
   EXPECT_EQ(*os_->level(os_->current_thread()), os::Level::kOrdinary);
 }
 
-// The server takes all threads of a program of one node for that node's, until it hears of another.
+// The server takes all threads of a program of one node for that node's, until it hears of another. Those that the
+// program names stay.
 TEST_F(ServeTest, LetsGoOfThreadsItFoundWhenTheirProgramRunsAnotherNode) {
   if (!has_real_time()) GTEST_SKIP() << "needs the permission to set real-time levels";
-  serve();
-  const auto eye = run_here({{"eye", milliseconds{1}}});
-  ASSERT_TRUE(eye);
-  std::atomic<bool> may_attach{false};
-  std::atomic<int> runs{0};
-  std::thread late([&] {
-    eventually([&] { return may_attach.load(); });
-    Result<AttachedNode> hand = eye->client().attach("hand");
-    EXPECT_TRUE(hand.ok()) << (hand ? "" : hand.error().message());
-    ctn::Run run;
-    while (hand && hand->wait()) {
-      hand->begin(run);
-      ++runs;
-      hand->end(run);
+  for (const bool named : {false, true}) {
+    SCOPED_TRACE(named);
+    serve();
+    const auto eye = run_here({{"eye", milliseconds{1}}});
+    ASSERT_TRUE(eye);
+    std::atomic<bool> may_attach{false};
+    std::atomic<int> runs{0};
+    std::thread late([&] {
+      eventually([&] { return may_attach.load(); });
+      Result<AttachedNode> hand = eye->client().attach("hand");
+      EXPECT_TRUE(hand.ok()) << (hand ? "" : hand.error().message());
+      ctn::Run run;
+      while (hand && hand->wait()) {
+        hand->begin(run);
+        ++runs;
+        hand->end(run);
+      }
+    });
+    const auto raised = [&](os::ThreadId thread) { return *os_->level(thread) != os::Level::kOrdinary; };
+    EXPECT_TRUE(eventually([&] { return raised(os_->current_thread()); })) << "it is found";
+    if (named) {
+      EXPECT_TRUE(eye->client().adopt_this_thread("eye").ok());
     }
-  });
-  const auto raised = [&](os::ThreadId thread) { return *os_->level(thread) != os::Level::kOrdinary; };
-  EXPECT_TRUE(eventually([&] { return raised(os_->current_thread()); })) << "it is found";
-  may_attach = true;
-  EXPECT_TRUE(eventually([&] { return runs > 50; })) << said();
-  EXPECT_FALSE(raised(os_->current_thread())) << "let go of";
-  // All that the program knows of what hand's thread had is what the server made of it.
-  ::kill(guardian_of_server(), SIGKILL);
-  kill_server(SIGKILL);
-  EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) == 0; }, seconds{2}))
-      << testing::PrintToString(names_of_raised(os_->current_process()));
-  eye->client().stop();
-  late.join();
+    may_attach = true;
+    EXPECT_TRUE(eventually([&] { return runs > 50; })) << said();
+    EXPECT_EQ(raised(os_->current_thread()), named);
+    // All that the program knows of what hand's thread had is what the server made of it.
+    ::kill(guardian_of_server(), SIGKILL);
+    kill_server(SIGKILL);
+    EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) == 0; }, seconds{2}))
+        << testing::PrintToString(names_of_raised(os_->current_process()));
+    eye->client().stop();
+    late.join();
+  }
 }
 
 }  // namespace

@@ -53,6 +53,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
     return Done{};
   }
   if (Status own = own_thread(program, thread); !own) return own;
+  std::erase(program.found, thread);  // it has a name now
   return scheduler_.add_thread(*node, program.process, thread);
 }
 
