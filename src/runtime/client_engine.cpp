@@ -10,7 +10,7 @@ namespace {
 
 constexpr Nanos kRedial = std::chrono::milliseconds{100};
 constexpr Nanos kLongestRedial = std::chrono::seconds{5};
-// Whether a server that was stopped goes on, and has raised nobody since.
+// Whether a server that was stopped goes on.
 constexpr Nanos kLookForLife = std::chrono::milliseconds{20};
 constexpr Nanos kFirstDial = std::chrono::milliseconds{20};
 // Where nothing says how often a subchain is to run.
@@ -218,11 +218,7 @@ void ClientEngine::watch() {
     wake = pace(now);
     if (silent_) {
       wake = std::min(wake, now + kLookForLife);
-      if (!server_lives(now)) {
-        // A call of a server that was being stopped may have come after ours.
-        if (any_raised()) give_threads_back();
-        continue;
-      }
+      if (!server_lives(now)) continue;
       link_.hang_up();
       silent_ = false;
       redial = now;
@@ -263,18 +259,6 @@ void ClientEngine::begin_alone(TimePoint now) {
     const Nanos period = period_alone(app_->graph.subchain(*id), *id);
     pacers_.push_back({wiring_->port(member.node), period, now, now});
   }
-}
-
-bool ClientEngine::any_raised() {
-  const std::lock_guard lock(members_mutex_);
-  return std::any_of(members_.begin(), members_.end(), [&](const Member& member) {
-    const NodeCell& cell = regions_.back().region.node(member.node);
-    return raised_by_server(member.thread) ||
-           std::any_of(cell.thread.begin(), cell.thread.end(), [&](const std::atomic<std::int32_t>& listed) {
-             const std::int32_t thread = listed.load(std::memory_order_acquire);
-             return thread != 0 && raised_by_server(os::ThreadId{thread});
-           });
-  });
 }
 
 // Those that the server raised: the members, and what the region lists beside them, which a server has found by itself.

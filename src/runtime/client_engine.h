@@ -102,7 +102,6 @@ class ClientEngine {
   bool server_lives(TimePoint now);
   void begin_alone(TimePoint now);
   void give_threads_back();
-  bool any_raised();
   TimePoint pace(TimePoint now);
   Nanos period_alone(const graph::Subchain& subchain, SubchainId id) const;
   void notice(const std::string& text) const;

@@ -22,14 +22,12 @@ class PulseWatch {
     next_look_ = now + kLook;
   }
   TimePoint next_look() const { return next_look_; }
-  // False: it has ceased. `longest_pause`: as the server says, which need not be sensible; 0: it has no pulse. Asked
-  // before it is time to look, it says what it said last.
+  // False: it has ceased. `longest_pause`: as the server says, which need not be sensible; 0: it has no pulse.
   bool lives(TimePoint now, std::uint32_t beats, Nanos longest_pause) {
-    if (now >= next_look_) {
-      next_look_ = now + kLook;
-      in_vain_ = beats == beats_ ? in_vain_ + 1 : 0;
-      beats_ = beats;
-    }
+    if (now < next_look_) return true;
+    next_look_ = now + kLook;
+    in_vain_ = beats == beats_ ? in_vain_ + 1 : 0;
+    beats_ = beats;
     return longest_pause <= Nanos{0} || in_vain_ * kLook < std::clamp(longest_pause, kShortest, kLongest);
   }
 
