@@ -13,8 +13,8 @@ namespace ctn::faults {
 namespace {
 
 constexpr int kTimes = 5;
-// A machine that others use may be late by this.
-constexpr double kLongestMs = 2000.0;
+// A machine that others use, or a build that watches memory, may be late by this.
+constexpr double kLongestMs = 10000.0;
 
 class FaultsTest : public testing::TestWithParam<Fault> {};
 

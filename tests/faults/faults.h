@@ -87,14 +87,14 @@ struct Fault {
   std::string name;
   std::vector<std::string> recoveries;
   std::function<void(Injection&)> inject;
-  int at_once = 1;                           // faults in one injection
-  bool with_server = true;                   // the server lives through it: rates of others are compared
-  bool untrue = false;                       // what is reported meanwhile need not be true, so records may have gaps
-  int gaps = 0;                              // runs that an injection breaks off
-  bool steals = false;                       // some subchain steals
-  Nanos patience = std::chrono::seconds{5};  // for each recovery
-  double others_least = 0.5;                 // of the rate that others had before
-  std::vector<std::size_t> absent{};         // nodes that no program of ours plays
+  int at_once = 1;                            // faults in one injection
+  bool with_server = true;                    // the server lives through it: rates of others are compared
+  bool untrue = false;                        // what is reported meanwhile need not be true, so records may have gaps
+  int gaps = 0;                               // runs that an injection breaks off
+  bool steals = false;                        // some subchain steals
+  Nanos patience = std::chrono::seconds{20};  // for each recovery
+  double others_least = 0.5;                  // of the rate that others had before
+  std::vector<std::size_t> absent{};          // nodes that no program of ours plays
 };
 
 }  // namespace ctn::faults
