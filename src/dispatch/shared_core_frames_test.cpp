@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "dispatch/shared_core_dispatcher.h"
-#include "dispatch/shared_core_samples.h"
-#include "dispatch/virtual_core.h"
+#include "dispatch/testing/shared_core_samples.h"
+#include "dispatch/testing/virtual_core.h"
 
 namespace ctn::dispatch {
 namespace {

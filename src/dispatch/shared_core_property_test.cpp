@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dispatch/shared_core_dispatcher.h"
-#include "dispatch/shared_core_samples.h"
-#include "dispatch/virtual_core.h"
+#include "dispatch/testing/shared_core_samples.h"
+#include "dispatch/testing/virtual_core.h"
 
 namespace ctn::dispatch {
 namespace {
@@ -112,7 +112,7 @@ RC_GTEST_PROP(SharedCoreProperty, IsDeterministic, ()) {
   auto other = VirtualCore::with_all(schedule, cost, lateness);
   one.run_until(kEnd);
   other.run_until(kEnd);
-  RC_ASSERT(one.trace == other.trace);
+  RC_ASSERT(one.trace() == other.trace());
   RC_ASSERT(one.triggers == other.triggers);
 }
 
@@ -192,7 +192,7 @@ RC_GTEST_PROP(SharedCoreProperty, NobodyStealsFromAHigherRankNorForLongerThanASl
     RC_ASSERT(steal.begin <= *steal.end);
   }
   // Active in one's own slot, in one stolen, or not at all.
-  for (const VirtualCore::Ran& ran : core.trace) {
+  for (const VirtualCore::Ran& ran : core.trace()) {
     if (ran.level != Level::kActive || ran.end > core.frames.back()) continue;  // slots that are not over are not told
     Nanos allowed{0};
     const auto overlap = [&](TimePoint begin, TimePoint end) {

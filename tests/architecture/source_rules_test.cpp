@@ -38,6 +38,15 @@ TEST(SourceRules, AModuleIncludesOnlyWhatItsRowAllows) {
   EXPECT_THAT(check("src/other/a.cpp", ""), ElementsAre("src/other/a.cpp:1: src/other is no module of the build"));
 }
 
+TEST(SourceRules, TestsMayUseTheFakeSystem) {
+  const std::string text = "#include \"os/fake/fake_cpus.h\"";
+  EXPECT_THAT(check("src/plan/a_test.cpp", text), IsEmpty());
+  EXPECT_THAT(check("src/plan/testing/a.h", text), IsEmpty());
+  EXPECT_THAT(check("src/plan/a.cpp", text), ElementsAre("src/plan/a.cpp:2: plan may not include os"));
+  EXPECT_THAT(check("src/plan/a_test.cpp", "#include \"os/os.h\""),
+              ElementsAre("src/plan/a_test.cpp:2: plan may not include os"));
+}
+
 TEST(SourceRules, PublicHeadersBelongToTheRuntimeSaveForTheErrorTypes) {
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/result.h\""), IsEmpty());
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/channel.h\"\n#include \"catan/run.h\""), IsEmpty());

@@ -1,11 +1,11 @@
 // A core in virtual time, driven by the dispatcher of a shared core; for tests. Subchains' runs need given amounts of
-// CPU time; who runs is decided by levels as Linux would: the active subchain, else one in the background (the first in
-// the order of their ids), else an ordinary thread that is always busy. Subchains at the ordinary level get nothing:
-// the worst that can happen to them.
+// CPU time; which of them has the CPU is decided by os/fake/fake_cpus.h, from the levels that the dispatcher sets. An
+// ordinary thread that is always busy takes what they leave. Subchains at the ordinary level get nothing: the worst
+// that can happen to them.
 //
-// It writes down who ran when and all that the dispatcher decided, and throws a Breach where the dispatcher breaks its
-// word: two subchains active at once, a trigger while a run is under way, asking for the present again and again.
-// Several cores can exchange subchains: what one has released is `adopt`ed by another.
+// It records which thread ran when and all that the dispatcher decided, and throws a Breach where the dispatcher breaks
+// its contract: two subchains active at once, a trigger while a run is under way, asking to be called at once again and
+// again. Several cores can exchange subchains: what one has released is `adopt`ed by another.
 //
 // Units: Nanos from 0. Thread safety: none; one owner.
 #pragma once
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "dispatch/shared_core_dispatcher.h"
+#include "os/fake/fake_cpus.h"
 
 namespace ctn::dispatch {
 
@@ -61,7 +62,10 @@ class VirtualCore {
   };
 
   VirtualCore(const SharedCoreSchedule& schedule, Cost cost, Lateness lateness = {})
-      : dispatcher(TimePoint{}, schedule), cost_(std::move(cost)), lateness_(std::move(lateness)) {}
+      : dispatcher(TimePoint{}, schedule), cost_(std::move(cost)), lateness_(std::move(lateness)) {
+    cpus_.add(kOrdinaryThread, os::Level::kOrdinary, kCpu);
+    cpus_.consume(kOrdinaryThread, Nanos::max());
+  }
 
   // With all members of the schedule, none of which ever ran.
   static VirtualCore with_all(const SharedCoreSchedule& schedule, Cost cost, Lateness lateness = {}) {
@@ -91,21 +95,27 @@ class VirtualCore {
     while (true) {
       if (now >= call_at_) call();
       if (now >= end) return;
-      const std::optional<SubchainId> subchain = runner();
-      TimePoint next = std::min(end, call_at_);
-      if (subchain) next = std::min(next, now + threads[*subchain].left);
-      note(subchain, next);
-      now = next;
-      if (subchain) finish_run(*subchain);
+      cpus_.assign();
+      pass(std::min({end, call_at_, now + *cpus_.next_event()}));
+      if (const std::optional<os::ThreadId> ready = cpus_.ready()) finish_run(*subchain_of(*ready));
     }
   }
   void run_for(Nanos duration) { run_until(now + duration); }
 
-  // CPU time in [begin, end), as written down.
+  // Who had the CPU, in order.
+  std::vector<Ran> trace() const {
+    std::vector<Ran> trace;
+    for (const os::FakeCpus::Turn& turn : cpus_.turns()) {
+      trace.push_back({subchain_of(turn.thread), level_of(turn.level), turn.begin, turn.end});
+    }
+    return trace;
+  }
+
+  // CPU time in [begin, end), as recorded.
   Nanos cpu_time(std::optional<SubchainId> subchain, TimePoint begin, TimePoint end,
                  std::optional<Level> level = {}) const {
     Nanos sum{0};
-    for (const Ran& ran : trace) {
+    for (const Ran& ran : trace()) {
       if (ran.subchain != subchain || (level && ran.level != *level)) continue;
       sum += std::max(Nanos{0}, std::min(ran.end, end) - std::max(ran.begin, begin));
     }
@@ -117,7 +127,7 @@ class VirtualCore {
   // says that it was in the background.
   std::string timeline() const {
     std::string text;
-    for (const Ran& ran : trace) {
+    for (const Ran& ran : trace()) {
       if (!text.empty()) text += ' ';
       if (ran.subchain && ran.level == Level::kBackground) text += 'b';
       text += ran.subchain ? std::to_string(ran.subchain->index()) : ".";
@@ -132,7 +142,6 @@ class VirtualCore {
   SharedCoreDispatcher dispatcher;
   TimePoint now{};
   std::map<SubchainId, Threads> threads;  // of those that are here
-  std::vector<Ran> trace;
   std::map<SubchainId, std::vector<Triggered>> triggers;
   std::map<SubchainId, std::vector<TimePoint>> completions;
   std::vector<TimePoint> frames;  // when each began
@@ -145,30 +154,49 @@ class VirtualCore {
   std::uint64_t calls = 0;
 
  private:
-  std::optional<SubchainId> runner() const {
-    for (const Level level : {Level::kActive, Level::kBackground}) {
-      for (const auto& [subchain, each] : threads) {
-        if (each.level == level && each.sent > each.completed) return subchain;
-      }
-    }
-    return std::nullopt;
+  static constexpr os::ThreadId kOrdinaryThread{0};
+  static inline const os::CpuSet kCpu{0};
+
+  static os::ThreadId thread_of(SubchainId subchain) {
+    return os::ThreadId{static_cast<std::int32_t>(subchain.index()) + 1};
+  }
+  static std::optional<SubchainId> subchain_of(os::ThreadId thread) {
+    if (thread == kOrdinaryThread) return std::nullopt;
+    return SubchainId(static_cast<std::size_t>(static_cast<std::int32_t>(thread) - 1));
+  }
+  static os::Level level_of(Level level) {
+    return level == Level::kActive ? os::Level::kActive : os::Level::kBackground;
+  }
+  static Level level_of(os::Level level) {
+    if (level == os::Level::kOrdinary) return Level::kOrdinary;
+    return level == os::Level::kActive ? Level::kActive : Level::kBackground;
   }
 
-  void note(std::optional<SubchainId> subchain, TimePoint until) {
-    if (until == now) return;
-    const Level level = subchain ? threads[*subchain].level : Level::kOrdinary;
-    if (!trace.empty() && trace.back().subchain == subchain && trace.back().level == level) {
-      trace.back().end = until;
+  // Who competes for the CPU: those that have a run under way and are raised.
+  void compete(SubchainId subchain) {
+    const Threads& each = threads.at(subchain);
+    const os::ThreadId thread = thread_of(subchain);
+    if (each.level == Level::kOrdinary || each.sent == each.completed) {
+      cpus_.remove(thread);
+    } else if (cpus_.has(thread)) {
+      cpus_.set_level(thread, level_of(each.level));
     } else {
-      trace.push_back({subchain, level, now, until});
+      cpus_.add(thread, level_of(each.level), kCpu);
+      cpus_.consume(thread, each.left);
     }
-    if (subchain) threads[*subchain].left -= until - now;
+  }
+
+  void pass(TimePoint until) {
+    if (until == now) return;
+    for (const os::ThreadId thread : cpus_.pass(now, until - now)) {
+      if (const std::optional<SubchainId> subchain = subchain_of(thread)) threads.at(*subchain).left -= until - now;
+    }
+    now = until;
   }
 
   void finish_run(SubchainId subchain) {
-    Threads& each = threads[subchain];
-    if (each.left > Nanos{0}) return;
-    ++each.completed;
+    ++threads.at(subchain).completed;
+    compete(subchain);
     completions[subchain].push_back(now);
     if (wake_ == subchain) call_at_ = now;
   }
@@ -198,6 +226,7 @@ class VirtualCore {
     for (const SharedCoreDispatcher::LevelChange& change : decision.levels) {
       if (threads.at(change.subchain).level == change.level) throw Breach("a level change that changes nothing");
       threads.at(change.subchain).level = change.level;
+      compete(change.subchain);
       ++level_changes;
       const auto active = std::count_if(threads.begin(), threads.end(),
                                         [](const auto& each) { return each.second.level == Level::kActive; });
@@ -206,6 +235,7 @@ class VirtualCore {
     for (const SharedCoreDispatcher::Trigger& trigger : decision.triggers) send(trigger);
     for (const SharedCoreDispatcher::Release& release : decision.released) {
       released.push_back({release.subchain, {release.state, threads.at(release.subchain)}});
+      cpus_.remove(thread_of(release.subchain));
       threads.erase(release.subchain);
     }
     if (decision.frame) frames.push_back(now);
@@ -227,11 +257,13 @@ class VirtualCore {
     if (trigger.due > now) throw Breach("a trigger before it is due");
     ++each.sent;
     each.left = cost_(trigger.subchain, each.sent);
+    compete(trigger.subchain);
     triggers[trigger.subchain].push_back({trigger.number, trigger.due, now});
   }
 
   Cost cost_;
   Lateness lateness_;
+  os::FakeCpus cpus_;
   TimePoint call_at_{};
   std::optional<SubchainId> wake_;
 };

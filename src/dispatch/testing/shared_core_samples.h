@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dispatch/shared_core_schedule.h"
-#include "dispatch/virtual_core.h"
+#include "dispatch/testing/virtual_core.h"
 
 namespace ctn::dispatch {
 
