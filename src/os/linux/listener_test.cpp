@@ -15,6 +15,7 @@
 
 #include "os/linux/forked_process.h"
 #include "os/linux/local_address.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -138,7 +139,7 @@ TEST_F(ListenerTest, PlacesWhereItCannotBeSaySo) {
   std::ofstream(folder_ + "/file") << "x";
   EXPECT_EQ(error_at(folder_ + "/file/app").kind(), ErrorKind::kEnvironment);
   EXPECT_EQ(error_at(folder_).kind(), ErrorKind::kCaller);  // a folder
-  if (::getuid() != 0) GTEST_SKIP() << "needs root, to become another user";
+  CATAN_REQUIRE(::getuid() == 0, "needs root, to become another user: run it as root");
   ASSERT_EQ(::chmod(folder_.c_str(), 0755), 0);
   ForkedProcess stranger([&] {
     if (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0) return 2;
