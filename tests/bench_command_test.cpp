@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::test {
 namespace {
@@ -55,9 +56,7 @@ TEST(Bench, MeasuresWhatItMayAndTellsPrograms) {
     EXPECT_THAT(outcome.err, HasSubstr(skipped["figure"].get<std::string>()));
     EXPECT_FALSE(skipped["why"].get<std::string>().empty());
   }
-  if (!document["skipped"].empty()) {
-    GTEST_SKIP() << "needs the permission to set real-time levels: " << document["skipped"][0]["why"];
-  }
+  CATAN_REQUIRE(document["skipped"].empty(), "needs what these figures need: " << document["skipped"]);
   for (const char* name : {"hand-over", "trigger to first instruction", "CPU of scheduling", "dispatchers", "server"}) {
     EXPECT_TRUE(measured.contains(name)) << name;
   }

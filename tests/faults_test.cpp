@@ -8,6 +8,7 @@
 #include <string>
 
 #include "os/linux/linux_os.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::faults {
 namespace {
@@ -19,8 +20,7 @@ constexpr double kLongestMs = 10000.0;
 class FaultsTest : public testing::TestWithParam<Fault> {};
 
 TEST_P(FaultsTest, IsSurvived) {
-  const os::RealTimeFacts facts = os::make_linux_os()->real_time_facts();
-  if (!facts.permitted) GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+  CATAN_REQUIRE_REAL_TIME(*os::make_linux_os());
   const FaultReport report = inject(GetParam(), kTimes, {CATAN_COMMAND, FAULT_PLAYER});
   EXPECT_EQ(report.survived, report.injected);
   EXPECT_GE(report.injected, kTimes);

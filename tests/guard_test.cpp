@@ -15,6 +15,7 @@
 
 #include "os/linux/linux_os.h"
 #include "os/linux/shared_memory.h"
+#include "os/requires_real_time.h"
 #include "os/scheduling_guard.h"
 
 namespace ctn::os {
@@ -36,8 +37,7 @@ struct Shared {
 class BusyMachine : public testing::Test {
  protected:
   void SetUp() override {
-    const RealTimeFacts facts = os_->real_time_facts();
-    if (!facts.permitted) GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
+    CATAN_REQUIRE_REAL_TIME(*os_);
     cpus_ = static_cast<int>(std::min(os_->online_cpus().value().size(), kMostThreads));
     shared_ = new (memory_.bytes().data()) Shared;
   }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "os/linux/linux_os.h"
+#include "os/requires_real_time.h"
 #include "record/reader.h"
 
 namespace ctn {
@@ -26,8 +27,7 @@ using std::chrono::seconds;
 class KilledTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const os::RealTimeFacts facts = os_->real_time_facts();
-    if (!facts.permitted) GTEST_SKIP() << "needs the permission to set real-time levels: " << facts.why_not;
+    CATAN_REQUIRE_REAL_TIME(*os_);
     const std::string cpu = std::to_string(os_->affinity(os_->current_thread())->cpus().front());
     pid_ = ::fork();
     ASSERT_GE(pid_, 0);

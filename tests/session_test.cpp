@@ -1,5 +1,4 @@
-// The public API on the real system: what a session does to its threads, and that what it predicts is what happens.
-// Bounds are generous: other programs run on this machine too.
+// The public API on the real system: what a session does to its threads, and what it leaves behind.
 #include <catan/session.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "os/linux/linux_os.h"
+#include "os/requires_real_time.h"
 
 namespace ctn {
 namespace {
@@ -62,6 +62,7 @@ scheduler: { bootstrap: 500ms, replan: 200ms }
       const int* value = channel.read(run);
       if (value == nullptr || *value <= 0) ++surprises_;
       level_.store(*os_->level(os_->current_thread()));
+      ++runs_;
       burn(milliseconds{10});
     });
     return session;
@@ -80,12 +81,12 @@ scheduler: { bootstrap: 500ms, replan: 200ms }
   std::string app_file_ = file(".yaml");
   std::string record_file_ = file(".db");
   std::atomic<int> surprises_{0};
+  std::atomic<int> runs_{0};  // of act
   std::atomic<os::Level> level_{os::Level::kOrdinary};
 };
 
-TEST_F(SessionTest, PredictsWhatHappensAndLeavesNoLevelBehind) {
-  const os::RealTimeFacts facts = os_->real_time_facts();
-  if (!facts.permitted) GTEST_SKIP() << "needs the permission to set real-time levels: " << facts.why_not;
+TEST_F(SessionTest, RaisesItsThreadsMeasuresThemAndLeavesNoLevelBehind) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
   Result<Session> session = open("catan");
   ASSERT_TRUE(session.ok()) << session.error().message();
   const Status started = session->start();
@@ -100,18 +101,27 @@ TEST_F(SessionTest, PredictsWhatHappensAndLeavesNoLevelBehind) {
   EXPECT_TRUE(snapshot.real_time);
   EXPECT_EQ(surprises_.load(), 0);
   ASSERT_GT(snapshot.chains[0].response_ms.count, 20U);
+  // That what is predicted is what happens is checked to the nanosecond in virtual time (simulation_api_test.cpp,
+  // WhatIsPredictedIsWhatHappens, with the app of this test). Here it is only looked whether the real clock and real
+  // threads come to figures of the same kind. Below the costs that are burnt neither figure can be; a wrong unit, a
+  // clock that stands or a chain that is hardly served is beyond the factor above, a busy machine is not.
+  constexpr double kNoLoadAtAll = 15.0 + 15.0;
+  constexpr double kGenerous = 10.0;
   const double predicted = snapshot.chains[0].predicted_response_ms.value_or(0.0);
-  EXPECT_NEAR(predicted, 15.0 + 15.0 / 0.94, 8.0);
-  EXPECT_LT(snapshot.chains[0].response_ms.p50, 2.0 * predicted);
-  std::cout << "response time: predicted " << predicted << " ms, measured p50 " << snapshot.chains[0].response_ms.p50
-            << " ms\n";
+  const double measured = snapshot.chains[0].response_ms.p50;
+  EXPECT_GE(predicted, kNoLoadAtAll);
+  EXPECT_LT(predicted, kGenerous * kNoLoadAtAll);
+  EXPECT_GE(measured, 0.99 * kNoLoadAtAll) << "clocks of CPU time and of time may differ a little";
+  EXPECT_LT(measured, kGenerous * kNoLoadAtAll);
+  std::cout << "response time: predicted " << predicted << " ms, measured p50 " << measured << " ms\n";
 }
 
 TEST_F(SessionTest, HandSetRatesNeedNoPermission) {
   Result<Session> session = open("rate:10");
   ASSERT_TRUE(session.ok()) << session.error().message();
   ASSERT_TRUE(session->start().ok());
-  std::this_thread::sleep_for(seconds{2});
+  for (int look = 0; runs_ < 3 && look < 1000; ++look) std::this_thread::sleep_for(milliseconds{20});
+  EXPECT_GE(runs_, 3);
   EXPECT_EQ(real_time_threads(), 0);
   const Snapshot snapshot = session->snapshot();
   ASSERT_TRUE(session->stop().ok());

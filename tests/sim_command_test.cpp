@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <tuple>
 
 #include <nlohmann/json.hpp>
 
@@ -45,6 +46,20 @@ TEST(SimCommand, TheSameBytesWhateverTheNumberOfThreads) {
   const std::string once = run_catan(kLoad + "--runs 5 --threads 1 --json", kApps).out;
   EXPECT_EQ(once, run_catan(kLoad + "--runs 5 --threads 4 --json", kApps).out);
   EXPECT_FALSE(once.empty());
+}
+
+// 10 ms on one thread, 6 ms on each of two, at most 50 times a second: the response time is a period of 20 ms and that.
+TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
+  for (const auto& [cores, threads, wall] : {std::tuple{1, 1, 10.0}, std::tuple{2, 2, 6.0}}) {
+    const Outcome outcome = run_catan(
+        "sim parallel.yaml --costs parallel.costs.yaml --ideal --seconds 5 --json --cores " + std::to_string(cores),
+        kApps);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json run = Json::parse(outcome.out)["runs"][0];
+    EXPECT_NEAR(run["nodes"][0]["compute_ms"]["p50"], threads * wall, 1e-9);
+    EXPECT_NEAR(run["chains"][0]["response_ms"]["max"], 20.0 + wall, 1e-5);
+    EXPECT_NEAR(run["chains"][0]["predicted_response_ms"], 20.0 + wall, 1e-5);
+  }
 }
 
 TEST(SimCommand, MistakesExitWith2) {

@@ -172,6 +172,33 @@ TEST_F(SimulationApi, ASnapshotTellsWhatASessionWould) {
   EXPECT_EQ(simulation->now(), simulation->warm_from() + seconds{10});
 }
 
+// One core, all of it but the slack: L = 5 + 10, p = L / 0.94, response time = L + p, of each output alike.
+TEST_F(SimulationApi, WhatIsPredictedIsWhatHappens) {
+  write(app_, R"(
+catan: 1
+app: pair
+nodes: { sense: { fallback_rate: 20Hz }, act: {} }
+edges: [ sense -> act ]
+subchains: { pair: [sense, act] }
+objective: [ { response_time: [sense, act], weight: 1 } ]
+scheduler: { bootstrap: 500ms, replan: 200ms, slack: 6% }
+)");
+  write(costs_, "sense: 5ms\nact: 10ms\n");
+  auto simulation = open("catan");
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
+  ASSERT_TRUE(simulation->run_for(seconds{10}).ok());
+  const ChainSnapshot chain = simulation->snapshot().chains[0];
+  constexpr double kExact = 1e-5;  // times are whole nanoseconds
+  ASSERT_TRUE(chain.predicted_response_ms);
+  EXPECT_NEAR(*chain.predicted_response_ms, 15.0 + 15.0 / 0.94, kExact);
+  EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_response_ms, kExact);
+  EXPECT_NEAR(chain.response_ms.max, *chain.predicted_response_ms, kExact);
+  EXPECT_NEAR(chain.period_ms.max, 15.0 / 0.94, kExact);
+  EXPECT_NEAR(chain.latency_ms.max, 15.0, kExact);
+  EXPECT_NEAR(static_cast<double>(chain.response_ms.count), 10000.0 * 0.94 / 15.0, 2.0);
+}
+
 TEST_F(SimulationApi, ManyShortCallsComeToTheSameAsALongOne) {
   std::vector<std::vector<nanoseconds>> pushes;
   for (const nanoseconds step : {nanoseconds{milliseconds{3}}, nanoseconds{seconds{3}}}) {

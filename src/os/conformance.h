@@ -16,6 +16,9 @@ class Platform {
   virtual Os& os() = 0;
   // Consumes at least that much CPU time on the calling thread.
   virtual void work(Nanos cpu_time) = 0;
+  // The most that a call may take which has nothing to wait for. A real machine may be held up by others for any time;
+  // what is longer than this is not that.
+  virtual Nanos at_once() const { return kPatience; }
 };
 
 class LinuxPlatform : public Platform {
@@ -35,6 +38,7 @@ class FakePlatform : public Platform {
  public:
   Os& os() override { return os_; }
   void work(Nanos cpu_time) override { os_.burn(cpu_time); }
+  Nanos at_once() const override { return Nanos{0}; }
 
  protected:
   FakeOs& fake() { return os_; }
@@ -58,6 +62,7 @@ class FaultyPlatform : public Platform {
  public:
   Os& os() override { return os_; }
   void work(Nanos cpu_time) override { inner_.work(cpu_time); }
+  Nanos at_once() const override { return inner_.at_once(); }
 
  private:
   Inner inner_;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "os/os.h"
+#include "os/requires_real_time.h"
 #include "os/scheduling_guard.h"
 
 namespace ctn::os::conformance {
@@ -25,6 +26,7 @@ class OsConformance : public testing::TestWithParam<Port> {
  protected:
   Os& os() { return platform_->os(); }
   void work(Nanos cpu_time) { platform_->work(cpu_time); }
+  Nanos at_once() const { return platform_->at_once(); }
   TimePoint soon() { return os().now() + kPatience; }
 
   bool is_listed(ThreadId thread) {
@@ -49,10 +51,14 @@ class OsConformance : public testing::TestWithParam<Port> {
   std::unique_ptr<Platform> platform_ = GetParam().make();
 };
 
-#define SKIP_WITHOUT_REAL_TIME()                                                             \
-  if (const RealTimeFacts facts = os().real_time_facts(); !facts.permitted) {                \
-    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not; \
-  }
+// What a system that permits real-time levels does.
+class RealTimeConformance : public OsConformance {
+ protected:
+  void SetUp() override { CATAN_REQUIRE_REAL_TIME(os()); }
+};
+
+// What one does that does not.
+class ConformanceWithoutPermission : public OsConformance {};
 
 #define EXPECT_ENVIRONMENT_ERROR(call)                            \
   do {                                                            \
@@ -92,10 +98,13 @@ TEST_P(OsConformance, SleepIsNotEarly) {
   EXPECT_GE(os().now(), deadline);
 }
 
-TEST_P(OsConformance, SleepUntilThePastReturns) {
-  os().sleep_until(os().now() - 1s);
+// Not even for as long as the deadline lies back. In virtual time that is no time at all.
+TEST_P(OsConformance, SleepUntilThePastReturnsAtOnce) {
+  const TimePoint begin = os().now();
+  os().sleep_until(begin - 2 * kPatience);
   os().sleep_until(TimePoint{Nanos{-5}});
-  os().sleep_until(os().now());
+  os().sleep_until(begin);
+  EXPECT_LE(os().now() - begin, at_once());
 }
 
 TEST_P(OsConformance, CpuTimeCountsWorkNotSleep) {
@@ -229,9 +238,21 @@ TEST_P(OsConformance, HandleJoinsWhenItGoes) {
 }
 
 TEST_P(OsConformance, JoiningTwiceIsHarmless) {
-  const auto thread = os().spawn("", [] {});
+  std::atomic<int> runs{0};
+  std::atomic<ThreadId> joined{};
+  const auto thread = os().spawn("", [&] {
+    joined = os().current_thread();
+    ++runs;
+  });
   thread->join();
+  EXPECT_EQ(runs, 1) << "it has ended";
+  await_gone(joined);
+  Parked other(os());  // may have been given what the one that ended left
+  const TimePoint begin = os().now();
   thread->join();
+  EXPECT_LE(os().now() - begin, at_once());
+  EXPECT_EQ(runs, 1);
+  EXPECT_TRUE(is_listed(other.id())) << "nobody else was waited for";
 }
 
 TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
@@ -262,8 +283,7 @@ TEST_P(OsConformance, OrdinaryNeedsNoPermission) {
   EXPECT_EQ(*level, Level::kOrdinary);
 }
 
-TEST_P(OsConformance, EveryLevelIsWhatWasSet) {
-  SKIP_WITHOUT_REAL_TIME();
+TEST_P(RealTimeConformance, EveryLevelIsWhatWasSet) {
   Parked parked(os());
   SchedulingGuard guard(os(), parked.id());
   for (const Level level : {Level::kDispatcher, Level::kBackground, Level::kActive, Level::kUnscheduled, fixed_level(0),
@@ -282,8 +302,7 @@ TEST_P(OsConformance, OnlineCpusAreThoseOfTheTopology) {
   EXPECT_EQ(*online, os().topology()->online());
 }
 
-TEST_P(OsConformance, ALevelMayBeShiftedWithoutAnAnswer) {
-  SKIP_WITHOUT_REAL_TIME();
+TEST_P(RealTimeConformance, ALevelMayBeShiftedWithoutAnAnswer) {
   Parked parked(os());
   SchedulingGuard guard(os(), parked.id());
   ASSERT_TRUE(os().set_level(parked.id(), Level::kBackground).ok());
@@ -296,15 +315,15 @@ TEST_P(OsConformance, ALevelMayBeShiftedWithoutAnAnswer) {
   os().shift_level(gone_thread(), Level::kActive);  // nobody is harmed, and nobody told
 }
 
-TEST_P(OsConformance, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
-  if (os().real_time_facts().permitted) GTEST_SKIP() << "needs a process that may not set real-time levels";
+// os/linux/linux_os_test.cpp has the same of a process that gave the permission up.
+TEST_P(ConformanceWithoutPermission, RaisingFailsAndSaysWhatToDo) {
+  ASSERT_FALSE(os().real_time_facts().permitted);
   Parked parked(os());
   EXPECT_ENVIRONMENT_ERROR(os().set_level(parked.id(), Level::kActive));
   EXPECT_EQ(os().level(parked.id()).value(), Level::kOrdinary);
 }
 
-TEST_P(OsConformance, ThreadOfARaisedThreadStartsOrdinary) {
-  SKIP_WITHOUT_REAL_TIME();
+TEST_P(RealTimeConformance, ThreadOfARaisedThreadStartsOrdinary) {
   std::optional<Level> made;
   const auto maker = os().spawn("maker", [&] {
     SchedulingGuard guard(os(), os().current_thread());
@@ -319,8 +338,7 @@ TEST_P(OsConformance, ThreadOfARaisedThreadStartsOrdinary) {
   EXPECT_EQ(made, Level::kOrdinary);
 }
 
-TEST_P(OsConformance, SavedSchedulingComesBack) {
-  SKIP_WITHOUT_REAL_TIME();
+TEST_P(RealTimeConformance, SavedSchedulingComesBack) {
   Parked parked(os());
   const auto before = os().save_scheduling(parked.id());
   ASSERT_TRUE(before.ok()) << before.error().message();
@@ -487,17 +505,21 @@ class FakeSharingCpus : public FakePlatform {
   FakeSharingCpus() { fake().share_cpus(true); }
 };
 
-constexpr std::array<Port, 6> kPorts = {{
+constexpr std::array<Port, 5> kPermitted = {{
     {"Linux", make_platform<LinuxPlatform>},
     {"Fake", make_platform<FakePlatform>},
     {"FakeSharingCpus", make_platform<FakeSharingCpus>},
-    {"FakeWithoutPermission", make_platform<FakeWithoutPermission>},
     {"FaultyOverLinux", make_platform<FaultyPlatform<LinuxPlatform>>},
     {"FaultyOverFake", make_platform<FaultyPlatform<FakePlatform>>},
 }};
+constexpr std::array<Port, 1> kNotPermitted = {{{"FakeWithoutPermission", make_platform<FakeWithoutPermission>}}};
 
-INSTANTIATE_TEST_SUITE_P(Ports, OsConformance, testing::ValuesIn(kPorts),
-                         [](const testing::TestParamInfo<Port>& port) { return std::string(port.param.name); });
+std::string name_of(const testing::TestParamInfo<Port>& port) { return port.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(Ports, OsConformance, testing::ValuesIn(kPermitted), name_of);
+INSTANTIATE_TEST_SUITE_P(StrictPorts, OsConformance, testing::ValuesIn(kNotPermitted), name_of);
+INSTANTIATE_TEST_SUITE_P(Ports, RealTimeConformance, testing::ValuesIn(kPermitted), name_of);
+INSTANTIATE_TEST_SUITE_P(StrictPorts, ConformanceWithoutPermission, testing::ValuesIn(kNotPermitted), name_of);
 
 }  // namespace
 }  // namespace ctn::os::conformance

@@ -16,6 +16,7 @@
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
 #include "plan/json.h"
+#include "policy/replan.h"
 #include "policy/test_app.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
@@ -118,17 +119,35 @@ TEST_F(AdaptationTest, NoiseAndSpikesAreNotPlannedFor) {
 }
 
 TEST_F(AdaptationTest, AStormOfChangesMakesNoStormOfPlans) {
-  open(parse(kTwoLoops), 1);
+  open(parse(R"(
+catan: 1
+app: quick
+nodes: { fast: {}, slow: { max_rate: 5Hz } }
+objective:
+  - { response_time: [fast], weight: 1 }
+  - { response_time: [slow], weight: 0.1 }
+scheduler: { bootstrap: 1s, replan: 1000s }
+)"),
+       2);
+  costs["fast"] = milliseconds{1};
   pass(seconds{3});
-  const std::uint64_t before = engine->snapshot().plans;
-  // Four times as dear for 300 ms, then as before, over and over.
+  ASSERT_EQ(engine->snapshot().plans, 2U);
+  // Four times as expensive for 100 ms, then as before, over and over. Each owns a core, so each change calls for
+  // another pace, and is noticed within some twelve runs.
   cost = [this](const std::string& node) {
-    const auto turn = fake.now().time_since_epoch() / milliseconds{300};
-    return costs.at(node) / (node == "fast" && turn % 2 == 0 ? 4 : 1);
+    const auto turn = fake.now().time_since_epoch() / milliseconds{100};
+    return costs.at(node) * (node == "fast" && turn % 2 == 0 ? 4 : 1);
   };
   pass(seconds{10});
-  EXPECT_LE(engine->snapshot().plans - before, 40U);
-  finished();
+  const std::uint64_t changes = engine->snapshot().cost_changes;
+  const record::Reader reader = finished();
+  std::vector<TimePoint> answers;
+  for (const record::PlanChange& plan : *reader.plans()) {
+    if (plan.reason == "change") answers.push_back(plan.at);
+  }
+  ASSERT_GE(answers.size(), 5U) << "the storm was answered";
+  EXPECT_GT(changes, answers.size()) << "there were more changes than plans";
+  for (std::size_t i = 1; i < answers.size(); ++i) EXPECT_GE(answers[i] - answers[i - 1], policy::kChangeSpacing) << i;
 }
 
 os::PowerState clocked(long khz) {

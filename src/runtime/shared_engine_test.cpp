@@ -91,6 +91,19 @@ class SharedTest : public ::testing::Test {
     return 0.0;
   }
 
+  // Each node's rate is the planned one, but for `within` of it, for a run at either end, and for what a snapshot has
+  // not seen yet: the housekeeper looks every 50 ms.
+  template <class Plan>
+  void expect_rates(const Snapshot& snapshot, const Plan& plan, double within = 0.0) const {
+    for (const NodeSnapshot& node : snapshot.nodes) {
+      const SubchainId id = *engine->app().graph.node(*engine->app().graph.find_node(node.name)).subchain;
+      const double planned = 1000.0 / plan.subchains[id.index()].period.count();
+      const auto runs = static_cast<double>(node.compute_ms.count);
+      EXPECT_GT(runs, 20.0) << node.name;
+      EXPECT_NEAR(node.rate_hz / planned, 1.0, within + (1.5 + 0.05 * planned) / runs) << node.name;
+    }
+  }
+
   model::CostTable planned_costs() const {
     const graph::App& app = engine->app();
     model::CostTable table(app.graph, Millis{0});
@@ -202,7 +215,8 @@ TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   ASSERT_FALSE(snapshot.notices.empty());
   EXPECT_EQ(snapshot.notices[0], "rates-only: no right to");
   for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
-  EXPECT_GT(rate(snapshot, "scan"), 20.0);
+  // Without levels, turns on the core are not as planned to the last run.
+  expect_rates(snapshot, *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06}), 0.02);
 }
 
 TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
@@ -246,10 +260,11 @@ TEST_F(ComparedTest, PeriodsByDavareKeepTheirBounds) {
     const Snapshot snapshot = run_for(seconds{20});
     for (std::size_t chain = 0; chain < 2; ++chain) {
       EXPECT_LE(snapshot.chains[chain].response_ms.max, plan->chains[chain].response.count() + 1e-6) << cpus;
-      EXPECT_GT(snapshot.chains[chain].response_ms.max, 0.3 * plan->chains[chain].response.count()) << cpus;
+      // At least a period and what the chain's nodes cost.
+      const double period = plan->subchains[chain].period.count();
+      EXPECT_GE(snapshot.chains[chain].response_ms.max, period + (chain == 0 ? 2.0 + 4.0 : 40.0 + 4.0) - 1e-5) << cpus;
     }
-    EXPECT_NEAR(rate(snapshot, "scan") * plan->subchains[0].period.count(), 1000.0, 10.0);
-    EXPECT_NEAR(rate(snapshot, "map") * plan->subchains[1].period.count(), 1000.0, 50.0);
+    expect_rates(snapshot, *plan);
   }
 }
 
@@ -258,8 +273,7 @@ TEST_F(ComparedTest, RatesByVerucchiAreKept) {
   const auto plan = planner::plan_by_verucchi(engine->app(), planned_costs(), {1, 0.06, 0});
   ASSERT_TRUE(plan.ok());
   const Snapshot snapshot = run_for(seconds{20});
-  EXPECT_NEAR(rate(snapshot, "scan") * plan->subchains[0].period.count(), 1000.0, 10.0);
-  EXPECT_NEAR(rate(snapshot, "map") * plan->subchains[1].period.count(), 1000.0, 50.0);
+  expect_rates(snapshot, *plan);
 }
 
 TEST_F(ComparedTest, WhatCannotBeDoneIsRefused) {

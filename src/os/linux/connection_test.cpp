@@ -21,6 +21,7 @@
 #include "os/linux/listener.h"
 #include "os/linux/poller.h"
 #include "os/linux/shared_memory.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -295,7 +296,7 @@ TEST_F(LocalSocket, DeathIsNoticedEvenIfAChildKeepsTheSocket) {
   const Connection server = let_in();
   const auto keeper = pid_of_keeper.await();
   ASSERT_TRUE(keeper.has_value());
-  if (!server.process().valid()) GTEST_SKIP() << "needs a kernel with pidfds";
+  CATAN_REQUIRE(server.process().valid(), "needs a kernel with pidfd_open (Linux 5.3)");
   ASSERT_TRUE(poller_->add(server.process(), 2).ok());
   EXPECT_THAT(poller_->wait(os_->now() + 2ms), testing::IsEmpty());
   client.end(SIGKILL);
@@ -340,7 +341,7 @@ TEST_F(LocalSocket, ConnectingToNobodySaysWhatToDo) {
 }
 
 TEST_F(LocalSocket, WhoMayNotConnectIsTold) {
-  if (::getuid() != 0) GTEST_SKIP() << "needs root, to become another user";
+  CATAN_REQUIRE(::getuid() == 0, "needs root, to become another user: run it as root");
   listen(0600);
   const std::size_t before = open_descriptors();
   ForkedProcess stranger([&] {

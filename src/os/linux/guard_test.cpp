@@ -28,6 +28,7 @@
 #include "os/linux/kernel_calls.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -261,9 +262,7 @@ TEST_F(KilledServer, AllThatWasSetIsGivenBack) {
 }
 
 TEST_F(KilledServer, PolicyThatAnotherGaveTheThreadIsGivenBackToo) {
-  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
-    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
-  }
+  CATAN_REQUIRE_REAL_TIME(*os_);
   ForkedProcess client([] { return ::pause(); });
   const pid_t thread = client.number();
   ASSERT_EQ(kernel_.set_policy(thread, {SCHED_RR, 17, false}), 0);
@@ -294,8 +293,8 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
   const pid_t thread = client.number();
   ASSERT_EQ(kernel_.set_nice(thread, 3), 0);
   const SavedScheduling before = scheduling(thread);
-  if (before.affinity.size() < 2) GTEST_SKIP() << "needs two CPUs";
-  if (!os_->real_time_facts().permitted) GTEST_SKIP() << "needs the permission to lower nice values";
+  CATAN_REQUIRE(before.affinity.size() >= 2, "needs two CPUs: let it use more (taskset)");
+  CATAN_REQUIRE_REAL_TIME(*os_);  // with it comes the one to lower nice values
   for (int round = 0; round < 40; ++round) {
     const Baton ready;
     ForkedProcess server([&] {

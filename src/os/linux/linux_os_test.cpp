@@ -13,7 +13,9 @@
 #include <thread>
 
 #include "os/linux/fabricated_tree.h"
+#include "os/linux/forked_process.h"
 #include "os/linux/kernel_calls.h"
+#include "os/requires_real_time.h"
 #include "os/scheduling_guard.h"
 
 namespace ctn::os {
@@ -130,9 +132,7 @@ TEST_F(LinuxOsTest, NamesAreCutWhereTheKernelDoes) {
 
 // Libraries make threads of their own from a node's thread.
 TEST_F(LinuxOsTest, ThreadsThatLibrariesMakeStartOrdinary) {
-  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
-    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
-  }
+  CATAN_REQUIRE_REAL_TIME(*os_);
   std::optional<Level> made;
   std::thread([&] {
     SchedulingGuard guard(*os_, os_->current_thread());
@@ -146,6 +146,7 @@ TEST_F(LinuxOsTest, ThreadsThatLibrariesMakeStartOrdinary) {
 }
 
 TEST_F(LinuxOsTest, SpawnIsOrdinaryEvenUnderAForeignRealTimePriority) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
   KernelCalls kernel;
   std::optional<Level> made;
   int error = 0;
@@ -160,14 +161,32 @@ TEST_F(LinuxOsTest, SpawnIsOrdinaryEvenUnderAForeignRealTimePriority) {
     child->join();
     kernel.set_policy(self, {SCHED_OTHER, 0, false});
   }).join();
-  if (error != 0) GTEST_SKIP() << "needs the permission to set real-time levels";
+  ASSERT_EQ(error, 0);
   EXPECT_EQ(made, Level::kOrdinary);
 }
 
+TEST_F(LinuxOsTest, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
+  ForkedProcess unprivileged([&] {
+    constexpr uid_t kNobody = 65534;
+    const rlimit none{0, 0};
+    if (::setrlimit(RLIMIT_RTPRIO, &none) != 0) return 2;
+    if (::getuid() == 0 && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) return 2;
+    const auto os = make_linux_os();
+    const RealTimeFacts facts = os->real_time_facts();
+    if (facts.permitted) return 2;
+    const Status raised = os->set_level(os->current_thread(), Level::kActive);
+    if (facts.why_not.empty() || raised.ok()) return 3;
+    const Error& error = raised.error();
+    if (error.kind() != ErrorKind::kEnvironment || error.problems().front().mend.empty()) return 4;
+    return os->level(os->current_thread()).value() == Level::kOrdinary ? 0 : 5;
+  });
+  const int exit_code = unprivileged.join();
+  CATAN_REQUIRE(exit_code != 2, "needs a process that can give the permission up: run it as root");
+  EXPECT_EQ(exit_code, 0);
+}
+
 TEST_F(LinuxOsTest, NiceSurvivesAllLevels) {
-  if (const auto facts = os_->real_time_facts(); !facts.permitted) {
-    GTEST_SKIP() << "needs the permission to set real-time levels; here: " << facts.why_not;
-  }
+  CATAN_REQUIRE_REAL_TIME(*os_);
   KernelCalls kernel;
   std::optional<SavedScheduling> before;
   std::optional<SavedScheduling> after;

@@ -13,6 +13,7 @@
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -101,7 +102,7 @@ TEST_F(PollerTest, NobodyIsStarved) {
 TEST_F(PollerTest, EndOfAProcessIsHeard) {
   ForkedProcess child([] { return ::pause(); });
   const Descriptor watched = watch_process(child.process());
-  if (!watched.valid()) GTEST_SKIP() << "needs a kernel with pidfd_open";
+  CATAN_REQUIRE(watched.valid(), "needs a kernel with pidfd_open (Linux 5.3)");
   ASSERT_TRUE(poller_->add(watched, 5).ok());
   EXPECT_THAT(poller_->wait(os_->now() + 2ms), IsEmpty());
   child.end(SIGKILL);

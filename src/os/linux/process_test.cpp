@@ -13,6 +13,7 @@
 
 #include "os/linux/fabricated_tree.h"
 #include "os/linux/forked_process.h"
+#include "os/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -89,7 +90,7 @@ TEST(StartTime, OddTextsHaveNone) {
 TEST(WatchedProcess, IsReadableOnceItHasEnded) {
   ForkedProcess child([] { return ::pause(); });
   const Descriptor watched = watch_process(child.process());
-  if (!watched.valid()) GTEST_SKIP() << "needs a kernel with pidfd_open";
+  CATAN_REQUIRE(watched.valid(), "needs a kernel with pidfd_open (Linux 5.3)");
   pollfd source{watched.number(), POLLIN, 0};
   EXPECT_EQ(::poll(&source, 1, 0), 0);
   ::kill(child.number(), SIGKILL);
