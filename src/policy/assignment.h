@@ -11,7 +11,8 @@
 #include "dispatch/shared_core_schedule.h"
 #include "dispatch/subchain_trigger.h"
 #include "graph/app.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "plan/plan.h"
 
 namespace ctn::policy {

@@ -22,7 +22,8 @@
 #include "base/result.h"
 #include "graph/app.h"
 #include "model/cost.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "plan/plan.h"
 #include "policy/assignment.h"
 

@@ -27,7 +27,8 @@
 #include <vector>
 
 #include "base/time.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "sim/event_queue.h"
 #include "sim/machine.h"
 #include "sim/reservation_server.h"

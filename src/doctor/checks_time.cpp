@@ -5,9 +5,9 @@
 #include <sstream>
 #include <utility>
 
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 constexpr Nanos kGoodWakeUp{150'000};  // p99: twice what a small virtual machine needs
@@ -50,8 +50,8 @@ std::optional<std::string> chosen(const std::optional<std::string>& choices) {
 }
 
 // The value of a word "KEY=VALUE" of the kernel's command line; the last one counts.
-std::optional<std::string> boot_option(const LinuxRoots& roots, const std::string& key) {
-  std::istringstream words(read_line(roots.procfs + "/cmdline").value_or(""));
+std::optional<std::string> boot_option(const os::LinuxRoots& roots, const std::string& key) {
+  std::istringstream words(os::read_line(roots.procfs + "/cmdline").value_or(""));
   std::optional<std::string> value;
   for (std::string word; words >> word;) {
     if (word.starts_with(key + "=")) value = word.substr(key.size() + 1);
@@ -60,11 +60,11 @@ std::optional<std::string> boot_option(const LinuxRoots& roots, const std::strin
 }
 
 // "full", "lazy", "voluntary", "none", "rt"; nothing where it cannot be told.
-std::optional<std::string> preemption(const LinuxRoots& roots) {
-  const std::string version = read_line(roots.procfs + "/version").value_or("");
+std::optional<std::string> preemption(const os::LinuxRoots& roots) {
+  const std::string version = os::read_line(roots.procfs + "/version").value_or("");
   if (version.find("PREEMPT_RT") != std::string::npos) return "rt";
-  if (read_integer(roots.sysfs + "/kernel/realtime").value_or(0) == 1) return "rt";
-  if (auto model = chosen(read_line(roots.sysfs + "/kernel/debug/sched/preempt"))) return model;
+  if (os::read_integer(roots.sysfs + "/kernel/realtime").value_or(0) == 1) return "rt";
+  if (auto model = chosen(os::read_line(roots.sysfs + "/kernel/debug/sched/preempt"))) return model;
   if (version.find("PREEMPT_DYNAMIC") != std::string::npos) return boot_option(roots, "preempt");
   if (version.find("PREEMPT") != std::string::npos) return "full";
   return std::nullopt;
@@ -77,8 +77,8 @@ struct Stolen {
 
 // The first line of /proc/stat: "cpu user nice system idle iowait irq softirq steal guest guest_nice", where the
 // guests' time is in user and nice already.
-Stolen stolen_since_boot(const LinuxRoots& roots) {
-  std::istringstream line(read_line(roots.procfs + "/stat").value_or(""));
+Stolen stolen_since_boot(const os::LinuxRoots& roots) {
+  std::istringstream line(os::read_line(roots.procfs + "/stat").value_or(""));
   std::string name;
   line >> name;
   double total = 0.0;
@@ -93,15 +93,15 @@ Stolen stolen_since_boot(const LinuxRoots& roots) {
 
 }  // namespace
 
-Finding check_clock(const LinuxRoots& roots) {
+Finding check_clock(const os::LinuxRoots& roots) {
   const std::string folder = roots.sysfs + "/devices/system/clocksource/clocksource0";
-  const std::string clock = read_line(folder + "/current_clocksource").value_or("");
+  const std::string clock = os::read_line(folder + "/current_clocksource").value_or("");
   if (clock.empty()) return {"clock", Verdict::kOk, "cannot be told", {}, {}, {}};
   constexpr std::array<std::string_view, 5> kSlow = {"hpet", "acpi_pm", "jiffies", "refined-jiffies", "pit"};
   if (std::find(kSlow.begin(), kSlow.end(), clock) == kSlow.end()) {
     return {"clock", Verdict::kOk, clock, {}, {}, {}};
   }
-  const std::string available = fmt::format(" {} ", read_line(folder + "/available_clocksource").value_or(""));
+  const std::string available = fmt::format(" {} ", os::read_line(folder + "/available_clocksource").value_or(""));
   const bool has_tsc = available.find(" tsc ") != std::string::npos;
   return {
       "clock",
@@ -117,7 +117,7 @@ Finding check_clock(const LinuxRoots& roots) {
 }
 
 Finding check_timer(const Observed& observed) {
-  const bool real_time = observed.level != Level::kOrdinary;
+  const bool real_time = observed.level != os::Level::kOrdinary;
   const Nanos p99 = worst_p99(observed.wake_ups);
   const std::string found =
       fmt::format("{} threads wake up late by {}", real_time ? "real-time" : "ordinary", described(observed.wake_ups));
@@ -137,8 +137,8 @@ Finding check_timer(const Observed& observed) {
       {"ps -eLo cls,rtprio,psr,pid,comm | grep -E '^ *(FF|RR|DLN)'   # who else is real-time", "cat /proc/cmdline"}};
 }
 
-Finding check_timer_slack(const LinuxRoots& roots, const Observed& observed) {
-  const auto slack = read_integer(roots.procfs + "/self/timerslack_ns");
+Finding check_timer_slack(const os::LinuxRoots& roots, const Observed& observed) {
+  const auto slack = os::read_integer(roots.procfs + "/self/timerslack_ns");
   const std::string found = fmt::format("{}; ordinary threads wake up late by {}",
                                         slack ? micros(Nanos{*slack}) : "unknown", described(observed.ordinary));
   if (!slack || *slack <= kUsualTimerSlack) return {"timer_slack", Verdict::kOk, found, {}, {}, {}};
@@ -151,7 +151,7 @@ Finding check_timer_slack(const LinuxRoots& roots, const Observed& observed) {
           {fmt::format("sh -c 'echo {} > /proc/$$/timerslack_ns; exec COMMAND'", kUsualTimerSlack)}};
 }
 
-Finding check_preemption(const LinuxRoots& roots) {
+Finding check_preemption(const os::LinuxRoots& roots) {
   const auto model = preemption(roots);
   if (!model) return {"preemption", Verdict::kOk, "cannot be told; `timer` shows what comes of it", {}, {}, {}};
   if (*model != "none" && *model != "voluntary") return {"preemption", Verdict::kOk, *model, {}, {}, {}};
@@ -165,7 +165,7 @@ Finding check_preemption(const LinuxRoots& roots) {
           {fmt::format("echo full | sudo tee {}", file)}};
 }
 
-Finding check_steal(const LinuxRoots& roots, const Observed& observed) {
+Finding check_steal(const os::LinuxRoots& roots, const Observed& observed) {
   const Stolen ever = stolen_since_boot(roots);
   if (!ever.known) return {"steal", Verdict::kOk, "cannot be told", {}, {}, {}};
   const double capacity =
@@ -186,4 +186,4 @@ Finding check_steal(const LinuxRoots& roots, const Observed& observed) {
       {"vmstat 1 5"}};
 }
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor

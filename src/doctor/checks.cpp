@@ -1,8 +1,8 @@
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 
-std::vector<Finding> judge(const LinuxRoots& roots, const Observed& observed) {
+std::vector<Finding> judge(const os::LinuxRoots& roots, const Observed& observed) {
   return {
       check_permission(roots, observed),
       check_group(roots, observed),
@@ -25,4 +25,4 @@ std::vector<Finding> judge(const LinuxRoots& roots, const Observed& observed) {
   };
 }
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor

@@ -1,5 +1,5 @@
 // Each check's verdicts on made-up machines, and a check-up of the real one.
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "os/linux/fabricated_tree.h"
 #include "os/linux/linux_os.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 using namespace std::chrono_literals;
@@ -22,10 +22,10 @@ using testing::IsEmpty;
 // Four CPUs, all that is fine.
 Observed fine_machine() {
   Observed observed;
-  observed.cpus = CpuSet{0, 1, 2, 3};
+  observed.cpus = os::CpuSet{0, 1, 2, 3};
   observed.allowed = observed.cpus;
   for (const int number : observed.cpus.cpus()) {
-    Cpu cpu;
+    os::Cpu cpu;
     cpu.number = number;
     cpu.core = number;
     observed.topology.cpus.push_back(cpu);
@@ -33,7 +33,7 @@ Observed fine_machine() {
     observed.ordinary.push_back({number, {60us, 70us, 80us}, std::nullopt});
   }
   observed.real_time = {true, "", 0.05, "throttling"};
-  observed.level = Level::kDispatcher;
+  observed.level = os::Level::kDispatcher;
   observed.measured = 300ms;
   return observed;
 }
@@ -48,9 +48,9 @@ class LinuxCheckup : public testing::Test {
     tree_.write("proc/self/status", "CapEff:\t" + capabilities + "\n");
     tree_.write("proc/self/limits", "Max realtime priority     " + rtprio + "                    " + rtprio + "\n");
   }
-  LinuxRoots roots() const { return tree_.roots(); }
+  os::LinuxRoots roots() const { return tree_.roots(); }
 
-  FabricatedTree tree_;
+  os::FabricatedTree tree_;
   Observed machine_ = fine_machine();
 };
 
@@ -163,13 +163,13 @@ TEST_F(LinuxCheckup, CpusThatCannotBeUsed) {
 }
 
 TEST_F(LinuxCheckup, CpusThatAreKeptFromUs) {
-  machine_.allowed = CpuSet{0, 1};
+  machine_.allowed = os::CpuSet{0, 1};
   machine_.cpus = machine_.allowed;
   expect(check_cpus(machine_), Verdict::kNote, "CPUs 0-1 of 0-3 online; this process may use 0-1");
 }
 
 TEST_F(LinuxCheckup, DifferentCpusGetASectionForTheAppFile) {
-  for (Cpu& cpu : machine_.topology.cpus) cpu.capacity = cpu.number < 3 ? 446 : 1024;
+  for (os::Cpu& cpu : machine_.topology.cpus) cpu.capacity = cpu.number < 3 ? 446 : 1024;
   const Finding finding = check_capacity(machine_);
   expect(finding, Verdict::kNote, "different speed");
   EXPECT_THAT(finding.lines,
@@ -177,21 +177,21 @@ TEST_F(LinuxCheckup, DifferentCpusGetASectionForTheAppFile) {
 }
 
 TEST_F(LinuxCheckup, FrequencyTellsSpeedWhereCapacityDoesNot) {
-  for (Cpu& cpu : machine_.topology.cpus) {
+  for (os::Cpu& cpu : machine_.topology.cpus) {
     cpu.capacity = 1024;
     cpu.max_khz = cpu.number < 2 ? 5'000'000 : 2'500'000;
   }
   EXPECT_THAT(check_capacity(machine_).lines, Contains("  cpu2-3: { count: 2, speed: 0.5 }"));
-  for (Cpu& cpu : machine_.topology.cpus) cpu.max_khz = cpu.number == 0 ? 5'100'000 : 5'000'000;
+  for (os::Cpu& cpu : machine_.topology.cpus) cpu.max_khz = cpu.number == 0 ? 5'100'000 : 5'000'000;
   expect(check_capacity(machine_), Verdict::kOk, "alike");
 }
 
 TEST_F(LinuxCheckup, HardwareThreadsOfOneCore) {
-  for (Cpu& cpu : machine_.topology.cpus) cpu.core = cpu.number % 2;
+  for (os::Cpu& cpu : machine_.topology.cpus) cpu.core = cpu.number % 2;
   const Finding finding = check_smt(roots(), machine_);
   expect(finding, Verdict::kNote, "0,2 and 1,3");
   EXPECT_THAT(finding.lines.front(), HasSubstr("--cpus 0-1"));
-  machine_.cpus = CpuSet{0, 1};
+  machine_.cpus = os::CpuSet{0, 1};
   expect(check_smt(roots(), machine_), Verdict::kOk, "core of its own");
 }
 
@@ -272,7 +272,7 @@ TEST_F(LinuxCheckup, LateTimers) {
   expect(check_timer(machine_), Verdict::kNote, "worst: CPU 2, p99 400 us");
   machine_.wake_ups[2].lateness = {10us, 4ms};
   expect(check_timer(machine_), Verdict::kWarning, "p99 4000 us");
-  machine_.level = Level::kOrdinary;
+  machine_.level = os::Level::kOrdinary;
   expect(check_timer(machine_), Verdict::kNote, "ordinary threads");
 }
 
@@ -309,7 +309,7 @@ TEST_F(LinuxCheckup, Steal) {
 }
 
 TEST(LinuxCheckupHere, AnswersAndLeavesTheThreadAsItWas) {
-  const auto os = make_linux_os();
+  const auto os = os::make_linux_os();
   const auto before = os->save_scheduling(os->current_thread());
   const auto observed = observe(*os, {});
   ASSERT_TRUE(observed.ok()) << observed.error().message();
@@ -321,4 +321,4 @@ TEST(LinuxCheckupHere, AnswersAndLeavesTheThreadAsItWas) {
 }
 
 }  // namespace
-}  // namespace ctn::os
+}  // namespace ctn::doctor

@@ -1,4 +1,4 @@
-#include "os/checkup.h"
+#include "doctor/checkup.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "os/scheduling_guard.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 constexpr Nanos kPeriod{1'000'000};
@@ -18,14 +18,14 @@ constexpr int kOrdinaryCount = 100;
 // Where the kernel keeps most of the CPU from real-time threads, measuring at their level could take for ever.
 constexpr double kMostOfACpu = 0.5;
 
-Status prepare(Os& os, int cpu, Level level) {
-  const Status bound = os.set_affinity(os.current_thread(), CpuSet{cpu});
-  if (!bound.ok() || level == Level::kOrdinary) return bound;
+Status prepare(os::Os& os, int cpu, os::Level level) {
+  const Status bound = os.set_affinity(os.current_thread(), os::CpuSet{cpu});
+  if (!bound.ok() || level == os::Level::kOrdinary) return bound;
   return os.set_level(os.current_thread(), level);
 }
 
-void sleep_and_measure(Os& os, Level level, int count, Nanos period, WakeUps& found) {
-  SchedulingGuard guard(os, os.current_thread());
+void sleep_and_measure(os::Os& os, os::Level level, int count, Nanos period, WakeUps& found) {
+  os::SchedulingGuard guard(os, os.current_thread());
   Status ready = guard.status();
   if (ready.ok()) ready = prepare(os, found.cpu, level);
   if (!ready.ok()) {
@@ -40,10 +40,10 @@ void sleep_and_measure(Os& os, Level level, int count, Nanos period, WakeUps& fo
   std::sort(found.lateness.begin(), found.lateness.end());
 }
 
-Status known(const Topology& topology, const CpuSet& cpus) {
+Status known(const os::Topology& topology, const os::CpuSet& cpus) {
   std::vector<int> all;
-  for (const Cpu& cpu : topology.cpus) all.push_back(cpu.number);
-  const CpuSet there(std::move(all));
+  for (const os::Cpu& cpu : topology.cpus) all.push_back(cpu.number);
+  const os::CpuSet there(std::move(all));
   for (const int cpu : cpus.cpus()) {
     if (there.contains(cpu)) continue;
     return Error::caller(fmt::format("this machine has no CPU {}", cpu),
@@ -52,18 +52,18 @@ Status known(const Topology& topology, const CpuSet& cpus) {
   return Done{};
 }
 
-void try_to_keep_ready(Os& os, Observed& observed) {
-  const Result<std::unique_ptr<ReadyCpus>> kept = os.keep_cpus_ready();
+void try_to_keep_ready(os::Os& os, Observed& observed) {
+  const Result<std::unique_ptr<os::ReadyCpus>> kept = os.keep_cpus_ready();
   if (!kept.ok()) observed.not_ready = kept.error();
   observed.keeps_ready = kept.ok() && kept.value() != nullptr;
 }
 
-void measure(Os& os, Observed& observed) {
+void measure(os::Os& os, Observed& observed) {
   const bool real_time = observed.real_time.permitted && observed.real_time.reserved < kMostOfACpu;
-  observed.level = real_time ? Level::kDispatcher : Level::kOrdinary;
+  observed.level = real_time ? os::Level::kDispatcher : os::Level::kOrdinary;
   const TimePoint begin = os.now();
   observed.wake_ups = measure_wake_ups(os, observed.cpus, observed.level, kRealTimeCount, kPeriod);
-  observed.ordinary = measure_wake_ups(os, observed.cpus, Level::kOrdinary, kOrdinaryCount, kPeriod);
+  observed.ordinary = measure_wake_ups(os, observed.cpus, os::Level::kOrdinary, kOrdinaryCount, kPeriod);
   observed.measured = os.now() - begin;
   observed.stolen = std::max(os.host_facts().steal - observed.host.steal, Nanos{0});
 }
@@ -96,9 +96,9 @@ Nanos WakeUps::percentile(double percent) const {
   return lateness[std::clamp(static_cast<std::size_t>(rank), std::size_t{1}, lateness.size()) - 1];
 }
 
-std::vector<WakeUps> measure_wake_ups(Os& os, const CpuSet& cpus, Level level, int count, Nanos period) {
+std::vector<WakeUps> measure_wake_ups(os::Os& os, const os::CpuSet& cpus, os::Level level, int count, Nanos period) {
   std::vector<WakeUps> found(cpus.size());
-  std::vector<std::unique_ptr<Thread>> threads;
+  std::vector<std::unique_ptr<os::Thread>> threads;
   for (std::size_t i = 0; i < found.size(); ++i) {
     WakeUps& own = found[i];
     own.cpu = cpus.cpus()[i];
@@ -118,13 +118,13 @@ WakeUps together(const std::vector<WakeUps>& each) {
   return all;
 }
 
-Result<Observed> observe(Os& os, const CpuSet& cpus) {
+Result<Observed> observe(os::Os& os, const os::CpuSet& cpus) {
   Observed observed;
-  Result<Topology> topology = os.topology();
+  Result<os::Topology> topology = os.topology();
   if (!topology.ok()) return topology.error();
   observed.topology = std::move(*topology);
   if (const Status there = known(observed.topology, cpus); !there.ok()) return there.error();
-  const Result<CpuSet> allowed = os.affinity(os.current_thread());
+  const Result<os::CpuSet> allowed = os.affinity(os.current_thread());
   if (!allowed.ok()) return allowed.error();
   observed.allowed = *allowed;
   observed.cpus = cpus.empty() ? observed.allowed : cpus;
@@ -135,4 +135,4 @@ Result<Observed> observe(Os& os, const CpuSet& cpus) {
   return observed;
 }
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor

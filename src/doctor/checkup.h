@@ -1,5 +1,5 @@
 // What a machine is like for real-time scheduling: observed first (by trying and measuring, on any Os), then judged (on
-// Linux by os/linux/checkup.h), one Finding a check.
+// Linux, checks.h), one Finding a check.
 //
 // Units: Nanos. Thread safety: plain values; observe() from one thread, which it leaves as it was.
 #pragma once
@@ -11,7 +11,7 @@
 #include "base/result.h"
 #include "os/os.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 
 // kProblem alone hinders real-time scheduling; kWarning costs latency or CPU time; kNote is worth knowing.
 enum class Verdict { kOk, kNote, kWarning, kProblem };
@@ -40,28 +40,28 @@ struct WakeUps {
 
 // Sleeps `count` times for `period` on each of the CPUs, on all at once, in threads of their own at `level`. Takes
 // count * period.
-std::vector<WakeUps> measure_wake_ups(Os& os, const CpuSet& cpus, Level level, int count, Nanos period);
+std::vector<WakeUps> measure_wake_ups(os::Os& os, const os::CpuSet& cpus, os::Level level, int count, Nanos period);
 // All CPUs' together, under the first one's number.
 WakeUps together(const std::vector<WakeUps>& each);
 
 // What cannot be read but has to be tried.
 struct Observed {
-  CpuSet cpus;  // the CPUs in question
-  Topology topology;
-  CpuSet allowed;  // the CPUs of the calling thread
-  RealTimeFacts real_time;
-  HostFacts host;                  // as of the beginning
-  Level level = Level::kOrdinary;  // of `wake_ups`: real-time where that is permitted
-  std::vector<WakeUps> wake_ups;   // one for each of `cpus`
-  std::vector<WakeUps> ordinary;   // the same at the ordinary level
-  std::optional<Error> not_ready;  // why idle CPUs cannot be kept ready
-  bool keeps_ready = false;        // there is something to keep, and it can be
-  Nanos measured{0};               // how long the measuring took
-  Nanos stolen{0};                 // CPU time a hypervisor took in that time, all CPUs
+  os::CpuSet cpus;  // the CPUs in question
+  os::Topology topology;
+  os::CpuSet allowed;  // the CPUs of the calling thread
+  os::RealTimeFacts real_time;
+  os::HostFacts host;                      // as of the beginning
+  os::Level level = os::Level::kOrdinary;  // of `wake_ups`: real-time where that is permitted
+  std::vector<WakeUps> wake_ups;           // one for each of `cpus`
+  std::vector<WakeUps> ordinary;           // the same at the ordinary level
+  std::optional<Error> not_ready;          // why idle CPUs cannot be kept ready
+  bool keeps_ready = false;                // there is something to keep, and it can be
+  Nanos measured{0};                       // how long the measuring took
+  Nanos stolen{0};                         // CPU time a hypervisor took in that time, all CPUs
 };
 
 // Takes about 0.4 s. `cpus`: empty for all that the calling thread may use. Errors: kCaller for a CPU that the machine
 // does not have, kEnvironment when it shows no CPUs at all.
-Result<Observed> observe(Os& os, const CpuSet& cpus);
+Result<Observed> observe(os::Os& os, const os::CpuSet& cpus);
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor

@@ -1,9 +1,10 @@
-#include "os/os.h"
+#include "os/cpu_set.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -38,22 +39,6 @@ std::optional<std::pair<int, int>> parse_cpu_range(std::string_view text) {
 }
 
 }  // namespace
-
-const char* to_string(Level level) {
-  switch (level) {
-    case Level::kOrdinary:
-      return "ordinary";
-    case Level::kBackground:
-      return "background";
-    case Level::kActive:
-      return "active";
-    case Level::kUnscheduled:
-      return "unscheduled";
-    case Level::kDispatcher:
-      return "dispatcher";
-  }
-  return "fixed";
-}
 
 CpuSet::CpuSet(std::vector<int> cpus) : cpus_(std::move(cpus)) {
   std::sort(cpus_.begin(), cpus_.end());
@@ -103,14 +88,6 @@ std::string to_string(const CpuSet& cpus) {
     first = last + 1;
   }
   return text;
-}
-
-CpuSet Topology::online() const {
-  std::vector<int> numbers;
-  for (const Cpu& cpu : cpus) {
-    if (cpu.online) numbers.push_back(cpu.number);
-  }
-  return CpuSet(std::move(numbers));
 }
 
 }  // namespace ctn::os

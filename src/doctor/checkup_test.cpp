@@ -1,21 +1,21 @@
-#include "os/checkup.h"
+#include "doctor/checkup.h"
 
 #include <gtest/gtest.h>
 
 #include "os/fake/fake_os.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 using namespace std::chrono_literals;
 
 TEST(Checkup, OfAFakeMachineIsExact) {
-  FakeOs os;
+  os::FakeOs os;
   os.set_real_time_facts({true, "", 0.05, "fair server"});
   const auto observed = observe(os, {});
   ASSERT_TRUE(observed.ok());
-  EXPECT_EQ(observed->cpus, (CpuSet{0, 1}));
-  EXPECT_EQ(observed->level, Level::kDispatcher);
+  EXPECT_EQ(observed->cpus, (os::CpuSet{0, 1}));
+  EXPECT_EQ(observed->level, os::Level::kDispatcher);
   ASSERT_EQ(observed->wake_ups.size(), 2U);
   EXPECT_EQ(observed->wake_ups[1].cpu, 1);
   EXPECT_EQ(observed->wake_ups[1].lateness, std::vector<Nanos>(200, 0ns));
@@ -23,44 +23,44 @@ TEST(Checkup, OfAFakeMachineIsExact) {
 }
 
 TEST(Checkup, EveryThreadIsGivenBackItsLevel) {
-  FakeOs os;
+  os::FakeOs os;
   os.set_real_time_facts({true, "", 0.0, "nothing"});
   ASSERT_TRUE(observe(os, {}).ok());
   int raised = 0;
   for (const auto& change : os.changes()) {
-    if (change.level) raised += *change.level == Level::kOrdinary ? -1 : 1;
+    if (change.level) raised += *change.level == os::Level::kOrdinary ? -1 : 1;
   }
   EXPECT_EQ(raised, 0);
 }
 
 TEST(Checkup, WithoutPermissionItMeasuresAtTheOrdinaryLevel) {
-  FakeOs os;
+  os::FakeOs os;
   os.set_real_time_facts({false, "no privilege", 0.05, "fair server"});
-  const auto observed = observe(os, CpuSet{1});
+  const auto observed = observe(os, os::CpuSet{1});
   ASSERT_TRUE(observed.ok());
-  EXPECT_EQ(observed->level, Level::kOrdinary);
+  EXPECT_EQ(observed->level, os::Level::kOrdinary);
   EXPECT_EQ(observed->wake_ups.front().lateness.size(), 200U);
 }
 
 // At a real-time level that gets no CPU time, measuring would never end.
 TEST(Checkup, NeverRaisesAThreadThatWouldStarve) {
-  FakeOs os;
+  os::FakeOs os;
   os.set_real_time_facts({true, "", 1.0, "throttling"});
-  EXPECT_EQ(observe(os, {})->level, Level::kOrdinary);
+  EXPECT_EQ(observe(os, {})->level, os::Level::kOrdinary);
 }
 
 TEST(Checkup, CpuThatTheMachineDoesNotHaveIsTheCallersMistake) {
-  FakeOs os;
-  const auto observed = observe(os, CpuSet{0, 7});
+  os::FakeOs os;
+  const auto observed = observe(os, os::CpuSet{0, 7});
   ASSERT_FALSE(observed.ok());
   EXPECT_EQ(observed.error().kind(), ErrorKind::kCaller);
 }
 
 TEST(Checkup, CpuThatIsOfflineIsRefusedAlone) {
-  FakeOs os;
+  os::FakeOs os;
   os.set_real_time_facts({true, "", 0.05, "fair server"});
   os.set_cpu_online(1, false);
-  const auto observed = observe(os, CpuSet{0, 1});
+  const auto observed = observe(os, os::CpuSet{0, 1});
   ASSERT_TRUE(observed.ok());
   EXPECT_FALSE(observed->wake_ups[0].refused);
   EXPECT_TRUE(observed->wake_ups[1].refused);
@@ -84,4 +84,4 @@ TEST(Checkup, WorstFindingDecides) {
 }
 
 }  // namespace
-}  // namespace ctn::os
+}  // namespace ctn::doctor

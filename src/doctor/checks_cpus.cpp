@@ -5,33 +5,33 @@
 #include <cmath>
 #include <map>
 
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 constexpr double kSameSpeed = 0.05;  // CPUs that differ by less are of one kind: makers favour single cores a little
 constexpr std::int64_t kSlowWakeUp = 100;  // us
 
-std::string cpu_folder(const LinuxRoots& roots, int cpu) {
+std::string cpu_folder(const os::LinuxRoots& roots, int cpu) {
   return fmt::format("{}/devices/system/cpu/cpu{}", roots.sysfs, cpu);
 }
 
-const Cpu* find(const Topology& topology, int cpu) {
-  for (const Cpu& known : topology.cpus) {
+const os::Cpu* find(const os::Topology& topology, int cpu) {
+  for (const os::Cpu& known : topology.cpus) {
     if (known.number == cpu) return &known;
   }
   return nullptr;
 }
 
-CpuSet list_of(const std::string& path) {
-  const Result<CpuSet> cpus = parse_cpu_list(read_line(path).value_or(""));
-  return cpus.ok() ? *cpus : CpuSet{};  // "(null)" where there are none
+os::CpuSet list_of(const std::string& path) {
+  const Result<os::CpuSet> cpus = os::parse_cpu_list(os::read_line(path).value_or(""));
+  return cpus.ok() ? *cpus : os::CpuSet{};  // "(null)" where there are none
 }
 
 // Capacity counts what a CPU does in a cycle, frequency does not.
-std::optional<double> speed_of(const Topology& topology, int cpu, bool by_capacity) {
-  const Cpu* const known = find(topology, cpu);
+std::optional<double> speed_of(const os::Topology& topology, int cpu, bool by_capacity) {
+  const os::Cpu* const known = find(topology, cpu);
   if (!known) return std::nullopt;
   if (by_capacity) return known->capacity ? std::optional<double>(*known->capacity) : std::nullopt;
   return known->max_khz ? std::optional(static_cast<double>(*known->max_khz)) : std::nullopt;
@@ -69,24 +69,25 @@ std::vector<std::string> cores_section(const std::vector<Kind>& kinds) {
 }
 
 // The value of one file of each CPU -> the CPUs that have it.
-std::map<std::string, CpuSet> by_value(const LinuxRoots& roots, const CpuSet& cpus, const std::string& file) {
+std::map<std::string, os::CpuSet> by_value(const os::LinuxRoots& roots, const os::CpuSet& cpus,
+                                           const std::string& file) {
   std::map<std::string, std::vector<int>> numbers;
   for (const int cpu : cpus.cpus()) {
-    if (auto value = read_line(cpu_folder(roots, cpu) + file)) numbers[*value].push_back(cpu);
+    if (auto value = os::read_line(cpu_folder(roots, cpu) + file)) numbers[*value].push_back(cpu);
   }
-  std::map<std::string, CpuSet> sets;
-  for (auto& [value, with] : numbers) sets.emplace(value, CpuSet(std::move(with)));
+  std::map<std::string, os::CpuSet> sets;
+  for (auto& [value, with] : numbers) sets.emplace(value, os::CpuSet(std::move(with)));
   return sets;
 }
 
-std::string described(const std::map<std::string, CpuSet>& values) {
+std::string described(const std::map<std::string, os::CpuSet>& values) {
   std::vector<std::string> parts;
   for (const auto& [value, cpus] : values) parts.push_back(fmt::format("{} on CPUs {}", value, to_string(cpus)));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 // These drivers' "powersave" is a governor of its own that goes by an energy preference, not the lowest frequency.
-bool hardware_governs(const LinuxRoots& roots, const CpuSet& cpus) {
+bool hardware_governs(const os::LinuxRoots& roots, const os::CpuSet& cpus) {
   const auto drivers = by_value(roots, cpus, "/cpufreq/scaling_driver");
   return !drivers.empty() && std::all_of(drivers.begin(), drivers.end(), [](const auto& driver) {
     return driver.first == "intel_pstate" || driver.first == "amd-pstate-epp";
@@ -98,21 +99,21 @@ struct IdleState {
   std::int64_t latency = 0;  // us
 };
 
-IdleState deepest_idle(const LinuxRoots& roots, const CpuSet& cpus) {
+IdleState deepest_idle(const os::LinuxRoots& roots, const os::CpuSet& cpus) {
   IdleState deepest;
   for (const int cpu : cpus.cpus()) {
     const std::string folder = cpu_folder(roots, cpu) + "/cpuidle";
-    for (const int state : numbered_entries(folder, "state").value_or(std::vector<int>{})) {
+    for (const int state : os::numbered_entries(folder, "state").value_or(std::vector<int>{})) {
       const std::string own = fmt::format("{}/state{}", folder, state);
-      const std::int64_t latency = read_integer(own + "/latency").value_or(0);
-      if (latency <= deepest.latency || read_integer(own + "/disable").value_or(0) != 0) continue;
-      deepest = {read_line(own + "/name").value_or(fmt::format("state{}", state)), latency};
+      const std::int64_t latency = os::read_integer(own + "/latency").value_or(0);
+      if (latency <= deepest.latency || os::read_integer(own + "/disable").value_or(0) != 0) continue;
+      deepest = {os::read_line(own + "/name").value_or(fmt::format("state{}", state)), latency};
     }
   }
   return deepest;
 }
 
-std::vector<std::string> lines_for_cpus(const CpuSet& unusable, const CpuSet& online) {
+std::vector<std::string> lines_for_cpus(const os::CpuSet& unusable, const os::CpuSet& online) {
   std::vector<std::string> lines;
   for (const int cpu : unusable.cpus()) {
     if (online.contains(cpu)) continue;
@@ -125,7 +126,7 @@ std::vector<std::string> lines_for_cpus(const CpuSet& unusable, const CpuSet& on
   return lines;
 }
 
-std::optional<Finding> unusable_cpus(const Observed& observed, const CpuSet& online) {
+std::optional<Finding> unusable_cpus(const Observed& observed, const os::CpuSet& online) {
   std::vector<int> numbers;
   std::string why;
   for (const WakeUps& one : observed.wake_ups) {
@@ -134,7 +135,7 @@ std::optional<Finding> unusable_cpus(const Observed& observed, const CpuSet& onl
     numbers.push_back(one.cpu);
   }
   if (numbers.empty()) return std::nullopt;
-  const CpuSet cpus(std::move(numbers));
+  const os::CpuSet cpus(std::move(numbers));
   return Finding{"cpus",
                  Verdict::kProblem,
                  fmt::format("CPUs {} cannot be used: {}", to_string(cpus), why),
@@ -146,7 +147,7 @@ std::optional<Finding> unusable_cpus(const Observed& observed, const CpuSet& onl
 }  // namespace
 
 Finding check_cpus(const Observed& observed) {
-  const CpuSet online = observed.topology.online();
+  const os::CpuSet online = observed.topology.online();
   if (auto unusable = unusable_cpus(observed, online)) return *unusable;
   const std::string found = fmt::format("CPUs {} of {} online", to_string(observed.cpus), to_string(online));
   if (common(online, observed.allowed) == online) return {"cpus", Verdict::kOk, found, {}, {}, {}};
@@ -177,17 +178,17 @@ Finding check_capacity(const Observed& observed) {
           cores_section(kinds)};
 }
 
-Finding check_smt(const LinuxRoots& roots, const Observed& observed) {
+Finding check_smt(const os::LinuxRoots& roots, const Observed& observed) {
   std::map<std::pair<int, int>, std::vector<int>> cores;
   for (const int cpu : observed.cpus.cpus()) {
-    const Cpu* const known = find(observed.topology, cpu);
+    const os::Cpu* const known = find(observed.topology, cpu);
     if (known && known->online) cores[{known->package, known->core}].push_back(cpu);
   }
   std::vector<std::string> shared;
   std::vector<int> firsts;
   for (const auto& [core, cpus] : cores) {
     firsts.push_back(cpus.front());
-    if (cpus.size() > 1) shared.push_back(to_string(CpuSet(cpus)));
+    if (cpus.size() > 1) shared.push_back(to_string(os::CpuSet(cpus)));
   }
   if (shared.empty()) return {"smt", Verdict::kOk, "each CPU is a core of its own", {}, {}, {}};
   return {"smt",
@@ -195,14 +196,14 @@ Finding check_smt(const LinuxRoots& roots, const Observed& observed) {
           fmt::format("hardware threads share cores: {}", fmt::join(shared, " and ")),
           "two CPUs of one core slow each other down, so compute times depend on what runs beside",
           "give Catan one CPU of each core, or turn the others off",
-          {fmt::format("catan run APP --cpus {}", to_string(CpuSet(firsts))),
+          {fmt::format("catan run APP --cpus {}", to_string(os::CpuSet(firsts))),
            fmt::format("echo off | sudo tee {}/devices/system/cpu/smt/control", roots.sysfs)}};
 }
 
-Finding check_isolated(const LinuxRoots& roots, const Observed& observed) {
+Finding check_isolated(const os::LinuxRoots& roots, const Observed& observed) {
   const std::string folder = roots.sysfs + "/devices/system/cpu";
-  const CpuSet isolated = list_of(folder + "/isolated");
-  const CpuSet tickless = list_of(folder + "/nohz_full");
+  const os::CpuSet isolated = list_of(folder + "/isolated");
+  const os::CpuSet tickless = list_of(folder + "/nohz_full");
   std::vector<std::string> parts;
   if (!isolated.empty()) parts.push_back(fmt::format("isolated: {}", to_string(isolated)));
   if (!tickless.empty()) parts.push_back(fmt::format("nohz_full: {}", to_string(tickless)));
@@ -222,7 +223,7 @@ Finding check_isolated(const LinuxRoots& roots, const Observed& observed) {
           {fmt::format("catan run APP --cpus {}", to_string(isolated))}};
 }
 
-Finding check_governor(const LinuxRoots& roots, const Observed& observed) {
+Finding check_governor(const os::LinuxRoots& roots, const Observed& observed) {
   const auto governors = by_value(roots, observed.cpus, "/cpufreq/scaling_governor");
   if (governors.empty()) {
     return {"governor", Verdict::kOk, "no frequency scaling to be seen (cpufreq)", {}, {}, {}};
@@ -253,32 +254,32 @@ Finding check_governor(const LinuxRoots& roots, const Observed& observed) {
                     fmt::join(observed.cpus.cpus(), " "), roots.sysfs)}};
 }
 
-Finding check_frequency_limit(const LinuxRoots& roots, const Observed& observed) {
+Finding check_frequency_limit(const os::LinuxRoots& roots, const Observed& observed) {
   std::vector<int> limited;
   double least = 1.0;
   for (const int cpu : observed.cpus.cpus()) {
-    const auto allowed = read_integer(cpu_folder(roots, cpu) + "/cpufreq/scaling_max_freq");
-    const auto possible = read_integer(cpu_folder(roots, cpu) + "/cpufreq/cpuinfo_max_freq");
+    const auto allowed = os::read_integer(cpu_folder(roots, cpu) + "/cpufreq/scaling_max_freq");
+    const auto possible = os::read_integer(cpu_folder(roots, cpu) + "/cpufreq/cpuinfo_max_freq");
     if (!allowed || !possible || *possible <= 0 || *allowed >= *possible) continue;
     limited.push_back(cpu);
     least = std::min(least, static_cast<double>(*allowed) / static_cast<double>(*possible));
   }
   if (limited.empty()) return {"frequency_limit", Verdict::kOk, "no limit below the CPU's own", {}, {}, {}};
-  return {
-      "frequency_limit",
-      Verdict::kWarning,
-      fmt::format("CPUs {} are held to {:.0f} % of their highest frequency", to_string(CpuSet(limited)), 100.0 * least),
-      "all compute times are longer by as much",
-      "lift the limit (power settings or a thermal daemon may set it again)",
-      {fmt::format("for c in {}; do cd {}/devices/system/cpu/cpu$c/cpufreq && cat cpuinfo_max_freq | sudo tee "
-                   "scaling_max_freq; done",
-                   fmt::join(limited, " "), roots.sysfs)}};
+  return {"frequency_limit",
+          Verdict::kWarning,
+          fmt::format("CPUs {} are held to {:.0f} % of their highest frequency", to_string(os::CpuSet(limited)),
+                      100.0 * least),
+          "all compute times are longer by as much",
+          "lift the limit (power settings or a thermal daemon may set it again)",
+          {fmt::format("for c in {}; do cd {}/devices/system/cpu/cpu$c/cpufreq && cat cpuinfo_max_freq | sudo tee "
+                       "scaling_max_freq; done",
+                       fmt::join(limited, " "), roots.sysfs)}};
 }
 
-Finding check_boost(const LinuxRoots& roots) {
+Finding check_boost(const os::LinuxRoots& roots) {
   const std::string folder = roots.sysfs + "/devices/system/cpu";
-  const auto boost = read_integer(folder + "/cpufreq/boost");
-  const auto no_turbo = read_integer(folder + "/intel_pstate/no_turbo");
+  const auto boost = os::read_integer(folder + "/cpufreq/boost");
+  const auto no_turbo = os::read_integer(folder + "/intel_pstate/no_turbo");
   if (!boost && !no_turbo) return {"boost", Verdict::kOk, "no boost to be seen", {}, {}, {}};
   const bool on = boost ? *boost != 0 : *no_turbo == 0;
   if (!on) return {"boost", Verdict::kOk, "off", {}, {}, {}};
@@ -291,7 +292,7 @@ Finding check_boost(const LinuxRoots& roots) {
                  : fmt::format("echo 1 | sudo tee {}/intel_pstate/no_turbo", folder)}};
 }
 
-Finding check_idle(const LinuxRoots& roots, const Observed& observed) {
+Finding check_idle(const os::LinuxRoots& roots, const Observed& observed) {
   if (observed.not_ready) {
     const Problem& why = observed.not_ready->problems().front();
     return {"idle",   Verdict::kWarning,
@@ -311,4 +312,4 @@ Finding check_idle(const LinuxRoots& roots, const Observed& observed) {
           {fmt::format("sudo cpupower idle-set -D {}", kSlowWakeUp - 1)}};
 }
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor

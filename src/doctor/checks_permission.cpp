@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <sstream>
 
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
 #include "os/linux/control_groups.h"
 #include "os/linux/privilege.h"
 
-namespace ctn::os {
+namespace ctn::doctor {
 namespace {
 
 constexpr int kHighestPriority = 4;  // of kDispatcher
@@ -16,36 +16,36 @@ constexpr std::int64_t kSecond = 1'000'000;  // in microseconds
 constexpr double kLargeReserve = 0.1;
 
 // The soft limit of a line of /proc/self/limits; nothing where it is unlimited or not there.
-std::optional<std::int64_t> limit(const LinuxRoots& roots, std::string_view name) {
-  std::istringstream lines(read_text(roots.procfs + "/self/limits").value_or(""));
+std::optional<std::int64_t> limit(const os::LinuxRoots& roots, std::string_view name) {
+  std::istringstream lines(os::read_text(roots.procfs + "/self/limits").value_or(""));
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(name)) continue;
     std::istringstream rest(line.substr(name.size()));
     std::string soft;
     rest >> soft;
-    return parse_integer(soft);
+    return os::parse_integer(soft);
   }
   return std::nullopt;
 }
 
-std::vector<std::string> lines_for_permission(const LinuxRoots& roots) {
+std::vector<std::string> lines_for_permission(const os::LinuxRoots& roots) {
   return {fmt::format("sudo setcap cap_sys_nice+ep {}   # and the same for the app's program; or", program_path(roots)),
           "echo \"$USER - rtprio 10\" | sudo tee /etc/security/limits.d/catan.conf   # then log in anew; or",
           "docker run --cap-add=SYS_NICE ...   # in a container"};
 }
 
-std::string top_folder(const LinuxRoots& roots, const std::string& own_file) {
+std::string top_folder(const os::LinuxRoots& roots, const std::string& own_file) {
   const std::vector<std::string> folders = group_folders(roots, "cpu");
   return folders.empty() ? own_file.substr(0, own_file.rfind('/')) : folders.front();
 }
 
 // Each group from the top down needs time before the next may have some.
-std::vector<std::string> lines_for_group(const LinuxRoots& roots, const std::string& own_file) {
+std::vector<std::string> lines_for_group(const os::LinuxRoots& roots, const std::string& own_file) {
   std::vector<std::string> lines;
   std::int64_t above = kUsualRuntime;
   for (const std::string& folder : group_folders(roots, "cpu")) {
     const std::string file = folder + "/cpu.rt_runtime_us";
-    const auto runtime = read_integer(file);
+    const auto runtime = os::read_integer(file);
     if (runtime && *runtime > 0) above = std::min(above, *runtime);
     if (runtime && *runtime == 0) lines.push_back(fmt::format("echo {} | sudo tee {}", above, file));
   }
@@ -55,7 +55,7 @@ std::vector<std::string> lines_for_group(const LinuxRoots& roots, const std::str
   return lines;
 }
 
-Finding group_without_time(const LinuxRoots& roots, const std::string& file) {
+Finding group_without_time(const os::LinuxRoots& roots, const std::string& file) {
   return {"group",
           Verdict::kProblem,
           fmt::format("{} is 0", file),
@@ -81,13 +81,13 @@ Finding privileged_but_refused(const std::string& own_group) {
   return finding;
 }
 
-std::string fair_server_folder(const LinuxRoots& roots) { return roots.sysfs + "/kernel/debug/sched/fair_server"; }
+std::string fair_server_folder(const os::LinuxRoots& roots) { return roots.sysfs + "/kernel/debug/sched/fair_server"; }
 
-bool fair_server_files(const LinuxRoots& roots) {
-  return numbered_entries(fair_server_folder(roots), "cpu").has_value();
+bool fair_server_files(const os::LinuxRoots& roots) {
+  return os::numbered_entries(fair_server_folder(roots), "cpu").has_value();
 }
 
-std::vector<std::string> lines_for_usual_reserve(const LinuxRoots& roots, const std::string& reserved_by) {
+std::vector<std::string> lines_for_usual_reserve(const os::LinuxRoots& roots, const std::string& reserved_by) {
   if (reserved_by.starts_with("fair server")) {
     return {fmt::format("for f in {}/cpu*/runtime; do echo 50000000 | sudo tee $f; done", fair_server_folder(roots))};
   }
@@ -108,7 +108,7 @@ struct Quota {
 // "max 100000" or "50000 100000".
 std::optional<Quota> read_quota_2(const std::string& folder) {
   const std::string file = folder + "/cpu.max";
-  std::istringstream words(read_line(file).value_or(""));
+  std::istringstream words(os::read_line(file).value_or(""));
   double runtime = 0.0;
   double period = 0.0;
   if (!(words >> runtime >> period) || period <= 0.0) return std::nullopt;
@@ -117,13 +117,13 @@ std::optional<Quota> read_quota_2(const std::string& folder) {
 
 std::optional<Quota> read_quota_1(const std::string& folder) {
   const std::string file = folder + "/cpu.cfs_quota_us";
-  const auto runtime = read_integer(file);
-  const auto period = read_integer(folder + "/cpu.cfs_period_us");
+  const auto runtime = os::read_integer(file);
+  const auto period = os::read_integer(folder + "/cpu.cfs_period_us");
   if (!runtime || !period || *runtime <= 0 || *period <= 0) return std::nullopt;
   return Quota{file, static_cast<double>(*runtime) / static_cast<double>(*period)};
 }
 
-std::optional<Quota> tightest_quota(const LinuxRoots& roots) {
+std::optional<Quota> tightest_quota(const os::LinuxRoots& roots) {
   std::optional<Quota> tightest;
   const auto consider = [&](std::optional<Quota> quota) {
     if (quota && (!tightest || quota->cpus < tightest->cpus)) tightest = std::move(quota);
@@ -135,7 +135,7 @@ std::optional<Quota> tightest_quota(const LinuxRoots& roots) {
 
 }  // namespace
 
-Finding check_permission(const LinuxRoots& roots, const Observed& observed) {
+Finding check_permission(const os::LinuxRoots& roots, const Observed& observed) {
   if (observed.real_time.permitted) {
     return {"permission", Verdict::kOk, fmt::format("real-time levels 1 to {} can be had (tried)", kHighestPriority),
             {},           {},           {}};
@@ -156,7 +156,7 @@ Finding check_permission(const LinuxRoots& roots, const Observed& observed) {
   return finding;
 }
 
-Finding check_group(const LinuxRoots& roots, const Observed& observed) {
+Finding check_group(const os::LinuxRoots& roots, const Observed& observed) {
   const auto group = real_time_group(roots);
   if (group && group->runtime_us == 0) return group_without_time(roots, group->file);
   const auto rtprio = limit(roots, "Max realtime priority");
@@ -176,7 +176,7 @@ Finding check_group(const LinuxRoots& roots, const Observed& observed) {
   return {"group", Verdict::kOk, found, {}, {}, {}};
 }
 
-Finding check_time_limit(const LinuxRoots& roots) {
+Finding check_time_limit(const os::LinuxRoots& roots) {
   const auto longest = limit(roots, "Max realtime timeout");
   if (!longest) return {"time_limit", Verdict::kOk, "no RLIMIT_RTTIME", {}, {}, {}};
   return {"time_limit",
@@ -188,8 +188,8 @@ Finding check_time_limit(const LinuxRoots& roots) {
           {"ulimit -R unlimited"}};
 }
 
-Finding check_slack(const LinuxRoots& roots, const Observed& observed) {
-  const RealTimeFacts& facts = observed.real_time;
+Finding check_slack(const os::LinuxRoots& roots, const Observed& observed) {
+  const os::RealTimeFacts& facts = observed.real_time;
   Finding finding{
       "slack",
       Verdict::kOk,
@@ -218,7 +218,7 @@ Finding check_slack(const LinuxRoots& roots, const Observed& observed) {
   return finding;
 }
 
-Finding check_quota(const LinuxRoots& roots) {
+Finding check_quota(const os::LinuxRoots& roots) {
   const auto quota = tightest_quota(roots);
   if (!quota) return {"quota", Verdict::kOk, "no CPU quota by control group", {}, {}, {}};
   const bool version_2 = quota->file.ends_with("cpu.max");
@@ -232,4 +232,4 @@ Finding check_quota(const LinuxRoots& roots) {
           {fmt::format("echo {} | sudo tee {}", version_2 ? "max" : "-1", quota->file)}};
 }
 
-}  // namespace ctn::os
+}  // namespace ctn::doctor
