@@ -10,14 +10,15 @@
 
 #include <utility>
 
-#include "os/os.h"
+#include "os/thread_scheduling.h"
 
 namespace ctn::os {
 
 class SchedulingGuard {
  public:
-  // `os` outlives the guard.
-  SchedulingGuard(Os& os, ThreadId thread) : os_(os), thread_(thread), saved_(os.save_scheduling(thread)) {}
+  // `scheduling` outlives the guard.
+  SchedulingGuard(ThreadScheduling& scheduling, ThreadId thread)
+      : scheduling_(scheduling), thread_(thread), saved_(scheduling.save_scheduling(thread)) {}
   ~SchedulingGuard() { static_cast<void>(restore()); }
   SchedulingGuard(const SchedulingGuard&) = delete;
   SchedulingGuard& operator=(const SchedulingGuard&) = delete;
@@ -28,11 +29,11 @@ class SchedulingGuard {
   // Restores now; the destructor then does nothing. Does nothing the second time.
   Status restore() {
     if (!saved_.ok() || std::exchange(restored_, true)) return Done{};
-    return os_.restore_scheduling(thread_, saved_.value());
+    return scheduling_.restore_scheduling(thread_, saved_.value());
   }
 
  private:
-  Os& os_;
+  ThreadScheduling& scheduling_;
   ThreadId thread_;
   Result<SavedScheduling> saved_;
   bool restored_ = false;

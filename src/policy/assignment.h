@@ -11,9 +11,9 @@
 #include "dispatch/shared_core_schedule.h"
 #include "dispatch/subchain_trigger.h"
 #include "graph/app.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "plan/plan.h"
-#include "planner/compared/reservations.h"
 
 namespace ctn::policy {
 
@@ -23,9 +23,8 @@ struct SubchainPlace {
   dispatch::Pacing pacing;                 // where it shares no core
   os::Level level = os::Level::kOrdinary;  // where it shares no core
   std::vector<os::Level> levels;           // the same node by node, in the order they run; empty: `level` for all
-  std::vector<planner::Reservation> reservations;  // node by node, in place of levels; empty: none
-  bool present = true;                             // false: one of its nodes is missing, and nobody holds it
-  int threads = 0;                                 // that each of its nodes works on; 0: no plan says
+  bool present = true;                     // false: one of its nodes is missing, and nobody holds it
+  int threads = 0;                         // that each of its nodes works on; 0: no plan says
 
   // Of its position-th node, where it shares no core.
   os::Level level_of(std::size_t position) const { return levels.empty() ? level : levels[position]; }

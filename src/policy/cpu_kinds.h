@@ -10,7 +10,7 @@
 
 #include "base/result.h"
 #include "graph/app.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
 
 namespace ctn::policy {
 

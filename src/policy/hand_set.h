@@ -1,4 +1,4 @@
-// Policies whose rates somebody has set by hand, in the app file or on the command line: what Catan is compared with.
+// Policies whose rates somebody has set by hand, in the app file or on the command line.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once

@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "dispatch/shared_core_member.h"
-#include "os/os.h"
+#include "os/level.h"
 #include "policy/policy.h"
 
 namespace ctn::policy {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/app_file.h"
-#include "plan/json.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/validate.h"
@@ -60,23 +58,20 @@ Result<std::optional<Decision>> CatanPolicy::decide_anew(const Situation& situat
 
 Result<Decision> StaticPolicy::decide(const Situation& situation) const {
   const graph::App& app = situation.app;
-  const Result<std::string> text = config::read_text(file_);
-  if (!text) return text.error();
-  Result<plan::Plan> plan = plan::from_json(*text, app, file_);
-  if (!plan) return plan.error();
+  plan::Plan plan = plan_;
   const auto is_exact = [&](const plan::Slot& slot) {
     return plan::period_limits(app.graph, slot.subchain).exact.has_value();
   };
-  for (plan::CorePlan& core : plan->cores) {
+  for (plan::CorePlan& core : plan.cores) {
     // Where a rate is exact, frames are fixed whatever is asked.
     if (situation.frames && std::none_of(core.slots.begin(), core.slots.end(), is_exact)) {
       core.frames = *situation.frames;
     }
   }
-  if (Status valid = plan::validate_layout(*plan, app, static_cast<int>(situation.cpus.size())); !valid) {
+  if (Status valid = plan::validate_layout(plan, app, static_cast<int>(situation.cpus.size())); !valid) {
     return valid.error();
   }
-  return following(std::move(*plan), situation);
+  return following(std::move(plan), situation);
 }
 
 }  // namespace ctn::policy

@@ -38,12 +38,12 @@ class CatanPolicy : public PlannedPolicy {
 // situation's.
 class StaticPolicy : public PlannedPolicy {
  public:
-  // `file`: as `catan plan --json` writes it; read when it is decided upon.
-  explicit StaticPolicy(std::string file) : PlannedPolicy("static:" + file), file_(std::move(file)) {}
+  // `plan` is of the situation's app, which is checked when it is decided upon.
+  StaticPolicy(std::string name, plan::Plan plan) : PlannedPolicy(std::move(name)), plan_(std::move(plan)) {}
   Result<Decision> decide(const Situation& situation) const override;
 
  private:
-  std::string file_;
+  plan::Plan plan_;
 };
 
 }  // namespace ctn::policy

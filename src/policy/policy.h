@@ -1,15 +1,11 @@
 // How an app is scheduled: each policy turns a situation into a decision, for the runtime and for the simulator alike.
 //
 //   "catan"         plans rates, cores, shares of cores and levels; made anew as costs change
-//   "static:FILE"   follows a plan that `catan plan --json` made, and never revises it
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
-//   "picas"         as "default", but subchains stay on a core each, at chain-aware fixed priorities
-//   "deadline"      as "default", but each node in a reservation of CPU time
-//   "davare", "verucchi"   rates, cores and fixed priorities by published methods
-//
-// The last four (compared.h) go by compute times and decide once: NAME:FILE takes them from a cost file.
+// and StaticPolicy (planned.h), which follows a plan that it is given and never revises it. Policies of others are in
+// baselines/; api/policies.h knows all names, and reads the files that some name.
 //
 // Another policy is another class (hand_set.h is the shortest example) and a name in make_policy(). What a subchain is
 // paced by, where its threads run and at which levels, node by node if need be, is in the decision's assignment
@@ -26,7 +22,8 @@
 #include "base/result.h"
 #include "graph/app.h"
 #include "model/cost.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "plan/plan.h"
 #include "policy/assignment.h"
 
@@ -68,7 +65,7 @@ class Policy {
   // Decides once, by the situation's costs: they must be real ones, not a guess for the beginning.
   virtual bool needs_costs() const { return false; }
 
-  // Errors: what the app does not say (rates set by hand) or cannot have (a plan), a plan's file that is none. kCaller.
+  // Errors: what the app does not say (rates set by hand) or cannot have (a plan). kCaller.
   virtual Result<Decision> decide(const Situation& situation) const = 0;
 
   // Decides again, with `in_force` under way, which may be of other cores. Only a plan that meets all bounds with an
@@ -83,8 +80,7 @@ class Policy {
   std::string name_;
 };
 
-// "catan", "default", "fifo", "rate:30", "rate:12.5Hz", "static:PLAN.json", "picas", "picas:COSTS.yaml". kCaller,
-// naming all that would be right.
+// "catan", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
 Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
 
 }  // namespace ctn::policy

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "policy/planned.h"
 #include "policy/test_app.h"
 
 namespace ctn::policy {
@@ -25,10 +25,8 @@ TEST(Policy, KnowsItsNames) {
   EXPECT_TRUE((*make_policy("catan"))->follows_plan());
   EXPECT_TRUE((*make_policy("fifo"))->raises());
   EXPECT_FALSE((*make_policy("fifo"))->follows_plan());
-  EXPECT_TRUE((*make_policy("static:plans/one.json"))->follows_plan());
-  EXPECT_FALSE((*make_policy("static:plans/one.json"))->adapts());
   EXPECT_FALSE((*make_policy("default"))->raises());
-  for (const char* name : {"catan", "default", "fifo", "static:plans/one.json", "rate:12.5Hz"}) {
+  for (const char* name : {"catan", "default", "fifo", "rate:12.5Hz"}) {
     EXPECT_EQ((*make_policy(name))->name(), name);
   }
 }
@@ -117,77 +115,20 @@ TEST(Catan, PlansForTheCpusThatThereAre) {
   EXPECT_EQ(decision.dispatcher_level, os::Level::kDispatcher);
 }
 
-TEST(AGivenPlan, MustBeThere) { EXPECT_FALSE(decided("static:/nowhere/plan.json", tracker_app()).ok()); }
-
-// Two chains of two subchains each, the second of more weight.
-graph::App two_chains() {
-  return parse(R"(
-catan: 1
-app: two
-nodes:
-  a: { fallback_rate: 10Hz }
-  b: { fallback_rate: 20Hz }
-  c: { fallback_rate: 5Hz }
-  d: {}
-  imu: { unscheduled: true, period: 5ms }
-edges: [ a -> b, c -> d, imu -> c ]
-subchains: { cd: [c, d] }
-objective: [ { response_time: [a, b], weight: 1 }, { response_time: [c, d], weight: 2 } ]
-)");
-}
-
-TEST(Compared, PicasKeepsChainsTogetherAndRanksTheirNodes) {
-  const graph::App app = two_chains();
-  const Decision decision = *decided("picas", app);
-  const SubchainPlace& a = decision.assignment.places[app.graph.find_subchain("a")->index()];
-  const SubchainPlace& b = decision.assignment.places[app.graph.find_subchain("b")->index()];
-  const SubchainPlace& cd = decision.assignment.places[app.graph.find_subchain("cd")->index()];
-  EXPECT_EQ(cd.levels, (std::vector<os::Level>{os::fixed_level(2), os::fixed_level(3)}));
-  EXPECT_EQ(a.level_of(0), os::fixed_level(0));
-  EXPECT_EQ(b.level_of(0), os::fixed_level(1));
-  EXPECT_EQ(a.cpus, b.cpus);
-  EXPECT_EQ(a.cpus.size(), 1U);
-  EXPECT_NE(a.cpus, cd.cpus);
-  EXPECT_EQ(decision.unscheduled_level, os::fixed_level(4));
-  EXPECT_EQ(decision.dispatcher_level, os::fixed_level(5));
-}
-
-TEST(Compared, DeadlinesAreReservationsANode) {
-  const graph::App app = two_chains();
-  const Decision decision = *decided("deadline", app);
-  const SubchainPlace& cd = decision.assignment.places[app.graph.find_subchain("cd")->index()];
-  ASSERT_EQ(cd.reservations.size(), 2U);
-  EXPECT_EQ(cd.reservations[1].runtime, std::chrono::microseconds{5500});
-  EXPECT_EQ(cd.reservations[1].period, std::chrono::milliseconds{200});
-  EXPECT_EQ(cd.pacing.period, std::chrono::milliseconds{200});
-  EXPECT_EQ(cd.cpus, (os::CpuSet{2, 3}));
-}
-
-TEST(Compared, RatesAreOnOneCoreEachAtOnePriority) {
-  for (const char* name : {"davare", "verucchi"}) {
-    const graph::App app = two_chains();
-    const Decision decision = *decided(name, app);
-    std::vector<os::Level> levels;
-    for (const SubchainPlace& place : decision.assignment.places) {
-      EXPECT_EQ(place.cpus.size(), 1U);
-      EXPECT_GE(place.pacing.period, std::chrono::milliseconds{5});
-      EXPECT_LE(place.pacing.period, std::chrono::milliseconds{50});
-      levels.push_back(place.level);
+TEST(AGivenPlan, IsFollowedWhateverItWouldBeNow) {
+  const graph::App app = tracker_app();
+  const Decision planned = *decided("catan", app);
+  const StaticPolicy policy("static:plan.json", *planned.plan);
+  EXPECT_EQ(policy.name(), "static:plan.json");
+  EXPECT_TRUE(policy.follows_plan());
+  EXPECT_FALSE(policy.adapts());
+  const model::CostTable costs(app.graph, Millis{50});
+  for (const os::CpuSet& cpus : {os::CpuSet{2, 3}, os::CpuSet{2}}) {
+    const auto decision = policy.decide({.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06});
+    EXPECT_EQ(decision.ok(), cpus.size() == 2) << "made for two cores";
+    if (decision) {
+      EXPECT_EQ(decision->plan, planned.plan);
     }
-    std::sort(levels.begin(), levels.end());
-    EXPECT_EQ(levels, (std::vector<os::Level>{os::fixed_level(0), os::fixed_level(1), os::fixed_level(2)}));
-    EXPECT_FALSE(decision.plan);
-  }
-}
-
-TEST(Compared, ComputeTimesMayComeFromAFile) {
-  for (const char* name : {"picas", "deadline", "davare", "verucchi"}) {
-    EXPECT_TRUE((*make_policy(name))->needs_costs());
-    const std::string with_file = std::string(name) + ":/nowhere/costs.yaml";
-    EXPECT_FALSE((*make_policy(with_file))->needs_costs());
-    EXPECT_EQ((*make_policy(with_file))->name(), with_file);
-    EXPECT_FALSE(decided(with_file.c_str(), two_chains()).ok());
-    EXPECT_FALSE(make_policy(std::string(name) + ":").ok());
   }
 }
 

@@ -16,7 +16,7 @@
 
 #include "base/result.h"
 #include "graph/app.h"
-#include "os/os.h"
+#include "os/machine.h"
 #include "record/events.h"
 
 namespace ctn::record {

@@ -16,7 +16,7 @@ std::uint64_t token_near(std::uint64_t completed, std::uint32_t word) {
   return completed + static_cast<std::uint64_t>(static_cast<std::int64_t>(ahead));
 }
 
-void complete(os::Os& os, const Region& region, SignalCell& signal, std::uint64_t token) {
+void complete(os::Threads& threads, const Region& region, SignalCell& signal, std::uint64_t token) {
   std::uint64_t before = signal.completed.load(std::memory_order_relaxed);
   while (before < token && !signal.completed.compare_exchange_weak(before, token, std::memory_order_seq_cst)) {
   }
@@ -24,7 +24,7 @@ void complete(os::Os& os, const Region& region, SignalCell& signal, std::uint64_
   // sleeps.
   if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
   const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
-  if (holder != 0 && holder <= region.attentions()) region.attention(holder - 1).nudge(os);
+  if (holder != 0 && holder <= region.attentions()) region.attention(holder - 1).nudge(threads);
 }
 
 }  // namespace

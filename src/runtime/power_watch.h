@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "os/os.h"
+#include "os/machine.h"
 #include "policy/cpu_kinds.h"
 
 namespace ctn::runtime {

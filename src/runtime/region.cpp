@@ -46,9 +46,9 @@ Result<RegionHeader> read_header(std::span<const std::byte> memory) {
 
 }  // namespace
 
-void Attention::nudge(os::Os& os) {
+void Attention::nudge(os::Threads& threads) {
   word.fetch_add(1, std::memory_order_release);
-  os.wake(word);
+  threads.wake(word);
 }
 
 // Offsets in bytes from the region's start.

@@ -31,7 +31,7 @@
 
 #include "base/result.h"
 #include "graph/app.h"
-#include "os/os.h"
+#include "os/threads.h"
 #include "runtime/word_ring.h"
 
 namespace ctn::runtime {
@@ -59,7 +59,7 @@ struct alignas(64) Attention {
   std::atomic<std::uint32_t> word{0};
 
   // Wakes it, for it to look at everything anew.
-  void nudge(os::Os& os);
+  void nudge(os::Threads& threads);
 };
 
 // Between the nodes of a subchain and the controller that holds it.

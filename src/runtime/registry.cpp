@@ -71,7 +71,7 @@ Status Registry::hello(Program& program, const Request& request) {
 }
 
 Status Registry::own_thread(const Program& program, os::ThreadId thread) const {
-  const Result<std::vector<os::ThreadId>> threads = os_.threads(program.process);
+  const Result<std::vector<os::ThreadId>> threads = threads_.threads(program.process);
   if (threads && std::binary_search(threads->begin(), threads->end(), thread)) return Done{};
   return Error::caller(fmt::format("thread {} is not one of process {}", static_cast<std::int32_t>(thread),
                                    static_cast<std::int32_t>(program.process)),
@@ -91,7 +91,7 @@ void Registry::look_for_threads() {
 
 void Registry::look_for_threads(Program& program) {
   if (program.nodes.empty()) return;
-  const Result<std::vector<os::ThreadId>> living = os_.threads(program.process);
+  const Result<std::vector<os::ThreadId>> living = threads_.threads(program.process);
   if (!living) return;  // it is ending: its connection will say so
   for (const NodeId node : program.nodes) {
     for (const os::ThreadId thread : scheduler_.threads(node)) {

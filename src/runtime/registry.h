@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "os/os.h"
+#include "os/threads.h"
 #include "runtime/protocol.h"
 #include "runtime/scheduler.h"
 
@@ -35,7 +35,7 @@ class Registry {
   using ProgramId = std::uint64_t;
 
   // Both outlive it.
-  Registry(os::Os& os, Scheduler& scheduler) : os_(os), scheduler_(scheduler) {}
+  Registry(os::Threads& threads, Scheduler& scheduler) : threads_(threads), scheduler_(scheduler) {}
 
   // A program has connected.
   ProgramId enter(os::ProcessId process);
@@ -69,7 +69,7 @@ class Registry {
   void look_for_threads(Program& program);
   void let_go_of_found(Program& program);
 
-  os::Os& os_;
+  os::Threads& threads_;
   Scheduler& scheduler_;
   std::map<ProgramId, Program> programs_;
   ProgramId next_ = 0;

@@ -49,9 +49,9 @@
 namespace ctn::runtime {
 
 struct SchedulerOptions {
-  std::shared_ptr<const policy::Policy> policy;
-  os::CpuSet cpus;     // empty: all that this thread may use
-  std::string record;  // path; empty: none
+  std::shared_ptr<const policy::Policy> policy;  // needs no costs: none are known at first
+  os::CpuSet cpus;                               // empty: all that this thread may use
+  std::string record;                            // path; empty: none
   std::string note;
   bool stealing = true;                      // false: nobody steals, whatever the app says
   bool replan = true;                        // false: the first plan that rests on measurements stays

@@ -113,20 +113,9 @@ Status Scheduler::open_record(TimePoint start, TimePoint warm_from, std::unique_
 }
 
 Status Scheduler::decide_first() {
-  if (options_.policy->needs_costs()) {
-    return Error::caller(
-        fmt::format("scheduler '{}' decides once, by compute times that are known before", options_.policy->name()),
-        fmt::format("say which: {}:COSTS.yaml", options_.policy->name()));
-  }
   const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
   Result<policy::Decision> decision = decide(unmeasured);
   if (!decision) return decision.error();
-  const auto& places = decision->assignment.places;
-  if (std::any_of(places.begin(), places.end(), [](const auto& place) { return !place.reservations.empty(); })) {
-    return Error::caller(
-        fmt::format("scheduler '{}' reserves CPU time, which only the simulator can do", options_.policy->name()),
-        "use catan sim, or another scheduler");
-  }
   decision_ = std::move(*decision);
   if (decision_.plan) slack_ = decision_.plan->slack;
   places_ = decision_.assignment.places;

@@ -1,11 +1,9 @@
 // Subchains that share cores, in virtual time with threads that compete for CPUs: the whole runtime, every figure
 // exact.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -14,13 +12,12 @@
 
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
-#include "plan/json.h"
-#include "planner/compared/davare.h"
-#include "planner/compared/verucchi.h"
 #include "planner/planner.h"
+#include "policy/planned.h"
 #include "policy/test_app.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
+#include "runtime/testing/planned_rates.h"
 
 namespace ctn::runtime {
 namespace {
@@ -89,19 +86,6 @@ class SharedTest : public ::testing::Test {
       if (each.name == node) return each.rate_hz;
     }
     return 0.0;
-  }
-
-  // Each node's rate is the planned one, but for `within` of it, for a run at either end, and for what a snapshot has
-  // not seen yet: the housekeeper looks every 50 ms.
-  template <class Plan>
-  void expect_rates(const Snapshot& snapshot, const Plan& plan, double within = 0.0) const {
-    for (const NodeSnapshot& node : snapshot.nodes) {
-      const SubchainId id = *engine->app().graph.node(*engine->app().graph.find_node(node.name)).subchain;
-      const double planned = 1000.0 / plan.subchains[id.index()].period.count();
-      const auto runs = static_cast<double>(node.compute_ms.count);
-      EXPECT_GT(runs, 20.0) << node.name;
-      EXPECT_NEAR(node.rate_hz / planned, 1.0, within + (1.5 + 0.05 * planned) / runs) << node.name;
-    }
   }
 
   model::CostTable planned_costs() const {
@@ -216,7 +200,8 @@ TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   EXPECT_EQ(snapshot.notices[0], "rates-only: no right to");
   for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
   // Without levels, turns on the core are not as planned to the last run.
-  expect_rates(snapshot, *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06}), 0.02);
+  expect_planned_rates(engine->app(), snapshot,
+                       *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06}), 0.02);
 }
 
 TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
@@ -227,64 +212,6 @@ TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
   EXPECT_NEAR(rate(snapshot, "scan"), 50.0, 0.5);
   EXPECT_LT(rate(snapshot, "map"), 4.5);
   EXPECT_LT(rate(snapshot, "log"), 1.0);
-}
-
-// The policies that Catan is compared with, with compute times as they are.
-class ComparedTest : public SharedTest {
- protected:
-  static std::string cost_file() {
-    // Tests run side by side, each in a process of its own.
-    const std::string path = testing::TempDir() + "catan_compared_costs_" + std::to_string(getpid()) + ".yaml";
-    std::ofstream(path) << "scan: 2ms\nsteer: 4ms\nmap: 40ms\nlog: 3ms\n";
-    return path;
-  }
-};
-
-// 50 Hz x 6 ms, 5 Hz x 40 ms and 20 Hz x 3 ms fit one core. The fast chain is of most weight, so nobody is before it.
-TEST_F(ComparedTest, ChainAwarePrioritiesKeepTheHeaviestChainFast) {
-  open(robot_app(), "picas:" + cost_file(), 1);
-  const Snapshot snapshot = run_for(seconds{10});
-  EXPECT_TRUE(snapshot.notices.empty());
-  EXPECT_NEAR(rate(snapshot, "scan"), 50.0, 0.5);
-  EXPECT_NEAR(rate(snapshot, "map"), 5.0, 0.2);
-  EXPECT_LT(rate(snapshot, "log"), 20.0) << "the least of all: a run of map overtakes some of its triggers";
-  EXPECT_NEAR(snapshot.chains[0].response_ms.max, 26.0, 1e-6);
-}
-
-// What is measured stays within what the method promises, and near its rates.
-TEST_F(ComparedTest, PeriodsByDavareKeepTheirBounds) {
-  for (const int cpus : {1, 2}) {
-    open(robot_app(), "davare:" + cost_file(), cpus);
-    const auto plan = planner::plan_by_davare(engine->app(), planned_costs(), {cpus, 0.06, 0});
-    ASSERT_TRUE(plan.ok());
-    const Snapshot snapshot = run_for(seconds{20});
-    for (std::size_t chain = 0; chain < 2; ++chain) {
-      EXPECT_LE(snapshot.chains[chain].response_ms.max, plan->chains[chain].response.count() + 1e-6) << cpus;
-      // At least a period and what the chain's nodes cost.
-      const double period = plan->subchains[chain].period.count();
-      EXPECT_GE(snapshot.chains[chain].response_ms.max, period + (chain == 0 ? 2.0 + 4.0 : 40.0 + 4.0) - 1e-5) << cpus;
-    }
-    expect_rates(snapshot, *plan);
-  }
-}
-
-TEST_F(ComparedTest, RatesByVerucchiAreKept) {
-  open(robot_app(), "verucchi:" + cost_file(), 1);
-  const auto plan = planner::plan_by_verucchi(engine->app(), planned_costs(), {1, 0.06, 0});
-  ASSERT_TRUE(plan.ok());
-  const Snapshot snapshot = run_for(seconds{20});
-  expect_rates(snapshot, *plan);
-}
-
-TEST_F(ComparedTest, WhatCannotBeDoneIsRefused) {
-  for (const std::string& policy : {std::string("davare"), "deadline:" + cost_file()}) {
-    open(robot_app(), policy, 1);
-    const Status started = engine->start();
-    ASSERT_FALSE(started.ok()) << policy;
-    EXPECT_EQ(started.error().kind(), ErrorKind::kCaller);
-    const char* mend = policy == "davare" ? "davare:COSTS.yaml" : "simulator";
-    EXPECT_NE(started.error().message().find(mend), std::string::npos) << started.error().message();
-  }
 }
 
 // The made-up machine has no fair server: for what planning is to be left to ordinary threads while all is on one CPU,
@@ -410,23 +337,20 @@ TEST_F(FollowersTest, WithAPeriodOfTheirOwnHaveATimer) {
 }
 
 TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
-  const std::string path = testing::TempDir() + "catan_given_plan.json";
-  {
-    const graph::App app = robot_app();
-    const model::CostTable guess(app.graph, Millis{10});
-    const plan::Plan plan = *planner::make_plan(app, guess, {.cores = 1, .slack = 0.06});
-    std::ofstream(path) << plan::to_json(plan, app);
-  }
+  const graph::App app = robot_app();
+  const model::CostTable guess(app.graph, Millis{10});
+  const plan::Plan plan = *planner::make_plan(app, guess, {.cores = 1, .slack = 0.06});
   for (const graph::FrameMode frames : {graph::FrameMode::kElastic, graph::FrameMode::kFixed}) {
     os::FakeOs machine;
     machine.share_cpus(true);
-    Result<std::unique_ptr<Engine>> made = Engine::create(robot_app(), machine,
-                                                          {.policy = *policy::make_policy("static:" + path),
-                                                           .cpus = os::CpuSet{0},
-                                                           .record = {},
-                                                           .note = {},
-                                                           .frames = frames,
-                                                           .on_notice = {}});
+    Result<std::unique_ptr<Engine>> made =
+        Engine::create(robot_app(), machine,
+                       {.policy = std::make_shared<policy::StaticPolicy>("static", plan),
+                        .cpus = os::CpuSet{0},
+                        .record = {},
+                        .note = {},
+                        .frames = frames,
+                        .on_notice = {}});
     ASSERT_TRUE(made.ok());
     for (const char* node : {"scan", "steer", "map", "log"}) {
       (*made)->wiring().set_body(node, [&](ctn::Run&) { machine.burn(milliseconds{2}); });
@@ -438,7 +362,6 @@ TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
     EXPECT_GT(rate((*made)->snapshot(), "scan"), 10.0);
     EXPECT_TRUE((*made)->stop().ok());
   }
-  std::remove(path.c_str());
 }
 
 TEST_F(SharedTest, AllLevelsAreGivenBack) {

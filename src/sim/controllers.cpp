@@ -123,8 +123,7 @@ void Controllers::follow(Pacer& pacer) {
   } else if (pacer.trigger) {
     if (!is_new || place == pacer.place) return;
     if (place.cpus != pacer.place.cpus) nodes_.move(pacer.subchain, place.cpus);
-    const bool same_levels = place.level == pacer.place.level && place.levels == pacer.place.levels &&
-                             place.reservations == pacer.place.reservations;
+    const bool same_levels = place.level == pacer.place.level && place.levels == pacer.place.levels;
     if (!same_levels && !pacer.contained) nodes_.set_levels(pacer.subchain, place);
     if (place.pacing != pacer.place.pacing) pacer.trigger->change_pacing(cpus_.now(), place.pacing);
     pacer.place = place;

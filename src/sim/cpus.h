@@ -7,7 +7,7 @@
 // lowest runs, rather where it ran last. Raised threads go to the end of their level's queue, lowered and pre-empted
 // ones to its front.
 //
-// Threads with a reservation of CPU time (dispatch/reservation_server.h) are above all levels, as SCHED_DEADLINE is
+// Threads with a reservation of CPU time (reservation_server.h) are above all levels, as SCHED_DEADLINE is
 // above SCHED_FIFO: of those that have budget, on K CPUs the K with the earliest deadlines run; whoever has spent its
 // budget waits for the next, even where a CPU is idle. Budgets are not scaled by the speed of a CPU. The real-time
 // limit does not keep them from a CPU, but what they use counts.
@@ -27,10 +27,11 @@
 #include <vector>
 
 #include "base/time.h"
-#include "dispatch/reservation_server.h"
-#include "os/os.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
 #include "sim/event_queue.h"
 #include "sim/machine.h"
+#include "sim/reservation_server.h"
 
 namespace ctn::sim {
 
@@ -214,7 +215,7 @@ class Cpus {
   TimePoint now_{};
   std::vector<Entity> threads_;
   std::vector<Cpu> cpus_;
-  std::vector<std::optional<dispatch::ReservationServer>> servers_;  // by thread; empty where nobody has one
+  std::vector<std::optional<ReservationServer>> servers_;  // by thread; empty where nobody has one
   std::vector<Thread> roaming_;  // real-time threads that may run on several CPUs and wait; the next at the back
   EventQueue events_due_;
   CpuMask dirty_;  // CPUs on which somebody else may have to run

@@ -117,11 +117,12 @@ void Nodes::set_levels(SubchainId subchain, const policy::SubchainPlace& place) 
   const std::vector<NodeId>& ids = app_.graph.subchain(subchain).nodes;
   for (std::size_t position = 0; position < ids.size(); ++position) {
     const Node& node = nodes_[ids[position].index()];
-    const bool reserved = real_time_ && !place.reservations.empty() && place.reservations[position].runtime > Nanos{0};
+    const Reservation reservation = reservations_.empty() ? Reservation{} : reservations_[ids[position].index()];
+    const bool reserved = real_time_ && reservation.runtime > Nanos{0};
     for (int helper = 0; helper <= node.helpers; ++helper) {
       const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
       if (reserved) {
-        cpus_.reserve(thread, place.reservations[position].runtime, place.reservations[position].period);
+        cpus_.reserve(thread, reservation.runtime, reservation.period);
       } else {
         cpus_.set_level(thread, level_of(place.level_of(position)));
       }

@@ -24,6 +24,7 @@
 #include "record/events.h"
 #include "sim/cpus.h"
 #include "sim/machine.h"
+#include "sim/reservation.h"
 #include "sim/run_costs.h"
 
 namespace ctn::sim {
@@ -60,6 +61,8 @@ class Nodes {
   void set_effect(NodeId node, Body effect) { nodes_[node.index()].effect = std::move(effect); }
   // Runs of `consumer` consume over its slot-th input what its function reads there.
   void use_channel(NodeId consumer, std::size_t slot) { nodes_[consumer.index()].inputs[slot].has_channel = true; }
+  // By NodeId: these threads are in reservations, in place of levels, from then on that they are given levels.
+  void reserve(std::vector<Reservation> reservations) { reservations_ = std::move(reservations); }
   // The channel of the edge; null where there is no such edge between nodes of ours.
   template <class C>
   C* channel(NodeId from, NodeId to);
@@ -71,7 +74,7 @@ class Nodes {
   Signal& signal(SubchainId subchain) { return signals_[subchain.index()]; }
   void trigger(SubchainId subchain, std::uint64_t number, int from_cpu);
   void set_level(SubchainId subchain, os::Level level);
-  // Or reservations: where a node has several threads, each has the node's reservation for itself.
+  // As the place says, or its nodes' reservations: where a node has several threads, each has it for itself.
   void set_levels(SubchainId subchain, const policy::SubchainPlace& place);
   void move(SubchainId subchain, const os::CpuSet& cpus);
 
@@ -145,7 +148,8 @@ class Nodes {
   bool real_time_;
   std::vector<Node> nodes_;
   std::vector<Signal> signals_;
-  std::vector<std::size_t> node_of_;  // by thread, from `first`
+  std::vector<Reservation> reservations_;  // by node; empty: none
+  std::vector<std::size_t> node_of_;       // by thread, from `first`
   std::uint64_t dropped_ = 0;
 };
 

@@ -77,6 +77,11 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
       Result<policy::Decision> decision = options_.policy->decide(situation(known, known));
       if (!decision) return decision.error();
       decision_ = std::move(*decision);
+      if (options_.reserve) {
+        Result<std::vector<Reservation>> reserved = options_.reserve(situation(known, known));
+        if (!reserved) return reserved.error();
+        nodes_.reserve(std::move(*reserved));
+      }
     } else {
       decision_ = follow_next_plan(unmeasured);
     }

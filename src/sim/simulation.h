@@ -35,6 +35,7 @@
 #include "sim/machine.h"
 #include "sim/nodes.h"
 #include "sim/outcome.h"
+#include "sim/reservation.h"
 #include "sim/run_costs.h"
 
 namespace ctn::sim {
@@ -64,6 +65,7 @@ struct Recording {
 
 struct Options {
   std::shared_ptr<const policy::Policy> policy;
+  Reserve reserve{};  // of a policy whose nodes are in reservations, in place of levels
   Machine machine{};
   bool stealing = true;                      // false: nobody steals, whatever the app says
   bool replan = true;                        // false: the first plan that rests on measurements stays
@@ -78,8 +80,8 @@ struct Options {
 class Simulation {
  public:
   // Errors (kCaller): another number of cores than the app lists, or more than can be simulated; what the policy cannot
-  // decide; costs that it needs and are not given; those of a record's writer. Precondition: plans that are given are
-  // valid for the app on so many cores, and `policy` follows plans and adapts.
+  // decide or reserve; costs that it needs and are not given; those of a record's writer. Precondition: plans that are
+  // given are valid for the app on so many cores, and `policy` follows plans and adapts.
   static Result<std::unique_ptr<Simulation>> create(const graph::App& app, std::unique_ptr<RunCosts> costs,
                                                     Options options);
   ~Simulation();

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -443,49 +442,6 @@ objective: [ { response_time: [a], weight: 1 } ]
   EXPECT_FALSE(make("catan", 0).ok());
   EXPECT_FALSE(make("catan", 1000).ok());
   EXPECT_TRUE(make("catan", 1).ok());
-}
-
-// --- Reservations ---
-
-std::string cost_file(const std::string& costs) {
-  // Tests run side by side, each in a process of its own.
-  std::string path = testing::TempDir() + fmt::format("reserved_{}.costs.yaml", getpid());
-  std::ofstream(path) << costs;
-  return path;
-}
-
-// a is done by the end of its period, whatever b does; so a response takes two periods at most.
-TEST(Simulation, ReservationsBoundResponses) {
-  const std::string policy = "deadline:" + cost_file("a: 3ms\nb: 4ms\n");
-  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 4ms\n", policy);
-  EXPECT_LE(outcome.chains[0].response_ms.max, 20.0);
-  EXPECT_LE(outcome.chains[1].response_ms.max, 40.0);
-  EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
-  EXPECT_NEAR(node(outcome, "b").rate_hz, 50.0, 0.1);
-}
-
-// b costs four times what its reservation (4.4 of 20 ms) was made for.
-TEST(Simulation, AnOverrunIsKeptToItsReservation) {
-  const std::string policy = "deadline:" + cost_file("a: 3ms\nb: 4ms\n");
-  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 16ms\n", policy);
-  EXPECT_LE(outcome.chains[0].response_ms.max, 20.0);
-  EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
-  EXPECT_LE(node(outcome, "b").rate_hz, 0.22 * 1000.0 / 16.0 + 0.1);
-  EXPECT_LE(outcome.cores.front().real_time, 0.3 + 0.22 + 0.001);
-}
-
-TEST(Simulation, ReservationsNeedCosts) {
-  Options options{.policy = *policy::make_policy("deadline")};
-  const graph::App app = parse(kTwo);
-  const model::Workload work = work_of(app, "a: 3ms\nb: 4ms\n");
-  const auto run = [&] { return simulate(app, std::make_unique<DrawnCosts>(app, work, 1), options, seconds{5}); };
-  const auto refused = run();
-  ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().message().find("deadline:COSTS.yaml"), std::string::npos);
-  options.costs = work.costs(app.graph);
-  const auto outcome = run();
-  ASSERT_TRUE(outcome.ok());
-  EXPECT_NEAR(node(*outcome, "a").rate_hz, 100.0, 0.3);
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ Answer answer_one(const graph::App& app, const model::Workload& work, const Hypo
   }
   Options simulated;
   simulated.policy = options.policy;
+  simulated.reserve = options.reserve;
   simulated.machine.cores = asked.cores;
   simulated.costs = changed_work.costs(changed.graph);
   auto outcome = simulate(changed, std::make_unique<DrawnCosts>(changed, changed_work, options.seed), simulated,

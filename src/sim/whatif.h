@@ -25,6 +25,7 @@
 #include "model/workload.h"
 #include "policy/policy.h"
 #include "sim/outcome.h"
+#include "sim/reservation.h"
 
 namespace ctn::sim {
 
@@ -39,6 +40,7 @@ struct Hypothesis {
 
 struct WhatIfOptions {
   std::shared_ptr<const policy::Policy> policy;
+  Reserve reserve{};      // as in simulation.h
   double seconds = 20.0;  // that are measured, of each
   std::uint64_t seed = 1;
   std::size_t threads = 0;  // 0: one a CPU

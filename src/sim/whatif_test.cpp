@@ -99,16 +99,6 @@ TEST_F(WhatIfTest, HandSetRatesPromiseNothingAndAreSimulated) {
   ASSERT_TRUE(answers->front().simulated);
 }
 
-TEST_F(WhatIfTest, PoliciesThatDecideByCostsGetThoseOfTheHypothesis) {
-  options.policy = *policy::make_policy("davare");
-  const auto answers = answer(app, work, {{.cores = 1}, {.cores = 1, .speed = 2.0}}, options);
-  ASSERT_TRUE(answers.ok());
-  ASSERT_TRUE(answers->front().simulated) << answers->front().why_not;
-  ASSERT_TRUE(answers->back().simulated) << answers->back().why_not;
-  EXPECT_LT(answers->back().simulated->chains.front().period_ms.mean,
-            answers->front().simulated->chains.front().period_ms.mean);
-}
-
 TEST_F(WhatIfTest, AppsThatListTheirCoresAreRefused) {
   const graph::App kinds = parse(R"(
 catan: 1

@@ -93,13 +93,13 @@ std::vector<Include> includes_of(std::string_view text) {
   return includes;
 }
 
-// Which module's header a quoted include names. The public headers are the runtime's, save for those that need no
-// library: the error types, and what a node's function is given.
+// Which module's header a quoted include names. The public headers are the api's, save for those that need no library:
+// the error types, what a node's function is given, and a session's figures.
 std::string module_of(const Include& include) {
   if (include.folder() != "catan") return include.folder();
-  const bool by_itself =
-      include.target == "catan/result.h" || include.target == "catan/run.h" || include.target == "catan/channel.h";
-  return by_itself ? "base" : "runtime";
+  const bool by_itself = include.target == "catan/result.h" || include.target == "catan/run.h" ||
+                         include.target == "catan/channel.h" || include.target == "catan/snapshot.h";
+  return by_itself ? "base" : "api";
 }
 
 class Checker {

@@ -13,7 +13,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-ModuleTable table() { return parse_module_table("\nbase:\nplan:base\nos:base\nruntime:base os plan\n"); }
+ModuleTable table() {
+  return parse_module_table("\nbase:\nplan:base\nos:base\nruntime:base os plan\napi:base runtime\n");
+}
 
 std::vector<std::string> check(const std::string& path, const std::string& text) {
   const std::string guard = path.ends_with(".h") ? "#pragma once\n" : "\n";
@@ -23,7 +25,7 @@ std::vector<std::string> check(const std::string& path, const std::string& text)
 TEST(ModuleTable, IsReadAsTheBuildWritesIt) {
   EXPECT_EQ(table().at("base"), std::set<std::string>{});
   EXPECT_EQ(table().at("runtime"), (std::set<std::string>{"base", "os", "plan"}));
-  EXPECT_EQ(table().size(), 4U);
+  EXPECT_EQ(table().size(), 5U);
 }
 
 TEST(SourceRules, AModuleIncludesOnlyWhatItsRowAllows) {
@@ -47,12 +49,13 @@ TEST(SourceRules, TestsMayUseTheFakeSystem) {
               ElementsAre("src/plan/a_test.cpp:2: plan may not include os"));
 }
 
-TEST(SourceRules, PublicHeadersBelongToTheRuntimeSaveForTheErrorTypes) {
+TEST(SourceRules, PublicHeadersBelongToTheApiSaveForThoseThatNeedNoLibrary) {
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/result.h\""), IsEmpty());
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/channel.h\"\n#include \"catan/run.h\""), IsEmpty());
-  EXPECT_THAT(check("src/runtime/a.cpp", "#include \"catan/session.h\""), IsEmpty());
+  EXPECT_THAT(check("src/runtime/a.cpp", "#include \"catan/snapshot.h\""), IsEmpty());
+  EXPECT_THAT(check("src/api/a.cpp", "#include \"catan/session.h\""), IsEmpty());
   EXPECT_THAT(check("src/plan/a.cpp", "#include \"catan/session.h\""),
-              ElementsAre("src/plan/a.cpp:2: plan may not include runtime"));
+              ElementsAre("src/plan/a.cpp:2: plan may not include api"));
 }
 
 TEST(SourceRules, PublicHeadersNeedOnlyTheStandardLibrary) {

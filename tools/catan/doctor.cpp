@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "os/checkup.h"
-#include "os/linux/checkup.h"
+#include "doctor/checks.h"
+#include "doctor/checkup.h"
 #include "os/linux/linux_os.h"
 #include "table.h"
 
@@ -26,15 +26,15 @@ struct Options {
 
 double micros(Nanos duration) { return static_cast<double>(duration.count()) / 1000.0; }
 
-Json finding_json(const os::Finding& finding) {
+Json finding_json(const doctor::Finding& finding) {
   return {{"check", finding.check}, {"verdict", to_string(finding.verdict)},
           {"found", finding.found}, {"meaning", finding.meaning},
           {"mend", finding.mend},   {"lines", finding.lines}};
 }
 
-Json wake_ups_json(const std::vector<os::WakeUps>& each, os::Level level) {
+Json wake_ups_json(const std::vector<doctor::WakeUps>& each, os::Level level) {
   Json all = Json::array();
-  for (const os::WakeUps& one : each) {
+  for (const doctor::WakeUps& one : each) {
     all.push_back({{"cpu", one.cpu},
                    {"level", to_string(level)},
                    {"count", one.lateness.size()},
@@ -45,11 +45,11 @@ Json wake_ups_json(const std::vector<os::WakeUps>& each, os::Level level) {
   return all;
 }
 
-std::string as_json(const os::Observed& observed, const std::vector<os::Finding>& findings) {
-  Json json{{"hinders", worst(findings) == os::Verdict::kProblem}, {"verdict", to_string(worst(findings))}};
+std::string as_json(const doctor::Observed& observed, const std::vector<doctor::Finding>& findings) {
+  Json json{{"hinders", worst(findings) == doctor::Verdict::kProblem}, {"verdict", to_string(worst(findings))}};
   json["cpus"] = observed.cpus.cpus();
   json["checks"] = Json::array();
-  for (const os::Finding& finding : findings) json["checks"].push_back(finding_json(finding));
+  for (const doctor::Finding& finding : findings) json["checks"].push_back(finding_json(finding));
   json["real_time"] = {{"permitted", observed.real_time.permitted},
                        {"why_not", observed.real_time.why_not},
                        {"reserved", observed.real_time.reserved},
@@ -63,13 +63,13 @@ std::string as_json(const os::Observed& observed, const std::vector<os::Finding>
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string coloured(const std::string& text, os::Verdict verdict, bool colours) {
+std::string coloured(const std::string& text, doctor::Verdict verdict, bool colours) {
   if (!colours) return text;
   constexpr std::array<const char*, 4> kColours = {"32", "36", "33", "31"};
   return fmt::format("\x1b[{}m{}\x1b[0m", kColours[static_cast<std::size_t>(verdict)], text);
 }
 
-std::string advice(const os::Finding& finding, bool colours) {
+std::string advice(const doctor::Finding& finding, bool colours) {
   const std::string head =
       coloured(fmt::format("{} ({})", finding.check, to_string(finding.verdict)), finding.verdict, colours);
   std::string text =
@@ -78,22 +78,22 @@ std::string advice(const os::Finding& finding, bool colours) {
   return text;
 }
 
-std::string summary(const std::vector<os::Finding>& findings, bool colours) {
+std::string summary(const std::vector<doctor::Finding>& findings, bool colours) {
   std::array<int, 4> counts{};
-  for (const os::Finding& finding : findings) ++counts[static_cast<std::size_t>(finding.verdict)];
+  for (const doctor::Finding& finding : findings) ++counts[static_cast<std::size_t>(finding.verdict)];
   const std::string said =
       coloured(counts[3] > 0 ? "Something hinders real-time scheduling" : "Nothing hinders real-time scheduling",
-               counts[3] > 0 ? os::Verdict::kProblem : os::Verdict::kOk, colours);
+               counts[3] > 0 ? doctor::Verdict::kProblem : doctor::Verdict::kOk, colours);
   return fmt::format("\n{}: {} ok, {} to note, {} to be warned of, {} to be mended.\n", said, counts[0], counts[1],
                      counts[2], counts[3]);
 }
 
-std::string as_text(const std::vector<os::Finding>& findings, bool colours) {
+std::string as_text(const std::vector<doctor::Finding>& findings, bool colours) {
   Table table({"check", "verdict", "found"});
-  for (const os::Finding& finding : findings) table.add({finding.check, to_string(finding.verdict), finding.found});
+  for (const doctor::Finding& finding : findings) table.add({finding.check, to_string(finding.verdict), finding.found});
   std::string text = table.text();
-  for (const os::Finding& finding : findings) {
-    if (finding.verdict != os::Verdict::kOk) text += advice(finding, colours);
+  for (const doctor::Finding& finding : findings) {
+    if (finding.verdict != doctor::Verdict::kOk) text += advice(finding, colours);
   }
   return text + summary(findings, colours);
 }
@@ -106,15 +106,15 @@ Result<os::CpuSet> asked_cpus(const std::string& text) {
   return Error(ErrorKind::kCaller, {std::move(problem)});
 }
 
-int doctor(const Options& options) {
+int check_up(const Options& options) {
   const auto cpus = asked_cpus(options.cpus);
   if (!cpus) return report_error(cpus.error());
   const auto os = os::make_linux_os();
-  const auto observed = os::observe(*os, *cpus);
+  const auto observed = doctor::observe(*os, *cpus);
   if (!observed) return report_error(observed.error());
-  const std::vector<os::Finding> findings = os::judge({}, *observed);
+  const std::vector<doctor::Finding> findings = doctor::judge({}, *observed);
   print(options.json ? as_json(*observed, findings) : as_text(findings, stdout_has_colours()));
-  return worst(findings) == os::Verdict::kProblem ? kFailure : kSuccess;
+  return worst(findings) == doctor::Verdict::kProblem ? kFailure : kSuccess;
 }
 
 }  // namespace
@@ -132,7 +132,7 @@ void add_doctor_command(CLI::App& cli, int& exit_code) {
   command->add_option("--cpus", options->cpus, "The CPUs in question, as in 0-3,5; else all that may be used")
       ->type_name("LIST");
   command->add_flag("--json", options->json, "Print one JSON document");
-  command->callback([options, &exit_code] { exit_code = doctor(*options); });
+  command->callback([options, &exit_code] { exit_code = check_up(*options); });
 }
 
 }  // namespace ctn::tool

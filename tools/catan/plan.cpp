@@ -9,6 +9,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "baselines/davare.h"
+#include "baselines/verucchi.h"
 #include "command.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
@@ -17,8 +19,6 @@
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "plan_text.h"
-#include "planner/compared/davare.h"
-#include "planner/compared/verucchi.h"
 #include "planner/explain.h"
 #include "planner/planner.h"
 #include "rate_plan_output.h"
@@ -56,13 +56,13 @@ std::string shown(const plan::Plan& plan, const graph::App& app, const planner::
   return plan_text(plan, app) + (why ? explain_text(*why, plan, app) : "");
 }
 
-using RateMethod = Result<planner::RatePlan> (*)(const graph::App&, const model::CostTable&,
-                                                 const planner::RateRequest&);
+using RateMethod = Result<baselines::RatePlan> (*)(const graph::App&, const model::CostTable&,
+                                                   const baselines::RateRequest&);
 
 // Of the methods that Catan is compared with; null: it is not one of them.
 RateMethod rate_method(const std::string& name) {
-  if (name == "davare") return planner::plan_by_davare;
-  if (name == "verucchi") return planner::plan_by_verucchi;
+  if (name == "davare") return baselines::plan_by_davare;
+  if (name == "verucchi") return baselines::plan_by_verucchi;
   return nullptr;
 }
 
@@ -72,7 +72,7 @@ int make_rates(const graph::App& app, const model::CostTable& costs, const plann
   auto plan = method(app, costs, {request.cores, request.slack, 0});
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
-  if (const auto proof = planner::check_rates(*plan, app, costs, request.cores); !proof) {
+  if (const auto proof = baselines::check_rates(*plan, app, costs, request.cores); !proof) {
     throw std::logic_error("rates that do not hold: " + proof.error().message());
   }
   const auto catans = planner::make_plan(app, costs, request);

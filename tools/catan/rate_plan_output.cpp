@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 
 std::string ms(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
 
-std::string head(const planner::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
+std::string head(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   std::string text = fmt::format(
       "{} on {} core{}: periods and fixed priorities by {} ({}), slack {:.3g}%, solved in {}\n"
       "objective {:.6g}ms by its own bounds, {:.6g}ms by Catan's formulas",
@@ -24,10 +24,10 @@ std::string head(const planner::RatePlan& plan, const graph::App& app, const pla
   return text + "\n";
 }
 
-std::string subchains_text(const planner::RatePlan& plan, const graph::App& app) {
+std::string subchains_text(const baselines::RatePlan& plan, const graph::App& app) {
   Table table({"subchain", "nodes", "core", "priority", "rate", "period", "response"});
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
-    const planner::TaskPlan& task = plan.subchains[i];
+    const baselines::TaskPlan& task = plan.subchains[i];
     const graph::Subchain& subchain = app.graph.subchain(SubchainId(i));
     table.add({subchain.name, app.graph.path_name(subchain.nodes), fmt::format("{}", task.core),
                fmt::format("{}", task.priority), fmt::format("{:.2f}Hz", 1000.0 / task.period.count()), ms(task.period),
@@ -36,7 +36,7 @@ std::string subchains_text(const planner::RatePlan& plan, const graph::App& app)
   return table.text();
 }
 
-std::string cores_text(const planner::RatePlan& plan) {
+std::string cores_text(const baselines::RatePlan& plan) {
   Table table({"core", "utilisation"});
   for (std::size_t core = 0; core < plan.utilisations.size(); ++core) {
     table.add({fmt::format("{}", core), fmt::format("{:.1f}%", plan.utilisations[core] * 100.0)});
@@ -44,7 +44,7 @@ std::string cores_text(const planner::RatePlan& plan) {
   return table.text();
 }
 
-std::string terms_text(const planner::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
+std::string terms_text(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   Table table({"weight", "of", "value", "Catan's", "path"});
   for (std::size_t i = 0; i < plan.chains.size(); ++i) {
     const plan::ChainPlan& chain = plan.chains[i];
@@ -59,17 +59,17 @@ std::string terms_text(const planner::RatePlan& plan, const graph::App& app, con
   return table.text();
 }
 
-std::string handovers_text(const planner::RatePlan& plan, const graph::App& app) {
+std::string handovers_text(const baselines::RatePlan& plan, const graph::App& app) {
   if (plan.handovers.empty()) return "";
   Table table({"from", "to", "waits for the last triggered by"});
-  for (const planner::Handover& handover : plan.handovers) {
+  for (const baselines::Handover& handover : plan.handovers) {
     table.add({app.graph.subchain(handover.from).name, app.graph.subchain(handover.to).name,
                handover.delay.count() > 0.0 ? ms(handover.delay) + " before its own trigger" : "its own trigger"});
   }
   return fmt::format("\nhyperperiod {}; who uses which run\n{}", ms(plan.hyperperiod), table.text());
 }
 
-std::string relaxed_text(const planner::RatePlan& plan) {
+std::string relaxed_text(const baselines::RatePlan& plan) {
   if (plan.relaxed.empty()) return "";
   Table table({"bound", "asked", "planned"});
   for (const plan::RelaxedBound& bound : plan.relaxed) table.add({bound.key, ms(bound.asked), ms(bound.planned)});
@@ -78,13 +78,13 @@ std::string relaxed_text(const planner::RatePlan& plan) {
 
 }  // namespace
 
-std::string rate_plan_text(const planner::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
+std::string rate_plan_text(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   return fmt::format("{}\nsubchains\n{}\ncores\n{}\nobjective\n{}{}{}", head(plan, app, catans),
                      subchains_text(plan, app), cores_text(plan), terms_text(plan, app, catans),
                      handovers_text(plan, app), relaxed_text(plan));
 }
 
-std::string rate_plan_json(const planner::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
+std::string rate_plan_json(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   Json json = {{"app", app.name},
                {"planner", plan.planner},
                {"exhaustive", plan.exhaustive},
@@ -106,7 +106,7 @@ std::string rate_plan_json(const planner::RatePlan& plan, const graph::App& app,
         {{"bound", bound.key}, {"asked_ms", bound.asked.count()}, {"planned_ms", bound.planned.count()}});
   }
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
-    const planner::TaskPlan& task = plan.subchains[i];
+    const baselines::TaskPlan& task = plan.subchains[i];
     json["subchains"][app.graph.subchain(SubchainId(i)).name] = {{"core", task.core},
                                                                  {"priority", task.priority},
                                                                  {"period_ms", task.period.count()},
@@ -127,7 +127,7 @@ std::string rate_plan_json(const planner::RatePlan& plan, const graph::App& app,
     json["nodes"].push_back(
         {{"node", app.graph.node(node.node).name}, {"period_ms", node.period.count()}, {"weight", node.weight}});
   }
-  for (const planner::Handover& handover : plan.handovers) {
+  for (const baselines::Handover& handover : plan.handovers) {
     json["handovers"].push_back({{"from", app.graph.subchain(handover.from).name},
                                  {"to", app.graph.subchain(handover.to).name},
                                  {"delay_ms", handover.delay.count()}});

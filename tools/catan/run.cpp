@@ -147,7 +147,7 @@ std::vector<std::vector<std::string>> node_programs(const graph::App& app, const
 // Serves the app to programs, which it starts.
 Result<Served> run_programs(const graph::App& app, const Options& options, const std::string& record_path,
                             const std::string& folder) {
-  auto scheduler = options.scheduling.for_scheduler(record_path);
+  auto scheduler = options.scheduling.for_scheduler(app, record_path);
   if (!scheduler) return scheduler.error();
   ServingOptions serving;
   serving.app = options.app;

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/policies.h"
 #include "base/text.h"
 #include "config/quantity.h"
 
@@ -74,10 +75,11 @@ Result<SessionOptions> SchedulingOptions::for_session(const std::string& record_
   return options;
 }
 
-Result<runtime::SchedulerOptions> SchedulingOptions::for_scheduler(const std::string& record_path) const {
+Result<runtime::SchedulerOptions> SchedulingOptions::for_scheduler(const graph::App& app,
+                                                                   const std::string& record_path) const {
   Result<os::CpuSet> chosen = chosen_cpus();
   if (!chosen) return chosen.error();
-  const auto policy = policy::make_policy(scheduler);
+  const auto policy = api::live_policy(scheduler, app);
   if (!policy) return policy.error();
   runtime::SchedulerOptions options;
   options.policy = *policy;

@@ -27,7 +27,7 @@ struct SchedulingOptions {
 
   // With the record at `record_path`, which may be empty. kCaller.
   Result<SessionOptions> for_session(const std::string& record_path) const;
-  Result<runtime::SchedulerOptions> for_scheduler(const std::string& record_path) const;
+  Result<runtime::SchedulerOptions> for_scheduler(const graph::App& app, const std::string& record_path) const;
 
  private:
   Result<os::CpuSet> chosen_cpus() const;

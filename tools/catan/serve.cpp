@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "command.h"
+#include "config/app_file.h"
 #include "scheduling_options.h"
 #include "serving.h"
 
@@ -23,7 +24,9 @@ struct Options {
 
 int serve_app(const Options& options) {
   ServingOptions serving;
-  auto scheduler = options.scheduling.for_scheduler(options.scheduling.record);
+  const auto app = config::load_app(options.app);
+  if (!app) return report_error(app.error());
+  auto scheduler = options.scheduling.for_scheduler(*app, options.scheduling.record);
   if (!scheduler) return report_error(scheduler.error());
   serving.app = options.app;
   serving.scheduler = std::move(*scheduler);

@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "api/policies.h"
 #include "command.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
@@ -60,10 +61,11 @@ void add_background(double part, sim::Machine& machine) {
 }
 
 Result<sim::Options> simulation_options(const Options& options, const graph::App& app) {
-  auto policy = policy::make_policy(options.scheduler);
+  auto policy = api::simulated_policy(options.scheduler, app);
   if (!policy) return policy.error();
   sim::Options chosen;
-  chosen.policy = std::move(*policy);
+  chosen.policy = std::move(policy->policy);
+  chosen.reserve = std::move(policy->reserve);
   chosen.machine.cores = options.cores.value_or(app.core_count().value_or(1));
   if (options.ideal) chosen.machine.costs = sim::MachineCosts::none();
   chosen.stealing = !options.no_stealing;

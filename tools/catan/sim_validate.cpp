@@ -12,8 +12,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/policies.h"
 #include "plan/json.h"
-#include "policy/policy.h"
 #include "record/reader.h"
 #include "report/metrics.h"
 #include "sim/recorded_costs.h"
@@ -127,9 +127,10 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
   auto plans = plans_of(record);
   if (!plans) return plans.error();
   // What was planned is in the record; whoever planned it then need not be asked again.
-  auto policy = policy::make_policy(plans->empty() ? header.scheduler : "catan");
+  auto policy = api::simulated_policy(plans->empty() ? header.scheduler : "catan", record.app());
   if (!policy) return policy.error();
-  options.policy = std::move(*policy);
+  options.policy = std::move(policy->policy);
+  options.reserve = std::move(policy->reserve);
   options.plans = std::move(*plans);
   options.machine.cores = static_cast<int>(header.cpus.size());
   options.machine.real_time = header.real_time;

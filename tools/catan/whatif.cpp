@@ -16,11 +16,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/policies.h"
 #include "command.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
 #include "os/os.h"
-#include "policy/policy.h"
 #include "scheduling_options.h"
 #include "sim/simulation.h"
 #include "whatif_output.h"
@@ -128,7 +128,7 @@ int ask(const Options& options) {
   if (!app) return report_error(app.error());
   const auto work = config::load_workload(options.costs, *app);
   if (!work) return report_error(work.error());
-  auto policy = policy::make_policy(options.scheduler);
+  const auto policy = api::simulated_policy(options.scheduler, *app);
   if (!policy) return report_error(policy.error());
   const auto cores = parse_cores(options.cores);
   if (!cores) return report_error(cores.error());
@@ -149,7 +149,8 @@ int ask(const Options& options) {
   asked.insert(asked.end(), weights->begin(), weights->end());
 
   auto answers = sim::answer(*app, *work, asked,
-                             {.policy = *policy,
+                             {.policy = policy->policy,
+                              .reserve = policy->reserve,
                               .seconds = options.seconds,
                               .seed = options.seed,
                               .threads = options.threads,
@@ -159,7 +160,7 @@ int ask(const Options& options) {
   result.hardware.assign(at(0), at(hardware));
   result.nodes.assign(at(hardware), at(until_weights));
   result.weights.assign(at(until_weights), answers->end());
-  if ((*policy)->follows_plan() && has_bounds(*app)) {
+  if (policy->policy->follows_plan() && has_bounds(*app)) {
     for (const int count : *cores) result.limits.push_back({count, sim::least_speed(*app, *work, count)});
     std::set<NodeId> varied;
     for (const sim::Answer& each : result.nodes) varied.insert(*each.asked.node);

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "os/linux/files.h"
-#include "os/os.h"
+#include "os/machine.h"
 
 namespace ctn::os {
 

@@ -8,11 +8,11 @@
 
 #include "base/result.h"
 #include "os/linux/files.h"
-#include "os/os.h"
+#include "os/machine.h"
 
 namespace ctn::os {
 
-// As Os::keep_cpus_ready. A virtual machine is known by its idle driver, "haltpoll", which is made for guests.
+// As Machine::keep_cpus_ready. A virtual machine is known by its idle driver, "haltpoll", which is made for guests.
 Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready(const LinuxRoots& roots);
 
 }  // namespace ctn::os

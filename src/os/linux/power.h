@@ -9,7 +9,7 @@
 #include <map>
 
 #include "os/linux/files.h"
-#include "os/os.h"
+#include "os/machine.h"
 
 namespace ctn::os {
 

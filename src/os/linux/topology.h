@@ -5,7 +5,7 @@
 #pragma once
 
 #include "os/linux/files.h"
-#include "os/os.h"
+#include "os/machine.h"
 
 namespace ctn::os {
 

@@ -4,10 +4,10 @@
 
 namespace ctn::tool {
 
-void GapLog::spin(os::Os& os, TimePoint until) {
-  TimePoint before = os.now();
+void GapLog::spin(os::Clock& clock, TimePoint until) {
+  TimePoint before = clock.now();
   while (before < until) {
-    const TimePoint now = os.now();
+    const TimePoint now = clock.now();
     if (now - before >= kShortest && gaps_.size() < kMost) gaps_.push_back({before, now});
     before = now;
   }

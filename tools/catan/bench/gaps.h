@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/time.h"
-#include "os/os.h"
+#include "os/clock.h"
 
 namespace ctn::tool {
 
@@ -27,7 +27,7 @@ class GapLog {
   GapLog() { gaps_.reserve(kMost); }
 
   // Keeps the CPU busy until then, whatever its level: whoever calls it at a real-time level names a time that is near.
-  void spin(os::Os& os, TimePoint until);
+  void spin(os::Clock& os, TimePoint until);
   const std::vector<Gap>& gaps() const { return gaps_; }
 
  private:

@@ -1,0 +1,78 @@
+#include "api/policies.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "baselines/policies.h"
+#include "config/app_file.h"
+#include "config/cost_file.h"
+#include "plan/json.h"
+#include "policy/planned.h"
+
+namespace ctn::api {
+namespace {
+
+// "NAME" or "NAME:FILE".
+struct Parts {
+  std::string name;
+  std::optional<std::string> file;  // not empty
+};
+
+std::optional<Parts> parts_of(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) return Parts{std::string(text), {}};
+  if (colon + 1 == text.size()) return std::nullopt;
+  return Parts{std::string(text.substr(0, colon)), std::string(text.substr(colon + 1))};
+}
+
+Result<SimulatedPolicy> follow_plan_of(const std::string& file, std::string_view name, const graph::App& app) {
+  const Result<std::string> text = config::read_text(file);
+  if (!text) return text.error();
+  Result<plan::Plan> plan = plan::from_json(*text, app, file);
+  if (!plan) return plan.error();
+  return SimulatedPolicy{std::make_shared<policy::StaticPolicy>(std::string(name), std::move(*plan))};
+}
+
+Result<SimulatedPolicy> baseline(const Parts& parts, std::string_view name, const graph::App& app) {
+  baselines::GivenCosts given;
+  if (parts.file) {
+    Result<model::CostTable> costs = config::load_costs(*parts.file, app);
+    if (!costs) return costs.error();
+    given = std::move(*costs);
+  }
+  baselines::Baseline made = baselines::make_baseline(parts.name, std::string(name), std::move(given));
+  return SimulatedPolicy{std::move(made.policy), std::move(made.reserve)};
+}
+
+}  // namespace
+
+Result<SimulatedPolicy> simulated_policy(std::string_view name, const graph::App& app) {
+  if (const std::optional<Parts> parts = parts_of(name)) {
+    if (parts->name == "static" && parts->file) return follow_plan_of(*parts->file, name, app);
+    if (baselines::is_baseline(parts->name)) return baseline(*parts, name, app);
+  }
+  if (auto own = policy::make_policy(name)) return SimulatedPolicy{std::move(*own)};
+  return Error::caller(
+      fmt::format("'{}' is no scheduler", name),
+      "write catan, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or picas, deadline, davare "
+      "or verucchi, with compute times as in picas:COSTS.yaml");
+}
+
+Result<std::shared_ptr<const policy::Policy>> live_policy(std::string_view name, const graph::App& app) {
+  Result<SimulatedPolicy> made = simulated_policy(name, app);
+  if (!made) return made.error();
+  if (made->reserve) {
+    return Error::caller(fmt::format("scheduler '{}' reserves CPU time, which only the simulator can do", name),
+                         "use catan sim, or another scheduler");
+  }
+  if (made->policy->needs_costs()) {
+    return Error::caller(fmt::format("scheduler '{}' decides once, by compute times that are known before", name),
+                         fmt::format("say which: {}:COSTS.yaml", name));
+  }
+  return std::move(made->policy);
+}
+
+}  // namespace ctn::api

@@ -1,0 +1,71 @@
+// The public session: the engine on Linux.
+#include "catan/session.h"
+
+#include <utility>
+
+#include "api/policies.h"
+#include "config/app_file.h"
+#include "os/linux/linux_os.h"
+#include "runtime/engine.h"
+
+namespace ctn {
+
+class Session::Impl {
+ public:
+  Impl(std::unique_ptr<os::Os> system, std::unique_ptr<runtime::Engine> engine)
+      : os_(std::move(system)), engine_(std::move(engine)) {}
+
+  runtime::Engine& engine() { return *engine_; }
+
+ private:
+  std::unique_ptr<os::Os> os_;  // outlives the engine
+  std::unique_ptr<runtime::Engine> engine_;
+};
+
+Result<Session> Session::open(const std::string& app_file, const SessionOptions& options) {
+  Result<graph::App> app = config::load_app(app_file);
+  if (!app) return app.error();
+  const auto policy = api::live_policy(options.policy, *app);
+  if (!policy) return policy.error();
+
+  std::optional<graph::FrameMode> frames;
+  if (options.fixed_frames) {
+    frames = *options.fixed_frames ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
+  }
+  std::unique_ptr<os::Os> system = os::make_linux_os();
+  Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(*app), *system,
+                                                                            {.policy = *policy,
+                                                                             .cpus = os::CpuSet(options.cpus),
+                                                                             .record = options.record,
+                                                                             .note = options.note,
+                                                                             .stealing = options.stealing,
+                                                                             .replan = options.replan,
+                                                                             .frames = frames,
+                                                                             .on_notice = options.on_notice});
+  if (!engine) return engine.error();
+  return Session(std::make_unique<Impl>(std::move(system), std::move(*engine)));
+}
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+Session::~Session() = default;
+
+void Session::node(std::string_view name, std::function<void(Run&)> body) {
+  impl_->engine().wiring().set_body(name, std::move(body));
+}
+
+ChannelBase& Session::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                                   MakeChannel make) {
+  return impl_->engine().wiring().open_channel(from, to, queue, type, make);
+}
+
+Status Session::adopt_this_thread(std::string_view node) { return impl_->engine().adopt_this_thread(node); }
+
+Status Session::start() { return impl_->engine().start(); }
+
+Status Session::stop() { return impl_->engine().stop(); }
+
+Snapshot Session::snapshot() const { return impl_->engine().snapshot(); }
+
+}  // namespace ctn

@@ -1,0 +1,180 @@
+// The public simulation: an app file, a cost file and the simulator (sim/simulation.h).
+#include "catan/simulation.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "api/policies.h"
+#include "config/app_file.h"
+#include "config/cost_file.h"
+#include "runtime/connections.h"
+#include "sim/simulation.h"
+
+namespace ctn {
+namespace {
+
+Summary summary_of(const SampleSummary& of) {
+  return {.count = of.count, .mean = of.mean, .p50 = of.p50, .p95 = of.p95, .p99 = of.p99, .max = of.max};
+}
+
+sim::Options simulator_options(const SimulationOptions& options, const graph::App& app, api::SimulatedPolicy policy) {
+  sim::Options chosen;
+  chosen.policy = std::move(policy.policy);
+  chosen.reserve = std::move(policy.reserve);
+  chosen.machine.cores = options.cores != 0 ? options.cores : app.core_count().value_or(1);
+  chosen.machine.real_time = options.real_time;
+  if (options.ideal) {
+    chosen.machine.costs = sim::MachineCosts::none();
+    chosen.machine.limit.reset();
+  }
+  chosen.stealing = options.stealing;
+  chosen.replan = options.replan;
+  if (options.fixed_frames) {
+    chosen.frames = *options.fixed_frames ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
+  }
+  if (!options.record.empty()) chosen.recording = {options.record, options.note};
+  return chosen;
+}
+
+}  // namespace
+
+class Simulation::Impl {
+ public:
+  Impl(graph::App app, bool real_time, Nanos planning, std::unique_ptr<sim::Simulation> simulation)
+      : app_(std::move(app)),
+        real_time_(real_time),
+        planning_(planning),
+        simulation_(std::move(simulation)),
+        connections_(app_, [this](NodeId consumer, std::size_t slot) { simulation_->use_channel(consumer, slot); }) {}
+
+  void set_body(std::string_view name, std::function<void(Run&)> body) {
+    if (in_time("node", name)) connections_.set_body(name, std::move(body));
+  }
+  void set_effect(std::string_view name, std::function<void(Run&)> effect) {
+    if (in_time("on_effect", name)) connections_.set_effect(name, std::move(effect));
+  }
+  ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                            MakeChannel make) {
+    if (!in_time(queue ? "queue" : "channel", fmt::format("{} -> {}", from, to))) return connections_.nowhere(make);
+    return connections_.open_channel(from, to, queue, type, make);
+  }
+
+  const sim::Simulation& simulation() const { return *simulation_; }
+
+  Status run_for(Nanos duration) {
+    if (running_)
+      return Error::caller("run_for() was called from a node's function", "return from it, time then goes on");
+    if (duration < Nanos{0}) {
+      return Error::caller(fmt::format("time cannot go back ({} ns)", duration.count()), "give a duration from 0 on");
+    }
+    if (Status checked = connections_.check(false); !checked) return checked;
+    if (!std::exchange(started_, true)) hand_over();
+    running_ = true;
+    simulation_->run_for(duration);
+    running_ = false;
+    return Done{};
+  }
+
+  Status finish() { return simulation_->finish(); }
+
+  Snapshot snapshot() const {
+    const sim::Outcome outcome = simulation_->outcome();
+    Snapshot snapshot;
+    snapshot.policy = outcome.scheduler;
+    snapshot.real_time = real_time_;
+    snapshot.warmed_up = simulation_->now() >= simulation_->warm_from();
+    snapshot.source_hz = outcome.source_hz;
+    snapshot.plans = outcome.plans_adopted;
+    snapshot.cost_changes = outcome.cost_changes;
+    snapshot.planning_ms = static_cast<double>(outcome.plans_made) * to_millis(planning_).count();
+    snapshot.starved = outcome.throttled;
+    std::size_t index = 0;
+    for (const graph::Term& term : app_.objective) {
+      if (term.metric != graph::Metric::kResponseTime) continue;
+      const sim::ChainOutcome& chain = outcome.chains[index++];
+      ChainSnapshot& shown = snapshot.chains.emplace_back();
+      for (const NodeId node : term.path) shown.path.push_back(app_.graph.node(node).name);
+      shown.response_ms = summary_of(chain.response_ms);
+      shown.latency_ms = summary_of(chain.latency_ms);
+      shown.period_ms = summary_of(chain.period_ms);
+      shown.predicted_response_ms = chain.predicted_ms;
+    }
+    for (const sim::NodeOutcome& node : outcome.nodes) {
+      snapshot.nodes.push_back({node.name, summary_of(node.compute_ms), node.rate_hz});
+    }
+    for (const auto& [edge, count] : connections_.dropped()) {
+      snapshot.notices.push_back(fmt::format("lost: {} values on {}: their reader did not keep up", count, edge));
+    }
+    return snapshot;
+  }
+
+ private:
+  bool in_time(std::string_view call, std::string_view of) {
+    if (!started_) return true;
+    connections_.complain(fmt::format("{}(\"{}\"): time has begun to pass", call, of), "call it before run_for()");
+    return false;
+  }
+
+  void hand_over() {
+    for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+      const NodeId node(index);
+      if (connections_.body(node)) simulation_->set_body(node, connections_.body(node));
+      if (connections_.effect(node)) simulation_->set_effect(node, connections_.effect(node));
+    }
+  }
+
+  graph::App app_;
+  bool real_time_;
+  Nanos planning_;  // that the model of the machine takes for a plan
+  std::unique_ptr<sim::Simulation> simulation_;
+  runtime::Connections connections_;
+  bool started_ = false;
+  bool running_ = false;
+};
+
+Result<Simulation> Simulation::open(const std::string& app_file, const SimulationOptions& options) {
+  Result<graph::App> app = config::load_app(app_file);
+  if (!app) return app.error();
+  const Result<model::Workload> work = config::load_workload(options.costs, *app);
+  if (!work) return work.error();
+  Result<api::SimulatedPolicy> policy = api::simulated_policy(options.policy, *app);
+  if (!policy) return policy.error();
+  if (!(options.slowdown > 0.0) || !std::isfinite(options.slowdown)) {
+    return Error::caller(fmt::format("a slowdown of {}", options.slowdown), "give a number above 0");
+  }
+  const sim::Options chosen = simulator_options(options, *app, std::move(*policy));
+  auto simulation = sim::Simulation::create(
+      *app, std::make_unique<sim::DrawnCosts>(*app, *work, options.seed, options.slowdown), chosen);
+  if (!simulation) return simulation.error();
+  return Simulation(std::make_unique<Impl>(std::move(*app), options.real_time && chosen.policy->raises(),
+                                           chosen.machine.costs.planning, std::move(*simulation)));
+}
+
+Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+void Simulation::node(std::string_view name, std::function<void(Run&)> body) { impl_->set_body(name, std::move(body)); }
+
+void Simulation::on_effect(std::string_view name, std::function<void(Run&)> effect) {
+  impl_->set_effect(name, std::move(effect));
+}
+
+ChannelBase& Simulation::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
+                                      MakeChannel make) {
+  return impl_->open_channel(from, to, queue, type, make);
+}
+
+std::chrono::nanoseconds Simulation::now() const { return impl_->simulation().now() - TimePoint{}; }
+std::chrono::nanoseconds Simulation::warm_from() const { return impl_->simulation().warm_from() - TimePoint{}; }
+
+Status Simulation::run_for(std::chrono::nanoseconds duration) { return impl_->run_for(duration); }
+
+Status Simulation::finish() { return impl_->finish(); }
+
+Snapshot Simulation::snapshot() const { return impl_->snapshot(); }
+
+}  // namespace ctn

@@ -1,0 +1,68 @@
+// How threads are scheduled: at which level, on which CPUs, and back to what they had.
+//
+// Thread safety: any thread at any time. Cost: shift_level() is one system call.
+#pragma once
+
+#include <memory>
+
+#include "base/result.h"
+#include "os/cpu_set.h"
+#include "os/level.h"
+#include "os/threads.h"
+
+namespace ctn::os {
+
+// A thread's scheduling as it was before Catan touched it. Only the implementation that made it can read it.
+struct SavedScheduling {
+  int policy = 0;
+  int priority = 0;
+  int nice = 0;
+  bool reset_on_fork = false;
+  CpuSet affinity;
+  friend bool operator==(const SavedScheduling&, const SavedScheduling&) = default;
+};
+
+// Gives threads of other processes their scheduling back if this process ends without doing so itself, however it ends:
+// a second process, the guardian, outlives it for as long as that takes. What is watched it never touches before.
+//
+// Start it early: what this process has in memory by then the guardian keeps, too. It cannot help where it is killed
+// together with this process. Thread safety: every call from any thread.
+class Guard {
+ public:
+  // Ends the guardian, which gives back what has not been forgotten.
+  virtual ~Guard() = default;
+
+  // From now on the thread would get back `before`; of several calls the last counts. False, and then it would not:
+  // the thread is gone, too many are watched (1024), or no guardian can be had.
+  virtual bool watch(ThreadId thread, const SavedScheduling& before) = 0;
+  // For a thread that got its scheduling back, or ended. Nothing happens where it is not watched.
+  virtual void forget(ThreadId thread) = 0;
+
+  // Where somebody ended the guardian, starts another in its place, which watches what it did. Cheap enough to be
+  // called every second; watch() calls it, too. kEnvironment: none can be started; the next call tries again.
+  virtual Status tend() = 0;
+  // How often that was needed: what a user should be told when it grows.
+  virtual int replaced() const = 0;
+};
+
+class ThreadScheduling {
+ public:
+  virtual ~ThreadScheduling() = default;
+
+  // Sets, reads back, and fails (kEnvironment) unless what was asked is what is. What the thread creates later does not
+  // inherit a real-time level.
+  virtual Status set_level(ThreadId thread, Level level) = 0;
+  // The same for a dispatcher, which has no time to look and nobody to tell: one system call, no answer. For a thread
+  // whose level was set with set_level() before; what was refused then is refused now.
+  virtual void shift_level(ThreadId thread, Level level) = 0;
+  virtual Result<Level> level(ThreadId thread) = 0;
+  virtual Status set_affinity(ThreadId thread, const CpuSet& cpus) = 0;
+  virtual Result<CpuSet> affinity(ThreadId thread) = 0;
+  virtual Result<SavedScheduling> save_scheduling(ThreadId thread) = 0;
+  virtual Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) = 0;
+
+  // kEnvironment where the system has no process left, or forbids what a guardian needs. Ended before this object.
+  virtual Result<std::unique_ptr<Guard>> start_guard() = 0;
+};
+
+}  // namespace ctn::os

@@ -1,0 +1,56 @@
+// Threads and processes: which there are, making them, what they use, and how they wait for each other.
+//
+// Units: Nanos and TimePoint of the monotonic clock. Thread safety: any thread at any time. Cost: wait(), wake(),
+// current_cpu() and thread_cpu_time() are on the hot path; they never allocate or lock.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+
+namespace ctn::os {
+
+// Kernel thread and process numbers.
+enum class ThreadId : std::int32_t {};
+enum class ProcessId : std::int32_t {};
+
+enum class WaitResult { kChanged, kTimedOut };
+
+// A thread that ends before its handle does: the destructor joins.
+class Thread {
+ public:
+  virtual ~Thread() = default;
+  virtual void join() = 0;
+};
+
+class Threads {
+ public:
+  virtual ~Threads() = default;
+
+  virtual ProcessId current_process() = 0;
+  virtual ThreadId current_thread() = 0;
+  // The CPU that the calling thread is on; -1 where it cannot be told.
+  virtual int current_cpu() = 0;
+  // Live threads of a process, ascending. kEnvironment when it is gone.
+  virtual Result<std::vector<ThreadId>> threads(ProcessId process) = 0;
+  // A new thread at the ordinary level, under a name of at most 15 characters (longer ones are cut).
+  virtual std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) = 0;
+
+  // CPU time the calling thread has used; of another thread (kEnvironment when it is gone).
+  virtual Nanos thread_cpu_time() = 0;
+  virtual Result<Nanos> thread_cpu_time(ThreadId thread) = 0;
+
+  // Blocks until the word is no longer `expected`, or the deadline (kNever: none) has passed. Returns at once if it
+  // differs already. Spurious wake-ups are absorbed. The word may lie in memory shared between processes.
+  virtual WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) = 0;
+  // Wakes all threads that wait on the word. The caller changed it before.
+  virtual void wake(const std::atomic<std::uint32_t>& word) = 0;
+};
+
+}  // namespace ctn::os
