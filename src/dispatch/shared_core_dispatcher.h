@@ -1,6 +1,6 @@
-// Takes turns among the subchains that share one core: the pure state machine behind the dispatcher thread of a shared
-// core. It is told the time and how far each subchain's runs have come, and answers what to do now and when to ask
-// again. It reads no clock and makes no call, so the real runtime and virtual time drive the very same code.
+// Takes turns among the subchains that share one core: the pure state machine that driver/core_driver.h carries out.
+// It is told the time and how far each subchain's runs have come, and answers what to do now and when to ask again. It
+// reads no clock and makes no call, so the real runtime and virtual time drive the very same code.
 //
 // A frame is a row of slots, in order, and the slack last. In its slot a subchain is active, and its head is triggered
 // if that is due and no run of it is under way; otherwise it is in the background, where it may use what the active one

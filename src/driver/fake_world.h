@@ -176,15 +176,15 @@ class FakeWorld {
     std::uint64_t completed(SubchainId id) const override { return world_->of(id).completed; }
     void await_completion(SubchainId id, bool wanted, std::uint64_t known) override {
       held(id).awaited = wanted;
-      if (wanted && held(id).completed != known) until_next = world_->now;
+      if (wanted && held(id).completed != known) completion_came = true;
     }
     void slot_over(const dispatch::SlotUse& slot) override { world_->slots.push_back(slot); }
     void stole(const dispatch::Steal& steal) override { world_->steals.push_back(steal); }
     void hang_changed(SubchainId id, bool began, TimePoint at) override { world_->hangs.push_back({id, began, at}); }
 
     std::unique_ptr<Controller> controller;
-    TimePoint until = kNever;               // when it steps next
-    std::optional<TimePoint> until_next{};  // sooner, as a completion came while it was deciding
+    TimePoint until = kNever;      // when it steps next
+    bool completion_came = false;  // while it was deciding
 
    private:
     Subchain& held(SubchainId id) {
@@ -198,9 +198,9 @@ class FakeWorld {
 
   void step(Acting& acting) {
     acting.until = kNever;
-    acting.until_next.reset();
-    const TimePoint asked = acting.controller->step(now);
-    acting.until = std::min({acting.until, asked, acting.until_next.value_or(kNever)});
+    acting.completion_came = false;
+    const TimePoint asked_for = acting.controller->step(now);
+    acting.until = std::min(acting.until, acting.completion_came ? now : asked_for);
     ++steps;
     after_step();
   }

@@ -11,7 +11,10 @@ TimePoint SubchainPacer::step(TimePoint now) {
   const std::uint64_t completed = actuator_->completed(subchain_);
   const dispatch::SubchainTrigger::Decision decision = trigger_->step(now, std::min(completed, trigger_->sent()));
   act(decision, now);
-  actuator_->await_completion(subchain_, decision.ask_on_completion, completed);
+  if (decision.ask_on_completion || awaits_) {
+    awaits_ = decision.ask_on_completion;
+    actuator_->await_completion(subchain_, awaits_, completed);
+  }
   return decision.ask_at;
 }
 
@@ -40,8 +43,7 @@ void SubchainPacer::adopt(TimePoint now, const policy::SubchainPlace& place, con
 
 void SubchainPacer::change(TimePoint now, const policy::SubchainPlace& place) {
   if (place.cpus != place_.cpus) actuator_->move(subchain_, place.cpus);
-  const bool same_levels =
-      place.level == place_.level && place.levels == place_.levels && place.reservations == place_.reservations;
+  const bool same_levels = place.level == place_.level && place.levels == place_.levels;
   if (!same_levels && !suspended_) actuator_->set_levels(subchain_, place);
   if (place.pacing != place_.pacing) trigger_->change_pacing(now, place.pacing);
   place_ = place;
@@ -60,6 +62,7 @@ void SubchainPacer::release() {
   state.triggered_at = trigger_->last_trigger();
   state.hanging = trigger_->hanging();
   trigger_.reset();
+  awaits_ = false;
   actuator_->hand_over(subchain_, state);
 }
 

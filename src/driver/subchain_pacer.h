@@ -37,6 +37,7 @@ class SubchainPacer final : public Controller {
   policy::SubchainPlace place_;
   std::optional<dispatch::SubchainTrigger> trigger_;  // none: the subchain is not in its hands
   bool suspended_ = false;                            // a run of it hangs
+  bool awaits_ = false;                               // the end of a run
 };
 
 }  // namespace ctn::driver

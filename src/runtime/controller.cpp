@@ -16,6 +16,7 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
       number_(number),
       attention_(controls.region.attention(number)),
       reports_(kReports, kWords) {
+  held_.reserve(subchains.size());
   if (of_core()) {
     driver_ = std::make_unique<driver::CoreDriver>(*this, core(), subchains.size());
   } else {
