@@ -14,8 +14,8 @@ bool holds(const SharedCoreSchedule& schedule, SubchainId subchain) {
 
 }  // namespace
 
-SharedCoreDispatcher::SharedCoreDispatcher(TimePoint start, SharedCoreSchedule schedule)
-    : schedule_(std::move(schedule)), now_(start), frame_due_(start), frame_start_(start) {
+SharedCoreDispatcher::SharedCoreDispatcher(TimePoint start, SharedCoreSchedule schedule, int core)
+    : core_(core), schedule_(std::move(schedule)), now_(start), frame_due_(start), frame_start_(start) {
   slack_.set_slack(schedule_.slack);
   for (const SharedCoreSlot& slot : schedule_.slots) members_.emplace_back(slot);
 }
@@ -77,7 +77,6 @@ void SharedCoreDispatcher::begin_decision(TimePoint now) {
   decision_.triggers.clear();
   decision_.released.clear();
   decision_.swapped = false;
-  decision_.frame.reset();
   decision_.slots.clear();
   decision_.steals.clear();
   decision_.hangs.clear();
@@ -128,7 +127,6 @@ bool SharedCoreDispatcher::cross_boundary() {
 void SharedCoreDispatcher::begin_frame() {
   const bool on_grid = fixed() && now_ - frame_due_ < frame_length();
   frame_start_ = on_grid ? frame_due_ : now_;
-  decision_.frame = FrameBegin{frame_number_, frame_due_};
   for (SharedCoreMember& member : members_) member.begin_frame(frame_number_, frame_start_);
   ++frame_number_;
   next_slot_ = 0;
@@ -175,7 +173,7 @@ void SharedCoreDispatcher::serve_owner() {
 void SharedCoreDispatcher::leave_slot() {
   const SharedCoreMember& owner = members_[slot_->index];
   if (slot_->steal_begin) end_steal();
-  decision_.slots.push_back({owner.slot().subchain, slot_->planned, slot_->begin.value_or(now_), now_});
+  decision_.slots.push_back({core_, owner.slot().subchain, slot_->planned, slot_->begin.value_or(now_), now_});
   if (!thief_ && owner.late()) thief_ = slot_->index;
   slot_.reset();
 }
@@ -234,13 +232,12 @@ void SharedCoreDispatcher::meet_thief() {
   }
   slot_->stolen = true;
   slot_->steal_begin = now_;
-  decision_.steals.push_back({thief.slot().subchain, victim.slot().subchain, now_, {}});
 }
 
 // In this slot; the thief may go on in the next.
 void SharedCoreDispatcher::end_steal() {
   decision_.steals.push_back(
-      {members_[*thief_].slot().subchain, members_[slot_->index].slot().subchain, *slot_->steal_begin, now_});
+      {core_, members_[*thief_].slot().subchain, members_[slot_->index].slot().subchain, *slot_->steal_begin, now_});
   slot_->steal_begin.reset();
   if (!thief_can_go_on()) thief_.reset();
 }
@@ -297,9 +294,8 @@ std::optional<RunState> SharedCoreDispatcher::take_waiting(SubchainId subchain) 
 
 // --- What the driver is told ---
 
-Level SharedCoreDispatcher::target_level(std::size_t index) const {
-  const SharedCoreMember& member = members_[index];
-  if (active() == index) return Level::kActive;
+Level SharedCoreDispatcher::target_level(const SharedCoreMember& member, bool active) const {
+  if (active) return Level::kActive;
   if (member.hanging()) return Level::kOrdinary;
   // In the slack only runs under way have to be lowered; whoever has none may stay lowered.
   const bool lowered = phase_ == Phase::kSlack && (member.under_way() || member.level == Level::kOrdinary);
@@ -307,18 +303,26 @@ Level SharedCoreDispatcher::target_level(std::size_t index) const {
 }
 
 void SharedCoreDispatcher::settle_levels() {
-  for (const bool lowering : {true, false}) {
-    for (std::size_t index = 0; index < members_.size(); ++index) {
-      const Level level = target_level(index);
-      if (members_[index].present() && (level < members_[index].level) == lowering) change_level(index, level);
-    }
+  const std::size_t active = this->active().value_or(members_.size());
+  bool anyone_rises = false;
+  for (std::size_t index = 0; index < members_.size(); ++index) {
+    SharedCoreMember& member = members_[index];
+    if (!member.present()) continue;
+    const Level level = target_level(member, index == active);
+    if (level < member.level) change_level(member, level);
+    anyone_rises = anyone_rises || level > member.level;
+  }
+  for (std::size_t index = 0; anyone_rises && index < members_.size(); ++index) {
+    SharedCoreMember& member = members_[index];
+    if (!member.present()) continue;
+    const Level level = target_level(member, index == active);
+    if (level > member.level) change_level(member, level);
   }
 }
 
-void SharedCoreDispatcher::change_level(std::size_t index, Level level) {
-  if (members_[index].level == level) return;
-  members_[index].level = level;
-  decision_.levels.push_back({members_[index].slot().subchain, level});
+void SharedCoreDispatcher::change_level(SharedCoreMember& member, Level level) {
+  member.level = level;
+  decision_.levels.push_back({member.slot().subchain, level});
 }
 
 TimePoint SharedCoreDispatcher::next_event() const {

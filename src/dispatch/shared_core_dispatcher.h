@@ -1,6 +1,6 @@
-// Takes turns among the subchains that share one core: the pure state machine behind the dispatcher thread of a shared
-// core. It is told the time and how far each subchain's runs have come, and answers what to do now and when to ask
-// again. It reads no clock and makes no call, so the real runtime and virtual time drive the very same code.
+// Takes turns among the subchains that share one core: the pure state machine that driver/core_driver.h carries out.
+// It is told the time and how far each subchain's runs have come, and answers what to do now and when to ask again. It
+// reads no clock and makes no call, so the real runtime and virtual time drive the very same code.
 //
 // A frame is a row of slots, in order, and the slack last. In its slot a subchain is active, and its head is triggered
 // if that is due and no run of it is under way; otherwise it is in the background, where it may use what the active one
@@ -51,13 +51,14 @@
 #include "dispatch/shared_core_member.h"
 #include "dispatch/shared_core_schedule.h"
 #include "dispatch/slack_account.h"
+#include "dispatch/slot_use.h"
 
 namespace ctn::dispatch {
 
 class SharedCoreDispatcher {
  public:
-  // The first frame begins at `start`, or as soon as a member has been adopted.
-  SharedCoreDispatcher(TimePoint start, SharedCoreSchedule schedule);
+  // The first frame begins at `start`, or as soon as a member has been adopted. `core`: what it tells is of that one.
+  SharedCoreDispatcher(TimePoint start, SharedCoreSchedule schedule, int core = 0);
 
   struct LevelChange {
     SubchainId subchain;
@@ -67,24 +68,6 @@ class SharedCoreDispatcher {
     SubchainId subchain;
     std::uint64_t number = 0;  // counted from 1
     TimePoint due{};           // when the slot came in which it was due first
-  };
-  struct FrameBegin {
-    std::uint64_t number = 0;  // counted since construction, across swaps
-    TimePoint planned{};
-  };
-  // A slot that is over, and had work.
-  struct SlotUse {
-    SubchainId subchain;
-    TimePoint planned{};  // when it was to begin
-    TimePoint begin{};    // when its own subchain became active: later if stolen from
-    TimePoint end{};
-  };
-  // Told when it begins, and again when it is over.
-  struct Steal {
-    SubchainId thief;
-    SubchainId victim;
-    TimePoint begin{};
-    std::optional<TimePoint> end;
   };
   struct Hang {
     SubchainId subchain;
@@ -101,9 +84,8 @@ class SharedCoreDispatcher {
     std::vector<Trigger> triggers;
     std::vector<Release> released;
     bool swapped = false;  // the new schedule is in force
-    std::optional<FrameBegin> frame;
     std::vector<SlotUse> slots;
-    std::vector<Steal> steals;
+    std::vector<Steal> steals;  // that are over
     std::vector<Hang> hangs;
     TimePoint ask_at{};                            // ask again then,
     std::optional<SubchainId> wake_on_completion;  // or as soon as a run of this one ends
@@ -126,6 +108,8 @@ class SharedCoreDispatcher {
   void adopt(SubchainId subchain, const RunState& state);
 
   const SharedCoreSchedule& schedule() const { return schedule_; }
+  // That have begun, across changes of the schedule.
+  std::uint64_t frames() const { return frame_number_; }
 
  private:
   enum class Phase { kBoundary, kSlots, kIdle, kSlack, kStopped };
@@ -166,12 +150,13 @@ class SharedCoreDispatcher {
   void release_waiting();
   std::optional<RunState> take_waiting(SubchainId subchain);
 
-  Level target_level(std::size_t index) const;
+  Level target_level(const SharedCoreMember& member, bool active) const;
   void settle_levels();
-  void change_level(std::size_t index, Level level);
+  void change_level(SharedCoreMember& member, Level level);
   TimePoint next_event() const;
   void plan_next_call();
 
+  int core_;
   SharedCoreSchedule schedule_;
   std::vector<SharedCoreMember> members_;  // in the order of slots
   std::optional<SharedCoreSchedule> next_schedule_;

@@ -167,9 +167,7 @@ TEST(FixedFrames, AWholeFrameLateTheGridStartsAnew) {
   ASSERT_EQ(dispatcher.step(at(ms(1)), none).ask_at, at(ms(2)));
   const std::vector<std::uint64_t> first{1, 0};
   const auto& late = dispatcher.step(at(ms(37)), first);
-  ASSERT_TRUE(late.frame);
-  EXPECT_EQ(late.frame->number, 1U) << "missed frames are not made up for";
-  EXPECT_EQ(late.frame->planned, at(ms(10)));
+  EXPECT_EQ(dispatcher.frames(), 2U) << "missed frames are not made up for";
   EXPECT_EQ(late.ask_at, at(ms(39)));
 }
 
@@ -295,7 +293,7 @@ TEST(SharedCore, CalledTwiceItHasNothingToAdd) {
   const auto& again = dispatcher.step(at(ms(0)), {});
   EXPECT_THAT(again.levels, IsEmpty());
   EXPECT_THAT(again.triggers, IsEmpty());
-  EXPECT_FALSE(again.frame);
+  EXPECT_EQ(dispatcher.frames(), 1U);
   EXPECT_EQ(again.ask_at, ask_at);
 }
 

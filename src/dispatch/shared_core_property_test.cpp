@@ -157,7 +157,7 @@ RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   const auto frames = core.frames.end() - first - 1;
   Nanos stolen{0};
   for (const auto& steal : core.steals) {
-    if (steal.victim == hog && steal.begin >= *first) stolen += *steal.end - steal.begin;
+    if (steal.victim == hog && steal.begin >= *first) stolen += steal.end - steal.begin;
   }
   const Nanos had = core.cpu_time(hog, *first, core.frames.back(), Level::kActive);
   RC_ASSERT(had + stolen >= slot_of(schedule, hog).slice * frames);
@@ -189,7 +189,7 @@ RC_GTEST_PROP(SharedCoreProperty, NobodyStealsFromAHigherRankNorForLongerThanASl
     const SharedCoreSlot& thief = slot_of(schedule, steal.thief);
     RC_ASSERT(thief.may_steal);
     RC_ASSERT(thief.rank < slot_of(schedule, steal.victim).rank);
-    RC_ASSERT(steal.begin <= *steal.end);
+    RC_ASSERT(steal.begin <= steal.end);
   }
   // Active in one's own slot, in one stolen, or not at all.
   for (const VirtualCore::Ran& ran : core.trace()) {
@@ -202,7 +202,7 @@ RC_GTEST_PROP(SharedCoreProperty, NobodyStealsFromAHigherRankNorForLongerThanASl
       if (slot.subchain == *ran.subchain) overlap(slot.begin, slot.end);
     }
     for (const auto& steal : core.steals) {
-      if (steal.thief == *ran.subchain) overlap(steal.begin, *steal.end);
+      if (steal.thief == *ran.subchain) overlap(steal.begin, steal.end);
     }
     RC_ASSERT(allowed == ran.end - ran.begin);
   }

@@ -9,6 +9,7 @@
 namespace ctn::dispatch {
 namespace {
 
+using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
@@ -137,9 +138,9 @@ TEST(Stealing, WhoeverALateDispatcherCostItsSlotMayGoOnInALowerRanks) {
   for (const std::size_t index : {0U, 1U, 2U}) dispatcher.adopt(SubchainId(index), {});
   const auto& late = dispatcher.step(at(ms(5)), {});
   EXPECT_THAT(late.triggers, SizeIs(2)) << "0 and 1, whose slots are over; 2 gets what 0 leaves of its own";
-  ASSERT_THAT(late.steals, SizeIs(1));
-  EXPECT_EQ(late.steals[0].thief, SubchainId(0));
-  EXPECT_EQ(late.steals[0].victim, SubchainId(2));
+  const std::vector<std::uint64_t> first_is_done{1, 0, 0};
+  const auto& over = dispatcher.step(at(ms(5.5)), first_is_done);
+  EXPECT_THAT(over.steals, ElementsAre(Steal{0, SubchainId(0), SubchainId(2), at(ms(5)), at(ms(5.5))}));
 }
 
 TEST(Stealing, AVictimThatIsLateByItMayStealInTurn) {

@@ -1,6 +1,6 @@
-// When to trigger the head of a subchain: the pure state machine behind every trigger thread. It is told the time and
-// how far the subchain's runs have come, and answers what to do now and when to ask again. It reads no clock and makes
-// no call, so the real runtime and virtual time drive the very same code.
+// When to trigger the head of a subchain: the pure state machine that driver/subchain_pacer.h carries out. It is told
+// the time and how far the subchain's runs have come, and answers what to do now and when to ask again. It reads no
+// clock and makes no call, so the real runtime and virtual time drive the very same code.
 //
 // Two ways to pace:
 //   gated    (Catan, a subchain that owns its cores) every period, but never while as many runs are under way as the
@@ -41,7 +41,7 @@ struct Pacing {
 };
 
 // Nothing is triggered more often, whatever a plan says: nodes that cost next to nothing would otherwise keep their
-// trigger thread, which outranks everything, busy without end.
+// controller, which outranks everything, busy without end.
 constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 
 // The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is

@@ -10,6 +10,7 @@
 
 #include "base/ids.h"
 #include "base/time.h"
+#include "dispatch/slot_use.h"
 
 namespace ctn::record {
 
@@ -41,25 +42,8 @@ struct Trigger {
   TimePoint sent{};
 };
 
-// A slot of a shared core that is over, and had work.
-struct Slot {
-  int core = 0;  // as numbered in plans
-  SubchainId subchain;
-  TimePoint planned{};  // when it was to begin
-  TimePoint begin{};    // when its subchain became active: later if the slot was stolen from
-  TimePoint end{};
-  friend bool operator==(const Slot&, const Slot&) = default;
-};
-
-// A late subchain went on in another's slot.
-struct Steal {
-  int core = 0;
-  SubchainId thief;
-  SubchainId victim;
-  TimePoint begin{};
-  TimePoint end{};
-  friend bool operator==(const Steal&, const Steal&) = default;
-};
+using dispatch::SlotUse;
+using dispatch::Steal;
 
 // A plan came into force.
 struct PlanChange {

@@ -317,10 +317,10 @@ Status Reader::each_trigger(const std::function<void(const Trigger&)>& take) con
   });
 }
 
-Status Reader::each_slot(const std::function<void(const Slot&)>& take) const {
+Status Reader::each_slot(const std::function<void(const SlotUse&)>& take) const {
   const std::string rows = "core, subchain, planned_ns, begin_ns, end_ns FROM slots ORDER BY id";
   return impl_->each_row("slots", rows, [&](Cells& cells) {
-    Slot slot;
+    SlotUse slot;
     slot.core = static_cast<int>(cells.integer(0, 0, kMostCores));
     slot.subchain = SubchainId{cells.index(1, impl_->app.graph.subchains().size())};
     slot.planned = cells.time(2);

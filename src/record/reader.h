@@ -49,7 +49,7 @@ class Reader {
   // By subchain, in the order of their numbers.
   Status each_trigger(const std::function<void(const Trigger&)>& take) const;
   // In the order they were reported, which is by time for each core.
-  Status each_slot(const std::function<void(const Slot&)>& take) const;
+  Status each_slot(const std::function<void(const SlotUse&)>& take) const;
   Status each_steal(const std::function<void(const Steal&)>& take) const;
   // In the order they were written.
   Result<std::vector<PlanChange>> plans() const;

@@ -24,7 +24,7 @@ std::string sample_record(const Folder& folder) {
   for (std::uint64_t i = 1; i < 4; ++i) {
     writer->add(Trigger{SubchainId{0}, i, at(seconds{103}), at(seconds{103} + microseconds{i})});
   }
-  writer->add(Slot{0, SubchainId{1}, at(seconds{103}), at(seconds{103}), at(seconds{104})});
+  writer->add(SlotUse{0, SubchainId{1}, at(seconds{103}), at(seconds{103}), at(seconds{104})});
   writer->add(Steal{0, SubchainId{0}, SubchainId{1}, at(seconds{103}), at(seconds{104})});
   writer->add(PlanChange{at(seconds{100}), "bootstrap", "{}"});
   writer->add(Notice{at(seconds{102}), "watchdog", "x"});
@@ -44,7 +44,7 @@ Status read_all(const std::string& path) {
   if (!done) return done;
   done = reader->each_trigger([](const Trigger&) {});
   if (!done) return done;
-  done = reader->each_slot([](const Slot&) {});
+  done = reader->each_slot([](const SlotUse&) {});
   if (!done) return done;
   done = reader->each_steal([](const Steal&) {});
   if (!done) return done;

@@ -62,7 +62,7 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   for (auto run = expected.rbegin(); run != expected.rend(); ++run) writer->add(*run);
   writer->add(Trigger{SubchainId{0}, 2, at(seconds{101}), at(seconds{101} + Nanos{17})});
   writer->add(Trigger{SubchainId{0}, 1, at(seconds{100}), at(seconds{100})});
-  writer->add(Slot{1, SubchainId{1}, at(seconds{100}), at(seconds{101}), at(seconds{102})});
+  writer->add(SlotUse{1, SubchainId{1}, at(seconds{100}), at(seconds{101}), at(seconds{102})});
   writer->add(Steal{1, SubchainId{0}, SubchainId{1}, at(seconds{100}), at(seconds{101})});
   writer->add(PlanChange{at(seconds{100}), "bootstrap", "{\"a\": 1}"});
   ASSERT_TRUE(writer->flush().ok());
@@ -94,10 +94,10 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   std::vector<std::uint64_t> numbers;
   ASSERT_TRUE(reader.each_trigger([&](const Trigger& trigger) { numbers.push_back(trigger.number); }).ok());
   EXPECT_EQ(numbers, (std::vector<std::uint64_t>{1, 2}));
-  std::vector<Slot> slots;
-  ASSERT_TRUE(reader.each_slot([&](const Slot& slot) { slots.push_back(slot); }).ok());
+  std::vector<SlotUse> slots;
+  ASSERT_TRUE(reader.each_slot([&](const SlotUse& slot) { slots.push_back(slot); }).ok());
   ASSERT_EQ(slots.size(), 1U);
-  EXPECT_EQ(slots[0], (Slot{1, SubchainId{1}, at(seconds{100}), at(seconds{101}), at(seconds{102})}));
+  EXPECT_EQ(slots[0], (SlotUse{1, SubchainId{1}, at(seconds{100}), at(seconds{101}), at(seconds{102})}));
   std::vector<Steal> steals;
   ASSERT_TRUE(reader.each_steal([&](const Steal& steal) { steals.push_back(steal); }).ok());
   ASSERT_EQ(steals.size(), 1U);

@@ -121,7 +121,7 @@ class SqliteWriter : public Writer {
 
   void add(const Run& run) override { hold(runs_, run); }
   void add(const Trigger& trigger) override { hold(triggers_, trigger); }
-  void add(const Slot& slot) override { hold(slots_, slot); }
+  void add(const SlotUse& slot) override { hold(slots_, slot); }
   void add(const Steal& steal) override { hold(steals_, steal); }
   void add(const PlanChange& change) override { hold(plans_, change); }
   void add(const CostChange& change) override { hold(cost_changes_, change); }
@@ -211,7 +211,7 @@ class SqliteWriter : public Writer {
           statements_->trigger.run(trigger.subchain.index(), trigger.number, ns(trigger.due), ns(trigger.sent));
       if (!done) return done;
     }
-    for (const Slot& slot : slots_) {
+    for (const SlotUse& slot : slots_) {
       const auto done =
           statements_->slot.run(slot.core, slot.subchain.index(), ns(slot.planned), ns(slot.begin), ns(slot.end));
       if (!done) return done;
@@ -255,7 +255,7 @@ class SqliteWriter : public Writer {
   std::optional<Statements> statements_;      // after the database: must go first
   std::vector<Run> runs_;
   std::vector<Trigger> triggers_;
-  std::vector<Slot> slots_;
+  std::vector<SlotUse> slots_;
   std::vector<Steal> steals_;
   std::vector<PlanChange> plans_;
   std::vector<CostChange> cost_changes_;

@@ -51,7 +51,7 @@ class Writer {
 
   virtual void add(const Run& run) = 0;
   virtual void add(const Trigger& trigger) = 0;
-  virtual void add(const Slot& slot) = 0;
+  virtual void add(const SlotUse& slot) = 0;
   virtual void add(const Steal& steal) = 0;
   virtual void add(const PlanChange& change) = 0;
   virtual void add(const CostChange& change) = 0;

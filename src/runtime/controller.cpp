@@ -4,52 +4,75 @@
 #include <span>
 #include <utility>
 
+#include "driver/core_driver.h"
+#include "driver/subchain_pacer.h"
 #include "runtime/starvation.h"
 
 namespace ctn::runtime {
 
-Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number, int core)
+Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number)
     : controls_(controls),
       subchains_(subchains),
       number_(number),
-      core_(core),
       attention_(controls.region.attention(number)),
-      threads_seen_(subchains.size(), 0),
-      reports_(kReports, kWords) {}
+      reports_(kReports, kWords) {
+  held_.reserve(subchains.size());
+  if (of_core()) {
+    driver_ = std::make_unique<driver::CoreDriver>(*this, core(), subchains.size());
+  } else {
+    driver_ = std::make_unique<driver::SubchainPacer>(*this, SubchainId(number));
+  }
+}
+
+void Controller::run() {
+  while (!stopping_.load(std::memory_order_acquire)) {
+    const std::uint32_t seen = attention_now();
+    const TimePoint until = driver_->step(controls_.os.now());
+    sleep(seen, until);
+  }
+}
 
 void Controller::stop() {
   stopping_.store(true, std::memory_order_release);
   attention_.nudge(controls_.os);
 }
 
-void Controller::sleep(std::uint32_t seen, TimePoint until, bool awake) {
-  const TimePoint asleep = now();
+void Controller::sleep(std::uint32_t seen, TimePoint until) {
+  const bool awake = std::exchange(completion_came_, false);
+  const TimePoint asleep = controls_.os.now();
   if (!wakes_.take(asleep)) {
     controls_.os.sleep_until(std::min(until, asleep + WakeBudget::kDeaf));
     return;
   }
   if (awake || controls_.os.wait(attention_.word, seen, until) != os::WaitResult::kTimedOut) return;
   wakes_.give_back();
-  const TimePoint woke = now();
+  const TimePoint woke = controls_.os.now();
   if (!woke_too_late(asleep, until, woke) || !controls_.enforcer.real_time()) return;
   const auto cpu = static_cast<std::uint64_t>(std::max(controls_.os.current_cpu(), 0));
   report(Report::kWokeLate, SubchainId{0}, cpu, to_word(std::max(asleep, until)), to_word(woke));
 }
 
-void Controller::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
-  // What has not begun has not ended, whatever is written there; else this run would count as ended at once.
-  if (completed(id) >= number) signal(id).completed.store(number - 1, std::memory_order_seq_cst);
-  subchains_[id.index()].nodes.front()->trigger(number);
-  report(Report::kTrigger, id, number, to_word(due), to_word(now()));
+// --- Who has which subchain ---
+
+std::optional<dispatch::RunState> Controller::take(SubchainId id) {
+  const std::optional<dispatch::RunState> state = controls_.handovers[id.index()].take();
+  if (!state) return std::nullopt;
+  listen(id);
+  held_.push_back({id, threads_joined(id)});
+  return state;
 }
 
-void Controller::hold(SubchainId id, const os::CpuSet& cpus) {
-  signal(id).listener.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
-  threads_joined(id);
-  move_threads(id, cpus);
+void Controller::hand_over(SubchainId id, const dispatch::RunState& state) {
+  await_completion(id, false, 0);
+  std::erase_if(held_, [&](const Held& each) { return each.subchain == id; });
+  controls_.handovers[id.index()].put(state);
+  // A newer assignment than the one looked at here wakes everybody when it is published.
+  controls_.nudge(controls_.holder_of(assignment().places[id.index()], id));
 }
 
-void Controller::move_threads(SubchainId id, const os::CpuSet& cpus) {
+// --- Threads ---
+
+void Controller::move(SubchainId id, const os::CpuSet& cpus) {
   for (const NodeLink* node : subchains_[id.index()].nodes) {
     node->for_each_thread([&](os::ThreadId thread) { controls_.enforcer.move_now(thread, cpus); });
   }
@@ -69,17 +92,40 @@ void Controller::set_levels(SubchainId id, const policy::SubchainPlace& place) {
   }
 }
 
-void Controller::hand_over(SubchainId id, const dispatch::RunState& state) {
-  want_completions(id, false);
-  controls_.handovers[id.index()].put(state);
-  // A newer assignment than the one looked at here wakes everybody when it is published.
-  controls_.nudge(controls_.holder_of(look().places[id.index()], id));
-}
-
-bool Controller::threads_joined(SubchainId id) {
+std::uint32_t Controller::threads_joined(SubchainId id) const {
   std::uint32_t joined = 0;
   for (const NodeLink* node : subchains_[id.index()].nodes) joined += node->threads_joined();
-  return std::exchange(threads_seen_[id.index()], joined) != joined;
+  return joined;
+}
+
+bool Controller::threads_joined() {
+  bool any = false;
+  for (Held& held : held_) {
+    const std::uint32_t joined = threads_joined(held.subchain);
+    any = any || joined != held.joined;
+    held.joined = joined;
+  }
+  return any;
+}
+
+// --- Runs ---
+
+void Controller::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
+  // What has not begun has not ended, whatever is written there; else this run would count as ended at once.
+  if (completed(id) >= number) signal(id).completed.store(number - 1, std::memory_order_seq_cst);
+  subchains_[id.index()].nodes.front()->trigger(number);
+  report(Report::kTrigger, id, number, to_word(due), to_word(controls_.os.now()));
+}
+
+void Controller::listen(SubchainId id) const {
+  signal(id).listener.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
+}
+
+void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
+  // Says anew where, as others may have written there.
+  if (wanted) listen(id);
+  signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
+  if (wanted && completed(id) != known) completion_came_ = true;
 }
 
 // --- Reports ---
@@ -89,16 +135,16 @@ void Controller::report(Report kind, SubchainId id, std::uint64_t a, std::uint64
   reports_.push(words);
 }
 
-void Controller::report_hang(SubchainId id, bool began, TimePoint at) {
+void Controller::slot_over(const dispatch::SlotUse& slot) {
+  report(Report::kSlot, slot.subchain, to_word(slot.planned), to_word(slot.begin), to_word(slot.end));
+}
+
+void Controller::stole(const dispatch::Steal& steal) {
+  report(Report::kSteal, steal.thief, steal.victim.index(), to_word(steal.begin), to_word(steal.end));
+}
+
+void Controller::hang_changed(SubchainId id, bool began, TimePoint at) {
   report(began ? Report::kHangBegan : Report::kHangEnded, id, to_word(at), 0, 0);
-}
-
-void Controller::report_slot(SubchainId id, TimePoint planned, TimePoint begin, TimePoint end) {
-  report(Report::kSlot, id, to_word(planned), to_word(begin), to_word(end));
-}
-
-void Controller::report_steal(SubchainId thief, SubchainId victim, TimePoint begin, TimePoint end) {
-  report(Report::kSteal, thief, victim.index(), to_word(begin), to_word(end));
 }
 
 void Controller::drain(ReportSink& sink) {
@@ -114,12 +160,12 @@ void Controller::deliver(std::span<const std::uint64_t> words, ReportSink& sink)
     case Report::kHangEnded:
       return sink.hang_changed(id, static_cast<Report>(words[0]) == Report::kHangBegan, to_time(words[2]));
     case Report::kSlot:
-      return sink.slot_over({core_, id, to_time(words[2]), to_time(words[3]), to_time(words[4])});
-    case Report::kWokeLate:
-      return sink.woke_late(static_cast<int>(words[2]), to_time(words[3]), to_time(words[4]));
+      return sink.slot_over({core(), id, to_time(words[2]), to_time(words[3]), to_time(words[4])});
     case Report::kSteal:
       return sink.stole(
-          {core_, id, SubchainId{static_cast<std::size_t>(words[2])}, to_time(words[3]), to_time(words[4])});
+          {core(), id, SubchainId{static_cast<std::size_t>(words[2])}, to_time(words[3]), to_time(words[4])});
+    case Report::kWokeLate:
+      return sink.woke_late(static_cast<int>(words[2]), to_time(words[3]), to_time(words[4]));
   }
 }
 

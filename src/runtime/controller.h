@@ -1,14 +1,11 @@
-// What all threads that trigger subchains have in common: they run at the dispatcher level and never wait for anybody
-// below it. What they are to do they read from a board (assignment.h); what they did leaves through a ring; a subchain
-// passes from one to the other by a hand-over. At any time one controller holds a subchain, or nobody does.
+// The thread of a controller (driver/controller.h): it looks at the board, lets its driver step, and sleeps until the
+// driver is to step again. What the driver decides it carries out with system calls and cells of the region; what was
+// done leaves through a ring. It runs at the dispatcher level and never waits for anybody below it. A core's thread is
+// bound to its core's CPU, so that nothing of the core runs while it decides. Timers are absolute: what it is late by
+// does not add up.
 //
-//   TriggerThread  one a subchain: paces it while it has its CPUs to itself
-//   CoreThread     one a core: takes turns among those that share it
-//
-// Each is also the watchdog of what it holds: a run that hangs is contained, so that it cannot take the machine with
-// it.
-//
-// Units: in the types. Thread safety: run() is the thread's body; the rest may be called from one other thread.
+// Units: in the types. Thread safety: run() is the thread's body, and what an actuator does belongs to it; the rest may
+// be called from one other thread.
 #pragma once
 
 #include <array>
@@ -16,9 +13,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "driver/actuator.h"
+#include "driver/controller.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "record/events.h"
@@ -35,7 +35,7 @@ struct Controls {
   Controls(os::Os& system, Enforcer& levels, const Region& memory, std::size_t subchains, std::size_t cores)
       : os(system), enforcer(levels), region(memory), board(subchains + cores), handovers(subchains) {}
 
-  // What a controller sleeps on; they are numbered as the region's attentions are: subchains, then cores.
+  // Controllers are numbered as the region's attentions, on which they sleep: those of subchains, then those of cores.
   std::size_t number_of_core(int core) const { return handovers.size() + static_cast<std::size_t>(core); }
   // Whoever is to have a subchain by an assignment.
   std::size_t holder_of(const policy::SubchainPlace& place, SubchainId subchain) const {
@@ -58,16 +58,18 @@ class ReportSink {
  public:
   virtual ~ReportSink() = default;
   virtual void triggered(const record::Trigger& trigger) = 0;
-  virtual void slot_over(const record::Slot& slot) = 0;
+  virtual void slot_over(const record::SlotUse& slot) = 0;
   virtual void stole(const record::Steal& steal) = 0;
   virtual void hang_changed(SubchainId subchain, bool began, TimePoint at) = 0;
   virtual void woke_late(int cpu, TimePoint due, TimePoint woke) = 0;  // starvation.h
 };
 
-class Controller {
+class Controller final : public driver::Actuator {
  public:
-  virtual ~Controller() = default;
-  virtual void run() = 0;
+  // By its number it is a subchain's or a core's. All references outlive it.
+  Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number);
+
+  void run();
   void stop();
 
   // All since the last call.
@@ -76,46 +78,41 @@ class Controller {
   // How often it would not be woken, as it had been too often.
   std::uint64_t floods() const { return wakes_.floods(); }
 
- protected:
-  // `core`: -1 where it has none.
-  Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number, int core);
-
-  bool stopping() const { return stopping_.load(std::memory_order_acquire); }
+  // Counts what it is woken for; to be read before looking at what there is to do.
   std::uint32_t attention_now() const { return attention_.word.load(std::memory_order_acquire); }
-  // Until it is nudged (its attention is no longer `seen`) or `until` has come. `awake`: not at all, there is news
-  // already. Who is woken without end sleeps all the same (wake_budget.h).
-  void sleep(std::uint32_t seen, TimePoint until, bool awake = false);
-  const Assignment& look() { return controls_.board.look(number_); }
-  TimePoint now() { return controls_.os.now(); }
+  // Until it is woken (its attention is no longer `seen`) or `until` has come; not at all if a completion that it asked
+  // for has come already. Who is woken without end sleeps all the same (wake_budget.h).
+  void sleep(std::uint32_t seen, TimePoint until);
 
-  SignalCell& signal(SubchainId id) const { return *subchains_[id.index()].signal; }
-  std::uint64_t completed(SubchainId id) const { return signal(id).completed.load(std::memory_order_seq_cst); }
-  // Its end of a run wakes this controller, if `wanted`.
-  // Says anew where, as others may have written there.
-  void want_completions(SubchainId id, bool wanted) {
-    if (wanted) signal(id).listener.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
-    signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
-  }
-  void trigger(SubchainId id, std::uint64_t number, TimePoint due);
-
-  // Takes a subchain into its hands: its runs report here, its threads run on `cpus`.
-  void hold(SubchainId id, const os::CpuSet& cpus);
-  void move_threads(SubchainId id, const os::CpuSet& cpus);
-  void set_level(SubchainId id, os::Level level);
-  void set_levels(SubchainId id, const policy::SubchainPlace& place);  // as the place says
-  // Lets go of it, and tells whoever is to have it now.
-  void hand_over(SubchainId id, const dispatch::RunState& state);
-  // Whether threads have joined the subchain's nodes since it was last asked.
-  bool threads_joined(SubchainId id);
-
-  void report_hang(SubchainId id, bool began, TimePoint at);
-  void report_slot(SubchainId id, TimePoint planned, TimePoint begin, TimePoint end);
-  void report_steal(SubchainId thief, SubchainId victim, TimePoint begin, TimePoint end);
+  // --- driver::Actuator ---
+  const Assignment& assignment() override { return controls_.board.look(number_); }
+  std::optional<dispatch::RunState> take(SubchainId id) override;
+  void hand_over(SubchainId id, const dispatch::RunState& state) override;
+  void move(SubchainId id, const os::CpuSet& cpus) override;
+  void set_level(SubchainId id, os::Level level) override;
+  void set_levels(SubchainId id, const policy::SubchainPlace& place) override;
+  bool threads_joined() override;
+  void trigger(SubchainId id, std::uint64_t number, TimePoint due) override;
+  std::uint64_t completed(SubchainId id) const override { return signal(id).completed.load(std::memory_order_seq_cst); }
+  void await_completion(SubchainId id, bool wanted, std::uint64_t known) override;
+  void slot_over(const dispatch::SlotUse& slot) override;
+  void stole(const dispatch::Steal& steal) override;
+  void hang_changed(SubchainId id, bool began, TimePoint at) override;
 
  private:
   static constexpr std::size_t kReports = 8192;
   static constexpr std::size_t kWords = 5;
   enum class Report : std::uint64_t { kTrigger, kHangBegan, kHangEnded, kSlot, kSteal, kWokeLate };
+  struct Held {
+    SubchainId subchain;
+    std::uint32_t joined = 0;  // threads, when they were counted last
+  };
+
+  bool of_core() const { return number_ >= subchains_.size(); }
+  int core() const { return static_cast<int>(number_ - subchains_.size()); }
+  SignalCell& signal(SubchainId id) const { return *subchains_[id.index()].signal; }
+  std::uint32_t threads_joined(SubchainId id) const;
+  void listen(SubchainId id) const;
 
   void report(Report kind, SubchainId id, std::uint64_t a, std::uint64_t b, std::uint64_t c);
   void deliver(std::span<const std::uint64_t> words, ReportSink& sink) const;
@@ -123,9 +120,10 @@ class Controller {
   Controls& controls_;
   const std::vector<SubchainLinks>& subchains_;  // by SubchainId
   std::size_t number_;
-  int core_;
   Attention& attention_;
-  std::vector<std::uint32_t> threads_seen_;  // by SubchainId: how often threads had joined
+  std::unique_ptr<driver::Controller> driver_;
+  std::vector<Held> held_;
+  bool completion_came_ = false;  // between a decision and asking for it
   WordRing reports_;
   WakeBudget wakes_;
   std::atomic<bool> stopping_{false};

@@ -100,7 +100,7 @@ void Housekeeper::triggered(const record::Trigger& trigger) {
   if (writer_) writer_->add(trigger);
 }
 
-void Housekeeper::slot_over(const record::Slot& slot) {
+void Housekeeper::slot_over(const record::SlotUse& slot) {
   if (writer_) writer_->add(slot);
 }
 

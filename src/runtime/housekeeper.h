@@ -82,7 +82,7 @@ class Housekeeper : private ReportSink {
 
  private:
   void triggered(const record::Trigger& trigger) override;
-  void slot_over(const record::Slot& slot) override;
+  void slot_over(const record::SlotUse& slot) override;
   void stole(const record::Steal& steal) override;
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override;
   void woke_late(int cpu, TimePoint due, TimePoint woke) override;

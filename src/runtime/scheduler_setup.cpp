@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/core_thread.h"
 #include "runtime/scheduler.h"
-#include "runtime/trigger_thread.h"
 
 namespace ctn::runtime {
 namespace {
@@ -128,12 +126,10 @@ void Scheduler::spawn_controllers() {
   controls_ = std::make_unique<Controls>(os_, *enforcer_, region_, subchains, cpus_.size());
   for (Handover& handover : controls_->handovers) handover.put({});
   publish(assignment());
-  for (std::size_t index = 0; index < subchains; ++index) {
-    controllers_.push_back(std::make_unique<TriggerThread>(*controls_, subchains_, SubchainId(index)));
-  }
   // A subchain that is the only one shares with nobody.
-  for (std::size_t core = 0; decision_.plan && subchains > 1 && core < cpus_.size(); ++core) {
-    controllers_.push_back(std::make_unique<CoreThread>(*controls_, subchains_, static_cast<int>(core)));
+  const std::size_t cores = decision_.plan && subchains > 1 ? cpus_.size() : 0;
+  for (std::size_t number = 0; number < subchains + cores; ++number) {
+    controllers_.push_back(std::make_unique<Controller>(*controls_, subchains_, number));
   }
   controller_ids_.resize(controllers_.size());
   for (std::size_t index = 0; index < controllers_.size(); ++index) {

@@ -1,6 +1,6 @@
-// The threads that trigger subchains, as the runtime has them (runtime/trigger_thread.h, core_thread.h): the same state
-// machines of `dispatch`, driven by virtual time. One a subchain, which paces it while it shares no core, and under a
-// plan one a core, which takes turns among those that share it. At any time one of them holds a subchain, or none does.
+// The threads of controllers (driver/controller.h), in virtual time: the drivers that the runtime has
+// (runtime/controller.h), one a subchain and under a plan one a core, each stepped when its thread has a CPU, at what
+// that costs on the machine.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -10,8 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "dispatch/shared_core_dispatcher.h"
-#include "dispatch/subchain_trigger.h"
+#include "driver/actuator.h"
+#include "driver/core_driver.h"
+#include "driver/subchain_pacer.h"
 #include "graph/app.h"
 #include "policy/assignment.h"
 #include "sim/cpus.h"
@@ -21,12 +22,14 @@
 
 namespace ctn::sim {
 
-class Controllers {
+class Controllers final : private driver::Actuator {
  public:
   // Controllers are numbered: subchains, then cores (none where `cores` is 0). Their threads are `first` and those that
   // follow. All outlive it.
   Controllers(const graph::App& app, const Machine& machine, int cores, Nodes& nodes, Cpus& cpus, Cpus::Thread first,
               Journal& journal);
+  Controllers(const Controllers&) = delete;
+  Controllers& operator=(const Controllers&) = delete;
 
   std::size_t count() const { return sleeping_.size(); }
 
@@ -34,7 +37,7 @@ class Controllers {
   void start(policy::Assignment assignment, const os::CpuSet& cpus, os::Level level, const std::vector<Nanos>& first);
   // A new one: all are woken to look.
   void publish(policy::Assignment assignment);
-  void nudge(std::size_t controller, int from_cpu);
+  void wake(std::size_t controller, int from_cpu);
 
   // --- by the CPUs' client; threads counted from `first` ---
   Nanos begin(Cpus::Thread thread, int cpu);
@@ -42,39 +45,34 @@ class Controllers {
 
  private:
   struct Sleeping {
-    bool nudged = false;
+    bool woken = false;
     TimePoint until = kNever;
-  };
-  struct Pacer {  // of one subchain
-    SubchainId subchain;
-    std::uint64_t following = 0;
-    policy::SubchainPlace place;
-    std::optional<dispatch::SubchainTrigger> trigger;  // none: the subchain is not in its hands
-    bool contained = false;
-  };
-  struct Core {
-    int number = 0;
-    std::uint64_t following = 0;
-    dispatch::SharedCoreDispatcher dispatcher{TimePoint{}, {}};
-    std::vector<std::uint64_t> progress;
-    std::optional<SubchainId> awaited;
-    std::vector<SubchainId> absent;  // slots of the assignment followed that have not come yet
   };
 
   std::size_t number_of_core(int core) const { return pacers_.size() + static_cast<std::size_t>(core); }
-
   void take_over(policy::Assignment assignment);
   Nanos first_of(std::size_t controller, const std::vector<Nanos>& first) const;
 
-  TimePoint step(Pacer& pacer, int cpu);
-  void follow(Pacer& pacer);
-  void give_up(Pacer& pacer);
-  TimePoint step(Core& core, int cpu);
-  void follow(Core& core);
-  void carry_out(Core& core, const dispatch::SharedCoreDispatcher::Decision& decision, int cpu);
-
-  void hold(SubchainId subchain, std::size_t controller, const os::CpuSet& cpus);
-  void hand_over(SubchainId subchain, const dispatch::RunState& state);
+  // --- driver::Actuator, for the controller that acts ---
+  const policy::Assignment& assignment() override { return assignment_; }
+  std::optional<dispatch::RunState> take(SubchainId subchain) override;
+  void hand_over(SubchainId subchain, const dispatch::RunState& state) override;
+  void move(SubchainId subchain, const os::CpuSet& cpus) override { nodes_.move(subchain, cpus); }
+  void set_level(SubchainId subchain, os::Level level) override { nodes_.set_level(subchain, level); }
+  void set_levels(SubchainId subchain, const policy::SubchainPlace& place) override {
+    nodes_.set_levels(subchain, place);
+  }
+  bool threads_joined() override { return false; }  // all are there from the start
+  void trigger(SubchainId subchain, std::uint64_t number, TimePoint due) override;
+  std::uint64_t completed(SubchainId subchain) const override { return nodes_.signal(subchain).completed; }
+  void await_completion(SubchainId subchain, bool wanted, std::uint64_t /*known*/) override {
+    nodes_.signal(subchain).wants_completions = wanted;
+  }
+  void slot_over(const dispatch::SlotUse& slot) override { journal_.slot_over(slot); }
+  void stole(const dispatch::Steal& steal) override { journal_.stole(steal); }
+  void hang_changed(SubchainId subchain, bool began, TimePoint at) override {
+    journal_.hang_changed(subchain, began, at);
+  }
 
   MachineCosts costs_;
   Nodes& nodes_;
@@ -82,10 +80,12 @@ class Controllers {
   Cpus::Thread first_;
   Journal& journal_;
   policy::Assignment assignment_;
-  std::vector<Pacer> pacers_;
-  std::vector<Core> cores_;
+  std::vector<driver::SubchainPacer> pacers_;
+  std::vector<driver::CoreDriver> cores_;
   std::vector<Sleeping> sleeping_;                              // by controller
   std::vector<std::optional<dispatch::RunState>> handed_over_;  // by subchain
+  std::size_t acting_ = 0;                                      // the controller that steps now,
+  int cpu_ = -1;                                                // and where
   bool real_time_;
 };
 

@@ -25,7 +25,7 @@ void Journal::triggered(const record::Trigger& trigger) {
   if (writer_) writer_->add(trigger);
 }
 
-void Journal::slot_over(const record::Slot& slot) {
+void Journal::slot_over(const record::SlotUse& slot) {
   if (writer_) writer_->add(slot);
 }
 

@@ -29,7 +29,7 @@ class Journal {
   // A run has ended; each after those it consumed. Whether it tells what its node costs: one that hung alone does not.
   bool ended(const record::Run& run);
   void triggered(const record::Trigger& trigger);
-  void slot_over(const record::Slot& slot);
+  void slot_over(const record::SlotUse& slot);
   void stole(const record::Steal& steal);
   void hang_changed(SubchainId subchain, bool began, TimePoint at);
   void plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason);

@@ -206,7 +206,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
     cost_changed_ = true;
   }
 
-  void nudge(std::size_t controller, int from_cpu) override { controllers_.nudge(controller, from_cpu); }
+  void nudge(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
   // --- Planning anew, as the runtime's housekeeper does ---
 

@@ -10,7 +10,7 @@
 //   event_queue.h   when what happens next
 //   cpus.h          the machine's CPUs, and which thread has them: levels, fair scheduling, limits
 //   nodes.h         nodes: triggers, inputs, runs, outputs
-//   controllers.h   who triggers: the state machines of `dispatch`
+//   controllers.h   who triggers: the drivers of `driver`
 //   outcome.h       what it came to
 // Here they are put together, and the runtime's housekeeper is played: it gathers what runs cost, and plans anew.
 //

@@ -281,7 +281,7 @@ scheduler: { bootstrap: 1s }
       record->each_run([&](const record::Run& run) { runs += run.node == NodeId(1) && run.end >= warm ? 1U : 0U; })
           .ok());
   EXPECT_TRUE(record->each_trigger([&](const record::Trigger& one) { triggers += one.sent >= warm ? 1U : 0U; }).ok());
-  EXPECT_TRUE(record->each_slot([&](const record::Slot&) { ++slots; }).ok());
+  EXPECT_TRUE(record->each_slot([&](const record::SlotUse&) { ++slots; }).ok());
   EXPECT_NEAR(static_cast<double>(runs), node(outcome, "local").rate_hz * 5.0, 1.0);
   EXPECT_EQ(triggers, outcome.triggers);
   EXPECT_GT(slots, 100U);

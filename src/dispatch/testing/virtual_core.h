@@ -145,8 +145,8 @@ class VirtualCore {
   std::map<SubchainId, std::vector<Triggered>> triggers;
   std::map<SubchainId, std::vector<TimePoint>> completions;
   std::vector<TimePoint> frames;  // when each began
-  std::vector<SharedCoreDispatcher::SlotUse> slots;
-  std::vector<SharedCoreDispatcher::Steal> steals;  // only when over
+  std::vector<SlotUse> slots;
+  std::vector<Steal> steals;
   std::vector<std::pair<TimePoint, SharedCoreDispatcher::Hang>> hangs;
   std::vector<Swap> swaps;
   std::vector<std::pair<SubchainId, std::pair<RunState, Threads>>> released;  // and not yet taken elsewhere
@@ -238,10 +238,8 @@ class VirtualCore {
       cpus_.remove(thread_of(release.subchain));
       threads.erase(release.subchain);
     }
-    if (decision.frame) frames.push_back(now);
-    for (const SharedCoreDispatcher::Steal& steal : decision.steals) {
-      if (steal.end) steals.push_back(steal);
-    }
+    if (dispatcher.frames() != frames.size()) frames.push_back(now);
+    steals.insert(steals.end(), decision.steals.begin(), decision.steals.end());
     slots.insert(slots.end(), decision.slots.begin(), decision.slots.end());
     for (const SharedCoreDispatcher::Hang& hang : decision.hangs) hangs.emplace_back(now, hang);
     if (decision.swapped) {

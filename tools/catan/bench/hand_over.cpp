@@ -7,7 +7,7 @@
 
 #include "bench/gaps.h"
 #include "config/app_file.h"
-#include "runtime/core_thread.h"
+#include "runtime/controller.h"
 #include "runtime/node_port.h"
 
 namespace ctn::tool {
@@ -153,7 +153,7 @@ Status measure_bare(const BenchContext& context, Samples& samples) {
 class SliceEnds : public runtime::ReportSink {
  public:
   void triggered(const record::Trigger& /*trigger*/) override {}
-  void slot_over(const record::Slot& slot) override {
+  void slot_over(const record::SlotUse& slot) override {
     if (slot.subchain == SubchainId(std::size_t{0})) ends.push_back(slot.planned + kSlice);
   }
   void stole(const record::Steal& /*steal*/) override {}
@@ -193,7 +193,7 @@ Status measure_runtime(const BenchContext& context, const graph::App& app, Sampl
   runtime::Controls controls(os, enforcer, region, subchains.size(), 1);
   for (runtime::Handover& handover : controls.handovers) handover.put({});
   controls.board.publish(two_slots(context));
-  runtime::CoreThread core(controls, subchains, 0);
+  runtime::Controller core(controls, subchains, controls.number_of_core(0));
 
   std::vector<std::unique_ptr<runtime::NodePort>> ports;
   for (std::size_t index = 0; index < 2; ++index) {

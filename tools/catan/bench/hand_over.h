@@ -1,6 +1,6 @@
 // How long a shared core takes from the end of one node's slice to the other's first instruction, both always busy.
 //
-// Measured: a core thread of the runtime (runtime/core_thread.h) gives two subchains slices of a millisecond; their
+// Measured: a core's thread of the runtime (runtime/controller.h) gives two subchains slices of a millisecond; their
 // runs never end. Bare: the least that does the same, a thread with an absolute timer and two changes of level. The two
 // take turns, a quarter of a second each, on the same core.
 //

@@ -55,18 +55,16 @@ void be_triggered(os::Os& os, const SharedApp& app, int cpu) {
   }
 }
 
-class Triggering : public runtime::Controller {
+// Triggers as a controller does, in a rhythm of its own.
+class Triggering {
  public:
-  Triggering(runtime::Controls& controls, const std::vector<runtime::SubchainLinks>& subchains,
-             const BenchContext& context, Agreement& agreement)
-      : Controller(controls, subchains, 0, -1), os_(context.os), cpu_(context.core), agreement_(agreement) {}
+  Triggering(runtime::Controller& controller, const BenchContext& context, Agreement& agreement)
+      : controller_(controller), os_(context.os), cpu_(context.core), agreement_(agreement) {}
 
-  void measure(TimePoint until) { until_ = until; }
-  void run() override {
+  void run(TimePoint until) {
     if (done = place_this_thread(os_, os::Level::kDispatcher, cpu_); !done) return;
-    hold(kSubchain, {});
-    want_completions(kSubchain, true);
-    for (std::uint32_t turn = 0; done && now() < until_; ++turn) {
+    controller_.await_completion(kSubchain, true, controller_.completed(kSubchain));
+    for (std::uint32_t turn = 0; done && os_.now() < until; ++turn) {
       // Long enough for all to be asleep, and of no fixed rhythm.
       pause(turn);
       if (!trigger_once(turn + 1)) done = peer_is_gone();
@@ -82,31 +80,31 @@ class Triggering : public runtime::Controller {
  private:
   static constexpr SubchainId kSubchain{std::size_t{0}};
 
-  void pause(std::uint32_t turn) { os_.sleep_until(now() + std::chrono::microseconds{400 + 37 * (turn % 16)}); }
+  void pause(std::uint32_t turn) { os_.sleep_until(os_.now() + std::chrono::microseconds{400 + 37 * (turn % 16)}); }
 
   bool trigger_once(std::uint64_t number) {
-    const std::uint32_t seen = attention_now();
-    const TimePoint sent = now();
-    trigger(kSubchain, number, sent);
-    sleep(seen, sent + kPatience);
-    if (completed(kSubchain) < number) return false;
+    const std::uint32_t seen = controller_.attention_now();
+    const TimePoint sent = os_.now();
+    controller_.trigger(kSubchain, number, sent);
+    controller_.sleep(seen, sent + kPatience);
+    if (controller_.completed(kSubchain) < number) return false;
     measured.push_back(first_instruction(agreement_) - sent);
     return true;
   }
 
   bool wake_once(std::uint32_t turn) {
     const std::uint32_t seen = agreement_.done.load();
-    const TimePoint sent = now();
+    const TimePoint sent = os_.now();
     set(os_, agreement_.go, turn + 1);
     if (!await_change(os_, agreement_.done, seen)) return false;
     bare.push_back(first_instruction(agreement_) - sent);
     return true;
   }
 
+  runtime::Controller& controller_;
   os::Os& os_;
   int cpu_;
   Agreement& agreement_;
-  TimePoint until_{};
 };
 
 Result<Figure> trigger_figure(const BenchContext& context, int cpu, Nanos duration, std::string where) {
@@ -121,16 +119,16 @@ Result<Figure> trigger_figure(const BenchContext& context, int cpu, Nanos durati
   const runtime::Links links = runtime::links_of(os, shared.graph(), shared.region());
   const auto subchains = runtime::subchain_links(shared.graph(), links, shared.region());
   runtime::Controls controls(os, enforcer, shared.region(), 1, 0);
-  Triggering controller(controls, subchains, context, shared.agreement());
-  controller.measure(os.now() + duration);
-  os.spawn("bench-trigger", [&] { controller.run(); })->join();
-  if (!controller.done) return controller.done.error();
+  runtime::Controller controller(controls, subchains, 0);
+  Triggering triggering(controller, context, shared.agreement());
+  os.spawn("bench-trigger", [&] { triggering.run(os.now() + duration); })->join();
+  if (!triggering.done) return triggering.done.error();
   return Figure{"trigger to first instruction",
                 std::move(where),
                 kMicros,
-                summarize_micros(controller.measured),
+                summarize_micros(triggering.measured),
                 "a futex wake between the same threads",
-                summarize_micros(controller.bare),
+                summarize_micros(triggering.bare),
                 {.ratio = 1.3, .p50 = {}, .p99 = {}}};
 }
 

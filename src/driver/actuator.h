@@ -1,0 +1,58 @@
+// What a controller (controller.h) asks of the world. In life threads do it (runtime/controller.h), in the simulator
+// events (sim/controllers.h), in tests a fake that remembers what it was asked for (fake_actuator.h).
+//
+// An actuator acts for one controller at a time. What it is asked for it does at once, and it never waits. Time is an
+// argument of Controller::step(); an actuator has a clock of its own where it must say when something was done.
+//
+// Units: in the types. Thread safety: none; one owner, the controller's thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "dispatch/shared_core_member.h"
+#include "dispatch/slot_use.h"
+#include "os/os.h"
+#include "policy/assignment.h"
+
+namespace ctn::driver {
+
+class Actuator {
+ public:
+  virtual ~Actuator() = default;
+
+  // --- Who has which subchain ---
+  // The newest; good until the next call of this or of hand_over().
+  virtual const policy::Assignment& assignment() = 0;
+  // A subchain that nobody holds, with the state of its runs; from now on this controller holds it. None: somebody else
+  // still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever level they came.
+  virtual std::optional<dispatch::RunState> take(SubchainId subchain) = 0;
+  // Lets go of it and of its completions, and wakes whoever is to have it by the newest assignment.
+  virtual void hand_over(SubchainId subchain, const dispatch::RunState& state) = 0;
+
+  // --- The threads of a subchain that is held ---
+  virtual void move(SubchainId subchain, const os::CpuSet& cpus) = 0;
+  virtual void set_level(SubchainId subchain, os::Level level) = 0;
+  virtual void set_levels(SubchainId subchain, const policy::SubchainPlace& place) = 0;  // as the place says
+  // Whether any have joined a subchain that is held, since it was taken or this was last asked. They come at the
+  // ordinary level, and may run anywhere.
+  virtual bool threads_joined() = 0;
+
+  // --- Its runs ---
+  // Triggers its head, and reports that; `due`: when that should have been.
+  virtual void trigger(SubchainId subchain, std::uint64_t number, TimePoint due) = 0;
+  // The newest trigger whose run has ended. It may be any number: nodes say it, and are not trusted.
+  virtual std::uint64_t completed(SubchainId subchain) const = 0;
+  // Whether the controller is to step as soon as a run has ended. `known`: what completed() was when the controller
+  // decided; if it is something else by now, the next step follows at once.
+  virtual void await_completion(SubchainId subchain, bool wanted, std::uint64_t known) = 0;
+
+  // --- Reports ---
+  virtual void slot_over(const dispatch::SlotUse& slot) = 0;
+  virtual void stole(const dispatch::Steal& steal) = 0;
+  virtual void hang_changed(SubchainId subchain, bool began, TimePoint at) = 0;
+};
+
+}  // namespace ctn::driver

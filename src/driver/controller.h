@@ -1,0 +1,32 @@
+// Who triggers subchains: the state machines of `dispatch`, carried out by an actuator (actuator.h). At any time one
+// controller holds a subchain, or none does; it passes from one to the other by a hand-over.
+//
+//   SubchainPacer  one a subchain (subchain_pacer.h): paces it while it has its CPUs to itself
+//   CoreDriver     one a core (core_driver.h): takes turns among those that share it
+//
+// Each is also the watchdog of what it holds: a run that hangs is suspended, so that it cannot take the machine with
+// it.
+//
+// Units: in the types. Thread safety: none; each belongs to one thread, as its actuator does.
+#pragma once
+
+#include "base/time.h"
+
+namespace ctn::driver {
+
+class Controller {
+ public:
+  virtual ~Controller() = default;
+
+  // Does what is due: follows the newest assignment, and decides what its subchains are to do. When to step again, at
+  // the latest: sooner if there is a new assignment, if something is handed over to it, or if a completion comes that
+  // it asked for. `now` never goes backwards; a step may come early, late, or twice.
+  virtual TimePoint step(TimePoint now) = 0;
+
+ protected:
+  Controller() = default;
+  Controller(const Controller&) = default;
+  Controller& operator=(const Controller&) = default;
+};
+
+}  // namespace ctn::driver

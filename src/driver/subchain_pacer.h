@@ -1,0 +1,43 @@
+// Paces one subchain while it has its CPUs to itself: the state machine of owned cores (dispatch/subchain_trigger.h),
+// carried out. While the subchain shares a core, or one of its nodes is missing, it has nothing to do.
+//
+// It is also the watchdog of its subchain: a run that hangs at a real-time level is lowered to the ordinary one until
+// it ends.
+//
+// Thread safety: as controller.h says.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "dispatch/subchain_trigger.h"
+#include "driver/actuator.h"
+#include "driver/controller.h"
+
+namespace ctn::driver {
+
+class SubchainPacer final : public Controller {
+ public:
+  // `actuator` outlives it.
+  SubchainPacer(Actuator& actuator, SubchainId subchain) : actuator_(&actuator), subchain_(subchain) {}
+
+  TimePoint step(TimePoint now) override;
+
+ private:
+  void follow(TimePoint now);
+  void adopt(TimePoint now, const policy::SubchainPlace& place, const dispatch::RunState& state);
+  void change(TimePoint now, const policy::SubchainPlace& place);
+  void raise_newcomers();
+  void release();
+  void act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now);
+
+  Actuator* actuator_;
+  SubchainId subchain_;
+  std::uint64_t following_ = 0;  // the assignment's number
+  policy::SubchainPlace place_;
+  std::optional<dispatch::SubchainTrigger> trigger_;  // none: the subchain is not in its hands
+  bool suspended_ = false;                            // a run of it hangs
+  bool awaits_ = false;                               // the end of a run
+};
+
+}  // namespace ctn::driver

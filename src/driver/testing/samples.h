@@ -1,0 +1,46 @@
+// Assignments in a few words; for tests. Slots as dispatch/shared_core_samples.h has them.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "dispatch/testing/shared_core_samples.h"
+#include "driver/testing/fake_world.h"
+
+namespace ctn::driver {
+
+using dispatch::at;
+using dispatch::every;
+using dispatch::ms;
+
+// Has its CPUs to itself, and is active on them.
+inline policy::SubchainPlace paced(Nanos period, os::CpuSet cpus, Nanos hang_after = Nanos{0}) {
+  policy::SubchainPlace place;
+  place.cpus = std::move(cpus);
+  place.pacing = {.period = period, .in_flight_limit = 1, .hang_after = hang_after};
+  place.level = os::Level::kActive;
+  return place;
+}
+
+inline policy::SubchainPlace shares(int core) {
+  policy::SubchainPlace place;
+  place.core = core;
+  place.cpus = os::CpuSet{core};
+  return place;
+}
+
+inline policy::Assignment assignment(std::vector<policy::SubchainPlace> places,
+                                     std::vector<dispatch::SharedCoreSchedule> cores = {}) {
+  policy::Assignment assignment;
+  assignment.places = std::move(places);
+  assignment.cores = std::move(cores);
+  return assignment;
+}
+
+// The same for all runs.
+inline FakeWorld::Cost each_takes(Nanos cost) {
+  return [cost](SubchainId, std::uint64_t) { return cost; };
+}
+
+}  // namespace ctn::driver
