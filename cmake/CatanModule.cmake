@@ -18,7 +18,7 @@ function(catan_module name)
     $<INSTALL_INTERFACE:include>)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
-  if(name MATCHES "^(model|plan|planner|dispatch|policy|sim)$")
+  if(name MATCHES "^(model|plan|planner|dispatch|policy|driver|sim)$")
     # What is planned and simulated must be the same on machines whose processors can fuse a multiplication with an addition.
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
     # Where simulations spend their time. At -O3 GCC 12 takes strings in aggregates that are all set for uninitialised:

@@ -15,19 +15,13 @@
 #include "base/result.h"
 #include "base/statistics.h"
 #include "graph/app.h"
+#include "plan/predicted_means.h"
 #include "record/events.h"
 #include "record/reader.h"
 
 namespace ctn::report {
 
-// Means over the plans that were in force. Expected: at typical compute times, to stand beside measured means.
-// Promised: the plan's worst case, at the percentile that it was made with, to stand beside the measured tail.
-struct ChainPrediction {
-  double response_ms = 0.0;  // expected
-  double latency_ms = 0.0;   // expected
-  double period_ms = 0.0;    // expected
-  double promised_response_ms = 0.0;
-};
+using plan::ChainPrediction;
 
 // A response time of the objective.
 struct ChainMetrics {

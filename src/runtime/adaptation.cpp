@@ -20,7 +20,7 @@ std::optional<policy::PlanReason> Adaptation::due(TimePoint now, Housekeeper& ho
 void Adaptation::look_at_power(TimePoint now, Housekeeper& housekeeper) {
   if (now < next_look_) return;
   next_look_ = now + kLookAtPower;
-  const std::optional<PowerChange> change = power_.look(os_.power_state(cpus_));
+  const std::optional<driver::PowerChange> change = power_.look(os_.power_state(cpus_));
   if (!change) return;
   housekeeper.power_changed(*change);
   clock_.changed(policy::PlanReason::kPower);

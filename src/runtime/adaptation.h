@@ -10,7 +10,7 @@
 #include "os/os.h"
 #include "policy/replan.h"
 #include "runtime/housekeeper.h"
-#include "runtime/power_watch.h"
+#include "driver/power_watch.h"
 
 namespace ctn::runtime {
 
@@ -36,7 +36,7 @@ class Adaptation {
   os::Os& os_;
   os::CpuSet cpus_;
   policy::ReplanClock clock_;
-  PowerWatch power_;
+  driver::PowerWatch power_;
   TimePoint next_look_{};
 };
 

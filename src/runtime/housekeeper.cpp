@@ -138,7 +138,7 @@ void Housekeeper::judge_starvation() {
 
 bool Housekeeper::take_cost_change() { return std::exchange(cost_changed_, false); }
 
-void Housekeeper::power_changed(const PowerChange& change) {
+void Housekeeper::power_changed(const driver::PowerChange& change) {
   {
     const std::lock_guard lock(mutex_);
     for (std::size_t kind = 0; kind < change.factors.size(); ++kind) {

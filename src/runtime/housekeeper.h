@@ -29,7 +29,7 @@
 #include "runtime/controller.h"
 #include "runtime/measurements.h"
 #include "runtime/node_link.h"
-#include "runtime/power_watch.h"
+#include "driver/power_watch.h"
 #include "runtime/report_check.h"
 #include "runtime/starvation.h"
 
@@ -74,7 +74,7 @@ class Housekeeper : private ReportSink {
   // Whether a node's compute time has changed for good since the last call.
   bool take_cost_change();
   // The machine runs at another speed: tells it, and corrects what was measured before.
-  void power_changed(const PowerChange& change);
+  void power_changed(const driver::PowerChange& change);
   // What planning has used so far.
   void planned(const policy::PlanningBudget& budget);
   // Fills all of the snapshot but policy and real_time.
