@@ -20,7 +20,7 @@ double seconds(const record::Interval& interval) {
 class AllSamples {
  public:
   void add(Nanos duration) { samples_.push_back(ms(duration)); }
-  SampleSummary summary() const { return summarize(samples_); }
+  Summary summary() const { return summarize(samples_); }
 
  private:
   std::vector<double> samples_;
@@ -105,7 +105,7 @@ void measure_objective(const graph::App& app, RunMetrics& metrics) {
   bool all = true;
   std::size_t chain = 0;
   for (const graph::Term& term : app.objective) {
-    const SampleSummary* measured = nullptr;
+    const Summary* measured = nullptr;
     if (term.metric == graph::Metric::kResponseTime) {
       measured = &metrics.chains[chain++].response_ms;
     } else if (NodeMetrics* node = find_node(metrics, app.graph.node(term.path.front()).name)) {

@@ -12,7 +12,7 @@ Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json json_of(const SampleSummary& summary) {
+Json json_of(const Summary& summary) {
   if (summary.count == 0) return nullptr;
   return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
           {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};

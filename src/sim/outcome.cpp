@@ -17,9 +17,9 @@ void Gathering::measure_objective(Outcome& outcome) const {
   double sum = 0.0;
   std::size_t chain = 0;
   for (const graph::Term& term : app_.objective) {
-    const SampleSummary measured = term.metric == graph::Metric::kResponseTime
-                                       ? metrics_.chains()[chain++].response.summary_ms()
-                                       : metrics_.node(term.path.front()).period.summary_ms();
+    const Summary measured = term.metric == graph::Metric::kResponseTime
+                                 ? metrics_.chains()[chain++].response.summary_ms()
+                                 : metrics_.node(term.path.front()).period.summary_ms();
     if (term.weight == 0.0) continue;
     if (measured.count == 0) return;
     sum += term.weight * measured.mean;

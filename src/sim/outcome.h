@@ -27,9 +27,9 @@ struct ChainOutcome {
   double weight = 0.0;
   std::optional<double> bound_ms;
   std::uint64_t over_bound = 0;  // response times above it
-  SampleSummary response_ms;
-  SampleSummary latency_ms;
-  SampleSummary period_ms;
+  Summary response_ms;
+  Summary latency_ms;
+  Summary period_ms;
   std::optional<double> predicted_ms;  // response time, averaged over the plans in force
 };
 
@@ -41,8 +41,8 @@ struct NodeOutcome {
   double rate_hz = 0.0;
   bool too_slow = false;  // below its min_rate
   bool too_fast = false;  // above its max_rate
-  SampleSummary period_ms;
-  SampleSummary compute_ms;
+  Summary period_ms;
+  Summary compute_ms;
 };
 
 struct CoreOutcome {
