@@ -111,6 +111,7 @@ Status Scheduler::prepare() {
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
+  prepared_.store(true, std::memory_order_release);
   notices_.deliver();
   return Done{};
 }
@@ -204,7 +205,7 @@ void Scheduler::leave(NodeId node, const std::string& why) {
 Snapshot Scheduler::snapshot() const {
   Snapshot snapshot;
   snapshot.policy = options_.policy->name();
-  if (!parts_) return snapshot;
+  if (!prepared_.load(std::memory_order_acquire)) return snapshot;
   snapshot.real_time = parts_->enforcer.real_time();
   parts_->measurements.fill(snapshot, os_.now(), parts_->hand_set_hz);
   snapshot.notices = notices_.newest();

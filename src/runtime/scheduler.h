@@ -19,7 +19,7 @@
 // dispatcher's.
 #pragma once
 
-#include <functional>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -96,7 +96,7 @@ class Scheduler {
   void tend_guard() { parts_->enforcer.tend_guard(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
   // Cheap, unlike snapshot(), which sorts all that was measured.
-  bool warmed_up() const { return parts_ && os_.now() >= parts_->warm_from; }
+  bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;
 
  private:
@@ -131,6 +131,7 @@ class Scheduler {
   Notices notices_;
   Membership members_;
   std::unique_ptr<Parts> parts_;
+  std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
 };
 
 }  // namespace ctn::runtime
