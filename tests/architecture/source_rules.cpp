@@ -97,8 +97,8 @@ std::vector<Include> includes_of(std::string_view text) {
 // library: the error types, and what a node's function is given.
 std::string module_of(const Include& include) {
   if (include.folder() != "catan") return include.folder();
-  const bool by_itself =
-      include.target == "catan/result.h" || include.target == "catan/run.h" || include.target == "catan/channel.h";
+  const bool by_itself = include.target == "catan/result.h" || include.target == "catan/summary.h" ||
+                         include.target == "catan/run.h" || include.target == "catan/channel.h";
   return by_itself ? "base" : "runtime";
 }
 
