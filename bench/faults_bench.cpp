@@ -80,7 +80,7 @@ void print_head() {
 void print_row(const FaultReport& report) {
   bool first = true;
   for (const Recovery& recovery : report.recoveries) {
-    const ctn::SampleSummary summary = ctn::summarize(recovery.ms);
+    const ctn::Summary summary = ctn::summarize(recovery.ms);
     const std::string until =
         recovery.all ? recovery.until : fmt::format("{} ({} times)", recovery.until, summary.count);
     fmt::print("{:<28} {:>8} {:>8}  {:<36} {:>7.1f} {:>7.1f} {:>7.1f}", first ? report.fault : "",
@@ -100,7 +100,7 @@ void print_row(const FaultReport& report) {
 Json to_json(const FaultReport& report) {
   Json recoveries = Json::array();
   for (const Recovery& recovery : report.recoveries) {
-    const ctn::SampleSummary summary = ctn::summarize(recovery.ms);
+    const ctn::Summary summary = ctn::summarize(recovery.ms);
     recoveries.push_back({{"until", recovery.until},
                           {"count", summary.count},
                           {"p50_ms", summary.p50},

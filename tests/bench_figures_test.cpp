@@ -33,7 +33,7 @@ TEST(HandOvers, LeaveOutEndsAtWhichNobodyCame) {
   EXPECT_THAT(hand_overs({}, gaps), IsEmpty());
 }
 
-SampleSummary about(double p50, double p99) {
+Summary about(double p50, double p99) {
   return {.count = 10, .mean = p50, .p50 = p50, .p95 = p99, .p99 = p99, .max = p99};
 }
 

@@ -86,7 +86,7 @@ TEST_P(Agreement, OnResponseTimesAndRates) {
   ASSERT_EQ(ran.chains.size(), simulated.chains.size());
   for (std::size_t i = 0; i < ran.chains.size(); ++i) {
     const Summary& real = ran.chains[i].response_ms;
-    const SampleSummary& virtual_one = simulated.chains[i].response_ms;
+    const Summary& virtual_one = simulated.chains[i].response_ms;
     EXPECT_NEAR(virtual_one.mean, real.mean, 0.05 * real.mean) << simulated.chains[i].path;
     EXPECT_NEAR(virtual_one.p50, real.p50, 0.05 * real.p50) << simulated.chains[i].path;
     EXPECT_NEAR(virtual_one.p95, real.p95, 0.08 * real.p95) << simulated.chains[i].path;

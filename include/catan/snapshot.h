@@ -6,16 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace ctn {
+#include "catan/summary.h"
 
-struct Summary {
-  std::uint64_t count = 0;
-  double mean = 0.0;
-  double p50 = 0.0;
-  double p95 = 0.0;
-  double p99 = 0.0;
-  double max = 0.0;
-};
+namespace ctn {
 
 struct ChainSnapshot {
   std::vector<std::string> path;

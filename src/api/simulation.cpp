@@ -15,10 +15,6 @@
 namespace ctn {
 namespace {
 
-Summary summary_of(const SampleSummary& of) {
-  return {.count = of.count, .mean = of.mean, .p50 = of.p50, .p95 = of.p95, .p99 = of.p99, .max = of.max};
-}
-
 sim::Options simulator_options(const SimulationOptions& options, const graph::App& app, api::SimulatedPolicy policy) {
   sim::Options chosen;
   chosen.policy = std::move(policy.policy);
@@ -96,14 +92,15 @@ class Simulation::Impl {
       const sim::ChainOutcome& chain = outcome.chains[index++];
       ChainSnapshot& shown = snapshot.chains.emplace_back();
       for (const NodeId node : term.path) shown.path.push_back(app_.graph.node(node).name);
-      shown.response_ms = summary_of(chain.response_ms);
-      shown.latency_ms = summary_of(chain.latency_ms);
-      shown.period_ms = summary_of(chain.period_ms);
+      shown.response_ms = chain.response_ms;
+      shown.latency_ms = chain.latency_ms;
+      shown.period_ms = chain.period_ms;
       shown.predicted_response_ms = chain.predicted_ms;
     }
     for (const sim::NodeOutcome& node : outcome.nodes) {
-      snapshot.nodes.push_back({node.name, summary_of(node.compute_ms), node.rate_hz});
+      snapshot.nodes.push_back({node.name, node.compute_ms, node.rate_hz});
     }
+    snapshot.notices = outcome.notices;
     for (const auto& [edge, count] : connections_.dropped()) {
       snapshot.notices.push_back(fmt::format("lost: {} values on {}: their reader did not keep up", count, edge));
     }

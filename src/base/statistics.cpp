@@ -16,7 +16,7 @@ double percentile_of_sorted(std::span<const double> sorted, double percent) {
   return sorted[std::min(index, sorted.size() - 1)];
 }
 
-SampleSummary summarize(std::vector<double> samples) {
+Summary summarize(std::vector<double> samples) {
   if (samples.empty()) return {};
   std::sort(samples.begin(), samples.end());
   const double sum = std::accumulate(samples.begin(), samples.end(), 0.0);

@@ -8,20 +8,13 @@
 #include <span>
 #include <vector>
 
+#include "catan/summary.h"  // IWYU pragma: export
+
 namespace ctn {
 
 // Precondition: `sorted` ascending and not empty, 0 < percent <= 100.
 double percentile_of_sorted(std::span<const double> sorted, double percent);
 
-struct SampleSummary {
-  std::size_t count = 0;  // 0: all else is 0 too
-  double mean = 0.0;
-  double p50 = 0.0;
-  double p95 = 0.0;
-  double p99 = 0.0;
-  double max = 0.0;
-};
-
-SampleSummary summarize(std::vector<double> samples);
+Summary summarize(std::vector<double> samples);
 
 }  // namespace ctn

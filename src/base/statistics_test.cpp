@@ -23,13 +23,13 @@ TEST(Percentile, OfOneSampleIsThatSample) {
 }
 
 TEST(Summary, OfNothingIsAllZero) {
-  const SampleSummary summary = summarize({});
+  const Summary summary = summarize({});
   EXPECT_EQ(summary.count, 0U);
   EXPECT_EQ(summary.max, 0.0);
 }
 
 TEST(Summary, DoesNotDependOnTheOrder) {
-  const SampleSummary summary = summarize({3.0, 1.0, 2.0, 10.0});
+  const Summary summary = summarize({3.0, 1.0, 2.0, 10.0});
   EXPECT_EQ(summary.count, 4U);
   EXPECT_DOUBLE_EQ(summary.mean, 4.0);
   EXPECT_EQ(summary.p50, 2.0);

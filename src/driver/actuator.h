@@ -1,5 +1,5 @@
 // What a controller (controller.h) asks of the world. In life threads do it (runtime/controller.h), in the simulator
-// events (sim/controllers.h), in tests a fake that remembers what it was asked for (fake_actuator.h).
+// events (sim/controllers.h), in tests a fake that remembers what it was asked for (testing/fake_world.h).
 //
 // An actuator acts for one controller at a time. What it is asked for it does at once, and it never waits. Time is an
 // argument of Controller::step(); an actuator has a clock of its own where it must say when something was done.

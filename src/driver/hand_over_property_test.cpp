@@ -1,5 +1,5 @@
 // Whatever plans follow each other, however long runs take, and whoever comes and goes: at any time one controller
-// holds a subchain or none does, no trigger is lost and none is sent twice (fake_world.h looks at that), and whoever is
+// holds a subchain or none does, no trigger is lost and none is sent twice (testing/fake_world.h looks at that), and whoever is
 // present goes on being triggered.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -9,7 +9,7 @@ using Json = nlohmann::ordered_json;
 
 Json json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
-Json json(const SampleSummary& summary) {
+Json json(const Summary& summary) {
   if (summary.count == 0) return nullptr;
   return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
           {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};

@@ -15,28 +15,22 @@
 #include "base/result.h"
 #include "base/statistics.h"
 #include "graph/app.h"
+#include "plan/predicted_means.h"
 #include "record/events.h"
 #include "record/reader.h"
 
 namespace ctn::report {
 
-// Means over the plans that were in force. Expected: at typical compute times, to stand beside measured means.
-// Promised: the plan's worst case, at the percentile that it was made with, to stand beside the measured tail.
-struct ChainPrediction {
-  double response_ms = 0.0;  // expected
-  double latency_ms = 0.0;   // expected
-  double period_ms = 0.0;    // expected
-  double promised_response_ms = 0.0;
-};
+using plan::ChainPrediction;
 
 // A response time of the objective.
 struct ChainMetrics {
   std::string path;
   double weight = 0.0;
   std::optional<double> bound_ms;
-  SampleSummary response_ms;
-  SampleSummary latency_ms;
-  SampleSummary period_ms;
+  Summary response_ms;
+  Summary latency_ms;
+  Summary period_ms;
   std::optional<ChainPrediction> predicted;  // none: no plan was in force
 };
 
@@ -46,9 +40,9 @@ struct NodeMetrics {
   std::uint64_t runs = 0;
   std::uint64_t outputs = 0;     // runs that emitted
   double rate_hz = 0.0;          // runs / time
-  SampleSummary period_ms;       // between the ends of consecutive runs
-  SampleSummary compute_ms;      // CPU time of a run
-  SampleSummary wall_ms;         // begin to end of a run
+  Summary period_ms;             // between the ends of consecutive runs
+  Summary compute_ms;            // CPU time of a run
+  Summary wall_ms;               // begin to end of a run
   double cores = 0.0;            // CPU time / time
   std::optional<double> weight;  // of its period, where the objective has it
   std::optional<double> predicted_rate_hz;
@@ -57,7 +51,7 @@ struct NodeMetrics {
 // How late the triggers of a subchain were sent: sent - due.
 struct TriggerMetrics {
   std::string subchain;
-  SampleSummary late_ms;
+  Summary late_ms;
 };
 
 // The weighted sum that was planned for, where all of its terms were measured (mean values) or predicted.

@@ -18,13 +18,13 @@ std::string number(double value) {
 std::string number(const std::optional<double>& value) { return value ? number(*value) : "-"; }
 
 // mean, p50, p95, p99, max
-void append(std::vector<std::string>& row, const SampleSummary& summary) {
+void append(std::vector<std::string>& row, const Summary& summary) {
   for (const double value : {summary.mean, summary.p50, summary.p95, summary.p99, summary.max}) {
     row.push_back(summary.count > 0 ? number(value) : "-");
   }
 }
 
-void add_chain_row(Table& table, const std::string& path, const char* metric, const SampleSummary& measured,
+void add_chain_row(Table& table, const std::string& path, const char* metric, const Summary& measured,
                    std::optional<double> predicted, std::optional<double> bound = {},
                    std::optional<double> promised = {}) {
   std::vector<std::string> row{path, metric, bound ? number(*bound) : "", promised ? number(*promised) : "",

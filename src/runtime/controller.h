@@ -53,7 +53,7 @@ struct Controls {
   std::deque<Handover> handovers;
 };
 
-// Takes what controllers did, in the housekeeper's thread.
+// Takes what controllers did, in the housekeeping thread.
 class ReportSink {
  public:
   virtual ~ReportSink() = default;

@@ -6,9 +6,12 @@
 
 namespace ctn::runtime {
 
-Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard,
-                   std::function<void(const std::string&)> on_refusal)
-    : os_(os), real_time_(real_time), on_refusal_(std::move(on_refusal)), guard_(std::move(guard)) {}
+Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard, Notices* notices)
+    : os_(os), real_time_(real_time), notices_(notices), guard_(std::move(guard)) {}
+
+void Enforcer::tell(const std::string& kind, const std::string& detail) {
+  if (notices_ != nullptr) notices_->add(kind, detail);
+}
 
 Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner) {
   const std::lock_guard lock(mutex_);
@@ -49,7 +52,7 @@ void Enforcer::refuse(const std::string& why) {
     static_cast<void>(os_.restore_scheduling(thread, saved.before));
     if (cpus) static_cast<void>(os_.set_affinity(thread, *cpus));
   }
-  if (on_refusal_) on_refusal_(why);
+  tell("rates-only", why);
 }
 
 // The number of a thread that has ended may be another process's by now.
@@ -59,11 +62,19 @@ void Enforcer::give_back(os::ThreadId thread, const Saved& saved) {
   static_cast<void>(os_.restore_scheduling(thread, saved.before));
 }
 
-Result<int> Enforcer::tend_guard() {
+void Enforcer::tend_guard() {
   const std::lock_guard lock(mutex_);
-  if (!guard_) return 0;
-  if (Status tended = guard_->tend(); !tended) return tended.error();
-  return guard_->replaced();
+  if (!guard_) return;
+  if (const Status tended = guard_->tend(); !tended) {
+    if (!std::exchange(guard_missing_, true)) tell("guard", tended.error().message());
+    return;
+  }
+  guard_missing_ = false;
+  if (const int replaced = guard_->replaced(); std::exchange(guards_replaced_, replaced) != replaced) {
+    tell("guard",
+         "somebody ended the guardian, which gives threads their scheduling back if this process is killed; "
+         "there is another");
+  }
 }
 
 void Enforcer::release(os::ThreadId thread) {

@@ -2,28 +2,26 @@
 // guard, if there is one, knows it too, and gives it back if this process cannot. When the machine refuses a level
 // once, it lowers what it raised and asks for none again: the session goes on with rates only, and says so.
 //
-// Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except lower() and
-// raise().
+// Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except
+// set_level_now() and move_now(), which dispatchers call.
 #pragma once
 
-#include <functional>
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "base/result.h"
 #include "os/os.h"
+#include "runtime/notices.h"
 
 namespace ctn::runtime {
 
 class Enforcer {
  public:
-  // `on_refusal` is called once, with what was refused and how to get it, if ever a level is.
-  // `guard` may be null.
-  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard,
-           std::function<void(const std::string&)> on_refusal);
+  // `notices` hears of what was refused and how to get it, if ever a level is, and of the guard. Both may be null.
+  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard, Notices* notices);
   ~Enforcer() { release_all(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;
@@ -50,9 +48,8 @@ class Enforcer {
   void release_all();
   void give_all_back();
 
-  // Makes sure that there is still a guard: to be called about every second. kEnvironment: there is none. How often it
-  // had to be replaced.
-  Result<int> tend_guard();
+  // Makes sure that there is still a guard: to be called about every second.
+  void tend_guard();
 
  private:
   struct Saved {
@@ -60,15 +57,18 @@ class Enforcer {
     os::SavedScheduling before;
   };
 
+  void tell(const std::string& kind, const std::string& detail);
   void refuse(const std::string& why);
   void give_back(os::ThreadId thread, const Saved& saved);
 
   os::Os& os_;
   std::atomic<bool> real_time_;
-  std::function<void(const std::string&)> on_refusal_;
-  std::mutex mutex_;
+  Notices* const notices_;
+  std::mutex mutex_;  // guards what follows
   std::map<os::ThreadId, Saved> saved_;
   std::unique_ptr<os::Guard> guard_;
+  int guards_replaced_ = 0;
+  bool guard_missing_ = false;
 };
 
 }  // namespace ctn::runtime

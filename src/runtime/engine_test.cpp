@@ -185,6 +185,19 @@ TEST_F(TrackerTest, GivesLevelsWhileItRunsAndTakesThemBack) {
   for (const auto& [thread, level] : last) EXPECT_EQ(level, os::Level::kOrdinary);
 }
 
+TEST_F(TrackerTest, AThreadThatIsAdoptedBeforeTheStartIsPlacedAtTheStart) {
+  open("catan", 1, fake);
+  const os::ThreadId self = fake.current_thread();
+  ASSERT_TRUE(engine->adopt_this_thread("detect").ok());
+  EXPECT_EQ(*fake.level(self), os::Level::kOrdinary);
+  ASSERT_TRUE(engine->start().ok());
+  fake.sleep_until(fake.now() + seconds{1});
+  EXPECT_EQ(*fake.affinity(self), os::CpuSet{0});
+  EXPECT_NE(*fake.level(self), os::Level::kOrdinary);
+  ASSERT_TRUE(engine->stop().ok());
+  EXPECT_EQ(*fake.level(self), os::Level::kOrdinary);
+}
+
 TEST_F(TrackerTest, WithoutThePermissionGoesOnWithRatesOnlyAndSaysSo) {
   fake.set_real_time_facts(
       {.permitted = false, .why_not = "no CAP_SYS_NICE", .reserved = 0.05, .reserved_by = "fair server"});

@@ -1,22 +1,25 @@
-// What a session has measured: estimates for the planner, samples for the snapshot. Told of runs in an order in which
-// each comes after those it consumed.
+// What a session has measured, for the snapshot: written by the housekeeping thread, read by any. What is planned with
+// is not here (driver/planning_loop.h).
 //
-// Units: Nanos in, milliseconds out. Thread safety: none; the owner locks. Memory: bounded, the newest `kSamples` of
-// each metric.
+// Units: Nanos in, milliseconds out. Thread safety: each call locks. Memory: bounded, the newest `kSamples` of each
+// metric.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "catan/snapshot.h"
 #include "graph/app.h"
 #include "plan/plan.h"
-#include "policy/cpu_kinds.h"
-#include "policy/measured_costs.h"
+#include "plan/predicted_means.h"
+#include "policy/planning_budget.h"
 #include "record/events.h"
-#include "record/lineage.h"
+#include "record/run_metrics.h"
+#include "record/writer.h"
 
 namespace ctn::runtime {
 
@@ -25,69 +28,45 @@ class SampleWindow {
  public:
   static constexpr std::size_t kSamples = 16384;
 
-  void add(double sample);
-  Summary summary() const;  // count: all there ever were; the rest: of those kept
+  void add(Nanos sample);
+  Summary summary_ms() const;  // count: all there ever were; the rest: of those kept
 
  private:
-  std::vector<double> samples_;
+  std::vector<double> samples_;  // milliseconds
   std::size_t next_ = 0;
   std::uint64_t count_ = 0;
 };
 
 class Measurements {
  public:
-  // Samples that go back to a time before `warm_from` are left out of the snapshot (the estimates take all).
-  Measurements(const graph::App& app, TimePoint warm_from, policy::CpuKinds kinds = {});
+  // Samples that go back to a time before `warm_from` are left out. `app` outlives it.
+  Measurements(const graph::App& app, TimePoint warm_from);
 
-  // Where it shows that the node's compute time has changed for good: from what to what. `tells_costs`: false for a run
-  // that is no measure of what the node costs (policy/hung_runs.h).
-  std::optional<record::CostChange> add(const record::Run& run, bool tells_costs = true);
-
-  // What nodes cost, of all runs.
-  policy::MeasuredCosts& measured() { return costs_; }
-  const policy::MeasuredCosts& measured() const { return costs_; }
-
+  // Runs have ended; each after those it consumed.
+  void add(std::span<const record::Run> runs);
   // Predictions are averaged over the time they were in force, from `warm_from` on.
-  void plan_in_force(TimePoint since, const plan::Plan& plan, Rate source_rate);
+  void plan_in_force(TimePoint since, const plan::Plan& plan);
+  // So often compute times have changed for good, so far.
+  void cost_changes(std::uint64_t count);
+  // What planning anew has taken, so far.
+  void planned(const policy::PlanningBudget& budget);
+  // The kernel has kept CPUs from real-time threads so often, and so long, so far.
+  void starved(std::uint64_t times, Nanos total);
 
-  // Fills chains, nodes, predictions and source_hz, as of `now`. `hand_set_hz`: where no plan tells.
+  // Fills all but policy, real_time and notices, as of `now`. `hand_set_hz`: where no plan tells.
   void fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const;
+  // What the record ends with.
+  record::Totals totals() const;
 
  private:
-  struct ChainMeasure {
-    record::ChainTracker tracker;
-    std::vector<NodeId> path;
-    SampleWindow response;
-    SampleWindow latency;
-    SampleWindow period;
-    TimePoint last_begin{};
-  };
-  struct NodeMeasure {
-    SampleWindow compute;
-    std::uint64_t runs = 0;
-  };
-  // What a plan promised; summed up, each weighted with the seconds it was in force.
-  struct Prediction {
-    double seconds = 0.0;
-    double source_hz = 0.0;
-    std::vector<double> responses;
-
-    void accumulate(const Prediction& other, double for_seconds);
-  };
-
-  // The mean over the measured interval as of `now`; none before a plan was in force.
-  std::optional<Prediction> mean_prediction(TimePoint now) const;
-  double seconds_in_force(TimePoint until) const;
-
   const graph::App& app_;
-  TimePoint warm_from_;
-  policy::CpuKinds kinds_;
-  policy::MeasuredCosts costs_;
-  std::vector<ChainMeasure> chains_;  // one a response-time term, in order
-  std::vector<NodeMeasure> nodes_;    // by NodeId
-  Prediction past_;                   // plans that are no longer in force
-  std::optional<Prediction> current_;
-  TimePoint current_since_{};
+  const TimePoint warm_from_;
+  mutable std::mutex mutex_;  // guards what follows
+  record::RunMetrics<SampleWindow> metrics_;
+  plan::PredictedMeans predicted_;
+  std::uint64_t plans_ = 0;
+  std::uint64_t cost_changes_ = 0;
+  record::Totals totals_;
 };
 
 }  // namespace ctn::runtime

@@ -27,25 +27,26 @@ objective: [ { response_time: [a, b], weight: 1 } ]
 void add_runs(Measurements& measurements, std::uint64_t from, std::uint64_t to) {
   for (std::uint64_t k = from; k <= to; ++k) {
     const TimePoint begin = at(milliseconds{100 * k});
-    measurements.add({NodeId(0), k, begin, begin + milliseconds{10}, milliseconds{10}, 0, true, {}});
-    measurements.add({NodeId(1),
-                      k,
-                      begin + milliseconds{10},
-                      begin + milliseconds{30},
-                      milliseconds{20},
-                      0,
-                      true,
-                      {{NodeId(0), k, k}}});
+    const record::Run runs[] = {{NodeId(0), k, begin, begin + milliseconds{10}, milliseconds{10}, 0, true, {}},
+                                {NodeId(1),
+                                 k,
+                                 begin + milliseconds{10},
+                                 begin + milliseconds{30},
+                                 milliseconds{20},
+                                 0,
+                                 true,
+                                 {{NodeId(0), k, k}}}};
+    measurements.add(runs);
   }
 }
 
 TEST(SampleWindow, KeepsTheNewestAndCountsAll) {
   SampleWindow window;
-  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(1.0);
-  EXPECT_EQ(window.summary().mean, 1.0);
-  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(3.0);
-  EXPECT_EQ(window.summary().mean, 3.0);
-  EXPECT_EQ(window.summary().count, 2 * SampleWindow::kSamples);
+  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(milliseconds{1});
+  EXPECT_EQ(window.summary_ms().mean, 1.0);
+  for (std::size_t k = 0; k < SampleWindow::kSamples; ++k) window.add(milliseconds{3});
+  EXPECT_EQ(window.summary_ms().mean, 3.0);
+  EXPECT_EQ(window.summary_ms().count, 2 * SampleWindow::kSamples);
 }
 
 TEST(Measurements, LeavesOutWhatGoesBackToTheWarmUp) {
@@ -64,31 +65,9 @@ TEST(Measurements, LeavesOutWhatGoesBackToTheWarmUp) {
   EXPECT_EQ(snapshot.source_hz, 10.0);
 }
 
-TEST(Measurements, EstimatesTakeTheWarmUpToo) {
-  const graph::App app = two_nodes();
-  Measurements measurements(app, at(seconds{100}));
-  EXPECT_FALSE(measurements.measured().all_measured());
-  EXPECT_DOUBLE_EQ(measurements.measured().costs(Millis{5})[NodeId(1)].single_thread().count(), 5.0);
-  add_runs(measurements, 1, 1);
-  EXPECT_TRUE(measurements.measured().all_measured());
-  EXPECT_DOUBLE_EQ(measurements.measured().costs(Millis{5})[NodeId(1)].single_thread().count(), 20.0);
-}
-
-TEST(Measurements, ForgetsANodesColdRunsOnceItHasOthers) {
-  const graph::App app = two_nodes();
-  Measurements measurements(app, at(seconds{100}));
-  const auto cost_after = [&](std::uint64_t number, Nanos cpu) {
-    measurements.add({NodeId(0), number, at(seconds{1} * number), at(seconds{1} * number + cpu), cpu, 0, true, {}});
-    return measurements.measured().costs(Millis{5})[NodeId(0)].single_thread().count();
-  };
-  EXPECT_DOUBLE_EQ(cost_after(1, milliseconds{90}), 90.0) << "better than nothing";
-  EXPECT_DOUBLE_EQ(cost_after(2, milliseconds{30}), 90.0);
-  EXPECT_DOUBLE_EQ(cost_after(3, milliseconds{30}), 90.0);
-  EXPECT_DOUBLE_EQ(cost_after(4, milliseconds{20}), 20.0);
-}
-
-plan::Plan predicting(double response) {
+plan::Plan predicting(double response, Rate rate) {
   plan::Plan plan;
+  plan.subchains.emplace_back().period = rate.period();
   plan.chains.push_back({.path = {NodeId(0), NodeId(1)}, .response = Millis{response}});
   return plan;
 }
@@ -96,9 +75,9 @@ plan::Plan predicting(double response) {
 TEST(Measurements, AveragesPredictionsOverTheTimeTheyWereInForce) {
   const graph::App app = two_nodes();
   Measurements measurements(app, at(seconds{2}));
-  measurements.plan_in_force(at(seconds{0}), predicting(1000.0), Rate{2.0});  // over before the measured interval
-  measurements.plan_in_force(at(seconds{1}), predicting(100.0), Rate{20.0});  // of which 2 s count
-  measurements.plan_in_force(at(seconds{4}), predicting(200.0), Rate{10.0});  // 6 s
+  measurements.plan_in_force(at(seconds{0}), predicting(1000.0, Rate{2.0}));  // over before the measured interval
+  measurements.plan_in_force(at(seconds{1}), predicting(100.0, Rate{20.0}));  // of which 2 s count
+  measurements.plan_in_force(at(seconds{4}), predicting(200.0, Rate{10.0}));  // 6 s
   Snapshot snapshot;
   measurements.fill(snapshot, at(seconds{10}), std::nullopt);
   EXPECT_DOUBLE_EQ(*snapshot.chains[0].predicted_response_ms, (100.0 * 2 + 200.0 * 6) / 8);
@@ -108,7 +87,7 @@ TEST(Measurements, AveragesPredictionsOverTheTimeTheyWereInForce) {
 TEST(Measurements, BeforeTheMeasuredIntervalThePlanInForceIsTold) {
   const graph::App app = two_nodes();
   Measurements measurements(app, at(seconds{2}));
-  measurements.plan_in_force(at(seconds{0}), predicting(100.0), Rate{20.0});
+  measurements.plan_in_force(at(seconds{0}), predicting(100.0, Rate{20.0}));
   Snapshot snapshot;
   measurements.fill(snapshot, at(seconds{1}), std::nullopt);
   EXPECT_FALSE(snapshot.warmed_up);

@@ -3,208 +3,202 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 namespace ctn::runtime {
 namespace {
 
-// How soon it is noticed that a CPU has gone or come back.
-constexpr Nanos kLookAtCpus = std::chrono::milliseconds{100};
+// More than the kernel keeps for ordinary threads, so that it never has to take it by force.
+constexpr double kSlackMargin = 0.01;
 
 }  // namespace
 
+Result<os::CpuSet> choose_cpus(os::Os& os, const os::CpuSet& asked) {
+  Result<os::Topology> topology = os.topology();
+  if (!topology) return topology.error();
+  const os::CpuSet online = topology->online();
+  if (asked.empty()) {
+    Result<os::CpuSet> mine = os.affinity(os.current_thread());
+    return mine ? mine : online;
+  }
+  std::vector<Problem> problems;
+  for (const int cpu : asked.cpus()) {
+    if (online.contains(cpu)) continue;
+    problems.push_back({{}, {}, fmt::format("CPU {} is not online", cpu), "choose from " + os::to_string(online)});
+  }
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  return asked;
+}
+
+Result<std::unique_ptr<Scheduler>> Scheduler::create(const graph::App& app, os::Os& os, SchedulerOptions options,
+                                                     os::CpuSet cpus, const Region& region) {
+  if (Status fits = policy::CpuKinds::fits(app, cpus); !fits) return fits.error();
+  return std::unique_ptr<Scheduler>(new Scheduler(app, os, std::move(options), std::move(cpus), region));
+}
+
+Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options, os::CpuSet cpus, const Region& region)
+    : app_(app),
+      os_(os),
+      options_(std::move(options)),
+      cpus_(std::move(cpus)),
+      region_(region),
+      links_(links_of(os, app_.graph, region)),
+      notices_(os, options_.on_notice, !options_.record.empty()),
+      members_(app_, os, region, links_, notices_) {
+  app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
+}
+
 Scheduler::~Scheduler() {
+  if (!parts_) return;
   release();
-  if (housekeeper_) static_cast<void>(finish());
+  static_cast<void>(finish());
+}
+
+driver::PlanningLoop Scheduler::planning_loop(double slack) const {
+  return {app_,
+          {.policy = options_.policy,
+           .cpus = cpus_,
+           .slack = slack,
+           .stealing = options_.stealing,
+           .replan = options_.replan,
+           .frames = options_.frames,
+           .timer = [&os = os_](const std::function<void()>& plan) {
+             const TimePoint begin = os.now();
+             const Nanos cpu = os.thread_cpu_time();
+             plan();
+             return driver::PlanningTime{.cpu = os.thread_cpu_time() - cpu, .elapsed = os.now() - begin};
+           }}};
+}
+
+Status Scheduler::prepare() {
+  const policy::Policy& policy = *options_.policy;
+  const os::RealTimeFacts facts = os_.real_time_facts();
+  const bool real_time = policy.raises() && facts.permitted;
+  const double slack = app_.scheduler.slack.value_or(std::max(graph::kDefaultSlack, facts.reserved + kSlackMargin));
+  driver::PlanningLoop loop = planning_loop(slack);
+  if (Status decided = loop.decide_first(); !decided) return decided;
+  const policy::Decision& decision = loop.decision();
+
+  const TimePoint start = os_.now();
+  const TimePoint warm_from = start + app_.scheduler.bootstrap + policy::kSettle;
+  std::unique_ptr<os::Guard> guard;
+  if (options_.guard) {
+    Result<std::unique_ptr<os::Guard>> started = os_.start_guard();
+    if (!started) return started.error();
+    guard = std::move(*started);
+  }
+  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
+  if (!writer) return writer.error();
+  std::optional<double> hand_set_hz;
+  if (!policy.follows_plan()) hand_set_hz = Rate::every(decision.assignment.places.front().pacing.period).hertz();
+  Membership::Placement placement{.cpus = cpus_};
+  if (policy.raises()) {
+    placement.scheduled = os::Level::kBackground;
+    placement.unscheduled = decision.unscheduled_level;
+  }
+  parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
+                                   std::move(loop), *this);
+  members_.open(parts_->enforcer, std::move(placement));
+  if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
+  if (real_time) keep_cpus_ready();
+  parts_->housekeeping.begin(start);
+  prepared_.store(true, std::memory_order_release);
+  notices_.deliver();
+  return Done{};
+}
+
+Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guard> guard,
+                        std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of)
+    : warm_from(warm),
+      hand_set_hz(hertz),
+      enforcer(of.os_, real_time, std::move(guard), &of.notices_),
+      measurements(of.app_, warm),
+      controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
+      housekeeping(of.app_, of.os_, of.region_, enforcer, controllers,
+                   {.links = of.links_,
+                    .controllers = controllers.all(),
+                    .members = of.members_,
+                    .measurements = measurements,
+                    .notices = of.notices_,
+                    .dropped = of.dropped_,
+                    .writer = std::move(writer)},
+                   std::move(loop)) {}
+
+void Scheduler::keep_cpus_ready() {
+  Result<std::unique_ptr<os::ReadyCpus>> ready = os_.keep_cpus_ready();
+  if (ready) {
+    parts_->ready_cpus = std::move(*ready);
+  } else {
+    notices_.add("idle-cpus", ready.error().message());
+  }
+}
+
+// Null where none is written.
+Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
+                                                               const driver::PlanningLoop& loop) const {
+  if (options_.record.empty()) return std::unique_ptr<record::Writer>();
+  record::Header header;
+  header.scheduler = options_.policy->name();
+  header.cpus = cpus_;
+  header.host = os_.host_facts();
+  header.real_time = real_time;
+  if (loop.decision().plan) header.slack = loop.slack();
+  header.started = start;
+  header.warm_up = warm_from - start;
+  header.stealing = options_.stealing;
+  header.note = options_.note;
+  return record::Writer::create(options_.record, app_, header);
 }
 
 Status Scheduler::start() {
-  const std::size_t subchains = app_.graph.subchains().size();
-  for (std::size_t index = 0; index < subchains; ++index) in_force_[index] = complete(app_.graph.subchains()[index]);
-  spawn_controllers();
-  for (std::uint32_t ready = 0; ready < threads_.size();) {
-    os_.wait(ready_, ready, kNever);
-    ready = ready_.load(std::memory_order_acquire);
-  }
-  if (Status placed = place_controllers(); !placed) {
-    abandoned_.store(true);
+  const policy::Decision& decision = parts_->housekeeping.decision();
+  parts_->housekeeping.pace_members();
+  parts_->controllers.spawn(decision.plan.has_value());
+  if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
     release();
     return placed;
   }
-  go_.store(1, std::memory_order_release);
-  os_.wake(go_);
-  housekeeper_thread_ =
-      os_.spawn("catan-house", [this] { housekeeper_->run(controllers_, [this](TimePoint now) { replan(now); }); });
+  parts_->controllers.go();
+  parts_->housekeeping.start();
   return Done{};
 }
 
 void Scheduler::release() {
-  {
-    const std::lock_guard lock(mutex_);
-    released_ = true;
-  }
-  if (housekeeper_thread_) {
-    housekeeper_->stop();
-    housekeeper_thread_->join();
-    housekeeper_thread_.reset();
-  }
+  if (!parts_) return;
+  members_.release();
+  parts_->housekeeping.stop();
   // Everything is given back while the nodes' threads still live; what runs are under way end at the ordinary level.
   // Before the controllers end, since they end sooner then; and once more after, since until then they set levels.
-  if (enforcer_) enforcer_->give_all_back();
-  ready_cpus_.reset();
-  go_.store(1, std::memory_order_release);
-  os_.wake(go_);
-  for (const auto& controller : controllers_) controller->stop();
-  for (const auto& thread : threads_) thread->join();
-  threads_.clear();
-  if (enforcer_) enforcer_->release_all();
+  parts_->enforcer.give_all_back();
+  parts_->ready_cpus.reset();
+  parts_->controllers.stop();
+  parts_->enforcer.release_all();
 }
 
-Status Scheduler::finish() { return housekeeper_->finish(controllers_); }
+Status Scheduler::finish() { return parts_->housekeeping.finish(); }
 
-// From the cores that a plan knows, which are those that are there, to all that were given, which have the core
-// threads.
-Assignment Scheduler::on_all_cores(Assignment assignment) const {
-  if (there_ == cpus_) return assignment;
-  const std::vector<int>& given = cpus_.cpus();
-  std::vector<std::size_t> position;
-  for (const int cpu : there_.cpus()) {
-    position.push_back(static_cast<std::size_t>(std::find(given.begin(), given.end(), cpu) - given.begin()));
-  }
-  std::vector<dispatch::SharedCoreSchedule> cores(given.size());
-  for (std::size_t core = 0; core < position.size(); ++core) {
-    cores[position[core]] = std::move(assignment.cores[core]);
-  }
-  assignment.cores = std::move(cores);
-  for (policy::SubchainPlace& place : assignment.places) {
-    if (place.core >= 0) place.core = static_cast<int>(position[static_cast<std::size_t>(place.core)]);
-  }
-  return assignment;
+Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  Status joined = members_.join(node, process, thread);
+  if (joined) parts_->housekeeping.wake();
+  return joined;
 }
 
-Assignment Scheduler::assignment() const {
-  Assignment assignment = decision_.assignment;
-  leave_out_absent(assignment, in_force_);
-  return assignment;
+Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  return members_.add_thread(node, process, thread);
 }
 
-void Scheduler::publish(Assignment assignment) {
-  places_ = assignment.places;
-  for (std::size_t index = 0; index < places_.size(); ++index) {
-    SignalCell& signal = region_.signal(SubchainId(index));
-    signal.period.store(period_of(SubchainId(index)).count(), std::memory_order_relaxed);
-    signal.threads.store(places_[index].threads, std::memory_order_relaxed);
-  }
-  controls_->board.publish(std::move(assignment));
-  controls_->nudge_all();
-}
+void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { members_.remove_thread(node, thread); }
 
-// What nodes go on at without a scheduler.
-Nanos Scheduler::period_of(SubchainId subchain) const {
-  const policy::SubchainPlace& place = places_[subchain.index()];
-  return place.core < 0 ? place.pacing.period : to_nanos(decision_.plan->subchains[subchain.index()].period);
-}
-
-Rate Scheduler::source_rate() const {
-  if (places_.front().core < 0) return Rate::every(places_.front().pacing.period);
-  const plan::Plan& plan = *decision_.plan;
-  return Rate::every(plan.expected ? plan.expected->subchains.front().period : plan.subchains.front().period);
-}
-
-policy::Situation Scheduler::situation(const graph::App& app, const model::CostTable& costs,
-                                       const model::CostTable& typical) const {
-  return {.app = app,
-          .cpus = there_,
-          .costs = costs,
-          .typical = typical,
-          .slack = slack_,
-          .stealing = options_.stealing,
-          .frames = options_.frames};
-}
-
-Result<policy::Decision> Scheduler::decide(const model::CostTable& costs) {
-  const TimePoint begin = os_.now();
-  const graph::App app = kinds_.only_with(app_, there_);
-  Result<policy::Decision> decision = options_.policy->decide(situation(app, costs, costs));
-  if (decision) complete(*decision, begin);
-  return decision;
-}
-
-// What only the runtime knows of a decision that it began to make at `begin`.
-void Scheduler::complete(policy::Decision& decision, TimePoint begin) const {
-  decision.assignment = on_all_cores(std::move(decision.assignment));
-  if (decision.plan && options_.policy->adapts()) decision.plan->solve_time = os_.now() - begin;
-}
-
-void Scheduler::replan(TimePoint now) {
-  settle_members();
-  follow_cpus(now);
-  if (!adaptation_) return;
-  const std::optional<policy::PlanReason> due = adaptation_->due(now, *housekeeper_);
-  if (!due || (*due != policy::PlanReason::kMeasured && !options_.replan)) return;
-  adaptation_->plan(now, *due, *housekeeper_, [&] { make_plan_anew(*due); });
-}
-
-void Scheduler::follow_cpus(TimePoint now) {
-  if (!options_.policy->adapts() || now < next_look_) return;
-  next_look_ = now + kLookAtCpus;
-  const Result<os::CpuSet> online = os_.online_cpus();
-  if (!online) return;
-  const os::CpuSet there = os::common(cpus_, *online);
-  if (there == there_ || there.empty()) return;
-  there_ = there;
-  housekeeper_->notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(cpus_),
-                                           os::to_string(there_)));
-  adaptation_->plan(now, policy::PlanReason::kCpus, *housekeeper_,
-                    [this] { make_plan_anew(policy::PlanReason::kCpus); });
-  place_anew();
-}
-
-// Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
-void Scheduler::place_anew() {
-  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
-    if (!app_.graph.nodes()[index].unscheduled) continue;
-    links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_->move_now(thread, there_); });
-  }
-  for (std::size_t index = 0; index < controller_ids_.size(); ++index) {
-    const os::CpuSet cpus = cpus_of_controller(index);
-    if (!cpus.empty()) enforcer_->move_now(controller_ids_[index], cpus);
-  }
-}
-
-void Scheduler::make_plan_anew(policy::PlanReason reason) {
-  const Millis unmeasured = app_.scheduler.bootstrap_cost;
-  const model::CostTable costs = housekeeper_->costs(unmeasured);
-  const model::CostTable typical = housekeeper_->typical_costs(unmeasured);
-  const graph::App app = kinds_.only_with(app_, there_);
-  const TimePoint begin = os_.now();
-  Result<std::optional<policy::Decision>> decision =
-      policy::replacement(*options_.policy, situation(app, costs, typical), decision_, reason);
-  if (!decision) {
-    if (!replan_failed_) housekeeper_->notice("replan-failed", decision.error().message());
-    replan_failed_ = true;
-    return;
-  }
-  replan_failed_ = false;
-  if (!*decision) return;
-  complete(**decision, begin);
-  adopt(std::move(**decision), reason);
-}
-
-void Scheduler::adopt(policy::Decision decision, policy::PlanReason reason) {
-  decision_ = std::move(decision);
-  publish(assignment());
-  housekeeper_->plan_in_force(*decision_.plan, source_rate(), to_string(reason));
+void Scheduler::leave(NodeId node, const std::string& why) {
+  if (members_.leave(node, why)) parts_->housekeeping.wake();
 }
 
 Snapshot Scheduler::snapshot() const {
   Snapshot snapshot;
   snapshot.policy = options_.policy->name();
-  if (!housekeeper_) return snapshot;
-  snapshot.real_time = enforcer_->real_time();
-  std::optional<double> hand_set_hz;
-  if (!options_.policy->follows_plan()) hand_set_hz = source_rate().hertz();
-  housekeeper_->fill(snapshot, hand_set_hz);
+  if (!prepared_.load(std::memory_order_acquire)) return snapshot;
+  snapshot.real_time = parts_->enforcer.real_time();
+  parts_->measurements.fill(snapshot, os_.now(), parts_->hand_set_hz);
+  snapshot.notices = notices_.newest();
   return snapshot;
 }
 

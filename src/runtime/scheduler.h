@@ -2,28 +2,25 @@
 // cores, gathers what they report, and takes everything back. It speaks with nodes through a region (region.h) alone,
 // so it is the same for nodes of its own process (engine.h) and for those of others (server.h).
 //
-// Threads of a scheduler:
-//   one a subchain             its trigger thread, level dispatcher
-//   one a core                 the core's dispatcher, level dispatcher (policies that follow a plan)
-//   one housekeeper            level ordinary, wherever the system puts it
+// What it is made of, and which thread owns what:
+//   controller_threads.h   one a subchain, and one a core (policies that follow a plan), level dispatcher
+//   housekeeping.h         one thread, level ordinary: all that is planned and recorded is its own
+//   membership.h           who is there: any thread, locks
+//   enforcer.h             what threads had before: any thread, locks
+//   measurements.h, notices.h   from the housekeeping thread to whoever reads: lock
+// Here they are put together, started and stopped.
+//
 // Threads of nodes, which are others' to make, it places:
 //   of a scheduled node        on its subchain's cores, active or, where they are shared, as their dispatcher says
 //                              (policies that follow a plan); ordinary, on all CPUs (hand-set rates)
 //   of an unscheduled node     level unscheduled
-//
-// Members: a node joins with its first thread and may leave again, at any time. A subchain that misses one of its nodes
-// is left out and nobody waits for it; the plan still has its place, so that the others' rates stay what they are. When
-// the node is back, what was under way in the subchain when it left counts as ended.
 //
 // Units: in the types. Thread safety: prepare, start, stop from one thread; the rest from any that is not a node's or a
 // dispatcher's.
 #pragma once
 
 #include <atomic>
-#include <cstdint>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,19 +28,19 @@
 
 #include "base/result.h"
 #include "catan/snapshot.h"
+#include "driver/planning_loop.h"
 #include "graph/app.h"
-#include "model/cost.h"
 #include "os/os.h"
-#include "plan/plan.h"
-#include "policy/cpu_kinds.h"
 #include "policy/policy.h"
-#include "policy/replan.h"
-#include "runtime/adaptation.h"
-#include "runtime/assignment_board.h"
-#include "runtime/controller.h"
+#include "record/writer.h"
+#include "runtime/collector.h"
+#include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
-#include "runtime/housekeeper.h"
+#include "runtime/housekeeping.h"
+#include "runtime/measurements.h"
+#include "runtime/membership.h"
 #include "runtime/node_link.h"
+#include "runtime/notices.h"
 #include "runtime/region.h"
 
 namespace ctn::runtime {
@@ -57,7 +54,7 @@ struct SchedulerOptions {
   bool replan = true;                        // false: the first plan that rests on measurements stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   bool guard = false;                        // nodes are other processes': their threads are guarded (os.h)
-  std::function<void(const std::string&)> on_notice;
+  Notices::Callback on_notice;               // called with no lock held; from the housekeeping thread while it runs
 };
 
 // All problems with the requested CPUs, or the CPUs to use.
@@ -75,8 +72,7 @@ class Scheduler {
 
   const graph::App& app() const { return app_; }
 
-  // Values that were lost on their way between nodes, by edge: for the losses that are told. Before start().
-  using Dropped = Housekeeper::Dropped;
+  // Values that were lost on their way between nodes, by edge: for the losses that are told. Before prepare().
   void watch_dropped(Dropped dropped) { dropped_ = std::move(dropped); }
 
   // Makes the first plan, opens the record. Errors: a plan that cannot be made or read, rates that are not set, a
@@ -89,100 +85,53 @@ class Scheduler {
   // Gathers what was reported last, closes the record. The first error of the record.
   Status finish();
 
-  // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
-  // cannot be had.
+  // As membership.h has them; nodes join and leave from prepare() on.
   Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
-  // Another thread that works for the node. Errors: no room.
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
-  // A thread that has ended, or works for it no more; it gets back what it had.
   void remove_thread(NodeId node, os::ThreadId thread);
-  // With all its threads. `why`: for the notice, as in "its process has ended". Nothing if it is not there.
   void leave(NodeId node, const std::string& why);
-  bool has(NodeId node) const;
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
   // Makes sure that there is still a guard; to be called about every second.
-  void tend_guard();
-  void notice(const std::string& kind, const std::string& detail) { housekeeper_->notice(kind, detail); }
+  void tend_guard() { parts_->enforcer.tend_guard(); }
+  void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
   // Cheap, unlike snapshot(), which sorts all that was measured.
-  bool warmed_up() const { return housekeeper_ && housekeeper_->warmed_up(); }
+  bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;
 
  private:
+  // From prepare() on; none of it changes but by itself. In the order of who uses whom.
+  struct Parts {
+    Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guard> guard,
+          std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of);
+
+    const TimePoint warm_from;
+    const std::optional<double> hand_set_hz;  // rate of the first subchain's head, where no plan tells
+    Enforcer enforcer;
+    Measurements measurements;
+    ControllerThreads controllers;
+    Housekeeping housekeeping;
+    std::unique_ptr<os::ReadyCpus> ready_cpus{};  // while the session is under way
+  };
+
   Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options, os::CpuSet cpus, const Region& region);
 
-  // scheduler_setup.cpp
+  driver::PlanningLoop planning_loop(double slack) const;
   void keep_cpus_ready();
-  Status open_record(TimePoint start, TimePoint warm_from, std::unique_ptr<record::Writer>& writer);
-  Status decide_first();
-  void spawn_controllers();
-  Status place_controllers();
-  os::CpuSet cpus_of_controller(std::size_t index) const;
-
-  Assignment on_all_cores(Assignment assignment) const;
-  Assignment assignment() const;
-  void publish(Assignment assignment);
-  Nanos period_of(SubchainId subchain) const;
-  Rate source_rate() const;  // of the first subchain's head, as paced
-  policy::Situation situation(const graph::App& app, const model::CostTable& costs,
-                              const model::CostTable& typical) const;
-  Result<policy::Decision> decide(const model::CostTable& costs);
-  void complete(policy::Decision& decision, TimePoint begin) const;
-
-  // The housekeeper's errands.
-  void replan(TimePoint now);
-  void follow_cpus(TimePoint now);
-  void place_anew();
-  void make_plan_anew(policy::PlanReason reason);
-  void adopt(policy::Decision decision, policy::PlanReason reason);
-  void settle_members();
-  bool clear_for_return(SubchainId subchain);
-
-  // Members.
-  Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
-  void tell_holder(NodeId node);
-  std::string broken_chains(NodeId node) const;
-  bool complete(const graph::Subchain& subchain) const;
+  Result<std::unique_ptr<record::Writer>> open_record(TimePoint start, TimePoint warm_from, bool real_time,
+                                                      const driver::PlanningLoop& loop) const;
 
   graph::App app_;
   os::Os& os_;
-  SchedulerOptions options_;
-  os::CpuSet cpus_;         // that were given
-  policy::CpuKinds kinds_;  // of these
-  os::CpuSet there_;        // of these, the ones that are online: what is planned for
-  TimePoint next_look_{};   // at which CPUs are online
-  double slack_ = 0.0;
+  const SchedulerOptions options_;
+  const os::CpuSet cpus_;  // that were given
   const Region& region_;
   Links links_;
   Dropped dropped_;
-
-  // From prepare() on.
-  std::unique_ptr<Enforcer> enforcer_;
-  std::unique_ptr<os::ReadyCpus> ready_cpus_;
-  std::unique_ptr<Housekeeper> housekeeper_;
-  policy::Decision decision_;  // in force, whoever is absent; the housekeeper's, once its thread runs
-  std::optional<Adaptation> adaptation_;
-  std::vector<policy::SubchainPlace> places_;  // by subchain; those in force, the housekeeper's as decision_ is
-  bool replan_failed_ = false;
-  int guards_replaced_ = 0;
-  bool guard_missing_ = false;
-
-  // From start() on.
-  std::vector<SubchainLinks> subchains_;
-  std::unique_ptr<Controls> controls_;
-  std::vector<std::unique_ptr<Controller>> controllers_;  // subchains, then cores
-  std::vector<os::ThreadId> controller_ids_;
-  std::vector<std::unique_ptr<os::Thread>> threads_;
-  std::unique_ptr<os::Thread> housekeeper_thread_;
-  std::atomic<std::uint32_t> ready_{0};
-  std::atomic<std::uint32_t> go_{0};
-  std::atomic<bool> abandoned_{false};
-
-  std::vector<bool> in_force_;  // by subchain: paced; the housekeeper's, once its thread runs
-  mutable std::mutex mutex_;    // guards what follows
-  std::vector<bool> members_;   // by node
-  std::vector<bool> broken_;    // by subchain: a node of it has left since it was last settled
-  bool released_ = false;
+  Notices notices_;
+  Membership members_;
+  std::unique_ptr<Parts> parts_;
+  std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
 };
 
 }  // namespace ctn::runtime

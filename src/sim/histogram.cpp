@@ -40,7 +40,7 @@ double Histogram::percentile_ms(double percent) const {
   return ms(static_cast<double>(greatest_));
 }
 
-SampleSummary Histogram::summary_ms() const {
+Summary Histogram::summary_ms() const {
   if (count_ == 0) return {};
   return {.count = static_cast<std::size_t>(count_),
           .mean = ms(static_cast<double>(sum_) / static_cast<double>(count_)),

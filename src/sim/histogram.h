@@ -22,7 +22,7 @@ class Histogram {
 
   std::uint64_t count() const { return count_; }
   // In milliseconds. Percentiles by nearest rank; each is the middle of its step, but no more than the greatest sample.
-  SampleSummary summary_ms() const;
+  Summary summary_ms() const;
 
  private:
   static constexpr unsigned kBits = 8;

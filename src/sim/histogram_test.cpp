@@ -15,7 +15,7 @@ TEST(Histogram, OfNothing) {
 TEST(Histogram, OneSampleIsAllPercentiles) {
   Histogram histogram;
   histogram.add(std::chrono::milliseconds{7});
-  const SampleSummary summary = histogram.summary_ms();
+  const Summary summary = histogram.summary_ms();
   EXPECT_EQ(summary.count, 1U);
   EXPECT_DOUBLE_EQ(summary.mean, 7.0);
   EXPECT_DOUBLE_EQ(summary.max, 7.0);
@@ -39,8 +39,8 @@ TEST(Histogram, AgreesWithASortToHalfAStep) {
     histogram.add(Nanos{nanos});
     all.push_back(to_millis(Nanos{nanos}).count());
   }
-  const SampleSummary exact = summarize(all);
-  const SampleSummary counted = histogram.summary_ms();
+  const Summary exact = summarize(all);
+  const Summary counted = histogram.summary_ms();
   EXPECT_EQ(counted.count, exact.count);
   EXPECT_NEAR(counted.mean, exact.mean, 1e-9 * exact.mean);
   EXPECT_NEAR(counted.p50, exact.p50, exact.p50 / 511);

@@ -14,10 +14,12 @@ Status Journal::close(TimePoint now, const record::Totals& totals, const os::Hos
   return closed;
 }
 
-bool Journal::ended(const record::Run& run) {
+void Journal::ended(const record::Run& run) {
   gathering_.add(run);
   if (writer_) writer_->add(run);
-  return hung_runs_.counts(run);
+  if (!loop_.adapts()) return;
+  const std::optional<record::CostChange> change = loop_.ran(run);
+  if (change && writer_) writer_->add(*change);
 }
 
 void Journal::triggered(const record::Trigger& trigger) {
@@ -37,7 +39,7 @@ void Journal::stole(const record::Steal& steal) {
 void Journal::hang_changed(SubchainId subchain, bool began, TimePoint at) {
   if (began) {
     ++hangs_;
-    hung_runs_.began(subchain, at);
+    loop_.hang_began(subchain, at);
   }
   if (writer_) writer_->add(policy::notice_of_hang(app_.graph.subchain(subchain).name, began, at));
 }
@@ -47,8 +49,9 @@ void Journal::plan_in_force(TimePoint at, const plan::Plan& plan, const char* re
   if (writer_) writer_->add(record::PlanChange{at, reason, plan::to_json(plan, app_)});
 }
 
-void Journal::cost_changed(const record::CostChange& change) {
-  if (writer_) writer_->add(change);
+void Journal::notice(const record::Notice& notice) {
+  notices_.push_back(notice.kind + ": " + notice.detail);
+  if (writer_) writer_->add(notice);
 }
 
 }  // namespace ctn::sim

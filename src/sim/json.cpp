@@ -12,7 +12,7 @@ Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json json_of(const SampleSummary& summary) {
+Json json_of(const Summary& summary) {
   if (summary.count == 0) return nullptr;
   return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
           {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};
@@ -53,7 +53,7 @@ Json all_of(const std::vector<T>& list) {
 
 Json json_of(const Seeded& run) {
   const Outcome& outcome = run.outcome;
-  return {
+  Json json{
       {"seed", run.seed},
       {"objective", {{"measured", or_null(outcome.objective)}, {"predicted", or_null(outcome.objective_predicted)}}},
       {"relax_factor", outcome.relax_factor},
@@ -67,6 +67,8 @@ Json json_of(const Seeded& run) {
       {"throttled", outcome.throttled},
       {"plans", {{"made", outcome.plans_made}, {"adopted", outcome.plans_adopted}}},
       {"cost_changes", outcome.cost_changes}};
+  if (!outcome.notices.empty()) json["notices"] = outcome.notices;
+  return json;
 }
 
 }  // namespace

@@ -14,8 +14,9 @@
 #include "base/statistics.h"
 #include "graph/app.h"
 #include "plan/plan.h"
+#include "plan/predicted_means.h"
 #include "record/events.h"
-#include "record/lineage.h"
+#include "record/run_metrics.h"
 #include "sim/histogram.h"
 
 namespace ctn::sim {
@@ -26,9 +27,9 @@ struct ChainOutcome {
   double weight = 0.0;
   std::optional<double> bound_ms;
   std::uint64_t over_bound = 0;  // response times above it
-  SampleSummary response_ms;
-  SampleSummary latency_ms;
-  SampleSummary period_ms;
+  Summary response_ms;
+  Summary latency_ms;
+  Summary period_ms;
   std::optional<double> predicted_ms;  // response time, averaged over the plans in force
 };
 
@@ -40,8 +41,8 @@ struct NodeOutcome {
   double rate_hz = 0.0;
   bool too_slow = false;  // below its min_rate
   bool too_fast = false;  // above its max_rate
-  SampleSummary period_ms;
-  SampleSummary compute_ms;
+  Summary period_ms;
+  Summary compute_ms;
 };
 
 struct CoreOutcome {
@@ -69,6 +70,7 @@ struct Outcome {
   std::uint64_t plans_made = 0;
   std::uint64_t plans_adopted = 0;  // the first included
   std::uint64_t cost_changes = 0;
+  std::vector<std::string> notices;  // plans that could not be made
 };
 
 class Gathering {
@@ -77,52 +79,23 @@ class Gathering {
   Gathering(const graph::App& app, TimePoint warm_from);
 
   // A run has ended; each after those it consumed.
-  void add(const record::Run& run);
+  void add(const record::Run& run) { metrics_.add(run); }
   void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
   void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
-  void plan_in_force(TimePoint since, const plan::Plan& plan);
+  void plan_in_force(TimePoint since, const plan::Plan& plan) { predicted_.in_force(since, plan); }
 
   // All but what only the simulation knows.
   Outcome outcome(TimePoint end) const;
 
  private:
-  struct Chain {
-    record::ChainTracker tracker;
-    Nanos bound{0};  // 0: none
-    std::uint64_t over_bound = 0;
-    Histogram response;
-    Histogram latency;
-    Histogram period;
-  };
-  struct Node {
-    std::vector<std::size_t> chains;  // that it is in
-    std::optional<TimePoint> last_end;
-    std::uint64_t runs = 0;
-    std::uint64_t outputs = 0;
-    Histogram period;
-    Histogram compute;
-  };
-  // What a plan promises, times the seconds that it was in force.
-  struct Promise {
-    double seconds = 0.0;
-    double objective = 0.0;
-    double source_hz = 0.0;
-    std::vector<double> responses;
-  };
-  Promise promised(TimePoint until) const;
   void measure_objective(Outcome& outcome) const;
 
   const graph::App& app_;
   TimePoint warm_from_;
-  std::vector<Chain> chains_;
-  std::vector<Node> nodes_;
+  record::RunMetrics<Histogram> metrics_;
+  plan::PredictedMeans predicted_;
   std::uint64_t triggers_ = 0;
   std::uint64_t steals_ = 0;
-  Promise past_;
-  std::optional<Promise> current_;  // for a second
-  TimePoint current_since_{};
-  double relax_factor_ = 1.0;
-  double relax_factor_now_ = 1.0;
 };
 
 }  // namespace ctn::sim

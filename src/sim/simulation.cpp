@@ -6,17 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "policy/measured_costs.h"
+#include "driver/planning_loop.h"
 #include "policy/planned.h"
-#include "policy/replan.h"
 #include "sim/controllers.h"
 #include "sim/cpus.h"
 
 namespace ctn::sim {
 namespace {
-
-// As the runtime's housekeeper.
-constexpr Nanos kTick = std::chrono::milliseconds{50};
 
 os::CpuSet first_cpus(int count) {
   std::vector<int> numbers;
@@ -40,13 +36,26 @@ struct Setting {
   graph::App app;
   os::CpuSet cpus;
   policy::CpuKinds kinds;
-  double slack;
 };
+
+driver::PlanningOptions planning_options(const Setting& setting, const Options& options) {
+  return {.policy = options.policy,
+          .cpus = setting.cpus,
+          .slack = options.slack.value_or(setting.app.scheduler.slack.value_or(graph::kDefaultSlack)),
+          .stealing = options.stealing,
+          .replan = options.replan,
+          .frames = options.frames,
+          .known_costs = options.costs,
+          .timer = [cpu = options.machine.costs.planning](const std::function<void()>& plan) {
+            plan();
+            return driver::PlanningTime{.cpu = cpu};
+          }};
+}
 
 }  // namespace
 
 // Threads: of nodes, of controllers, the housekeeper's, background loads.
-class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
+class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private driver::PlanningHost {
  public:
   Impl(Setting setting, std::unique_ptr<RunCosts> costs, Options options)
       : setting_(std::move(setting)),
@@ -59,43 +68,31 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
               *this),
         nodes_(app_, options_.machine, setting_.kinds, *costs_, cpus_, 0, *this),
         warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
-        journal_(app_, warm_from_),
-        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, journal_),
-        measured_(app_),
-        clock_(TimePoint{}, app_.scheduler) {}
+        loop_(app_, planning_options(setting_, options_)),
+        journal_(app_, warm_from_, loop_),
+        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, journal_) {}
 
   Status prepare() {
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
-    if (options_.plans.empty()) {
-      const policy::Policy& policy = *options_.policy;
-      if (policy.needs_costs() && !options_.costs) {
-        return Error::caller(
-            fmt::format("scheduler '{}' decides once, by compute times that are known before", policy.name()),
-            fmt::format("say which: {}:COSTS.yaml", policy.name()));
-      }
-      const model::CostTable& known = policy.needs_costs() ? *options_.costs : unmeasured;
-      Result<policy::Decision> decision = options_.policy->decide(situation(known, known));
-      if (!decision) return decision.error();
-      decision_ = std::move(*decision);
+    if (!options_.plans.empty()) {
+      loop_.begin_with(follow_next_plan(unmeasured));
+    } else {
+      if (Status decided = loop_.decide_first(); !decided) return decided;
       if (options_.reserve) {
-        Result<std::vector<Reservation>> reserved = options_.reserve(situation(known, known));
+        const model::CostTable& known = options_.costs ? *options_.costs : unmeasured;
+        Result<std::vector<Reservation>> reserved = options_.reserve(loop_.situation(known, known));
         if (!reserved) return reserved.error();
         nodes_.reserve(std::move(*reserved));
       }
-    } else {
-      decision_ = follow_next_plan(unmeasured);
     }
-    if (decision_.plan) setting_.slack = decision_.plan->slack;
     if (Status opened = open_record(); !opened) return opened;
-    if (decision_.plan) {
-      adopted(options_.policy->adapts() ? policy::PlanReason::kBootstrap : policy::PlanReason::kStatic);
-    }
+    loop_.begin(TimePoint{}, *this);
     return Done{};
   }
 
   Status finish() {
     record::Totals totals;
-    totals.plans_made = clock_.budget().plans();
+    totals.plans_made = loop_.budget().plans();
     totals.planning_cpu = options_.machine.costs.planning * static_cast<Nanos::rep>(totals.plans_made);
     totals.starved = cpus_.throttled();
     return journal_.close(cpus_.now(), totals, host_facts());
@@ -123,16 +120,17 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
       shown.real_time = static_cast<double>(used.real_time.count()) / measured;
       shown.ordinary = static_cast<double>(used.ordinary.count()) / measured;
     }
-    const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
+    const std::vector<policy::SubchainPlace>& places = loop_.decision().assignment.places;
     if (!options_.policy->follows_plan() && !places.empty()) {
       outcome.source_hz = Rate::every(places.front().pacing.period).hertz();
     }
     outcome.hangs = journal_.hangs();
     outcome.dropped = nodes_.dropped();
     outcome.throttled = cpus_.throttled();
-    outcome.plans_made = clock_.budget().plans();
+    outcome.plans_made = loop_.budget().plans();
     outcome.plans_adopted = plans_adopted_;
-    outcome.cost_changes = cost_changes_;
+    outcome.cost_changes = loop_.cost_changes();
+    outcome.notices = journal_.notices();
     return outcome;
   }
 
@@ -179,13 +177,14 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
 
   void start() {
     started_ = true;
+    const policy::Decision& decision = loop_.decision();
     const bool raises = options_.policy->raises();
     nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
-                 raises ? decision_.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
-    controllers_.start(decision_.assignment, setting_.cpus, decision_.dispatcher_level, options_.phases.subchains);
+                 raises ? decision.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
+    controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
     const Machine& machine = options_.machine;
     cpus_.set_cpus(housekeeper_, machine.housekeeper_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
-    if (options_.policy->adapts()) cpus_.wake_at(housekeeper_, TimePoint{} + kTick);
+    if (loop_.adapts()) cpus_.wake_at(housekeeper_, TimePoint{} + driver::kPlanningTurn);
     for (const BackgroundLoad& load : machine.background) {
       const Cpus::Thread thread = housekeeper_ + 1 + static_cast<Cpus::Thread>(background_.size());
       background_.push_back({std::max(load.period, Nanos{1}), TimePoint{}});
@@ -196,60 +195,41 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
 
   // --- What nodes tell ---
 
-  void run_ended(const record::Run& run) override {
-    const bool tells_costs = journal_.ended(run);
-    if (!options_.policy->adapts() || !tells_costs) return;
-    const std::optional<record::CostChange> change = measured_.add(run, setting_.kinds.of(run.on_cpu));
-    if (!change) return;
-    journal_.cost_changed(*change);
-    ++cost_changes_;
-    cost_changed_ = true;
-  }
+  void run_ended(const record::Run& run) override { journal_.ended(run); }
 
   void nudge(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
-  // --- Planning anew, as the runtime's housekeeper does ---
+  // --- Planning anew: the loop is turned in the housekeeper's thread ---
 
   Nanos keep_house() {
-    if (!options_.plans.empty()) {
-      if (plans_followed_ < options_.plans.size() && TimePoint{} + options_.plans[plans_followed_].at <= cpus_.now()) {
-        next_ = follow_next_plan(model::CostTable(app_.graph, Millis{0}));
-      }
-      return options_.machine.costs.gather;
+    const Nanos gather = options_.machine.costs.gather;
+    if (options_.plans.empty())
+      return loop_.plan(cpus_.now(), *this) ? gather + options_.machine.costs.planning : gather;
+    if (plans_followed_ < options_.plans.size() && TimePoint{} + options_.plans[plans_followed_].at <= cpus_.now()) {
+      next_given_ = follow_next_plan(model::CostTable(app_.graph, Millis{0}));
     }
-    if (std::exchange(cost_changed_, false)) clock_.changed(policy::PlanReason::kChange);
-    const TimePoint now = cpus_.now();
-    const std::optional<policy::PlanReason> due = clock_.due(now, measured_.all_measured());
-    if (!due || (*due != policy::PlanReason::kMeasured && !options_.replan)) return options_.machine.costs.gather;
-    plan_anew(*due);
-    clock_.made(now, *due, options_.machine.costs.planning);
-    return options_.machine.costs.gather + options_.machine.costs.planning;
-  }
-
-  void plan_anew(policy::PlanReason reason) {
-    const Millis unmeasured = app_.scheduler.bootstrap_cost;
-    const model::CostTable costs = measured_.costs(unmeasured);
-    const model::CostTable typical = measured_.typical_costs(unmeasured);
-    Result<std::optional<policy::Decision>> decision =
-        policy::replacement(*options_.policy, situation(costs, typical), decision_, reason);
-    if (!decision || !*decision) return;
-    next_ = std::move(*decision);
-    next_reason_ = reason;
+    return gather;
   }
 
   void end_keeping_house() {
-    if (next_) {
-      decision_ = std::move(*next_);
-      next_.reset();
-      controllers_.publish(decision_.assignment);
-      adopted(next_reason_);
+    if (std::optional<policy::Decision> next = std::exchange(next_given_, std::nullopt)) {
+      loop_.adopt(std::move(*next), policy::PlanReason::kStatic, *this);
     }
-    cpus_.wake_at(housekeeper_, cpus_.now() + kTick);
+    loop_.adopt(*this);
+    cpus_.wake_at(housekeeper_, cpus_.now() + driver::kPlanningTurn);
   }
 
-  void adopted(policy::PlanReason reason) {
+  Result<os::CpuSet> online_cpus() override { return setting_.cpus; }
+  os::PowerState power_state() override { return {}; }
+  void cpus_changed(const os::CpuSet& /*cpus*/) override {}
+  void notice(const std::string& kind, const std::string& detail) override {
+    journal_.notice({cpus_.now(), kind, detail});
+  }
+  void in_force(const policy::Decision& decision, policy::PlanReason reason) override {
+    if (started_) controllers_.publish(decision.assignment);
+    if (!decision.plan) return;
     ++plans_adopted_;
-    journal_.plan_in_force(cpus_.now(), *decision_.plan, policy::to_string(reason));
+    journal_.plan_in_force(cpus_.now(), *decision.plan, policy::to_string(reason));
   }
 
   os::HostFacts host_facts() const {
@@ -268,7 +248,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
     header.cpus = setting_.cpus;
     header.host = host_facts();
     header.real_time = options_.machine.real_time && options_.policy->raises();
-    if (decision_.plan) header.slack = setting_.slack;
+    if (loop_.decision().plan) header.slack = loop_.slack();
     header.stealing = options_.stealing;
     header.warm_up = warm_from_ - TimePoint{};
     header.note = options_.recording->note;
@@ -278,18 +258,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
     return Done{};
   }
 
-  policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const {
-    return {.app = app_,
-            .cpus = setting_.cpus,
-            .costs = costs,
-            .typical = typical,
-            .slack = setting_.slack,
-            .stealing = options_.stealing,
-            .frames = options_.frames};
-  }
   // Of the plans that are given.
   policy::Decision follow_next_plan(const model::CostTable& costs) {
-    return policy::PlannedPolicy::following(options_.plans[plans_followed_++].plan, situation(costs, costs));
+    return policy::PlannedPolicy::following(options_.plans[plans_followed_++].plan, loop_.situation(costs, costs));
   }
 
   Setting setting_;
@@ -301,19 +272,14 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener {
   Cpus cpus_;
   Nodes nodes_;
   TimePoint warm_from_;
+  driver::PlanningLoop loop_;
   Journal journal_;
   Controllers controllers_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
 
-  policy::MeasuredCosts measured_;
-  policy::ReplanClock clock_;
-  policy::Decision decision_;             // in force
-  std::size_t plans_followed_ = 0;        // of those that are given
-  std::optional<policy::Decision> next_;  // made, and soon in force
-  policy::PlanReason next_reason_ = policy::PlanReason::kStatic;
-  bool cost_changed_ = false;
-  std::uint64_t cost_changes_ = 0;
+  std::size_t plans_followed_ = 0;              // of those that are given
+  std::optional<policy::Decision> next_given_;  // of one of them, and soon in force
   std::uint64_t plans_adopted_ = 0;
 };
 
@@ -326,8 +292,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, st
   }
   const os::CpuSet cpus = first_cpus(machine.cores);
   if (Status fits = policy::CpuKinds::fits(app, cpus); !fits) return fits.error();
-  Setting setting{app, cpus, policy::CpuKinds(app, cpus),
-                  options.slack.value_or(app.scheduler.slack.value_or(graph::kDefaultSlack))};
+  Setting setting{app, cpus, policy::CpuKinds(app, cpus)};
   setting.app.scheduler.frames = options.frames.value_or(app.scheduler.frames);
   auto impl = std::make_unique<Impl>(std::move(setting), std::move(costs), std::move(options));
   if (Status prepared = impl->prepare(); !prepared) return prepared.error();

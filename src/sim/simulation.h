@@ -12,7 +12,7 @@
 //   nodes.h         nodes: triggers, inputs, runs, outputs
 //   controllers.h   who triggers: the drivers of `driver`
 //   outcome.h       what it came to
-// Here they are put together, and the runtime's housekeeper is played: it gathers what runs cost, and plans anew.
+// Here they are put together, and the planning loop (driver/planning_loop.h) is turned as the runtime turns it.
 //
 // What is left out: runs do not slow each other down through caches and memory; threads that the app has beside its
 // nodes; CPUs that come, go or change their speed; nodes that fail. docs/simulation.md says how far it is from life.

@@ -131,6 +131,38 @@ scheduler: { slack: 0%, bootstrap: 1s }
   EXPECT_GT(outcome_of({600, 601, 602, 603, 604, 605}).plans_adopted, 2U) << "the node has become that slow";
 }
 
+// Plans once, and then no more.
+class PlansOnce : public policy::Policy {
+ public:
+  PlansOnce() : Policy("once"), real_(*policy::make_policy("catan")) {}
+  bool follows_plan() const override { return true; }
+  bool adapts() const override { return true; }
+  bool raises() const override { return true; }
+  Result<policy::Decision> decide(const policy::Situation& situation) const override {
+    return real_->decide(situation);
+  }
+  Result<std::optional<policy::Decision>> decide_anew(const policy::Situation& /*situation*/,
+                                                      const policy::Decision& /*in_force*/,
+                                                      double /*to_beat*/) const override {
+    return Error::caller("there is no plan", "ask for less");
+  }
+
+ private:
+  std::shared_ptr<const policy::Policy> real_;
+};
+
+TEST(Simulation, APlanThatCannotBeMadeIsToldAsInLife) {
+  const graph::App app = parse(kRow);
+  Options options{.policy = std::make_shared<PlansOnce>()};
+  const Outcome outcome =
+      *sim::simulate(app, std::make_unique<DrawnCosts>(app, work_of(app, kRowCosts), 1), options, seconds{20});
+  ASSERT_EQ(outcome.notices.size(), 1U);
+  EXPECT_EQ(outcome.notices.front().find("replan-failed: "), 0U) << outcome.notices.front();
+  EXPECT_EQ(outcome.plans_adopted, 1U);
+  EXPECT_GT(outcome.plans_made, 1U);
+  EXPECT_NE(to_json({{1, outcome}}, 1).find("replan-failed"), std::string::npos);
+}
+
 TEST(Simulation, ASubchainOverTwoCoresIsAPipeline) {
   const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan", 2);
   const ChainOutcome& chain = outcome.chains.front();

@@ -97,9 +97,9 @@ std::vector<Include> includes_of(std::string_view text) {
 // the error types, what a node's function is given, and a session's figures.
 std::string module_of(const Include& include) {
   if (include.folder() != "catan") return include.folder();
-  const bool by_itself = include.target == "catan/result.h" || include.target == "catan/run.h" ||
-                         include.target == "catan/channel.h" || include.target == "catan/snapshot.h";
-  return by_itself ? "base" : "api";
+  static const std::set<std::string> by_themselves{"catan/result.h", "catan/run.h", "catan/channel.h",
+                                                   "catan/snapshot.h", "catan/summary.h"};
+  return by_themselves.contains(include.target) ? "base" : "api";
 }
 
 class Checker {

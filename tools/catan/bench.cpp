@@ -48,7 +48,7 @@ const std::vector<Measurement>& measurements() {
   return kAll;
 }
 
-Json summary_json(const SampleSummary& summary) {
+Json summary_json(const Summary& summary) {
   return {{"count", summary.count},
           {"mean", summary.mean},
           {"p50", summary.p50},

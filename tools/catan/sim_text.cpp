@@ -31,16 +31,15 @@ std::string shown(const std::optional<double>& value) { return value ? fmt::form
 // mean, p50, p95, p99, max of a summary, which `get` finds.
 template <class Get>
 std::vector<std::string> cells(const std::vector<Seeded>& runs, Get&& get) {
-  const auto of = [&](double SampleSummary::*figure) {
+  const auto of = [&](double Summary::*figure) {
     return shown(mean(runs, [&](const Outcome& outcome) -> std::optional<double> {
-      const SampleSummary& summary = get(outcome);
+      const Summary& summary = get(outcome);
       return summary.count > 0 ? std::optional(summary.*figure) : std::nullopt;
     }));
   };
   double greatest = 0.0;
   for (const Seeded& run : runs) greatest = std::max(greatest, get(run.outcome).max);
-  return {of(&SampleSummary::mean), of(&SampleSummary::p50), of(&SampleSummary::p95), of(&SampleSummary::p99),
-          fmt::format("{:.4g}", greatest)};
+  return {of(&Summary::mean), of(&Summary::p50), of(&Summary::p95), of(&Summary::p99), fmt::format("{:.4g}", greatest)};
 }
 
 void append(std::vector<std::string>& row, std::vector<std::string> more) {
@@ -60,7 +59,7 @@ std::string chains_text(const std::vector<Seeded>& runs) {
   for (std::size_t i = 0; i < chains.size(); ++i) {
     std::vector<std::string> row{chains[i].path, "response",
                                  shown(mean(runs, [&](const Outcome& run) { return run.chains[i].predicted_ms; }))};
-    append(row, cells(runs, [&](const Outcome& run) -> const SampleSummary& { return run.chains[i].response_ms; }));
+    append(row, cells(runs, [&](const Outcome& run) -> const Summary& { return run.chains[i].response_ms; }));
     if (chains[i].bound_ms) {
       row.push_back(fmt::format("{:.4g}", *chains[i].bound_ms));
       const double over = sum(runs, [&](const Outcome& run) { return run.chains[i].over_bound; });
@@ -69,10 +68,10 @@ std::string chains_text(const std::vector<Seeded>& runs) {
     }
     table.rows.push_back(std::move(row));
     std::vector<std::string> latency{"", "latency", ""};
-    append(latency, cells(runs, [&](const Outcome& run) -> const SampleSummary& { return run.chains[i].latency_ms; }));
+    append(latency, cells(runs, [&](const Outcome& run) -> const Summary& { return run.chains[i].latency_ms; }));
     table.rows.push_back(std::move(latency));
     std::vector<std::string> period{"", "period", ""};
-    append(period, cells(runs, [&](const Outcome& run) -> const SampleSummary& { return run.chains[i].period_ms; }));
+    append(period, cells(runs, [&](const Outcome& run) -> const Summary& { return run.chains[i].period_ms; }));
     table.rows.push_back(std::move(period));
   }
   return to_text(table);
@@ -82,9 +81,9 @@ std::string nodes_text(const std::vector<Seeded>& runs) {
   report::Table table{.header = {"node", "rate", "compute mean", "compute p95", "period mean", "period p95", ""}};
   const std::vector<sim::NodeOutcome>& nodes = runs.front().outcome.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const auto figure = [&](SampleSummary sim::NodeOutcome::*summary, double SampleSummary::*which) {
+    const auto figure = [&](Summary sim::NodeOutcome::*summary, double Summary::*which) {
       return shown(mean(runs, [&](const Outcome& run) -> std::optional<double> {
-        const SampleSummary& of = run.nodes[i].*summary;
+        const Summary& of = run.nodes[i].*summary;
         return of.count > 0 ? std::optional(of.*which) : std::nullopt;
       }));
     };
@@ -93,14 +92,13 @@ std::string nodes_text(const std::vector<Seeded>& runs) {
     const bool fast =
         std::any_of(runs.begin(), runs.end(), [&](const auto& run) { return run.outcome.nodes[i].too_fast; });
     const auto rate = mean(runs, [&](const Outcome& run) { return std::optional(run.nodes[i].rate_hz); });
-    table.rows.push_back({nodes[i].name, fmt::format("{:.4g} Hz", rate.value_or(0.0)),
-                          figure(&sim::NodeOutcome::compute_ms, &SampleSummary::mean),
-                          figure(&sim::NodeOutcome::compute_ms, &SampleSummary::p95),
-                          figure(&sim::NodeOutcome::period_ms, &SampleSummary::mean),
-                          figure(&sim::NodeOutcome::period_ms, &SampleSummary::p95),
-                          slow   ? "below its min_rate"
-                          : fast ? "above its max_rate"
-                                 : ""});
+    table.rows.push_back(
+        {nodes[i].name, fmt::format("{:.4g} Hz", rate.value_or(0.0)),
+         figure(&sim::NodeOutcome::compute_ms, &Summary::mean), figure(&sim::NodeOutcome::compute_ms, &Summary::p95),
+         figure(&sim::NodeOutcome::period_ms, &Summary::mean), figure(&sim::NodeOutcome::period_ms, &Summary::p95),
+         slow   ? "below its min_rate"
+         : fast ? "above its max_rate"
+                : ""});
   }
   return to_text(table);
 }
@@ -143,6 +141,11 @@ std::string sim_text(const std::vector<Seeded>& runs, int cores) {
   count("hangs", [](const Outcome& run) { return run.hangs; });
   count("dropped", [](const Outcome& run) { return run.dropped; });
   count("throttled", [](const Outcome& run) { return run.throttled; });
+  for (const Seeded& run : runs) {
+    for (const std::string& notice : run.outcome.notices) {
+      text += runs.size() == 1 ? notice + "\n" : fmt::format("seed {}: {}\n", run.seed, notice);
+    }
+  }
   return text;
 }
 

@@ -27,13 +27,13 @@ using Json = nlohmann::ordered_json;
 
 struct Figure {
   const char* name;
-  double SampleSummary::*value;
+  double Summary::*value;
 };
-constexpr std::array kFigures{Figure{"mean", &SampleSummary::mean}, Figure{"p50", &SampleSummary::p50},
-                              Figure{"p95", &SampleSummary::p95}, Figure{"p99", &SampleSummary::p99}};
+constexpr std::array kFigures{Figure{"mean", &Summary::mean}, Figure{"p50", &Summary::p50},
+                              Figure{"p95", &Summary::p95}, Figure{"p99", &Summary::p99}};
 
 // As a fraction of what was measured.
-std::optional<double> error_of(const SampleSummary& real, const SampleSummary& simulated, const Figure& figure) {
+std::optional<double> error_of(const Summary& real, const Summary& simulated, const Figure& figure) {
   if (real.count == 0 || simulated.count == 0 || !(real.*figure.value > 0.0)) return std::nullopt;
   return simulated.*figure.value / (real.*figure.value) - 1.0;
 }
@@ -147,8 +147,8 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
   return sim::simulate(record.app(), std::move(costs), std::move(options), to_nanos(Millis{measured_s * 1000.0}));
 }
 
-void add_rows(Table& table, const std::string& path, const char* metric, const SampleSummary& real,
-              const SampleSummary& simulated) {
+void add_rows(Table& table, const std::string& path, const char* metric, const Summary& real,
+              const Summary& simulated) {
   std::vector<std::string> cells{path, metric};
   for (const Figure& figure : kFigures) {
     const bool any = real.count > 0 && simulated.count > 0;
@@ -158,7 +158,7 @@ void add_rows(Table& table, const std::string& path, const char* metric, const S
   table.add(std::move(cells));
 }
 
-Json json_of(const SampleSummary& real, const SampleSummary& simulated) {
+Json json_of(const Summary& real, const Summary& simulated) {
   Json json = Json::object();
   for (const Figure& figure : kFigures) {
     const auto error = error_of(real, simulated, figure);

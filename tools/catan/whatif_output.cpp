@@ -60,7 +60,7 @@ std::vector<std::string> figures(const Answer& answer, std::optional<std::size_t
   cells.push_back(answer.simulated ? number(answer.simulated->objective) : "-");
   if (chain) {
     cells.push_back(answer.promised ? number(answer.promised->responses_ms[*chain]) : "-");
-    const SampleSummary* measured = answer.simulated ? &answer.simulated->chains[*chain].response_ms : nullptr;
+    const Summary* measured = answer.simulated ? &answer.simulated->chains[*chain].response_ms : nullptr;
     const bool any = measured != nullptr && measured->count > 0;
     cells.push_back(any ? number(measured->mean) : "-");
     cells.push_back(any ? number(measured->p99) : "-");
@@ -114,7 +114,7 @@ std::string conclusions(const WhatIf& result) {
   return text;
 }
 
-Json summary(const SampleSummary& of) {
+Json summary(const Summary& of) {
   if (of.count == 0) return nullptr;
   return {{"count", of.count}, {"mean", of.mean}, {"p50", of.p50}, {"p95", of.p95}, {"p99", of.p99}, {"max", of.max}};
 }
@@ -231,7 +231,7 @@ Result<std::string> whatif_svg(const WhatIf& result) {
   for (const Answer& each : result.hardware) {
     auto& [simulated, promised] = lines[each.asked.cores];
     if (each.simulated && each.simulated->chains[*chain].response_ms.count > 0) {
-      const SampleSummary& response = each.simulated->chains[*chain].response_ms;
+      const Summary& response = each.simulated->chains[*chain].response_ms;
       simulated.points.push_back({each.asked.speed, response.mean});
     }
     if (each.promised) promised.points.push_back({each.asked.speed, each.promised->responses_ms[*chain]});

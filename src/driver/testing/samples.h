@@ -1,4 +1,4 @@
-// Assignments in a few words; for tests. Slots as dispatch/shared_core_samples.h has them.
+// Assignments in a few words; for tests. Slots as dispatch/testing/shared_core_samples.h has them.
 #pragma once
 
 #include <cstddef>

@@ -30,7 +30,7 @@ std::optional<bool> Figure::met() const {
   return !goal.p99 || measured.p99 <= *goal.p99;
 }
 
-SampleSummary summarize_micros(const std::vector<Nanos>& samples) {
+Summary summarize_micros(const std::vector<Nanos>& samples) {
   std::vector<double> micros;
   micros.reserve(samples.size());
   for (const Nanos sample : samples) micros.push_back(static_cast<double>(sample.count()) / 1000.0);

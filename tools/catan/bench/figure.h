@@ -26,9 +26,9 @@ struct Figure {
   std::string name;   // "hand-over"
   std::string where;  // circumstances: "same core"; may be empty
   std::string unit = kMicros;
-  SampleSummary measured;
+  Summary measured;
   std::string baseline_is;  // empty: there is none
-  SampleSummary baseline;
+  Summary baseline;
   Goal goal;
 
   // Of the medians; none without a baseline.
@@ -48,7 +48,7 @@ struct Figures {
   std::vector<Skipped> skipped;
 };
 
-SampleSummary summarize_micros(const std::vector<Nanos>& samples);
+Summary summarize_micros(const std::vector<Nanos>& samples);
 
 // "<= 1.3x, p99 <= 120"; empty where there is none.
 std::string goal_text(const Goal& goal);

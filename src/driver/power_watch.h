@@ -16,7 +16,7 @@
 #include "os/machine.h"
 #include "policy/cpu_kinds.h"
 
-namespace ctn::runtime {
+namespace ctn::driver {
 
 struct PowerChange {
   std::string what;  // for people
@@ -41,4 +41,4 @@ class PowerWatch {
   std::vector<os::PowerState::Cpu> cpus_;  // as last told
 };
 
-}  // namespace ctn::runtime
+}  // namespace ctn::driver

@@ -1,10 +1,10 @@
-#include "runtime/power_watch.h"
+#include "driver/power_watch.h"
 
 #include <gtest/gtest.h>
 
 #include "policy/test_app.h"
 
-namespace ctn::runtime {
+namespace ctn::driver {
 namespace {
 
 os::PowerState limits(std::vector<long> khz, std::optional<bool> on_mains = true) {
@@ -66,4 +66,4 @@ TEST(PowerWatch, ACpuThatIsOfflineForAWhileHasNotChanged) {
 }
 
 }  // namespace
-}  // namespace ctn::runtime
+}  // namespace ctn::driver

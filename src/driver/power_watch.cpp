@@ -1,4 +1,4 @@
-#include "runtime/power_watch.h"
+#include "driver/power_watch.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace ctn::runtime {
+namespace ctn::driver {
 namespace {
 
 constexpr double kSameRatio = 1e-3;
@@ -83,4 +83,4 @@ std::optional<PowerChange> PowerWatch::look(const os::PowerState& now) {
   return change;
 }
 
-}  // namespace ctn::runtime
+}  // namespace ctn::driver

@@ -1,5 +1,5 @@
 // How a session follows what changes, in virtual time: the whole runtime, every figure exact.
-#include "runtime/adaptation.h"
+#include "runtime/housekeeping.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -38,10 +38,10 @@ objective:
 scheduler: { bootstrap: 1s, replan: 1000s }
 )";
 
-class AdaptationTest : public ::testing::Test {
+class HousekeepingTest : public ::testing::Test {
  protected:
-  AdaptationTest() { fake.share_cpus(true); }
-  ~AdaptationTest() override { std::remove(path.c_str()); }
+  HousekeepingTest() { fake.share_cpus(true); }
+  ~HousekeepingTest() override { std::remove(path.c_str()); }
 
   void open(graph::App app, int cpus) {
     std::remove(path.c_str());
@@ -77,7 +77,7 @@ class AdaptationTest : public ::testing::Test {
   }
 
   // Its own file for each process: tests run beside each other.
-  const std::string path = testing::TempDir() + "catan_adaptation_" + std::to_string(::getpid()) + ".catan";
+  const std::string path = testing::TempDir() + "catan_housekeeping_" + std::to_string(::getpid()) + ".catan";
   os::FakeOs fake{os::fake_topology(2)};
   std::map<std::string, Nanos> costs{{"fast", milliseconds{4}}, {"slow", milliseconds{10}}};
   std::function<Nanos(const std::string&)> cost = [this](const std::string& node) { return costs.at(node); };
@@ -85,7 +85,7 @@ class AdaptationTest : public ::testing::Test {
   std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
 
-TEST_F(AdaptationTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
+TEST_F(HousekeepingTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
   open(parse(kTwoLoops), 1);
   pass(seconds{5});
   costs["fast"] = milliseconds{8};
@@ -104,7 +104,7 @@ TEST_F(AdaptationTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
   EXPECT_EQ(changes[0].after, milliseconds{8});
 }
 
-TEST_F(AdaptationTest, NoiseAndSpikesAreNotPlannedFor) {
+TEST_F(HousekeepingTest, NoiseAndSpikesAreNotPlannedFor) {
   std::uint64_t run = 0;
   cost = [&](const std::string& node) {
     ++run;
@@ -118,7 +118,7 @@ TEST_F(AdaptationTest, NoiseAndSpikesAreNotPlannedFor) {
   finished();
 }
 
-TEST_F(AdaptationTest, AStormOfChangesMakesNoStormOfPlans) {
+TEST_F(HousekeepingTest, AStormOfChangesMakesNoStormOfPlans) {
   open(parse(R"(
 catan: 1
 app: quick
@@ -157,7 +157,7 @@ os::PowerState clocked(long khz) {
   return state;
 }
 
-TEST_F(AdaptationTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
+TEST_F(HousekeepingTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
   fake.set_power_state(clocked(2000000));
   open(parse(kTwoLoops), 1);
   pass(seconds{5});
@@ -175,7 +175,7 @@ TEST_F(AdaptationTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
 }
 
 // What the kernel's fair server does, by a thread above all of ours: 50 ms in each second.
-TEST_F(AdaptationTest, WhatTheKernelTakesIsRecorded) {
+TEST_F(HousekeepingTest, WhatTheKernelTakesIsRecorded) {
   open(parse(kTwoLoops), 1);
   const std::unique_ptr<os::Thread> server = fake.spawn("server", [this] {
     ASSERT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{0}).ok());
@@ -207,7 +207,7 @@ objective:
 scheduler: { bootstrap: 1s }
 )";
 
-TEST_F(AdaptationTest, KindsOfCoresAreMeasuredApart) {
+TEST_F(HousekeepingTest, KindsOfCoresAreMeasuredApart) {
   // What the app says of the little core is not true: it is four times as slow.
   cost = [this](const std::string& node) { return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1); };
   open(parse(kBigAndLittle), 2);
@@ -220,20 +220,47 @@ TEST_F(AdaptationTest, KindsOfCoresAreMeasuredApart) {
   EXPECT_NEAR(plan.subchains[1].execution.count(), 40.0, 1e-6);
 }
 
-TEST_F(AdaptationTest, ABigCoreThatGoesLeavesTheLittleOne) {
-  cost = [this](const std::string& node) { return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1); };
+TEST_F(HousekeepingTest, ABigCoreThatGoesLeavesTheLittleOne) {
+  struct Begun {
+    std::string node;
+    TimePoint at;
+    int cpu;
+  };
+  std::vector<Begun> begun;
+  cost = [&](const std::string& node) {
+    begun.push_back({node, fake.now(), fake.current_cpu()});
+    return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1);
+  };
   open(parse(kBigAndLittle), 2);
   pass(seconds{5});
   fake.set_cpu_online(0, false);
+  const TimePoint went = fake.now();
   pass(seconds{5});
   const record::Reader reader = finished();
   const std::vector<record::PlanChange> plans = *reader.plans();
   const auto gone = std::find_if(plans.begin(), plans.end(), [](const auto& plan) { return plan.reason == "cpus"; });
   ASSERT_NE(gone, plans.end());
-  EXPECT_GT(reader.plans()->size(), 2U);
+  EXPECT_LE(gone->at - went, milliseconds{200}) << "a look every 100 ms";
+
+  // The last plan is for one core, which is the little one, with what runs cost there.
+  const plan::Plan last = *plan::from_json(plans.back().json, reader.app(), "plan");
+  ASSERT_EQ(last.cores.size(), 1U);
+  for (const plan::SubchainPlan& subchain : last.subchains) EXPECT_EQ(subchain.cores, std::vector<int>{0});
+  EXPECT_NEAR(last.subchains[0].slice.count() / last.subchains[0].share, 16.0, 1e-6);
+  EXPECT_NEAR(last.subchains[1].slice.count() / last.subchains[1].share, 40.0, 1e-6);
+
+  // And that is where runs are: both nodes go on there.
+  std::map<std::string, int> runs;
+  for (const Begun& run : begun) {
+    if (run.at <= went) continue;  // at that instant it was still there
+    EXPECT_EQ(run.cpu, 1) << run.node;
+    ++runs[run.node];
+  }
+  EXPECT_GE(runs["fast"], 40);
+  EXPECT_GE(runs["slow"], 10);
 }
 
-TEST_F(AdaptationTest, KindsOfCoresThatAreNotTheSessionsCpusAreRefused) {
+TEST_F(HousekeepingTest, KindsOfCoresThatAreNotTheSessionsCpusAreRefused) {
   const auto made = Engine::create(
       parse(kBigAndLittle), fake,
       {.policy = *policy::make_policy("catan"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});

@@ -1,0 +1,142 @@
+// When a plan is made, what it is made from, and what comes into force: the one loop that the runtime (in a thread) and
+// the simulator (in virtual time) both turn. What it needs of the world it asks a PlanningHost.
+//
+// How a run's CPU time becomes a plan, in one direction:
+//   ran()     the run is weighed (one that hung alone says nothing), and estimated by node, mode and kind of core
+//   plan()    where a plan is due: the estimates become costs, the costs a decision, if it is worth a change
+//   adopt()   what was decided comes into force: PlanningHost::in_force()
+//
+// A plan is due at the end of the bootstrap, every `replan`, and at once when compute times, power, clock limits or
+// CPUs have changed (policy/replan.h), within a budget of CPU time (policy/planning_budget.h).
+//
+// Units: in the types. Thread safety: none; one owner at a time. It reads no clock.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "driver/power_watch.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "os/os.h"
+#include "policy/cpu_kinds.h"
+#include "policy/hung_runs.h"
+#include "policy/measured_costs.h"
+#include "policy/policy.h"
+#include "policy/replan.h"
+#include "record/events.h"
+
+namespace ctn::driver {
+
+// How often the loop is to be turned: often enough that changes are answered at once, and that nothing overflows that
+// is gathered in between.
+constexpr Nanos kPlanningTurn = std::chrono::milliseconds{50};
+
+// What a plan took to make: CPU time of who made it, and time.
+struct PlanningTime {
+  Nanos cpu{0};
+  Nanos elapsed{0};
+};
+// Calls what it is given, and says what that took.
+using PlanningTimer = std::function<PlanningTime(const std::function<void()>& plan)>;
+
+struct PlanningOptions {
+  std::shared_ptr<const policy::Policy> policy;
+  os::CpuSet cpus;                                // that were given; policy::CpuKinds::fits() them
+  double slack = 0.0;                             // a fraction of a core
+  bool stealing = true;                           // false: nobody steals, whatever the app says
+  bool replan = true;                             // false: the first plan that rests on measurements stays
+  std::optional<graph::FrameMode> frames{};       // in place of the app's
+  std::optional<model::CostTable> known_costs{};  // for policies that decide once, by such
+  PlanningTimer timer;
+};
+
+// The world, as the loop sees it. It is called in plan() and adopt(), by who called these.
+class PlanningHost {
+ public:
+  virtual ~PlanningHost() = default;
+
+  // Errors: they cannot be told; nothing changes then.
+  virtual Result<os::CpuSet> online_cpus() = 0;
+  virtual os::PowerState power_state() = 0;
+
+  // `decision` replaces the one before it: whoever carries it out is to be told. Its cores are those that were given.
+  virtual void in_force(const policy::Decision& decision, policy::PlanReason reason) = 0;
+  // Of the CPUs that were given, these are left; what is in force takes account of it.
+  virtual void cpus_changed(const os::CpuSet& cpus) = 0;
+  // What a user should hear of: a plan that could not be made, power or CPUs that have changed.
+  virtual void notice(const std::string& kind, const std::string& detail) = 0;
+};
+
+class PlanningLoop {
+ public:
+  // `app` outlives it.
+  PlanningLoop(const graph::App& app, PlanningOptions options);
+
+  // --- before the first turn ---
+  // Errors: a policy that needs costs and has none; the policy's own.
+  Status decide_first();
+  // The same where the decision is given.
+  void begin_with(policy::Decision decision);
+  // The app starts: the first decision is in force.
+  void begin(TimePoint start, PlanningHost& host);
+
+  // --- what happened ---
+  // A run has ended; runs of a node in their order. Where it shows that the node's compute time has changed for good:
+  // from what to what.
+  std::optional<record::CostChange> ran(const record::Run& run);
+  // A run of the subchain was taken to hang at that time. To be told before that run is.
+  void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
+
+  // --- a turn ---
+  // Looks at what has changed, and plans if that is due. True: a plan was made or tried, whatever became of it.
+  bool plan(TimePoint now, PlanningHost& host);
+  // What plan() decided comes into force.
+  void adopt(PlanningHost& host);
+  // The same of a decision that was made elsewhere.
+  void adopt(policy::Decision decision, policy::PlanReason reason, PlanningHost& host);
+
+  // What a policy is asked with. Good until the loop's next turn, and as long as the tables.
+  policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const;
+
+  bool adapts() const { return options_.policy->adapts(); }
+  const policy::Decision& decision() const { return decision_; }  // in force
+  const os::CpuSet& cpus() const { return online_; }              // that are planned for
+  double slack() const { return options_.slack; }                 // the plan's, where there is one
+  const policy::PlanningBudget& budget() const { return clock_.budget(); }
+  std::uint64_t cost_changes() const { return cost_changes_; }
+
+ private:
+  bool look_at_cpus(TimePoint now, PlanningHost& host);
+  void look_at_power(TimePoint now, PlanningHost& host);
+  std::optional<policy::PlanReason> due(TimePoint now, PlanningHost& host);
+  void plan_anew(policy::PlanReason why, PlanningHost& host);
+  policy::Assignment on_given_cores(policy::Assignment assignment) const;
+
+  const graph::App& app_;
+  PlanningOptions options_;
+  policy::CpuKinds kinds_;
+  os::CpuSet online_;      // of the CPUs that were given
+  graph::App app_online_;  // the app on these alone
+  policy::MeasuredCosts measured_;
+  policy::HungRuns hung_runs_;
+  policy::ReplanClock clock_;
+  PowerWatch power_;
+  TimePoint next_look_at_cpus_{};
+  TimePoint next_look_at_power_{};
+  policy::Decision decision_;
+  std::uint64_t cost_changes_ = 0;
+  bool cost_changed_ = false;  // since the last turn
+  bool cpus_changed_ = false;  // and that is not adopted yet
+  bool plan_failed_ = false;   // and that was told
+
+  // Made, and soon in force.
+  std::optional<policy::Decision> next_;
+  policy::PlanReason next_reason_ = policy::PlanReason::kStatic;
+};
+
+}  // namespace ctn::driver

@@ -1,0 +1,96 @@
+#include "plan/predicted_means.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <utility>
+
+namespace ctn::plan {
+
+PredictedMeans::PredictedMeans(const graph::App& app, TimePoint from) : app_(app), from_(from) {
+  for (const graph::Term& term : app.objective) {
+    if (term.metric == graph::Metric::kResponseTime) paths_.push_back(&term.path);
+  }
+  past_.chains.resize(paths_.size());
+  past_.rates.resize(app.graph.nodes().size());
+}
+
+void PredictedMeans::Mean::add(std::optional<double> value, double seconds) {
+  if (!value) return;
+  sum += seconds * *value;
+  weight += seconds;
+}
+
+Predictions PredictedMeans::figures_of(const Plan& plan) const {
+  Predictions figures;
+  figures.plans = 1;
+  figures.objective = plan.expected ? plan.expected->objective : plan.objective;
+  figures.relax_factor = plan.relax_factor;
+  figures.chains.resize(paths_.size());
+  for (std::size_t index = 0; index < std::min(paths_.size(), plan.chains.size()); ++index) {
+    const ChainPlan& chain = plan.chains[index];
+    if (chain.path != *paths_[index]) continue;
+    const Expectation::Chain shown =
+        plan.expected ? plan.expected->chains[index] : Expectation::Chain{chain.response, chain.latency, chain.period};
+    figures.chains[index] = {shown.response.count(), shown.latency.count(), shown.period.count(),
+                             chain.response.count()};
+  }
+  figures.rate_hz.resize(app_.graph.nodes().size());
+  for (std::size_t node = 0; node < figures.rate_hz.size(); ++node) {
+    const std::optional<SubchainId> subchain = app_.graph.nodes()[node].subchain;
+    if (!subchain || subchain->index() >= plan.subchains.size()) continue;
+    const std::size_t index = subchain->index();
+    const Millis period = plan.expected ? plan.expected->subchains[index].period : plan.subchains[index].period;
+    if (period > Millis{0}) figures.rate_hz[node] = Rate::every(period).hertz();
+  }
+  if (!app_.graph.subchains().empty()) {
+    figures.source_hz = figures.rate_hz[app_.graph.subchains().front().nodes.front().index()];
+  }
+  return figures;
+}
+
+void PredictedMeans::in_force(TimePoint since, const Plan& plan) {
+  add_current(past_, since);
+  current_ = figures_of(plan);
+  current_since_ = since;
+}
+
+void PredictedMeans::add_current(Means& means, TimePoint end) const {
+  const TimePoint begin = std::max(current_since_, from_);
+  if (!current_ || end <= begin) return;
+  const double seconds = std::chrono::duration<double>(end - begin).count();
+  ++means.plans;
+  means.objective.add(current_->objective, seconds);
+  means.relax_factor = std::max(means.relax_factor, current_->relax_factor);
+  for (std::size_t index = 0; index < means.chains.size(); ++index) {
+    const std::optional<ChainPrediction>& chain = current_->chains[index];
+    if (!chain) continue;
+    means.chains[index].response.add(chain->response_ms, seconds);
+    means.chains[index].latency.add(chain->latency_ms, seconds);
+    means.chains[index].period.add(chain->period_ms, seconds);
+    means.chains[index].promised.add(chain->promised_response_ms, seconds);
+  }
+  for (std::size_t node = 0; node < means.rates.size(); ++node) means.rates[node].add(current_->rate_hz[node], seconds);
+}
+
+Predictions PredictedMeans::until(TimePoint end) const {
+  Means means = past_;
+  add_current(means, end);
+  Predictions result;
+  result.plans = means.plans;
+  result.objective = means.objective.value();
+  result.relax_factor = means.relax_factor;
+  for (const ChainMeans& chain : means.chains) {
+    const std::optional<double> response = chain.response.value();
+    result.chains.push_back(response ? std::optional(ChainPrediction{*response, *chain.latency.value(),
+                                                                     *chain.period.value(), *chain.promised.value()})
+                                     : std::nullopt);
+  }
+  for (const Mean& rate : means.rates) result.rate_hz.push_back(rate.value());
+  if (!app_.graph.subchains().empty()) {
+    result.source_hz = result.rate_hz[app_.graph.subchains().front().nodes.front().index()];
+  }
+  return result;
+}
+
+}  // namespace ctn::plan

@@ -1,0 +1,105 @@
+// What an app's runs come to, live, simulated and afterwards: chains of the objective, nodes. A figure counts if all
+// that it spans lies in the interval that is measured.
+//
+// `Samples` is where durations go, each by add(Nanos): all of them, the newest, or counts.
+//
+// Units: Nanos. Thread safety: none; one owner. Memory: that of the samples, and of record/lineage.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "base/time.h"
+#include "graph/app.h"
+#include "record/events.h"
+#include "record/lineage.h"
+
+namespace ctn::record {
+
+struct Interval {
+  TimePoint begin;
+  TimePoint end = kNever;
+
+  bool holds(TimePoint from, TimePoint to) const { return from >= begin && to <= end; }
+};
+
+template <class Samples>
+struct MeasuredChain {
+  const graph::Term* term;  // of the objective
+  Samples response;
+  Samples latency;
+  Samples period;
+  std::uint64_t over_bound = 0;  // response times above the term's
+};
+
+template <class Samples>
+struct MeasuredNode {
+  std::uint64_t runs = 0;
+  std::uint64_t outputs = 0;  // runs that emitted
+  Nanos cpu{0};               // of all runs
+  Samples period;             // between the ends of consecutive runs
+  Samples compute;            // CPU time of a run
+};
+
+template <class Samples>
+class RunMetrics {
+ public:
+  // `app` outlives it.
+  RunMetrics(const graph::App& app, Interval interval)
+      : interval_(interval), nodes_(app.graph.nodes().size()), tracks_(nodes_.size()) {
+    for (const graph::Term& term : app.objective) {
+      if (term.metric != graph::Metric::kResponseTime) continue;
+      for (const NodeId node : term.path) tracks_[node.index()].chains.push_back(chains_.size());
+      chains_.push_back({&term, {}, {}, {}});
+      trackers_.emplace_back(app.graph, term.path);
+    }
+  }
+
+  // A run has ended; each after those that it consumed.
+  void add(const Run& run) {
+    add_to_node(run);
+    for (const std::size_t chain : tracks_[run.node.index()].chains) {
+      for (const ChainSample& sample : trackers_[chain].add(run)) add_to_chain(chains_[chain], sample);
+    }
+  }
+
+  const std::vector<MeasuredChain<Samples>>& chains() const { return chains_; }  // in the order of the objective
+  const MeasuredNode<Samples>& node(NodeId node) const { return nodes_[node.index()]; }
+
+ private:
+  struct Track {
+    std::vector<std::size_t> chains;  // that the node is in
+    std::optional<TimePoint> last_end;
+  };
+
+  void add_to_node(const Run& run) {
+    MeasuredNode<Samples>& node = nodes_[run.node.index()];
+    std::optional<TimePoint>& last_end = tracks_[run.node.index()].last_end;
+    if (last_end && interval_.holds(*last_end, run.end)) node.period.add(run.end - *last_end);
+    last_end = run.end;
+    if (!interval_.holds(run.begin, run.end)) return;
+    ++node.runs;
+    node.outputs += run.emitted ? 1U : 0U;
+    node.cpu += run.cpu;
+    node.compute.add(run.cpu);
+  }
+
+  void add_to_chain(MeasuredChain<Samples>& chain, const ChainSample& sample) {
+    if (interval_.holds(sample.begin, sample.end)) chain.latency.add(sample.latency);
+    if (sample.response && interval_.holds(sample.end - *sample.response, sample.end)) {
+      chain.response.add(*sample.response);
+      if (chain.term->max.value_or(Nanos{0}) > Nanos{0} && *sample.response > *chain.term->max) ++chain.over_bound;
+    }
+    if (sample.period && interval_.holds(sample.end - *sample.period, sample.end)) chain.period.add(*sample.period);
+  }
+
+  Interval interval_;
+  std::vector<MeasuredChain<Samples>> chains_;
+  std::vector<ChainTracker> trackers_;  // by chain
+  std::vector<MeasuredNode<Samples>> nodes_;
+  std::vector<Track> tracks_;  // by NodeId
+};
+
+}  // namespace ctn::record

@@ -1,0 +1,91 @@
+// Gathers what nodes and controllers reported, and hands it on, each run to three: the record, the measurements that
+// snapshots show, and the planning loop.
+//
+// How it gathers: it drains the rings of successors before those of their predecessors, then hands the runs on in the
+// other order. A node reports a run before its successors can consume it, so whatever a run consumed has been handed on
+// before the run itself.
+//
+// Units: in the types. Thread safety: none; the housekeeping thread's (housekeeping.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "driver/planning_loop.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "record/events.h"
+#include "record/writer.h"
+#include "runtime/controller.h"
+#include "runtime/measurements.h"
+#include "runtime/membership.h"
+#include "runtime/node_link.h"
+#include "runtime/notices.h"
+#include "runtime/report_check.h"
+#include "runtime/starvation.h"
+
+namespace ctn::runtime {
+
+// Values that were lost on their way between nodes, by edge name ("scan -> GL").
+using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>()>;
+
+// Where what happened goes. References outlive the collector.
+struct Collecting {
+  Links& links;
+  const std::vector<std::unique_ptr<Controller>>& controllers;
+  Membership& members;
+  Measurements& measurements;
+  Notices& notices;
+  Dropped dropped;                         // may be empty
+  std::unique_ptr<record::Writer> writer;  // null: nothing is recorded
+};
+
+class Collector : private ReportSink {
+ public:
+  // `app` and `loop` outlive it.
+  Collector(const graph::App& app, os::Os& os, Collecting from, driver::PlanningLoop& loop);
+
+  // All that was reported since the last call.
+  void gather();
+  // A plan came into force.
+  void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
+
+  // Says what was lost, how often dispatchers were flooded, and what the kernel took. About once a second.
+  void note_losses();
+  void note_floods();
+  void judge_starvation();
+  bool starvation_waits() const { return starvation_.waits(); }
+
+  // Writes what was recorded. About once a second.
+  void flush();
+  // Closes the record. Errors: the writer's.
+  Status close();
+
+ private:
+  void triggered(const record::Trigger& trigger) override;
+  void slot_over(const record::SlotUse& slot) override;
+  void stole(const record::Steal& steal) override;
+  void hang_changed(SubchainId subchain, bool began, TimePoint at) override;
+  void woke_late(int cpu, TimePoint due, TimePoint woke) override;
+
+  void hand_on(std::vector<record::Run>& runs, TimePoint now);
+  void write_notices();
+
+  const graph::App& app_;
+  os::Os& os_;
+  Collecting from_;
+  driver::PlanningLoop& loop_;
+  ReportCheck check_;
+  std::vector<std::vector<record::Run>> gathered_;  // by position in the topological order, reused
+  Starvation starvation_;
+  std::uint64_t losses_noted_ = 0;
+  std::uint64_t floods_noted_ = 0;
+  bool record_failed_ = false;
+};
+
+}  // namespace ctn::runtime

@@ -1,0 +1,70 @@
+// The threads at the dispatcher level: spawned behind a gate, placed, let go together, and stopped.
+//
+// Thread safety: publish(), place_anew() and all() by the housekeeping thread while it runs; else one thread, which
+// starts and stops the session.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "runtime/controller.h"
+#include "runtime/enforcer.h"
+#include "runtime/node_link.h"
+#include "runtime/region.h"
+
+namespace ctn::runtime {
+
+using Controllers = std::vector<std::unique_ptr<Controller>>;
+
+class ControllerThreads {
+ public:
+  // `cpus`: those that were given, one core thread each. References outlive it.
+  ControllerThreads(const graph::App& app, os::Os& os, Enforcer& enforcer, const Region& region, const Links& links,
+                    os::CpuSet cpus);
+  ~ControllerThreads() { stop(); }
+  ControllerThreads(const ControllerThreads&) = delete;
+  ControllerThreads& operator=(const ControllerThreads&) = delete;
+
+  // One a subchain and, where cores may be `shared`, one a core. They wait at the gate until go() or stop().
+  // Precondition: an assignment was published.
+  void spawn(bool shared);
+  // Errors: a CPU that cannot be had.
+  Status place(os::Level level);
+  void go();
+  // They end, those at the gate without having begun.
+  void stop();
+
+  // What they carry out from now on.
+  void publish(Assignment assignment);
+  // Of the CPUs that were given, these are left.
+  void place_anew(const os::CpuSet& online);
+
+  // Between holders, a subchain's state can be taken out and put back (assignment_board.h).
+  Handover& handover(SubchainId subchain) { return controls_.handovers[subchain.index()]; }
+  const Controllers& all() const { return controllers_; }
+
+ private:
+  os::CpuSet cpus_of(std::size_t controller, const os::CpuSet& online) const;
+
+  const graph::App& app_;
+  os::Os& os_;
+  Enforcer& enforcer_;
+  const os::CpuSet cpus_;
+  const std::vector<SubchainLinks> subchains_;
+  Controls controls_;
+  Controllers controllers_;  // subchains, then cores
+  std::vector<os::ThreadId> ids_;
+  std::vector<std::unique_ptr<os::Thread>> threads_;
+  std::atomic<std::uint32_t> ready_{0};
+  enum Gate : std::uint32_t { kClosed, kOpen, kAbandoned };
+  std::atomic<std::uint32_t> gate_{kClosed};
+};
+
+}  // namespace ctn::runtime

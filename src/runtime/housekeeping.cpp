@@ -1,0 +1,153 @@
+#include "runtime/housekeeping.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace ctn::runtime {
+namespace {
+
+// Rings of 4096 reports hold what even a 10 kHz node says in between.
+constexpr Nanos kTurn = driver::kPlanningTurn;
+constexpr Nanos kFlushEvery = std::chrono::seconds{1};
+
+}  // namespace
+
+Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
+                           ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop)
+    : app_(app),
+      os_(os),
+      region_(region),
+      enforcer_(enforcer),
+      controllers_(controllers),
+      links_(from.links),
+      members_(from.members),
+      measurements_(from.measurements),
+      notices_(from.notices),
+      cpus_(loop.cpus()),
+      loop_(std::move(loop)),
+      collector_(app, os, std::move(from), loop_),
+      paced_(app.graph.subchains().size(), false) {}
+
+void Housekeeping::begin(TimePoint start) { loop_.begin(start, *this); }
+
+void Housekeeping::pace_members() {
+  for (std::size_t index = 0; index < paced_.size(); ++index) {
+    paced_[index] = members_.has_all_of(app_.graph.subchains()[index]);
+  }
+  publish();
+}
+
+void Housekeeping::start() {
+  thread_ = os_.spawn("catan-house", [this] { run(); });
+}
+
+void Housekeeping::run() {
+  TimePoint next_flush = os_.now() + kFlushEvery;
+  while (!stopping_.load(std::memory_order_acquire)) {
+    const std::uint32_t seen = wakes_.load(std::memory_order_acquire);
+    if (stopping_.load(std::memory_order_acquire)) break;
+    os_.wait(wakes_, seen, os_.now() + kTurn);
+    turn(next_flush);
+  }
+}
+
+void Housekeeping::turn(TimePoint& next_flush) {
+  collector_.gather();
+  const TimePoint now = os_.now();
+  settle_members();
+  if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
+  loop_.adopt(*this);
+  const bool time_to_flush = now >= next_flush;
+  if (time_to_flush || collector_.starvation_waits()) collector_.judge_starvation();
+  if (time_to_flush) {
+    next_flush = now + kFlushEvery;
+    collector_.note_losses();
+    collector_.note_floods();
+    collector_.flush();
+  }
+  notices_.deliver();
+}
+
+void Housekeeping::wake() {
+  wakes_.fetch_add(1, std::memory_order_release);
+  os_.wake(wakes_);
+}
+
+void Housekeeping::stop() {
+  if (!thread_) return;
+  stopping_.store(true, std::memory_order_release);
+  wake();
+  thread_->join();
+  thread_.reset();
+}
+
+Status Housekeeping::finish() {
+  collector_.gather();
+  collector_.note_losses();
+  collector_.judge_starvation();
+  notices_.deliver();
+  return collector_.close();
+}
+
+void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
+  publish();
+  if (decision.plan) collector_.plan_in_force(*decision.plan, reason);
+}
+
+// Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
+void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
+  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+    if (!app_.graph.nodes()[index].unscheduled) continue;
+    links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_.move_now(thread, cpus); });
+  }
+  controllers_.place_anew(cpus);
+}
+
+// What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go
+// on if the scheduler is gone.
+void Housekeeping::publish() {
+  const policy::Decision& decision = loop_.decision();
+  Assignment assignment = decision.assignment;
+  leave_out_absent(assignment, paced_);
+  for (std::size_t index = 0; index < assignment.places.size(); ++index) {
+    const policy::SubchainPlace& place = assignment.places[index];
+    const Nanos period = place.core < 0 ? place.pacing.period : to_nanos(decision.plan->subchains[index].period);
+    SignalCell& signal = region_.signal(SubchainId(index));
+    signal.period.store(period.count(), std::memory_order_relaxed);
+    signal.threads.store(place.threads, std::memory_order_relaxed);
+  }
+  controllers_.publish(std::move(assignment));
+}
+
+void Housekeeping::settle_members() {
+  Membership::Change change = members_.settle(paced_);
+  for (const SubchainId id : change.left) paced_[id.index()] = false;
+  std::erase_if(change.back, [&](SubchainId id) { return !clear_for_return(id); });
+  for (const SubchainId id : change.back) paced_[id.index()] = true;
+  if (!change.left.empty() || !change.back.empty()) publish();
+  for (const SubchainId id : change.back) {
+    notices_.add("subchain", fmt::format("subchain {} is whole: it is paced", app_.graph.subchain(id).name));
+  }
+}
+
+// False: whoever held it has not let go yet. What was under way when it was left counts as ended. While this process
+// was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has ended: the next number
+// is beyond that, since a node does not see a trigger of the number that it is at.
+bool Housekeeping::clear_for_return(SubchainId subchain) {
+  Handover& handover = controllers_.handover(subchain);
+  std::optional<dispatch::RunState> state = handover.take();
+  if (!state) return false;
+  constexpr std::uint64_t kAhead = 8;
+  constexpr std::uint64_t kMostAlone = 1U << 30;  // more is what nobody of ours has written
+  const std::uint64_t ended = region_.signal(subchain).completed.load(std::memory_order_seq_cst);
+  if (ended > state->sent && ended - state->sent < kMostAlone) state->sent = ended;
+  state->sent += kAhead;
+  state->completed = state->sent;
+  state->hanging = false;
+  region_.signal(subchain).completed.store(state->sent, std::memory_order_seq_cst);
+  handover.put(*state);
+  return true;
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,83 @@
+// The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it gathers what was reported
+// (collector.h), settles who is there (membership.h), turns the planning loop (driver/planning_loop.h), delivers
+// notices and writes the record. Nothing on the hot path ever waits for it.
+//
+// All that this class holds is its thread's from start() to stop(), and before and after its caller's, who is one.
+// Other threads only wake() it; what they tell it lies in Membership and Notices, what they read in Measurements.
+//
+// Units: in the types. Thread safety: wake() from any thread; the rest as above.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/result.h"
+#include "driver/planning_loop.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "runtime/collector.h"
+#include "runtime/controller_threads.h"
+#include "runtime/enforcer.h"
+#include "runtime/membership.h"
+#include "runtime/region.h"
+
+namespace ctn::runtime {
+
+class Housekeeping : private driver::PlanningHost {
+ public:
+  // `loop` has decided. References outlive it.
+  Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
+               ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
+  ~Housekeeping() { stop(); }
+  Housekeeping(const Housekeeping&) = delete;
+  Housekeeping& operator=(const Housekeeping&) = delete;
+
+  // The first decision is in force: it is published and recorded.
+  void begin(TimePoint start);
+  // Whoever is there now is paced. Before controllers run.
+  void pace_members();
+  void start();
+  // It takes its turn at once.
+  void wake();
+  void stop();
+  // After stop(), once all nodes have ended: gathers the rest, closes the record. Errors: the first of the record.
+  Status finish();
+
+  const policy::Decision& decision() const { return loop_.decision(); }  // not while the thread runs
+
+ private:
+  // --- driver::PlanningHost ---
+  Result<os::CpuSet> online_cpus() override { return os_.online_cpus(); }
+  os::PowerState power_state() override { return os_.power_state(cpus_); }
+  void in_force(const policy::Decision& decision, policy::PlanReason reason) override;
+  void cpus_changed(const os::CpuSet& cpus) override;
+  void notice(const std::string& kind, const std::string& detail) override { notices_.add(kind, detail); }
+
+  void run();
+  void turn(TimePoint& next_flush);
+  void publish();
+  void settle_members();
+  bool clear_for_return(SubchainId subchain);
+
+  const graph::App& app_;
+  os::Os& os_;
+  const Region& region_;
+  Enforcer& enforcer_;
+  ControllerThreads& controllers_;
+  Links& links_;
+  Membership& members_;
+  Measurements& measurements_;
+  Notices& notices_;
+  const os::CpuSet cpus_;  // that were given
+  driver::PlanningLoop loop_;
+  Collector collector_;
+  std::vector<bool> paced_;  // by subchain: all of its nodes are there, and a controller is to hold it
+
+  std::unique_ptr<os::Thread> thread_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<std::uint32_t> wakes_{0};
+};
+
+}  // namespace ctn::runtime

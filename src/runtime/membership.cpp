@@ -1,0 +1,154 @@
+#include "runtime/membership.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace ctn::runtime {
+
+Membership::Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices)
+    : app_(app),
+      os_(os),
+      region_(region),
+      links_(links),
+      notices_(notices),
+      members_(app.graph.nodes().size(), false),
+      broken_(app.graph.subchains().size(), false) {}
+
+void Membership::open(Enforcer& enforcer, Placement placement) {
+  const std::lock_guard lock(mutex_);
+  enforcer_ = &enforcer;
+  placement_ = std::move(placement);
+}
+
+bool Membership::has(NodeId node) const {
+  const std::lock_guard lock(mutex_);
+  return members_[node.index()];
+}
+
+bool Membership::has_all(const graph::Subchain& subchain) const {
+  return std::all_of(subchain.nodes.begin(), subchain.nodes.end(), [&](NodeId node) { return members_[node.index()]; });
+}
+
+bool Membership::has_all_of(const graph::Subchain& subchain) const {
+  const std::lock_guard lock(mutex_);
+  return has_all(subchain);
+}
+
+Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  const std::string& name = app_.graph.node(node).name;
+  if (!links_[node.index()]) {
+    return Error::caller(fmt::format("node {} is external", name), "join as another, or drop 'external: true'");
+  }
+  if (has(node)) {
+    return Error::caller(fmt::format("node {} is there already", name), "stop the program that runs it, or this one");
+  }
+  // Before any dispatcher knows of them: what is set is read back, and nobody else may set it in between.
+  std::vector<os::ThreadId> threads = links_[node.index()]->threads();
+  threads.push_back(thread);
+  for (const os::ThreadId each : threads) {
+    const Status placed = place(node, process, each);
+    if (placed) continue;
+    for (const os::ThreadId other : threads) enforcer_->release(other);
+    return placed;
+  }
+  const std::lock_guard lock(mutex_);
+  links_[node.index()]->add_thread(thread);
+  members_[node.index()] = true;
+  joined_.push_back(node);
+  return Done{};
+}
+
+Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  NodeLink& link = *links_[node.index()];
+  if (link.has(thread)) return Done{};
+  const Error no_room =
+      Error::caller(fmt::format("node {} has {} threads already", app_.graph.node(node).name, NodeCell::kMaxThreads),
+                    "use fewer threads");
+  if (link.threads().size() >= NodeCell::kMaxThreads) return no_room;
+  const bool joined = has(node);  // else it is placed when the node joins
+  if (joined) {
+    if (Status placed = place(node, process, thread); !placed) return placed;
+  }
+  if (!link.add_thread(thread)) {
+    if (joined) enforcer_->release(thread);
+    return no_room;
+  }
+  if (joined) tell_holder(node);
+  return Done{};
+}
+
+void Membership::remove_thread(NodeId node, os::ThreadId thread) {
+  links_[node.index()]->remove_thread(thread);
+  enforcer_->release(thread);
+}
+
+// Where its subchain is, or is to be: who shares a core waits in the background for its dispatcher, and who has joined
+// a subchain that is under way is given its place by whoever holds it.
+Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  const os::Level level = app_.graph.node(node).unscheduled ? placement_.unscheduled : placement_.scheduled;
+  return enforcer_->apply(thread, level, placement_.cpus, process);
+}
+
+void Membership::tell_holder(NodeId node) {
+  const std::optional<SubchainId> subchain = app_.graph.node(node).subchain;
+  if (!subchain) return;
+  const std::uint32_t holder = region_.signal(*subchain).listener.load(std::memory_order_seq_cst);
+  if (holder != 0 && holder <= region_.attentions()) region_.attention(holder - 1).nudge(os_);
+}
+
+bool Membership::leave(NodeId node, const std::string& why) {
+  NodeLink* const link = links_[node.index()].get();
+  bool expected = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!members_[node.index()]) return false;
+    members_[node.index()] = false;
+    expected = released_;
+    if (const auto subchain = app_.graph.node(node).subchain) broken_[subchain->index()] = true;
+  }
+  const std::vector<os::ThreadId> threads = link->threads();
+  link->remove_all_threads();
+  for (const os::ThreadId thread : threads) enforcer_->release(thread);
+  if (!expected) {
+    notices_.add("node-left",
+                 fmt::format("node {} is gone: {}{}", app_.graph.node(node).name, why, broken_chains(node)));
+  }
+  return true;
+}
+
+void Membership::release() {
+  const std::lock_guard lock(mutex_);
+  released_ = true;
+}
+
+std::string Membership::broken_chains(NodeId node) const {
+  std::string chains;
+  for (const graph::Term& term : app_.objective) {
+    if (term.metric != graph::Metric::kResponseTime) continue;
+    if (std::find(term.path.begin(), term.path.end(), node) == term.path.end()) continue;
+    chains += (chains.empty() ? "; broken until it is back: " : ", ") + app_.graph.path_name(term.path);
+  }
+  return chains;
+}
+
+Membership::Change Membership::settle(const std::vector<bool>& paced) {
+  Change change;
+  const std::lock_guard lock(mutex_);
+  for (std::size_t index = 0; index < paced.size(); ++index) {
+    const bool complete = has_all(app_.graph.subchains()[index]);
+    if (paced[index] && (!complete || broken_[index])) change.left.emplace_back(index);
+    if (!paced[index] && complete) change.back.emplace_back(index);
+    broken_[index] = false;
+  }
+  return change;
+}
+
+std::vector<NodeId> Membership::take_joined() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(joined_, {});
+}
+
+}  // namespace ctn::runtime

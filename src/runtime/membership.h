@@ -1,0 +1,84 @@
+// Who is there: nodes join with their first thread and may leave again, at any time. A subchain that misses one of its
+// nodes is left out, and nobody waits for it; the plan still has its place, so that the others' rates stay what they
+// are. Whoever plans and paces learns of it by settle() and take_joined().
+//
+// Thread safety: all calls from any thread that is not a node's or a dispatcher's; what it must keep together is under
+// its lock, which is not held while threads are placed or given back.
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "runtime/enforcer.h"
+#include "runtime/node_link.h"
+#include "runtime/notices.h"
+#include "runtime/region.h"
+
+namespace ctn::runtime {
+
+class Membership {
+ public:
+  // How threads of nodes are placed when they join.
+  struct Placement {
+    os::CpuSet cpus;
+    os::Level scheduled = os::Level::kOrdinary;
+    os::Level unscheduled = os::Level::kOrdinary;
+  };
+
+  // References outlive it. Until open(), threads may be named for nodes, but no node can join.
+  Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices);
+  // `enforcer` outlives its use: until release(), and all threads have been given back.
+  void open(Enforcer& enforcer, Placement placement);
+
+  // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
+  // cannot be had.
+  Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
+  // Another thread that works for the node. Errors: no room.
+  Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
+  // A thread that has ended, or works for it no more; it gets back what it had.
+  void remove_thread(NodeId node, os::ThreadId thread);
+  // With all its threads. `why`: for the notice. False: it was not there.
+  bool leave(NodeId node, const std::string& why);
+  // The session ends: nodes that leave from now on are no news.
+  void release();
+
+  // --- the housekeeping thread's ---
+  // All nodes of the subchain are there.
+  bool has_all_of(const graph::Subchain& subchain) const;
+  struct Change {
+    std::vector<SubchainId> left;  // of those that were paced: a node was missing, if only for a while
+    std::vector<SubchainId> back;  // of the others: all nodes are there
+  };
+  // Since it was last called. `paced`: by subchain.
+  Change settle(const std::vector<bool>& paced);
+  // Nodes that joined since it was last called.
+  std::vector<NodeId> take_joined();
+
+ private:
+  bool has(NodeId node) const;
+  bool has_all(const graph::Subchain& subchain) const;  // under the lock
+  Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
+  void tell_holder(NodeId node);
+  std::string broken_chains(NodeId node) const;
+
+  const graph::App& app_;
+  os::Os& os_;
+  const Region& region_;
+  Links& links_;
+  Notices& notices_;
+  // Set before the first node joins, which who reads them has seen under the lock.
+  Enforcer* enforcer_ = nullptr;
+  Placement placement_;
+
+  mutable std::mutex mutex_;    // guards what follows
+  std::vector<bool> members_;   // by node
+  std::vector<bool> broken_;    // by subchain: a node of it has left since it was last settled
+  std::vector<NodeId> joined_;  // since they were last taken
+  bool released_ = false;
+};
+
+}  // namespace ctn::runtime

@@ -1,0 +1,129 @@
+// A user's callback may do whatever a user may: no lock is held when it is called.
+#include "runtime/notices.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
+#include "policy/test_app.h"
+#include "runtime/scheduler.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TEST(Notices, AreToldInOrderAndKept) {
+  os::FakeOs fake{os::fake_topology(1)};
+  std::vector<std::string> told;
+  Notices notices(
+      fake, [&](const std::string& text) { told.push_back(text); }, true);
+  notices.add("a", "1");
+  notices.add("b", "2");
+  EXPECT_TRUE(told.empty()) << "nobody is called by who has something to say";
+  notices.deliver();
+  notices.deliver();
+  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
+  EXPECT_EQ(notices.newest(), told);
+  EXPECT_EQ(notices.take_unrecorded().size(), 2U);
+  EXPECT_TRUE(notices.take_unrecorded().empty());
+}
+
+TEST(Notices, WhatTheCallbackAddsIsToldToo) {
+  os::FakeOs fake{os::fake_topology(1)};
+  std::vector<std::string> told;
+  Notices* all = nullptr;
+  Notices notices(
+      fake,
+      [&](const std::string& text) {
+        told.push_back(text);
+        if (told.size() == 1) all->add("b", "2");
+      },
+      false);
+  all = &notices;
+  notices.add("a", "1");
+  notices.deliver();
+  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
+}
+
+TEST(Notices, WithoutACallbackTheNewestAreKept) {
+  os::FakeOs fake{os::fake_topology(1)};
+  Notices notices(fake, {}, false);
+  for (int number = 0; number < 1500; ++number) notices.add("n", std::to_string(number));
+  notices.deliver();
+  EXPECT_EQ(notices.newest().size(), 1000U);
+  EXPECT_EQ(notices.newest().back(), "n: 1499");
+}
+
+// Each of these takes the lock of somebody who has notices to add: the enforcer's when a level is refused, the
+// membership's when a node has left.
+TEST(Notices, TheCallbackMayCallTheSchedulerBack) {
+  const graph::App app = parse(R"(
+catan: 1
+app: pair
+nodes: { left: { fallback_rate: 20Hz }, right: { fallback_rate: 20Hz } }
+objective: [ { period: left, weight: 1 }, { period: right, weight: 1 } ]
+scheduler: { bootstrap: 500ms }
+)");
+  os::FakeOs fake{os::fake_topology(1)};
+  fake.share_cpus(true);
+  os::FaultyOs faulty(fake);
+  LocalRegion memory(app.graph, 1);
+  std::vector<std::string> told;
+  std::unique_ptr<Scheduler> scheduler;
+  std::atomic<std::int32_t> numbers[3] = {0, 0, 0};
+  std::atomic<bool> over{false};
+  const auto id = [&](int thread) { return os::ThreadId{numbers[thread].load()}; };
+  const auto on_notice = [&](const std::string& text) {
+    told.push_back(text);
+    EXPECT_FALSE(scheduler->snapshot().notices.empty());
+    if (text.starts_with("rates-only")) {
+      EXPECT_TRUE(scheduler->add_thread(NodeId(0), fake.current_process(), id(1)).ok()) << "adopts a thread";
+      EXPECT_TRUE(scheduler->join(NodeId(1), fake.current_process(), id(2)).ok()) << "registers a node";
+    } else if (text.starts_with("node-left: node right")) {
+      scheduler->remove_thread(NodeId(0), id(1));
+      EXPECT_TRUE(scheduler->join(NodeId(1), fake.current_process(), id(2)).ok()) << "registers it again";
+    }
+  };
+  SchedulerOptions options{
+      .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = on_notice};
+  scheduler = *Scheduler::create(app, faulty, std::move(options), os::CpuSet{0}, memory.region());
+  ASSERT_TRUE(scheduler->prepare().ok());
+  ASSERT_TRUE(scheduler->start().ok());
+
+  std::vector<std::unique_ptr<os::Thread>> threads;
+  for (std::atomic<std::int32_t>& number : numbers) {
+    threads.push_back(fake.spawn("node", [&] {
+      number.store(static_cast<std::int32_t>(fake.current_thread()));
+      while (!over.load()) fake.sleep_until(fake.now() + milliseconds{100});
+    }));
+  }
+  fake.sleep_until(fake.now() + milliseconds{10});
+  faulty.fail_next(os::Call::kSetLevel, 1, os::refused());
+  EXPECT_TRUE(scheduler->join(NodeId(0), fake.current_process(), id(0)).ok());
+  fake.sleep_until(fake.now() + seconds{1});
+  EXPECT_EQ(scheduler->threads(NodeId(0)), (std::vector<os::ThreadId>{id(0), id(1)}));
+  EXPECT_EQ(scheduler->threads(NodeId(1)), std::vector<os::ThreadId>{id(2)});
+  scheduler->leave(NodeId(1), "the test says so");
+  fake.sleep_until(fake.now() + seconds{1});
+  EXPECT_EQ(scheduler->threads(NodeId(0)), std::vector<os::ThreadId>{id(0)});
+  EXPECT_EQ(scheduler->threads(NodeId(1)), std::vector<os::ThreadId>{id(2)});
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_TRUE(told[0].starts_with("rates-only: ")) << told[0];
+
+  over.store(true);
+  for (const auto& thread : threads) thread->join();
+  scheduler->release();
+  EXPECT_TRUE(scheduler->finish().ok());
+}
+
+}  // namespace
+}  // namespace ctn::runtime
