@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "dispatch/standstill.h"
+
 namespace ctn::dispatch {
 namespace {
 
@@ -16,6 +18,7 @@ bool holds(const SharedCoreSchedule& schedule, SubchainId subchain) {
 
 SharedCoreDispatcher::SharedCoreDispatcher(TimePoint start, SharedCoreSchedule schedule, int core)
     : core_(core), schedule_(std::move(schedule)), now_(start), frame_due_(start), frame_start_(start) {
+  decision_.ask_at = kNever;
   slack_.set_slack(schedule_.slack);
   for (const SharedCoreSlot& slot : schedule_.slots) members_.emplace_back(slot);
 }
@@ -73,6 +76,7 @@ bool SharedCoreDispatcher::anyone_competes() const {
 
 void SharedCoreDispatcher::begin_decision(TimePoint now) {
   now_ = std::max(now_, now);
+  pass_over_standstill();
   decision_.levels.clear();
   decision_.triggers.clear();
   decision_.released.clear();
@@ -80,6 +84,12 @@ void SharedCoreDispatcher::begin_decision(TimePoint now) {
   decision_.slots.clear();
   decision_.steals.clear();
   decision_.hangs.clear();
+}
+
+void SharedCoreDispatcher::pass_over_standstill() {
+  if (!stood_still(decision_.ask_at, now_)) return;
+  busy_since_ = std::min(busy_since_ + (now_ - decision_.ask_at), now_);
+  for (SharedCoreMember& member : members_) member.watch_anew(now_);
 }
 
 void SharedCoreDispatcher::take_progress(std::span<const std::uint64_t> completed) {

@@ -32,6 +32,9 @@
 // Hang: a run under way for longer than `hang_after` is contained: active in its slots, elsewhere at the ordinary
 // level, and it does not steal.
 //
+// After a standstill (standstill.h) ordinary threads are owed no slack for it, and runs under way are watched for
+// hanging anew.
+//
 // A new schedule takes effect between two frames, in a decision by itself: `swapped`, after which the order of progress
 // is the new one. Members that stay keep runs, credit and rhythm. Those that are in it no more are released, with the
 // state of their runs; those that are new to it are absent until they are adopted, so that of two cores only one ever
@@ -128,6 +131,7 @@ class SharedCoreDispatcher {
   bool anyone_competes() const;
 
   void begin_decision(TimePoint now);
+  void pass_over_standstill();
   void take_progress(std::span<const std::uint64_t> completed);
   bool advance();
   bool cross_boundary();

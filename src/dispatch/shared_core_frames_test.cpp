@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "dispatch/shared_core_dispatcher.h"
 #include "dispatch/testing/shared_core_samples.h"
 #include "dispatch/testing/virtual_core.h"
@@ -331,6 +333,30 @@ TEST(Hang, IsContainedInItsSlot) {
   EXPECT_EQ(core.cpu_time(SubchainId(0), at(ms(100)), at(ms(2000))), ms(4 * 95)) << "not in the background either";
   EXPECT_NEAR(static_cast<double>(sent_at(core, 1).size()), 100, 4);
   EXPECT_NEAR(static_cast<double>(sent_at(core, 2).size()), 50, 4);
+}
+
+// A process that is stopped and goes on had all threads wait for a quarter of the time that it was stopped.
+TEST(Standstill, IsNotChargedAsSlack) {
+  SharedCoreDispatcher dispatcher(at(ms(0)), elastic({every(1, 0, ms(4))}));
+  dispatcher.adopt(SubchainId(0), {});
+  ASSERT_THAT(dispatcher.step(at(ms(0)), std::vector<std::uint64_t>{0}).triggers, SizeIs(1));
+  const auto& late = dispatcher.step(at(ms(1000)), std::vector<std::uint64_t>{1});
+  EXPECT_EQ(late.ask_at, at(ms(1001))) << "a fifth of the frame, as for its 4 ms";
+}
+
+TEST(Standstill, HasRunsWatchedAnew) {
+  auto schedule = elastic({every(1, 0, ms(4))});
+  schedule.slots[0].hang_after = ms(500);
+  SharedCoreDispatcher dispatcher(at(ms(0)), schedule);
+  dispatcher.adopt(SubchainId(0), {});
+  const std::vector<std::uint64_t> none{0};
+  ASSERT_THAT(dispatcher.step(at(ms(0)), none).triggers, SizeIs(1));
+  EXPECT_THAT(dispatcher.step(at(ms(1000)), none).hangs, IsEmpty()) << "nobody looked meanwhile";
+  EXPECT_LE(dispatcher.step(at(ms(1001)), none).ask_at, at(ms(1500)));
+  for (TimePoint now = at(ms(1001)); now < at(ms(1500)); now += ms(1)) {
+    ASSERT_THAT(dispatcher.step(now, none).hangs, IsEmpty());
+  }
+  EXPECT_THAT(dispatcher.step(at(ms(1500)), none).hangs, SizeIs(1)) << "a run that does hang is found";
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ SharedCoreMember::HangChange SharedCoreMember::take_progress(TimePoint now, std:
 
 TimePoint SharedCoreMember::hang_at() const {
   if (!present_ || !under_way() || state_.hanging || slot_.hang_after == Nanos{0}) return kNever;
-  return state_.triggered_at + slot_.hang_after;
+  return std::max(state_.triggered_at, watched_since_) + slot_.hang_after;
 }
 
 }  // namespace ctn::dispatch

@@ -66,6 +66,8 @@ class SharedCoreMember {
   enum class HangChange { kNone, kBegan, kEnded };
   // `completed` may claim anything: what was never sent has not ended, and what has ended stays so.
   HangChange take_progress(TimePoint now, std::uint64_t completed);
+  // Whoever watches was stopped until now: the run under way has all its time once more before it hangs.
+  void watch_anew(TimePoint now) { watched_since_ = now; }
   TimePoint hang_at() const;  // when the run under way will be taken to hang; kNever: not to be watched for
 
   Level level = Level::kOrdinary;
@@ -79,6 +81,7 @@ class SharedCoreMember {
   SharedCoreSlot slot_;
   bool present_ = false;
   bool put_off_ = false;  // in this frame: its rate cap allows no trigger yet
+  TimePoint watched_since_{};
   RunState state_;
 };
 

@@ -51,6 +51,7 @@ void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& de
 
 SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {
   assert(completed <= sent_);
+  if (stood_still(asked_for_, now)) progress_at_ = now;
   Decision decision;
   decision.ask_at = kNever;
   completed = std::max(completed, completed_);
@@ -77,6 +78,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   if (paced_by_output) decision.ask_on_completion = true;
   // Whoever hangs is watched for its end, to give it its level back.
   if (hanging_) decision.ask_on_completion = true;
+  asked_for_ = decision.ask_at;
   return decision;
 }
 

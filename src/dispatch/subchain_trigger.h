@@ -17,6 +17,8 @@
 // each run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than expected
 // let it go faster; an input that has to wait makes it go slower until none has to.
 //
+// After a standstill (standstill.h) a run under way is watched for hanging anew.
+//
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
@@ -24,6 +26,7 @@
 #include <optional>
 
 #include "base/time.h"
+#include "dispatch/standstill.h"
 
 namespace ctn::dispatch {
 
@@ -89,6 +92,7 @@ class SubchainTrigger {
   std::uint64_t completed_ = 0;
   TimePoint progress_at_;  // when a run last ended, or the first of those under way began
   bool hanging_ = false;
+  TimePoint asked_for_ = kNever;  // the next call
 };
 
 }  // namespace ctn::dispatch

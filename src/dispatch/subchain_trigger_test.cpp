@@ -125,6 +125,16 @@ TEST(SubchainTrigger, AnIdleSubchainNeverHangs) {
   EXPECT_EQ(driver.hangs, 0);
 }
 
+// The process was stopped while a run was under way: it had no chance to see its end.
+TEST(SubchainTrigger, WatchesRunsAnewAfterAStandstill) {
+  SubchainTrigger trigger(at(Nanos{0}), {milliseconds{10}, 1, milliseconds{500}});
+  ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+  const SubchainTrigger::Decision late = trigger.step(at(milliseconds{1000}), 0);
+  EXPECT_FALSE(late.hang_began);
+  EXPECT_EQ(late.ask_at, at(milliseconds{1500}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{1500}), 0).hang_began) << "one that does hang is found";
+}
+
 TEST(SubchainTrigger, ChangedPacingCountsFromTheLastTrigger) {
   SubchainTrigger trigger(at(Nanos{0}), {milliseconds{100}, 1, Nanos{0}});
   ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);

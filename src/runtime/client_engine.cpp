@@ -3,23 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
+
+#include "config/app_file.h"
 
 namespace ctn::runtime {
 namespace {
 
-constexpr Nanos kRedial = std::chrono::milliseconds{100};
-constexpr Nanos kLongestRedial = std::chrono::seconds{5};
-// Whether a server that was stopped goes on.
-constexpr Nanos kLookForLife = std::chrono::milliseconds{20};
 constexpr Nanos kFirstDial = std::chrono::milliseconds{20};
-// Where nothing says how often a subchain is to run.
-constexpr Nanos kUnknownPeriod = std::chrono::milliseconds{100};
-constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
-constexpr Nanos kLongestPeriod = std::chrono::seconds{100};
-// A run that has not ended after so many periods, and a second, has nobody left to end it.
-constexpr int kLostPeriods = 10;
-constexpr Nanos kLostAfter = std::chrono::seconds{1};
+// Whether a server that is away has raised a thread all the same, and for how long after it went away: as long as its
+// guardian waits for it.
+constexpr Nanos kLookForRaised = std::chrono::milliseconds{20};
+constexpr Nanos kLongestCall = std::chrono::seconds{10};
 
 Error another_app(const std::string& served, const std::string& wanted) {
   return Error::environment(fmt::format("the server schedules app {}, not {}", served, wanted),
@@ -35,7 +29,7 @@ Result<std::unique_ptr<ClientEngine>> ClientEngine::connect(os::Os& os, ClientEn
 }
 
 ClientEngine::ClientEngine(os::Os& os, ClientEngineOptions options)
-    : os_(os), options_(std::move(options)), link_(os, options_.sockets) {}
+    : os_(os), options_(std::move(options)), link_(os, options_.sockets), members_(os) {}
 
 ClientEngine::~ClientEngine() { stop(); }
 
@@ -50,9 +44,9 @@ Status ClientEngine::dial_first() {
   const TimePoint deadline = os_.now() + options_.wait;
   Status done = Done{};
   for (;;) {
-    Result<os::SharedMemory> memory = link_.dial(os::ThreadId{service_.load()});
+    Result<os::SharedMemory> memory = link_.converse().dial(os::ThreadId{service_.load()});
     if (memory) {
-      done = take_region(std::move(*memory));
+      done = take_first(std::move(*memory));
       break;
     }
     done = memory.error();
@@ -60,7 +54,7 @@ Status ClientEngine::dial_first() {
     os_.sleep_until(std::min(deadline, os_.now() + kFirstDial));
   }
   if (done) {
-    pulse_.begin(os_.now(), regions_.back().region.pulse().beats.load(std::memory_order_acquire));
+    begin_heartbeat();
     served_.store(true);
   } else {
     stopping_.store(true);
@@ -71,25 +65,18 @@ Status ClientEngine::dial_first() {
 }
 
 // The first region decides which app it is; later ones must be of the same.
-Status ClientEngine::take_region(os::SharedMemory memory) {
+Status ClientEngine::take_first(os::SharedMemory memory) {
   const Result<std::string> text = Region::text(memory.bytes());
   if (!text) return text.error();
-  if (!app_) {
-    Result<graph::App> app = config::parse_app(*text, "the server's app file");
-    if (!app) return app.error();
-    if (!options_.app.empty() && options_.app != app->name) return another_app(app->name, options_.app);
-    app_ = std::make_unique<graph::App>(std::move(*app));
-    text_ = *text;
-  }
-  if (*text != text_) return another_app("of another file", app_->name);
-  Result<Region> region = Region::open(app_->graph, memory.bytes());
-  if (!region) return region.error();
-  const std::lock_guard lock(members_mutex_);
-  regions_.push_back({std::move(memory), std::move(*region)});
-  if (!wiring_) {
-    wiring_ = std::make_unique<Wiring>(*app_, os_, regions_.back().region);
-    nodes_ = std::make_unique<NodeThreads>(*app_, os_, *wiring_);
-  }
+  Result<graph::App> app = config::parse_app(*text, "the server's app file");
+  if (!app) return app.error();
+  if (!options_.app.empty() && options_.app != app->name) return another_app(app->name, options_.app);
+  app_ = std::make_unique<graph::App>(std::move(*app));
+  ServedRegions regions(*app_, *text);
+  if (Status added = regions.add(std::move(memory)); !added) return added;
+  watch_.emplace(std::move(regions));
+  wiring_ = std::make_unique<Wiring>(*app_, os_, watch_->regions.newest());
+  nodes_ = std::make_unique<NodeThreads>(*app_, os_, *wiring_);
   return Done{};
 }
 
@@ -105,41 +92,28 @@ Status ClientEngine::start() {
   return Done{};
 }
 
+// It is a member before it is asked for, so that it gets back what it had whatever becomes of the answer.
 Status ClientEngine::join(NodeId node, os::ThreadId thread) {
-  const std::lock_guard lock(members_mutex_);
-  Member member{node, thread, {}, before_serving(thread)};
-  if (Status joined = ask_to_join(member); !joined) return joined;
-  members_.push_back(std::move(member));
-  return Done{};
+  const Conversation conversation = link_.converse();
+  members_.add(node, thread);
+  const Status joined = ask_to_join(conversation, {node, thread, {}, {}});
+  if (!joined) members_.remove(node, thread);
+  return joined;
 }
 
-// A thread that a server has found and raised before the program named it: only that server knows what it had.
-std::optional<os::SavedScheduling> ClientEngine::before_serving(os::ThreadId thread) const {
-  const Result<os::SavedScheduling> saved = os_.save_scheduling(thread);
-  if (!saved || raised_by_server(thread)) return std::nullopt;
-  return *saved;
-}
-
-// By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
-bool ClientEngine::raised_by_server(os::ThreadId thread) const {
-  const Result<os::Level> level = os_.level(thread);
-  if (!level || *level == os::Level::kOrdinary) return false;
-  const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
-  return found && found->reset_on_fork;
-}
-
-// Under the lock, which keeps a new server from taking over half of what is asked for.
-Status ClientEngine::ask_to_join(Member& member) {
+Status ClientEngine::ask_to_join(const Conversation& conversation, const ClientMembers::Member& member,
+                                 const Meanwhile& meanwhile) {
   const std::string& name = app_->graph.node(member.node).name;
-  const Status joined =
-      link_.call({.kind = Request::Kind::kJoin, .node = name, .thread = static_cast<std::int32_t>(member.thread)});
-  if (!joined) return joined;
-  // Those that have ended meanwhile are refused.
-  std::erase_if(member.others, [&](os::ThreadId other) {
-    const Status added =
-        link_.call({.kind = Request::Kind::kAdd, .node = name, .thread = static_cast<std::int32_t>(other)});
-    return !added && added.error().kind() == ErrorKind::kCaller;
-  });
+  const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
+    return conversation.call({.kind = kind, .node = name, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
+  };
+  if (Status joined = ask(Request::Kind::kJoin, member.thread); !joined) return joined;
+  for (const os::ThreadId other : member.others) {
+    const Status added = ask(Request::Kind::kAdd, other);
+    if (added) continue;
+    if (added.error().kind() != ErrorKind::kCaller) return added;
+    members_.remove_thread(member.node, other);  // it has ended meanwhile
+  }
   return Done{};
 }
 
@@ -161,15 +135,13 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
   const Result<NodeId> node = own_node(name);
   if (!node) return node.error();
   const os::ThreadId thread = os_.current_thread();
-  const std::lock_guard lock(members_mutex_);
-  const auto member =
-      std::find_if(members_.begin(), members_.end(), [&](const Member& each) { return each.node == *node; });
-  const Status added =
-      link_.call({.kind = Request::Kind::kAdd, .node = std::string(name), .thread = static_cast<std::int32_t>(thread)});
+  const Conversation conversation = link_.converse();
+  const Status added = conversation.call(
+      {.kind = Request::Kind::kAdd, .node = std::string(name), .thread = static_cast<std::int32_t>(thread)});
   // Where there is no server at this moment, the next is told.
-  const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && member != members_.end();
+  const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && members_.has(*node);
   if (!added && !later) return added;
-  if (member != members_.end()) member->others.push_back(thread);
+  members_.add_thread(*node, thread);
   return Done{};
 }
 
@@ -180,12 +152,18 @@ void ClientEngine::stop() {
   watcher_->join();
   watcher_.reset();
   // First they get their scheduling back, then they end.
-  for (const Member& member : members_) {
-    static_cast<void>(link_.call({.kind = Request::Kind::kLeave, .node = app_->graph.node(member.node).name}));
+  bool all_left = true;
+  {
+    const Conversation conversation = link_.converse();
+    for (const ClientMembers::Member& member : members_.all()) {
+      const std::string& name = app_->graph.node(member.node).name;
+      all_left = conversation.call({.kind = Request::Kind::kLeave, .node = name}).ok() && all_left;
+    }
   }
+  if (!all_left) members_.give_back(watch_->regions.newest());
   link_.hang_up();
   served_.store(false);
-  for (const Member& member : members_) wiring_->port(member.node)->stop();
+  for (const ClientMembers::Member& member : members_.all()) wiring_->port(member.node)->stop();
   if (nodes_) nodes_->stop();
 }
 
@@ -193,181 +171,148 @@ void ClientEngine::stop() {
 
 void ClientEngine::watch() {
   TimePoint wake = os_.now();
-  TimePoint redial = kNever;
   while (!stopping_.load()) {
     const Result<bool> gone = link_.wait(wake);
     if (!gone) return notice("server: it cannot be watched: " + gone.error().message());
     const TimePoint now = os_.now();
-    if (*gone || (served() && !server_lives(now))) {
-      const bool was_served = served_.exchange(false, std::memory_order_acq_rel);
-      silent_ = !*gone;
-      redial = silent_ ? kNever : now;
-      if (was_served) begin_alone(now);
-      if (silent_) {
-        notice("server: it does nothing any more; nodes go on at the rates that were planned last");
-      } else {
-        notice(was_served ? "server: it is gone; nodes go on at the rates that were planned last"
-                          : "server: it is gone");
-      }
-    }
-    if (served()) {
-      if (regions_.size() > 1) forget_old_regions();
-      wake = pulse_.next_look();
-      continue;
-    }
-    wake = pace(now);
-    if (silent_) {
-      wake = std::min(wake, now + kLookForLife);
-      if (!server_lives(now)) continue;
-      link_.hang_up();
-      silent_ = false;
-      redial = now;
-    }
-    if (now >= redial) {
-      if (dial_again()) {
-        redial = kNever;
-        wake = pulse_.next_look();
-        notice("server: there is one again, and nodes are in its hands");
-        continue;
-      }
-      redial = os_.now() + redial_after_;
-    }
-    wake = std::min(wake, redial);
+    if (*gone || (served() && !server_lives(now))) lose_server(now, *gone);
+    if (served()) watch_->regions.forget_old(*wiring_, running());
+    wake = served() ? watch_->heartbeat.next_look() : go_on_alone(now);
   }
+}
+
+void ClientEngine::begin_heartbeat() {
+  watch_->heartbeat.begin(os_.now(), watch_->regions.newest().pulse().beats.load(std::memory_order_acquire));
 }
 
 bool ClientEngine::server_lives(TimePoint now) {
-  const Pulse& pulse = regions_.back().region.pulse();
-  return pulse_.lives(now, pulse.beats.load(std::memory_order_acquire),
-                      Nanos{pulse.longest_pause.load(std::memory_order_acquire)});
+  const Pulse& pulse = watch_->regions.newest().pulse();
+  return watch_->heartbeat.lives(now, pulse.beats.load(std::memory_order_acquire),
+                                 Nanos{pulse.longest_pause.load(std::memory_order_acquire)});
 }
 
-Nanos ClientEngine::period_alone(const graph::Subchain& subchain, SubchainId id) const {
-  const Nanos planned{regions_.back().region.signal(id).period.load(std::memory_order_relaxed)};
-  if (planned > Nanos{0}) return std::clamp(planned, kShortestPeriod, kLongestPeriod);
-  const std::optional<Rate> fallback = app_->graph.node(subchain.nodes.front()).fallback_rate;
-  return fallback ? to_nanos(fallback->period()) : kUnknownPeriod;
-}
-
-void ClientEngine::begin_alone(TimePoint now) {
-  pacers_.clear();
-  give_threads_back();
-  const std::lock_guard lock(members_mutex_);
-  for (const Member& member : members_) {
-    const std::optional<SubchainId> id = app_->graph.node(member.node).subchain;
-    if (!id || app_->graph.subchain(*id).nodes.front() != member.node) continue;
-    const Nanos period = period_alone(app_->graph.subchain(*id), *id);
-    pacers_.push_back({wiring_->port(member.node), period, now, now});
-  }
-}
-
-// Those that the server raised: the members, and what the region lists beside them, which a server has found by itself.
-// The region may hold anything, so only this process's own are looked at; those of whom nobody here knows what they had
-// become ordinary, and else stay as the guardian left them.
-void ClientEngine::give_threads_back() {
-  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
-  if (!living) return;
-  const auto lives = [&](os::ThreadId thread) { return std::binary_search(living->begin(), living->end(), thread); };
-  const std::lock_guard lock(members_mutex_);
-  for (const Member& member : members_) {
-    const NodeCell& cell = regions_.back().region.node(member.node);
-    for (const std::atomic<std::int32_t>& listed : cell.thread) {
-      const os::ThreadId thread{listed.load(std::memory_order_acquire)};
-      if (thread == member.thread || !lives(thread)) continue;
-      if (raised_by_server(thread)) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
-      if (member.before) static_cast<void>(os_.set_affinity(thread, member.before->affinity));
+// `gone`: it has ended or hung up, or did not answer. Else it does nothing any more, but holds the connection.
+void ClientEngine::lose_server(TimePoint now, bool gone) {
+  const bool was_served = served_.exchange(false, std::memory_order_acq_rel);
+  watch_->silent = !gone;
+  gone ? watch_->redial.at_once(now) : watch_->redial.not_now();
+  if (was_served) {
+    give_back(now);
+    std::vector<UnservedPacer::Head> heads;
+    for (const ClientMembers::Member& member : members_.all()) {
+      const std::optional<SubchainId> id = app_->graph.node(member.node).subchain;
+      if (!id || app_->graph.subchain(*id).nodes.front() != member.node) continue;
+      heads.push_back({wiring_->port(member.node), period_without_server(app_->graph, *id, watch_->regions.newest())});
     }
-    if (!lives(member.thread)) continue;
-    if (member.before) {
-      static_cast<void>(os_.restore_scheduling(member.thread, *member.before));
-    } else if (raised_by_server(member.thread)) {
-      static_cast<void>(os_.set_level(member.thread, os::Level::kOrdinary));
-    }
+    watch_->pacer.begin(now, heads);
   }
+  const std::string rates = "; nodes go on at the rates that were planned last";
+  notice((gone ? "server: it is gone" : "server: it does nothing any more") + (was_served ? rates : ""));
 }
 
-// Returns when to be called again.
-TimePoint ClientEngine::pace(TimePoint now) {
-  TimePoint next = kNever;
-  for (Pacer& pacer : pacers_) {
-    if (now >= pacer.due) {
-      if (pacer.port->trigger_alone()) {
-        pacer.ended = now;
-      } else if (now - pacer.ended > kLostPeriods * pacer.period && now - pacer.ended > kLostAfter) {
-        pacer.port->give_up_run();
-        pacer.ended = now;
-      }
-      pacer.due = std::max(pacer.due + pacer.period, now);
-    }
-    next = std::min(next, pacer.due);
-  }
-  return next;
+void ClientEngine::give_back(TimePoint now) {
+  members_.give_back(watch_->regions.newest());
+  watch_->look_for_raised = now + kLookForRaised;
+  watch_->look_until = now + kLongestCall;
 }
 
-// A server that is there but is not to be this program's is told of once, and asked more and more seldom.
-Status ClientEngine::dial_again() {
-  // It may be one that never answers.
-  Result<os::SharedMemory> memory = link_.dial(os::ThreadId{service_.load()}, [this] { return pace(os_.now()); });
-  if (!memory && memory.error().kind() == ErrorKind::kEnvironment) {
-    redial_after_ = kRedial;
-    return memory.error();
-  }
-  // A server that was stopped and goes on has the region in which the nodes still are.
-  const bool same = memory && memory->is(regions_.back().memory);
-  Status done = !memory ? Status(memory.error()) : same ? Status(Done{}) : take_region(std::move(*memory));
-  if (done) {
-    done = join_again();
-    if (!done && !same) {
-      const std::lock_guard lock(members_mutex_);
-      regions_.pop_back();
-    }
-  }
-  if (!done) {
+// Returns when it is to be called again.
+TimePoint ClientEngine::go_on_alone(TimePoint now) {
+  TimePoint wake = tend_nodes(now);
+  if (watch_->silent) {
+    if (!server_lives(now)) return std::min(wake, watch_->heartbeat.next_look());
     link_.hang_up();
-    redial_after_ = std::clamp(2 * redial_after_, kRedial, kLongestRedial);
-    const std::string why = done.error().message();
-    if (std::exchange(refusal_, why) != why) notice("server: there is one, but nodes stay by themselves: " + why);
-    return done;
+    watch_->silent = false;
+    watch_->redial.at_once(now);
   }
-  refusal_.clear();
-  redial_after_ = kRedial;
-  pulse_.begin(os_.now(), regions_.back().region.pulse().beats.load(std::memory_order_acquire));
-  served_.store(true, std::memory_order_release);
-  return Done{};
+  if (now >= watch_->redial.due() && dial_again()) return watch_->heartbeat.next_look();
+  return std::min(wake, watch_->redial.due());
+}
+
+// What nodes need while there is no server. Returns when it is to be called again.
+TimePoint ClientEngine::tend_nodes(TimePoint now) {
+  const TimePoint wake = watch_->pacer.pace(now);
+  if (now >= watch_->look_until) return wake;
+  if (now >= watch_->look_for_raised) {
+    watch_->look_for_raised = now + kLookForRaised;
+    const Region& region = watch_->regions.newest();
+    if (members_.any_raised(region)) members_.give_back(region);
+  }
+  return std::min(wake, watch_->look_for_raised);
+}
+
+// True: there is a server again, and it has all nodes.
+bool ClientEngine::dial_again() {
+  const Dialled dialled = dial_and_join();  // notices are given when the conversation is over, for they may want one
+  if (dialled.done) {
+    watch_->refusal.clear();
+    watch_->redial.not_now();
+    served_.store(true, std::memory_order_release);
+    notice("server: there is one again, and nodes are in its hands");
+    return true;
+  }
+  link_.hang_up();
+  const TimePoint now = os_.now();
+  if (dialled.may_have_raised) give_back(now);
+  if (dialled.done.error().kind() == ErrorKind::kEnvironment && (!dialled.answered || dialled.known)) {
+    watch_->redial.unanswered(now);
+  } else {
+    watch_->redial.refused(now, dialled.known);
+  }
+  const std::string why = dialled.done.error().message();
+  if (dialled.answered && std::exchange(watch_->refusal, why) != why) {
+    notice("server: there is one, but nodes stay by themselves: " + why);
+  }
+  return false;
+}
+
+ClientEngine::Dialled ClientEngine::dial_and_join() {
+  const Conversation conversation = link_.converse();
+  // It may be one that never answers.
+  const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
+    if (stopping_.load()) return std::nullopt;
+    return tend_nodes(os_.now());
+  };
+  Result<os::SharedMemory> memory = conversation.dial(os::ThreadId{service_.load()}, meanwhile);
+  if (!memory) return {.done = memory.error(), .answered = memory.error().kind() == ErrorKind::kCaller};
+  // A server that was stopped and goes on has the region in which the nodes still are.
+  const bool known = watch_->regions.is_newest(*memory);
+  return {.done = take_over(conversation, std::move(*memory), known),
+          .answered = true,
+          .known = known,
+          .may_have_raised = true};
+}
+
+Status ClientEngine::take_over(const Conversation& conversation, os::SharedMemory memory, bool known) {
+  if (!known) {
+    if (Status added = watch_->regions.add(std::move(memory)); !added) return added;
+  }
+  begin_heartbeat();
+  Status joined = join_again(conversation);
+  if (!joined && !known) watch_->regions.drop_newest();
+  return joined;
 }
 
 // All or none: a server that refuses one of the nodes gets none of them, and nothing is written into its region.
-Status ClientEngine::join_again() {
-  const std::lock_guard lock(members_mutex_);
-  for (Member& member : members_) {
-    // As it was asked for while there was no server; what a server did to it is not.
-    if (auto before = before_serving(member.thread)) member.before = std::move(before);
-    if (Status joined = ask_to_join(member); !joined) return joined;
+Status ClientEngine::join_again(const Conversation& conversation) {
+  // Nodes are run until they are taken over, and a server that is stopped once more is not waited for.
+  const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
+    const TimePoint now = os_.now();
+    if (!server_lives(now)) return std::nullopt;
+    return std::min(watch_->pacer.pace(now), watch_->heartbeat.next_look());
+  };
+  members_.remember_anew();
+  for (const ClientMembers::Member& member : members_.all()) {
+    if (Status joined = ask_to_join(conversation, member, meanwhile); !joined) return joined;
   }
-  move_nodes_to(regions_.back().region);
+  watch_->regions.move_nodes(*wiring_, running());
   return Done{};
 }
 
-// Also those that nobody runs yet. A trigger that waits there already is taken.
-void ClientEngine::move_nodes_to(const Region& region) {
-  for (std::size_t index = 0; index < app_->graph.nodes().size(); ++index) {
-    NodePort* const port = wiring_->port(NodeId(index));
-    const bool runs = std::any_of(members_.begin(), members_.end(),
-                                  [&](const Member& member) { return member.node == NodeId(index); });
-    if (port == nullptr || port->uses(region)) continue;
-    runs ? port->move_to(region) : port->settle_in(region);
-  }
-}
-
-// A node is in the one before until its next run.
-void ClientEngine::forget_old_regions() {
-  const std::lock_guard lock(members_mutex_);
-  for (const Member& member : members_) wiring_->port(member.node)->look_again();
-  regions_.remove_if([&](const Served& old) {
-    return &old != &regions_.back() && std::none_of(members_.begin(), members_.end(), [&](const Member& member) {
-      return wiring_->port(member.node)->uses(old.region);
-    });
-  });
+std::vector<NodeId> ClientEngine::running() const {
+  std::vector<NodeId> nodes;
+  for (const ClientMembers::Member& member : members_.all()) nodes.push_back(member.node);
+  return nodes;
 }
 
 void ClientEngine::notice(const std::string& text) const {

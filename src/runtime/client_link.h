@@ -1,6 +1,11 @@
 // A process's connection to its server (server.h), of which there may be several one after the other.
 //
-// Thread safety: dial(), call() and what is below them from any thread, one at a time (they lock).
+// Who wants to say something to the server takes the conversation, which one thread has at a time and keeps for as long
+// as it waits for answers. Who only watches whether the server is there, or hangs up, never waits for that: hang_up()
+// ends whatever is being waited for. An answer that does not come in time ends the connection, or it might be taken for
+// the answer to the next question.
+//
+// Thread safety: wait() from one thread; the rest from any.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "base/guarded.h"
 #include "base/result.h"
 #include "os/linux/connection.h"
 #include "os/linux/poller.h"
@@ -21,37 +27,54 @@
 namespace ctn::runtime {
 
 class ClientLink {
+  class Line;
+
  public:
   // `os` outlives it. `sockets`: paths to try, in this order.
   ClientLink(os::Os& os, std::vector<std::string> sockets) : os_(os), sockets_(std::move(sockets)) {}
+  ~ClientLink();
 
-  // What the caller has to do while it waits for an answer; says when it is to be called again.
-  using Meanwhile = std::function<TimePoint()>;
+  // What the caller has to do while it waits for an answer; says when it is to be called again. None: give up waiting.
+  using Meanwhile = std::function<std::optional<TimePoint>()>;
 
-  // A new connection in place of the one before; says hello for the thread that serves it. Returns the region's memory.
-  // kEnvironment: nobody is there, or it refuses.
-  Result<os::SharedMemory> dial(os::ThreadId service, const Meanwhile& meanwhile = {});
-  // Asks and waits for the answer, for two seconds at most. kEnvironment: there is no connection, or it was lost.
-  Status call(const Request& request);
+  class Conversation {
+   public:
+    explicit Conversation(ClientLink& link) : link_(link), lock_(link.conversation_) {}
 
-  // Blocks until the server is gone, the deadline has passed, or wake() is called. True: it is gone, and there is no
-  // connection any more. From one thread.
+    // A new connection in place of the one before; says hello for the thread that serves it. Returns the region's
+    // memory. kEnvironment: nobody is there, or it does not answer. kCaller: it refuses.
+    Result<os::SharedMemory> dial(os::ThreadId service, const Meanwhile& meanwhile = {}) const;
+    // Asks and waits for the answer, for two seconds at most. kEnvironment: there is no connection, or it was lost, or
+    // the answer did not come, and then there is none any more.
+    Status call(const Request& request, const Meanwhile& meanwhile = {}) const;
+
+   private:
+    ClientLink& link_;
+    std::unique_lock<std::mutex> lock_;
+  };
+  Conversation converse() { return Conversation(*this); }
+
+  // Blocks until the server is gone, the deadline has passed, or wake() is called. True: it is gone, or did not answer,
+  // and there is no connection any more. Not before the first dial().
   Result<bool> wait(TimePoint deadline);
   void wake();
   void hang_up();
-  const std::string& path() const { return path_; }
 
  private:
-  Status ask(const Request& request, os::Message& answer, const Meanwhile& meanwhile = {});
-  bool server_is_gone();
+  Result<std::shared_ptr<Line>> connect() const;
+  Result<os::SharedMemory> dial(os::ThreadId service, const Meanwhile& meanwhile);
+  Result<os::Message> ask(const std::shared_ptr<Line>& line, const Request& request, const Meanwhile& meanwhile);
+  void drop(const std::shared_ptr<Line>& line);
 
   os::Os& os_;
   std::vector<std::string> sockets_;
-  std::string path_;  // of the newest connection
-  std::unique_ptr<os::Poller> watcher_;
-  std::mutex mutex_;  // guards what follows
-  std::optional<os::Connection> connection_;
-  std::unique_ptr<os::Poller> answers_;
+  std::mutex conversation_;
+  std::unique_ptr<os::Poller> watcher_;  // from the first dial() on
+  struct Current {
+    std::shared_ptr<Line> line;
+    bool unanswered = false;  // the line was dropped for want of an answer, which wait() is to tell
+  };
+  Guarded<Current> current_;
 };
 
 }  // namespace ctn::runtime

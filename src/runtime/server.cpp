@@ -200,7 +200,9 @@ void Server::hear(Key key, Client& client) {
       case os::Arrival::kNothing:
         return;
       case os::Arrival::kClosed:
-        return turn_away(key, "its program has hung up");
+        // One that ends hangs up a moment before it counts as ended.
+        return turn_away(
+            key, os::is_ending(client.connection.peer().process) ? "its process has ended" : "its program has hung up");
       case os::Arrival::kMessage:
         if (!answer(client, message)) return turn_away(key, "it does not read the answers");
     }

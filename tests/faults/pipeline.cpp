@@ -184,9 +184,9 @@ std::size_t Pipeline::open_files() const {
   return count;
 }
 
+// Not "nothing is under way and the newest run began since": of nodes that take turns one is always in a run.
 bool Pipeline::ran_since(std::size_t node, TimePoint time) const {
-  const std::int64_t began = state(node).began;
-  return began >= time.time_since_epoch().count() && state(node).ended >= began;
+  return state(node).completed >= time.time_since_epoch().count();
 }
 
 bool Pipeline::all_ran_since(TimePoint time) const {
@@ -197,17 +197,25 @@ bool Pipeline::all_ran_since(TimePoint time) const {
 }
 
 bool Pipeline::settle(Nanos within) {
-  const auto served = [&] {
-    for (std::size_t node = 0; node < kNodes.size(); ++node) {
-      if (plays(node) && (state(node).served == 0 || (real_time_ && raised(node) == 0))) return false;
+  std::array<bool, kNodes.size()> settled{};
+  std::array<TimePoint, kNodes.size()> served_at{};
+  const auto look = [&](std::size_t node) {
+    if (!plays(node)) return true;
+    if (served_at.at(node) == TimePoint{}) {
+      // What is lowered in the slack for a moment is raised in the next frame.
+      if (state(node).served != 0 && (!real_time_ || raised(node) > 0)) served_at.at(node) = os_->now();
+      return false;
     }
-    return true;
+    return ran_since(node, served_at.at(node));
   };
-  if (!until(served, within)) return false;
   const TimePoint now = os_->now();
-  const bool settled = until([&] { return all_ran_since(now); }, within).has_value();
-  if (settled) settled_since_ = std::min(settled_since_, now);
-  return settled;
+  const auto all_settled = [&] {
+    for (std::size_t node = 0; node < kNodes.size(); ++node) settled.at(node) = settled.at(node) || look(node);
+    return std::all_of(settled.begin(), settled.end(), [](bool each) { return each; });
+  };
+  if (!until(all_settled, within)) return false;
+  settled_since_ = std::min(settled_since_, now);
+  return true;
 }
 
 std::optional<Nanos> Pipeline::until(const std::function<bool()>& holds, Nanos within) const {

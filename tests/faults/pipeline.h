@@ -78,7 +78,8 @@ class Pipeline {
   std::size_t open_files() const;
   bool ran_since(std::size_t node, TimePoint time) const;  // a run that began since then has ended
   bool all_ran_since(TimePoint time) const;                // those that are played
-  // All programs are in the server's hands, raised where that is permitted, and run.
+  // All programs are in the server's hands, raised where that is permitted, and run. Each is asked by itself, until it
+  // is so: with runs that take turns there may be no instant at which all look so.
   bool settle(Nanos within = std::chrono::seconds{10});
 
   // How long it took, looking twice a millisecond; none: it did not come.

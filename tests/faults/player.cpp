@@ -22,13 +22,17 @@ void burn(ctn::os::Os& os, ctn::Nanos cpu) {
 
 void run_once(ctn::os::Os& os, NodeState& state, ctn::Run& run, ctn::Nanos cost) {
   if (run.number() <= state.number.load()) ++state.went_back;
-  state.began = os.now().time_since_epoch().count();
-  burn(os, cost + ctn::Nanos{state.overrun.exchange(0)});
+  const std::int64_t began = os.now().time_since_epoch().count();
+  state.began = began;
+  const ctn::Nanos more{state.overrun.exchange(0)};
+  burn(os, cost + more);
   // Busily, which is the worst that a run can do.
   while (state.hang != 0) state.hanging = 1;
   state.hanging = 0;
   state.number = run.number();
   state.ended = os.now().time_since_epoch().count();
+  state.completed = began;
+  if (more > ctn::Nanos{0}) state.overran = state.ended.load();
   ++state.runs;
 }
 

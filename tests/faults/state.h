@@ -26,11 +26,13 @@ struct alignas(64) NodeState {
   std::atomic<std::uint64_t> went_back{0};  // how often a run's number was not above that of the run before
   std::atomic<std::int64_t> began{0};       // the newest run
   std::atomic<std::int64_t> ended{0};
-  std::atomic<std::uint32_t> served{0};   // as the client says
-  std::atomic<std::int64_t> overrun{0};   // to be burnt in the next run beside what it costs
-  std::atomic<std::uint32_t> hang{0};     // runs do not end while it is set
-  std::atomic<std::uint32_t> hanging{0};  // one that does not
-  std::atomic<std::int32_t> child{0};     // that the program forked when it was told to (SIGUSR1)
+  std::atomic<std::int64_t> completed{0};  // when the newest run that has ended began
+  std::atomic<std::uint32_t> served{0};    // as the client says
+  std::atomic<std::int64_t> overrun{0};    // to be burnt in the next run beside what it costs
+  std::atomic<std::int64_t> overran{0};    // when a run that was given more to burn has ended
+  std::atomic<std::uint32_t> hang{0};      // runs do not end while it is set
+  std::atomic<std::uint32_t> hanging{0};   // one that does not
+  std::atomic<std::int32_t> child{0};      // that the program forked when it was told to (SIGUSR1)
 };
 
 struct State {

@@ -28,6 +28,9 @@ std::optional<std::uint64_t> read_start_time(const char* procfs, ThreadId thread
 // The start time in the text of /proc/TID/stat. The thread's name in it may hold anything.
 std::optional<std::uint64_t> parse_start_time(std::string_view stat);
 
+// Whether a process has ended, or is about to: one that ends closes its descriptors before it counts as ended.
+bool is_ending(ProcessId process, const LinuxRoots& roots = {});
+
 // The user that this process acts as.
 std::uint32_t current_user();
 

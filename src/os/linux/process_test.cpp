@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <string>
 #include <thread>
 
@@ -54,6 +55,20 @@ TEST(StartTime, IsThatOfTheThread) {
   EXPECT_EQ(start_time(ThreadId{0}), std::nullopt);
   EXPECT_EQ(start_time(ThreadId{-1}), std::nullopt);
   EXPECT_EQ(start_time(ThreadId{0x3fffffff}), std::nullopt);
+}
+
+TEST(Ending, IsAProcessThatIsBeingReapedOrGone) {
+  EXPECT_FALSE(is_ending(ProcessId{::getpid()}));
+  {
+    ForkedProcess child([] { return ::pause(); });
+    EXPECT_FALSE(is_ending(ProcessId{child.number()}));
+    ::kill(child.number(), SIGKILL);
+    const Descriptor end = watch_process(ProcessId{child.number()});
+    pollfd source{end.number(), POLLIN, 0};
+    ASSERT_EQ(::poll(&source, 1, 5000), 1);
+    EXPECT_TRUE(is_ending(ProcessId{child.number()})) << "nobody has reaped it";
+  }
+  EXPECT_TRUE(is_ending(ProcessId{0x3fffffff}));
 }
 
 TEST(StartTime, IsFoundBehindAnyName) {

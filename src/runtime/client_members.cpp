@@ -1,0 +1,99 @@
+#include "runtime/client_members.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace ctn::runtime {
+
+void ClientMembers::add(NodeId node, os::ThreadId thread) {
+  Member member{node, thread, {}, before_serving(thread)};
+  members_.lock()->push_back(std::move(member));
+}
+
+void ClientMembers::remove(NodeId node, os::ThreadId thread) {
+  const auto members = members_.lock();
+  const auto found = std::find_if(members->rbegin(), members->rend(),
+                                  [&](const Member& member) { return member.node == node && member.thread == thread; });
+  if (found != members->rend()) members->erase(std::next(found).base());
+}
+
+bool ClientMembers::has(NodeId node) const {
+  const auto members = members_.lock();
+  return std::any_of(members->begin(), members->end(), [&](const Member& member) { return member.node == node; });
+}
+
+void ClientMembers::add_thread(NodeId node, os::ThreadId thread) {
+  const auto members = members_.lock();
+  for (Member& member : *members) {
+    if (member.node == node) return member.others.push_back(thread);
+  }
+}
+
+void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
+  const auto members = members_.lock();
+  for (Member& member : *members) {
+    if (member.node == node) std::erase(member.others, thread);
+  }
+}
+
+void ClientMembers::remember_anew() {
+  const auto members = members_.lock();
+  for (Member& member : *members) {
+    if (auto before = before_serving(member.thread)) member.before = std::move(before);
+  }
+}
+
+// A thread that a server has found and raised before the program named it: only that server knows what it had.
+std::optional<os::SavedScheduling> ClientMembers::before_serving(os::ThreadId thread) const {
+  const Result<os::SavedScheduling> saved = os_.save_scheduling(thread);
+  if (!saved || raised_by_server(thread)) return std::nullopt;
+  return *saved;
+}
+
+// By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
+bool ClientMembers::raised_by_server(os::ThreadId thread) const {
+  const Result<os::Level> level = os_.level(thread);
+  if (!level || *level == os::Level::kOrdinary) return false;
+  const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
+  return found && found->reset_on_fork;
+}
+
+bool ClientMembers::any_raised(const Region& region) const {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return false;
+  const auto raised = [&](os::ThreadId thread) {
+    return std::binary_search(living->begin(), living->end(), thread) && raised_by_server(thread);
+  };
+  for (const Member& member : all()) {
+    if (raised(member.thread)) return true;
+    for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
+      if (raised(os::ThreadId{listed.load(std::memory_order_acquire)})) return true;
+    }
+  }
+  return false;
+}
+
+void ClientMembers::give_back(const Region& region) const {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return;
+  for (const Member& member : all()) give_back(member, *living, region);
+}
+
+void ClientMembers::give_back(const Member& member, const std::vector<os::ThreadId>& living,
+                              const Region& region) const {
+  const auto lives = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
+  for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
+    const os::ThreadId thread{listed.load(std::memory_order_acquire)};
+    if (thread == member.thread || !lives(thread)) continue;
+    if (raised_by_server(thread)) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
+    if (member.before) static_cast<void>(os_.set_affinity(thread, member.before->affinity));
+  }
+  if (!lives(member.thread)) return;
+  if (member.before) {
+    static_cast<void>(os_.restore_scheduling(member.thread, *member.before));
+  } else if (raised_by_server(member.thread)) {
+    static_cast<void>(os_.set_level(member.thread, os::Level::kOrdinary));
+  }
+}
+
+}  // namespace ctn::runtime

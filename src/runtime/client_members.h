@@ -1,0 +1,60 @@
+// The nodes of this program that are registered with a server, their threads, and what scheduling these had before any
+// server touched them; gives that back when there is no server to do it.
+//
+// Units: in the types. Thread safety: every call from any thread; none waits for anything but the others.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/guarded.h"
+#include "base/ids.h"
+#include "os/os.h"
+#include "runtime/region.h"
+
+namespace ctn::runtime {
+
+class ClientMembers {
+ public:
+  struct Member {
+    NodeId node;
+    os::ThreadId thread;
+    std::vector<os::ThreadId> others;  // that the program has named as the node's, too
+    // The thread's when it registered. None: a server had raised it by then.
+    std::optional<os::SavedScheduling> before;
+  };
+
+  // `os` outlives it.
+  explicit ClientMembers(os::Os& os) : os_(os) {}
+
+  // Remembers what the thread has, unless a server has raised it already.
+  void add(NodeId node, os::ThreadId thread);
+  // The newest of them that is this node with this thread.
+  void remove(NodeId node, os::ThreadId thread);
+  bool has(NodeId node) const;
+  // Nothing where the node is not there.
+  void add_thread(NodeId node, os::ThreadId thread);
+  void remove_thread(NodeId node, os::ThreadId thread);
+  std::vector<Member> all() const { return *members_.lock(); }
+  // What threads were given while no server had them is theirs from now on.
+  void remember_anew();
+
+  // Gives back what threads had that a server has raised or moved: the members', and those that it lists beside them in
+  // the region, which it has found by itself. The region may hold anything, so only threads of this process are
+  // touched; those of whom nobody here knows what they had become ordinary, and else stay as the server's guardian left
+  // them.
+  void give_back(const Region& region) const;
+  // Whether a server has raised one of them.
+  bool any_raised(const Region& region) const;
+
+ private:
+  std::optional<os::SavedScheduling> before_serving(os::ThreadId thread) const;
+  bool raised_by_server(os::ThreadId thread) const;
+  void give_back(const Member& member, const std::vector<os::ThreadId>& living, const Region& region) const;
+
+  os::Os& os_;
+  Guarded<std::vector<Member>> members_;
+};
+
+}  // namespace ctn::runtime

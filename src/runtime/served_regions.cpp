@@ -1,0 +1,41 @@
+#include "runtime/served_regions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace ctn::runtime {
+
+Status ServedRegions::add(os::SharedMemory memory) {
+  const Result<std::string> text = Region::text(memory.bytes());
+  if (!text) return text.error();
+  if (*text != text_) {
+    return Error::environment(fmt::format("the server schedules app of another file, not {}", app_.name),
+                              "connect to the server of the app, or start one");
+  }
+  Result<Region> region = Region::open(app_.graph, memory.bytes());
+  if (!region) return region.error();
+  regions_.push_back({std::move(memory), std::move(*region)});
+  return Done{};
+}
+
+void ServedRegions::move_nodes(Wiring& wiring, std::span<const NodeId> running) const {
+  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+    NodePort* const port = wiring.port(NodeId(index));
+    if (port == nullptr || port->uses(newest())) continue;
+    const bool runs = std::find(running.begin(), running.end(), NodeId(index)) != running.end();
+    runs ? port->move_to(newest()) : port->settle_in(newest());
+  }
+}
+
+// A node is in the one before until its next run.
+void ServedRegions::forget_old(Wiring& wiring, std::span<const NodeId> running) {
+  if (regions_.size() == 1) return;
+  for (const NodeId node : running) wiring.port(node)->look_again();
+  regions_.remove_if([&](const Served& old) {
+    return &old != &regions_.back() && std::none_of(running.begin(), running.end(),
+                                                    [&](NodeId node) { return wiring.port(node)->uses(old.region); });
+  });
+}
+
+}  // namespace ctn::runtime

@@ -1,0 +1,52 @@
+// Which server's region (region.h) each node of this program uses. A new server has a new region, to which nodes move,
+// each with its next run; the one before stays mapped until the last of them has left it.
+//
+// Units: none. Thread safety: one owner at a time, first the thread that connects, then the one that watches the
+// server; nodes use the regions meanwhile, through their ports.
+#pragma once
+
+#include <list>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/linux/shared_memory.h"
+#include "runtime/region.h"
+#include "runtime/wiring.h"
+
+namespace ctn::runtime {
+
+class ServedRegions {
+ public:
+  // `app`, whose file is `text`, outlives it.
+  ServedRegions(const graph::App& app, std::string text) : app_(app), text_(std::move(text)) {}
+
+  // The newest from now on; no node uses it yet. kEnvironment: it is no region, or that of another app, or version.
+  Status add(os::SharedMemory memory);
+  // Takes back the newest add(). Precondition: there was one before, and no node has moved since.
+  void drop_newest() { regions_.pop_back(); }
+  const Region& newest() const { return regions_.back().region; }
+  // Whether the newest lies in this memory: its server was away, and is the same.
+  bool is_newest(const os::SharedMemory& memory) const { return memory.is(regions_.back().memory); }
+
+  // All nodes of this app go to the newest. `running`: those that have a thread here, which move with their next run;
+  // the others do at once. A trigger that waits there already is taken.
+  void move_nodes(Wiring& wiring, std::span<const NodeId> running) const;
+  // Lets go of those that no node uses any more.
+  void forget_old(Wiring& wiring, std::span<const NodeId> running);
+  std::size_t count() const { return regions_.size(); }
+
+ private:
+  struct Served {
+    os::SharedMemory memory;
+    Region region;
+  };
+
+  const graph::App& app_;
+  std::string text_;
+  std::list<Served> regions_;  // the newest last
+};
+
+}  // namespace ctn::runtime
