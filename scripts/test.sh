@@ -19,6 +19,7 @@ log=build/$preset/Testing/Temporary
 flaky=out/ci/flaky.txt
 mkdir -p out/ci
 failed=0
+rm -f "$log"/{steady,realtime,again}.{log,failed}
 
 # run NAME OPTION...: ctest; what all tests printed is kept as NAME.log, who failed as NAME.failed (lines NUMBER:TEST).
 run() {
@@ -34,7 +35,7 @@ run() {
 # What one test printed, from a log of ctest.
 printed_by() { awk -v test="$2" '/^[0-9]+\/[0-9]+ Test(ing)?: /{on = ($3 == test)} on' "$1"; }
 
-run steady --parallel "$jobs" --label-exclude "^realtime\$${without:+|^$without\$}" || failed=1
+run steady --parallel "$jobs" --label-exclude "^realtime\$${without:+|^$without\$}" --no-tests=ignore || failed=1
 
 if [[ -z ${SKIP_REALTIME:-} ]]; then
   if ! run realtime --label-regex '^realtime$' ${without:+--label-exclude "^$without\$"} --no-tests=ignore; then
@@ -54,6 +55,10 @@ if [[ -z ${SKIP_REALTIME:-} ]]; then
   fi
 fi
 
+if ! grep -qs 'Testing: ' "$log"/{steady,realtime}.log; then
+  echo "no test was run: does the name of one match '${3:-.}'?" >&2
+  failed=1
+fi
 if [[ -n ${CATAN_REQUIRE_REALTIME:-} ]]; then
   lacking=$(cat "$log/steady.log" "$log/realtime.log" 2>/dev/null |
     awk '/^[0-9]+\/[0-9]+ Test(ing)?: /{test = $3} /needs the permission to/{print test}' | sort -u)
