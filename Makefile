@@ -23,7 +23,7 @@ say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-steady build bench format format-check lint lint-changed asan tsan fuzz clean setup setup-dev
+.PHONY: help demo test test-steady build bench package format format-check lint lint-changed asan tsan fuzz clean setup setup-dev
 # One thing at a time: each step uses all CPUs by itself.
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -55,6 +55,11 @@ build: configure ## build everything; the command is then bin/catan
 bench: build ## run the benchmarks
 	$(call say,Benchmarks)
 	cd $(BUILD)/bench && for b in ./*_bench; do "$$b" || exit 1; done
+
+package: setup-dev configure ## make the Debian package, out/package/catan_*.deb
+	$(call say,Package)
+	$(call cmake_build,$(PRESET)) --target package_contents
+	scripts/package.sh $(BUILD)
 
 format: setup-dev ## format all C++ files in place
 	$(sources) | xargs clang-format-14 -i
