@@ -5,7 +5,16 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:?usage: scripts/package.sh BUILD}
 packaging/manual.sh "$build/tools/catan/catan" "$build/manual"
-gzip -9nc CHANGELOG.md >"$build/manual/changelog.gz"
+mkdir -p "$build/changelogs"
+gzip -9nc CHANGELOG.md >"$build/changelogs/changelog.gz"
+version=$("$build/tools/catan/catan" --version | sed 's/^catan //')
+gzip -9n >"$build/changelogs/changelog.Debian.gz" <<END
+catan ($version-1) unstable; urgency=medium
+
+  * What is new is in changelog.gz.
+
+ -- The authors of Catan <catan@example.org>  $(date -Ru -d "$(git log -1 --format=%cI 2>/dev/null || date -R)")
+END
 rm -rf out/package
 mkdir -p out/package
 log=$(mktemp)
