@@ -9,7 +9,7 @@ package=${1:-$(ls out/package/catan_*.deb)}
 scratch=$(mktemp -d)
 installed=
 finish() {
-  [[ -z $installed ]] || dpkg --remove catan >/dev/null
+  [[ -z $installed ]] || dpkg --purge catan >/dev/null
   rm -rf "$scratch"
 }
 trap finish EXIT
@@ -20,9 +20,12 @@ fail() {
 
 dpkg-deb --info "$package" | sed -n 's/^ \(Package\|Version\|Depends\|Installed-Size\)/\1/p'
 root=$scratch/root
-if [[ $(id -u) == 0 ]] && ! dpkg-query -W catan >/dev/null 2>&1; then
-  dpkg --install "$package" >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
+there=$(dpkg-query -W -f='${db:Status-Status}' catan 2>/dev/null || true)
+if [[ $(id -u) == 0 && ($there == "" || $there == not-installed) ]]; then
+  # Minimal systems tell dpkg to leave manual pages and documents out.
   installed=yes
+  dpkg --path-include='/usr/share/man/*' --path-include='/usr/share/doc/catan/*' --install "$package" >"$scratch/log" 2>&1 ||
+    { cat "$scratch/log" >&2; exit 1; }
   root=
 else
   echo "unpacked, not installed: this needs root, and no package catan"
@@ -73,7 +76,7 @@ if command -v cc >/dev/null && command -v pkg-config >/dev/null; then
 fi
 
 if [[ -n $installed ]]; then
-  dpkg --remove catan >/dev/null
+  dpkg --purge catan >/dev/null
   installed=
   [[ ! -e /usr/bin/catan && ! -e /usr/include/catan && ! -e /usr/share/doc/catan ]] || fail "it left files behind"
 fi
