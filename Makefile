@@ -23,7 +23,7 @@ say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test build bench format format-check lint asan tsan fuzz clean setup setup-dev
+.PHONY: help demo test test-steady build bench package format format-check lint lint-changed asan tsan fuzz clean setup setup-dev
 # One thing at a time: each step uses all CPUs by itself.
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -40,7 +40,11 @@ demo: build-demo ## build and run the demonstration; results in out/demo, page o
 
 test: build ## build everything and run all tests
 	$(call say,Test)
-	ctest --preset $(PRESET) --parallel $(JOBS) --tests-regex '$(TESTS)'
+	scripts/test.sh $(PRESET) $(JOBS) '$(TESTS)'
+
+test-steady: build ## only the tests that do not depend on the clock
+	$(call say,Test)
+	SKIP_REALTIME=1 scripts/test.sh $(PRESET) $(JOBS) '$(TESTS)'
 
 build: configure ## build everything; the command is then bin/catan
 	$(call say,Build ($(PRESET)))
@@ -50,8 +54,12 @@ build: configure ## build everything; the command is then bin/catan
 
 bench: build ## run the benchmarks
 	$(call say,Benchmarks)
-	cd $(BUILD)/bench && found=0; for b in ./*_bench; do [ -x "$$b" ] || continue; found=1; "$$b" || exit 1; done; \
-	  [ $$found = 1 ] || echo 'There are no benchmarks yet.'
+	cd $(BUILD)/bench && for b in ./*_bench; do "$$b" || exit 1; done
+
+package: setup-dev configure ## make the Debian package, out/package/catan_*.deb
+	$(call say,Package)
+	$(call cmake_build,$(PRESET)) --target package_contents
+	scripts/package.sh $(BUILD)
 
 format: setup-dev ## format all C++ files in place
 	$(sources) | xargs clang-format-14 -i
@@ -63,6 +71,10 @@ lint: setup-dev configure ## static analysis: clang-tidy and cppcheck
 	$(call say,Lint)
 	scripts/lint.sh $(BUILD) $(JOBS)
 
+lint-changed: setup-dev configure ## the same of what differs from origin/main, or from the last commit
+	$(call say,Lint)
+	scripts/lint.sh --changed $(BUILD) $(JOBS)
+
 asan: ## run all tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	$(MAKE) --no-print-directory test PRESET=asan
 
@@ -71,14 +83,13 @@ tsan: ## run the tests of all that has threads under ThreadSanitizer
 	$(call say,Build (tsan))
 	$(call cmake_build,tsan) --target $(THREADED)
 	$(call say,Test)
-	scripts/fixed-addresses.sh ctest --preset tsan --parallel $(JOBS) --tests-regex '$(TESTS)' --exclude-regex '_NOT_BUILT$$' \
-	  --label-exclude '^programs$$'
+	scripts/fixed-addresses.sh scripts/test.sh tsan $(JOBS) '$(TESTS)' programs
 
 fuzz: setup-dev ## run each fuzzer for FUZZ_SECONDS (default 20)
 	$(MAKE) --no-print-directory configure PRESET=fuzz SETUP=skip
 	$(call say,Build (fuzz))
-	$(call cmake_build,fuzz)
-	scripts/fuzz.sh build/fuzz $(or $(FUZZ_SECONDS),20)
+	$(call cmake_build,fuzz) --target fuzzers
+	scripts/fuzz.sh build/fuzz $(or $(FUZZ_SECONDS),20) $(JOBS)
 
 clean: ## remove all that make made
 	rm -rf build bin out

@@ -1,10 +1,15 @@
-# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target...)
+# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target... ALONE file... REALTIME test...)
 #
 # One library target a module: catan_NAME, from all sources of the current folder and those below it. Files that end in
 # _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it
 # may include and link; tests/architecture checks that the sources keep to it. Installed, the library is catan::NAME.
+#
+# With CATAN_UNITY several files are compiled as one (docs/decisions/0016-compile-time.md). Two files whose helpers have the same
+# names cannot be: ALONE names files, as paths below the current folder that may have wildcards, that are compiled one by one.
+#
+# REALTIME names tests, as GoogleTest's filters do, that run threads against the clock: see catan_test.
 function(catan_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES;ALONE;REALTIME" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
   set(tests ${sources})
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
@@ -18,6 +23,7 @@ function(catan_module name)
     $<INSTALL_INTERFACE:include>)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
+  catan_unity(catan_${name} ALONE ${ARG_ALONE})
   if(name MATCHES "^(model|plan|planner|dispatch|policy|driver|sim|baselines)$")
     # What is planned and simulated must be the same on machines whose processors can fuse a multiplication with an addition.
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
@@ -32,18 +38,51 @@ function(catan_module name)
   set_property(GLOBAL APPEND PROPERTY CATAN_MODULES "${name}:${ARG_DEPENDS}")
 
   if(BUILD_TESTING AND tests)
-    catan_test(${name}_test SOURCES ${tests} LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
+    catan_test(${name}_test SOURCES ${tests} ALONE ${ARG_ALONE} REALTIME ${ARG_REALTIME}
+               LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
   endif()
 endfunction()
 
-# catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target...): a GoogleTest program, each of its tests known to CTest.
-# SERIAL: its tests load CPUs in real time, so nothing else may run beside them.
+# catan_unity(TARGET [ALONE file...]): compiles the target's files eight at a time, if CATAN_UNITY is on. ALONE: as above.
+function(catan_unity target)
+  cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
+  if(CATAN_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # What a source keeps to itself GCC takes for a header's, where the source is included.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    if(ARG_ALONE)
+      file(GLOB alone CONFIGURE_DEPENDS ${ARG_ALONE})
+      set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endif()
+endfunction()
+
+# catan_test(NAME [SERIAL] SOURCES file... ALONE file... LIBRARIES target... REALTIME test...): a GoogleTest program, each of
+# its tests known to CTest. ALONE: as above. REALTIME: tests, as GoogleTest's filters name them, that run threads against the
+# clock, so that nothing may run beside them and another process can make them fail; SERIAL: all of its tests do. They have the
+# label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again.
 function(catan_test name)
-  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;ALONE;LIBRARIES;REALTIME" ${ARGN})
+  if(ARG_SERIAL)
+    set(ARG_REALTIME *)
+  endif()
   add_executable(${name} ${ARG_SOURCES})
+  catan_unity(${name} ALONE ${ARG_ALONE})
+  # Most of the time that a test takes to compile would go into making it fast, which only what is tested needs to be.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O0>)
   target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300 RUN_SERIAL ${ARG_SERIAL})
+  set(options DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
+  list(JOIN ARG_REALTIME ":" realtime)
+  if(NOT realtime)
+    gtest_discover_tests(${name} ${options} PROPERTIES TIMEOUT 300)
+  elseif(NOT ARG_SERIAL)
+    gtest_discover_tests(${name} ${options} TEST_FILTER "-${realtime}" PROPERTIES TIMEOUT 300)
+  endif()
+  if(realtime)
+    gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}" TEST_LIST ${name}_realtime
+                         PROPERTIES TIMEOUT 300 RUN_SERIAL TRUE LABELS realtime)
+  endif()
 endfunction()
 
 # Writes "module: its dependencies" lines for the architecture test.

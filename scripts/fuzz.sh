@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs every fuzzer of a fuzz build for some seconds each.
-#   scripts/fuzz.sh BUILD [SECONDS]
+# Runs every fuzzer of a fuzz build for some seconds each, as many at a time as there are CPUs.
+#   scripts/fuzz.sh BUILD [SECONDS [JOBS]]
 # A fuzzer is a program NAME_fuzzer below BUILD/fuzz; its seeds are in fuzz/corpus/NAME_fuzzer, its dictionary, if it has
 # one, is fuzz/NAME_fuzzer.dict or else fuzz/yaml.dict. What it finds interesting goes to out/fuzz/NAME_fuzzer, and so does
 # an input that breaks it: seeds change only on purpose.
@@ -8,14 +8,14 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:?usage: scripts/fuzz.sh BUILD [SECONDS]}
 seconds=${2:-20}
-failed=0
-found=0
-while IFS= read -r fuzzer; do
-  found=$((found + 1))
+jobs=${3:-$(nproc)}
+
+# The fuzzer $1 for $2 seconds.
+run() {
+  local fuzzer=$1 seconds=$2 name work seeds=() dictionary log
   name=$(basename "$fuzzer")
   work=out/fuzz/$name
   mkdir -p "$work"
-  seeds=()
   [[ -d fuzz/corpus/$name ]] && seeds=("fuzz/corpus/$name")
   dictionary=fuzz/$name.dict
   [[ -e $dictionary ]] || dictionary=fuzz/yaml.dict
@@ -25,10 +25,12 @@ while IFS= read -r fuzzer; do
       -dict="$dictionary" -artifact_prefix="$work/broken-" "$work" "${seeds[@]}" >"$log" 2>&1; then
     echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, nothing found"
   else
-    failed=1
-    echo "$name: FOUND SOMETHING; the end of $log:"
-    tail -n 30 "$log"
+    printf '%s: FOUND SOMETHING; the end of %s:\n%s\n' "$name" "$log" "$(tail -n 30 "$log")"
+    return 1
   fi
-done < <(find "$build/fuzz" -type f -name '*_fuzzer' -perm -u+x 2>/dev/null | sort)
-[[ $found -gt 0 ]] || echo "fuzz: there are no fuzzers yet"
-exit $failed
+}
+export -f run
+
+mapfile -t fuzzers < <(find "$build/fuzz" -type f -name '*_fuzzer' -perm -u+x | sort)
+[[ ${#fuzzers[@]} -gt 0 ]] || { echo "fuzz: there are no fuzzers in $build/fuzz"; exit 1; }
+printf '%s\0' "${fuzzers[@]}" | xargs -0 -P "$jobs" -I '{}' bash -c 'run "$@"' _ '{}' "$seconds"

@@ -2,7 +2,7 @@
 # Installs the Debian 12 packages that Catan needs. Says nothing where none is missing; safe to run again at any time.
 #
 #   scripts/setup.sh           what building, testing and the demo need
-#   scripts/setup.sh --dev     that, and what formatting, linting and fuzzing need (--ci is the same)
+#   scripts/setup.sh --dev     that, and what formatting, linting, fuzzing and packaging need (--ci is the same)
 #   scripts/setup.sh --list    only prints the names of the packages
 #
 # Exit: 0 all there, 1 something is missing and could not be installed, 2 a wrong option.
@@ -40,6 +40,11 @@ dev_packages=(
   clang-tidy-14          # make lint
   python3                # run-clang-tidy-14, which runs it on all CPUs
   cppcheck               # make lint
+  dpkg-dev               # make package
+  file                   # which asks it what a library is
+  help2man               # writes its manual pages
+  man-db                 # whose check shows them
+  pkg-config             # and compiles a program against the package
 )
 # A file of opencv-doc that the apps need. Minimal systems tell dpkg to leave /usr/share/doc out.
 doc_data=/usr/share/doc/opencv-doc/examples/data

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kSeconds = 20.0;
 constexpr double kQuickSeconds = 4.0;
 
-struct Options {
+struct BenchOptions {
   std::string cpus;
   double seconds = kSeconds;
   bool quick = false;
@@ -93,7 +93,7 @@ std::string as_text(const BenchContext& context, const Figures& figures) {
                      figures_text(figures.measured));
 }
 
-Result<BenchContext> context_for(os::Os& os, const Options& options) {
+Result<BenchContext> context_for(os::Os& os, const BenchOptions& options) {
   Result<os::CpuSet> asked = os::parse_cpu_list(options.cpus);
   if (!asked) {
     Problem problem = asked.error().problems().front();
@@ -107,7 +107,7 @@ Result<BenchContext> context_for(os::Os& os, const Options& options) {
   return context;
 }
 
-int bench(const Options& options) {
+int bench(const BenchOptions& options) {
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   const Result<BenchContext> context = context_for(*os, options);
   if (!context) return report_error(context.error());
@@ -141,7 +141,7 @@ int bench(const Options& options) {
 }  // namespace
 
 void add_bench_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchOptions>();
   CLI::App* command = cli.add_subcommand("bench", "Measure what scheduling costs on this machine");
   command->footer(
       "Examples:\n"

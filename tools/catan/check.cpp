@@ -13,14 +13,14 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string app;
   std::string costs;
   bool json = false;
   bool dot = false;
 };
 
-int check(const Options& options) {
+int check(const CheckOptions& options) {
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
   std::optional<model::CostTable> costs;
@@ -37,7 +37,7 @@ int check(const Options& options) {
 }  // namespace
 
 void add_check_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   CLI::App* command = cli.add_subcommand("check", "Check an app file and show the app as Catan understood it");
   command->footer(
       "Examples:\n"

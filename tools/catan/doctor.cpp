@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct DoctorOptions {
   std::string cpus;
   bool json = false;
 };
@@ -106,7 +106,7 @@ Result<os::CpuSet> asked_cpus(const std::string& text) {
   return Error(ErrorKind::kCaller, {std::move(problem)});
 }
 
-int check_up(const Options& options) {
+int check_up(const DoctorOptions& options) {
   const auto cpus = asked_cpus(options.cpus);
   if (!cpus) return report_error(cpus.error());
   const auto os = os::make_linux_os();
@@ -120,7 +120,7 @@ int check_up(const Options& options) {
 }  // namespace
 
 void add_doctor_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorOptions>();
   CLI::App* command = cli.add_subcommand("doctor", "Check whether this machine is fit for real-time scheduling");
   command->footer(
       "Examples:\n"

@@ -21,7 +21,7 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct NodeOptions {
   std::string app;
   std::vector<std::string> nodes;
   std::string synthetic;
@@ -55,7 +55,7 @@ Status wait_for_signal(os::SignalWatch& signals) {
   return Done{};
 }
 
-Status play(const Options& options) {
+Status play(const NodeOptions& options) {
   const auto app = config::load_app(options.app);
   if (!app) return app.error();
   auto work = config::load_workload(options.synthetic, *app);
@@ -86,7 +86,7 @@ Status play(const Options& options) {
 }  // namespace
 
 void add_node_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<NodeOptions>();
   CLI::App* command = cli.add_subcommand("node", "Play nodes of a served app with a synthetic load");
   command->footer(
       "Examples:\n"

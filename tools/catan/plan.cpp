@@ -27,7 +27,7 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct PlanOptions {
   std::string app;
   std::string costs;
   std::string slack;
@@ -81,7 +81,7 @@ int make_rates(const graph::App& app, const model::CostTable& costs, const plann
   return kSuccess;
 }
 
-int make(const Options& options) {
+int make(const PlanOptions& options) {
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
   const auto slack = slack_of(*app, options.slack);
@@ -112,7 +112,7 @@ int make(const Options& options) {
 }  // namespace
 
 void add_plan_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlanOptions>();
   CLI::App* command = cli.add_subcommand("plan", "Plan cores, slices and rates for an app");
   command->footer(
       "Examples:\n"

@@ -14,14 +14,14 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::string record;
   bool json = false;
   bool html = false;
   bool all = false;
 };
 
-int report(const Options& options) {
+int report(const ReportOptions& options) {
   const auto record = record::Reader::open(options.record);
   if (!record) return report_error(record.error());
   const auto metrics = report::measure(*record, options.all);
@@ -35,7 +35,7 @@ int report(const Options& options) {
 }  // namespace
 
 void add_report_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* command = cli.add_subcommand("report", "Show what a recorded run came to, predicted beside measured");
   command->footer(
       "Examples:\n"

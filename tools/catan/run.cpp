@@ -33,7 +33,7 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct RunOptions {
   std::string app;
   std::string synthetic;
   std::vector<std::string> command;
@@ -91,12 +91,12 @@ bool let_run(const Session& session, os::Os& os, double seconds) {
   return warm.has_value();
 }
 
-std::string load_note(const Options& options) {
+std::string load_note(const RunOptions& options) {
   return fmt::format("synthetic load {}, seed {}", options.synthetic, options.seed);
 }
 
 // Whether the warm-up ended before the run did.
-Result<bool> run_synthetic(const graph::App& app, const Options& options, const std::string& record_path) {
+Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, const std::string& record_path) {
   auto work = config::load_workload(options.synthetic, app);
   if (!work) return work.error();
   auto configured = options.scheduling.for_session(record_path);
@@ -126,7 +126,7 @@ int show(const std::string& record_path, bool warm, bool json) {
 }
 
 // A program that plays nodes, one for each subchain and each unscheduled node.
-std::vector<std::vector<std::string>> node_programs(const graph::App& app, const Options& options) {
+std::vector<std::vector<std::string>> node_programs(const graph::App& app, const RunOptions& options) {
   std::vector<std::vector<std::string>> programs;
   const auto add = [&](const std::vector<NodeId>& nodes) {
     std::vector<std::string>& program = programs.emplace_back();
@@ -145,7 +145,7 @@ std::vector<std::vector<std::string>> node_programs(const graph::App& app, const
 }
 
 // Serves the app to programs, which it starts.
-Result<Served> run_programs(const graph::App& app, const Options& options, const std::string& record_path,
+Result<Served> run_programs(const graph::App& app, const RunOptions& options, const std::string& record_path,
                             const std::string& folder) {
   auto scheduler = options.scheduling.for_scheduler(app, record_path);
   if (!scheduler) return scheduler.error();
@@ -172,7 +172,7 @@ Result<Served> run_programs(const graph::App& app, const Options& options, const
   return serve(serving);
 }
 
-Status check_combination(const Options& options) {
+Status check_combination(const RunOptions& options) {
   std::vector<Problem> problems;
   if (options.synthetic.empty() == options.command.empty()) {
     problems.push_back(
@@ -186,7 +186,7 @@ Status check_combination(const Options& options) {
   return Done{};
 }
 
-int run(const Options& options) {
+int run(const RunOptions& options) {
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
@@ -210,7 +210,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_run_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunOptions>();
   CLI::App* command = cli.add_subcommand("run", "Run an app for a while and show what it came to");
   command->footer(
       "Examples:\n"

@@ -15,14 +15,14 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct ServeOptions {
   std::string app;
   std::string socket;
   std::vector<std::string> users;
   SchedulingOptions scheduling;
 };
 
-int serve_app(const Options& options) {
+int serve_app(const ServeOptions& options) {
   ServingOptions serving;
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
@@ -40,7 +40,7 @@ int serve_app(const Options& options) {
 }  // namespace
 
 void add_serve_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ServeOptions>();
   CLI::App* command = cli.add_subcommand("serve", "Schedule an app whose nodes are programs of their own");
   command->footer(
       "Examples:\n"

@@ -30,7 +30,7 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct SimOptions {
   std::string app;
   std::string costs;
   std::string scheduler = "catan";
@@ -60,7 +60,7 @@ void add_background(double part, sim::Machine& machine) {
   }
 }
 
-Result<sim::Options> simulation_options(const Options& options, const graph::App& app) {
+Result<sim::Options> simulation_options(const SimOptions& options, const graph::App& app) {
   auto policy = api::simulated_policy(options.scheduler, app);
   if (!policy) return policy.error();
   sim::Options chosen;
@@ -125,7 +125,7 @@ struct Simulated {
 };
 
 // All runs of one app, on so many threads.
-Result<Simulated> simulate_app(const Options& options, const std::string& app_file, const std::string& cost_file,
+Result<Simulated> simulate_app(const SimOptions& options, const std::string& app_file, const std::string& cost_file,
                                std::size_t threads) {
   const auto app = config::load_app(app_file);
   if (!app) return app.error();
@@ -152,7 +152,7 @@ Result<Simulated> simulate_app(const Options& options, const std::string& app_fi
   return simulated;
 }
 
-int simulate_all(const Options& options) {
+int simulate_all(const SimOptions& options) {
   const auto simulated = simulate_app(options, options.app, options.costs, options.threads);
   if (!simulated) return report_error(simulated.error());
   const auto& [runs, cores] = *simulated;
@@ -161,7 +161,7 @@ int simulate_all(const Options& options) {
 }
 
 // What came out of a sweep depends on this and on the files alone.
-std::string asked_of(const Options& options) {
+std::string asked_of(const SimOptions& options) {
   nlohmann::ordered_json asked{{"scheduler", options.scheduler},
                                {"cores", nullptr},
                                {"seconds", options.seconds},
@@ -178,7 +178,7 @@ std::string asked_of(const Options& options) {
   return nlohmann::ordered_json{{"sweep", asked}}.dump();
 }
 
-int sweep_all(const Options& options) {
+int sweep_all(const SimOptions& options) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto swept = sweep({.folder = options.folder,
                             .out = options.out,
@@ -200,14 +200,14 @@ int sweep_all(const Options& options) {
   return swept->failed == 0 ? kSuccess : kFailure;
 }
 
-int validate(const Options& options) {
+int validate(const SimOptions& options) {
   const auto validation = validate_against(options.validated);
   if (!validation) return report_error(validation.error());
   print(options.json ? validation->json : validation->text);
   return kSuccess;
 }
 
-int run(const Options& options) {
+int run(const SimOptions& options) {
   if (!options.validated.empty()) return validate(options);
   if (!options.folder.empty()) {
     if (!options.out.empty()) return sweep_all(options);
@@ -226,7 +226,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_sim_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimOptions>();
   CLI::App* command = cli.add_subcommand("sim", "Simulate an app in virtual time and show what it came to");
   command->footer(
       "Examples:\n"

@@ -28,7 +28,7 @@
 namespace ctn::tool {
 namespace {
 
-struct Options {
+struct WhatifOptions {
   std::string app;
   std::string costs;
   std::string cores = "1-6";
@@ -90,7 +90,7 @@ Result<std::size_t> find_term(const graph::App& app, const std::string& name) {
                  fmt::format("write its number, 0 to {}", app.objective.size() - 1));
 }
 
-Result<std::vector<sim::Hypothesis>> of_nodes(const Options& options, const graph::App& app, int cores) {
+Result<std::vector<sim::Hypothesis>> of_nodes(const WhatifOptions& options, const graph::App& app, int cores) {
   std::vector<sim::Hypothesis> asked;
   for (const std::string& text : options.nodes) {
     const auto values = parse_values(text, "--node", 1e-3);
@@ -105,7 +105,7 @@ Result<std::vector<sim::Hypothesis>> of_nodes(const Options& options, const grap
   return asked;
 }
 
-Result<std::vector<sim::Hypothesis>> of_weights(const Options& options, const graph::App& app, int cores) {
+Result<std::vector<sim::Hypothesis>> of_weights(const WhatifOptions& options, const graph::App& app, int cores) {
   std::vector<sim::Hypothesis> asked;
   for (const std::string& text : options.weights) {
     const auto values = parse_values(text, "--weight", 0.0);
@@ -123,7 +123,7 @@ void show_progress(std::size_t done, std::size_t all) {
   fmt::print(stderr, "\r{} of {} answered{}", done, all, done == all ? "\r\x1b[K" : "");
 }
 
-int ask(const Options& options) {
+int ask(const WhatifOptions& options) {
   const auto app = config::load_app(options.app);
   if (!app) return report_error(app.error());
   const auto work = config::load_workload(options.costs, *app);
@@ -185,7 +185,7 @@ int ask(const Options& options) {
 }  // namespace
 
 void add_whatif_command(CLI::App& cli, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WhatifOptions>();
   CLI::App* command =
       cli.add_subcommand("whatif", "What would become of an app on other hardware, with other costs or weights");
   command->footer(

@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Installs the Debian package that scripts/package.sh made, uses it as its user would, and removes it again.
+#   scripts/check-package.sh [PACKAGE]
+# As root, dpkg installs it on this machine, unless a package of its name is there already; otherwise, and then, its files are
+# unpacked into a scratch folder and used from there.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+package=${1:-$(ls out/package/catan_*.deb)}
+scratch=$(mktemp -d)
+installed=
+finish() {
+  [[ -z $installed ]] || dpkg --purge catan >/dev/null
+  rm -rf "$scratch"
+}
+trap finish EXIT
+fail() {
+  echo "check-package: $*" >&2
+  exit 1
+}
+
+dpkg-deb --info "$package" | sed -n 's/^ \(Package\|Version\|Depends\|Installed-Size\)/\1/p'
+root=$scratch/root
+there=$(dpkg-query -W -f='${db:Status-Status}' catan 2>/dev/null || true)
+if [[ $(id -u) == 0 && ($there == "" || $there == not-installed) ]]; then
+  # Minimal systems tell dpkg to leave manual pages and documents out.
+  installed=yes
+  dpkg --path-include='/usr/share/man/*' --path-include='/usr/share/doc/catan/*' --install "$package" >"$scratch/log" 2>&1 ||
+    { cat "$scratch/log" >&2; exit 1; }
+  root=
+else
+  echo "unpacked, not installed: this needs root, and no package catan"
+  dpkg-deb --extract "$package" "$root"
+fi
+catan=$root/usr/bin/catan
+
+# The command needs nothing but what the package depends on, so no OpenCV.
+! ldd "$catan" | grep -E 'not found|opencv' || fail "the command needs more than it should"
+"$catan" --version
+examples=$root/usr/share/doc/catan/examples/navigation
+"$catan" plan "$examples/navigation.yaml" --costs "$examples/navigation.costs.yaml" --cores 2 >"$scratch/plan"
+grep -q objective "$scratch/plan" || fail "catan plan printed no plan"
+
+# Manual pages: one of the command, one of each subcommand.
+while read -r command; do
+  page=$root/usr/share/man/man1/catan-$command.1.gz
+  [[ -e $page ]] || fail "there is no manual page of catan $command"
+  man -l "$page" 2>"$scratch/log" | grep -q SYNOPSIS || fail "the manual page of catan $command cannot be shown"
+  [[ ! -s $scratch/log ]] || { cat "$scratch/log" >&2; fail "the manual page of catan $command has mistakes"; }
+done < <("$catan" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\{1,\}\) .*/\1/p')
+man -l "$root/usr/share/man/man1/catan.1.gz" | grep -q 'catan doctor' || fail "catan(1) does not name the subcommands"
+
+# Completion, as bash calls it.
+completion=$root/usr/share/bash-completion/completions/catan
+bash -n "$completion"
+complete_words() { # WORD...: what completes the last one
+  PATH=$root/usr/bin:$PATH bash -c 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _catan; printf "%s\n" "${COMPREPLY[@]}"' \
+    _ "$completion" "$@" | sort | paste -sd' '
+}
+expect() { # WANTED WORD...
+  local wanted=$1 got
+  shift
+  got=$(complete_words "$@")
+  [[ $got == "$wanted" ]] || fail "'$*' was completed to '$got', not to '$wanted'"
+}
+expect doctor catan do
+expect --explain catan plan --exp
+expect two-stage catan plan --planner tw
+expect "$scratch/plan" catan check "$scratch/pl"
+
+# The library, from C, where there is a compiler.
+if command -v cc >/dev/null && command -v pkg-config >/dev/null; then
+  export PKG_CONFIG_PATH=$root/usr/lib/pkgconfig LD_LIBRARY_PATH=$root/usr/lib
+  # shellcheck disable=SC2046
+  cc -std=c99 examples/c/main.c $(pkg-config --cflags --libs catan) -o "$scratch/node"
+  (cd examples/c && PATH=$root/usr/bin:$PATH catan run app.yaml --seconds 0.5 -- "$scratch/node" >/dev/null)
+fi
+
+if [[ -n $installed ]]; then
+  dpkg --purge catan >/dev/null
+  installed=
+  [[ ! -e /usr/bin/catan && ! -e /usr/include/catan && ! -e /usr/share/doc/catan ]] || fail "it left files behind"
+fi
+echo "the package can be installed, used and removed"

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Runs the tests of a build.
+#   scripts/test.sh PRESET [JOBS [REGEX [LABEL]]]
+# Only tests whose names match REGEX; without those that have LABEL, and those of programs that are not built where it is given.
+# First all tests that depend on nothing but what they compute, JOBS at a time. Then, one by one, those with the label
+# `realtime`, which run threads against the clock: another process that takes the CPU may make one of these fail. Such a test
+# is run once more by itself. If it passes then, the run passes, but says so, and the test's name and what it printed are in
+# out/ci/flaky.txt: that is a defect to work on. If it fails again, the run fails.
+#   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels fail
+#   SKIP_REALTIME=1            only those that do not depend on the clock
+set -euo pipefail
+cd "$(dirname "$0")/.."
+preset=${1:?usage: scripts/test.sh PRESET [JOBS [REGEX [LABEL]]]}
+jobs=${2:-$(nproc)}
+chosen=(--tests-regex "${3:-.}")
+without=${4:-}
+[[ -z $without ]] || chosen+=(--exclude-regex '_NOT_BUILT$')
+log=build/$preset/Testing/Temporary
+flaky=out/ci/flaky.txt
+mkdir -p out/ci
+failed=0
+rm -f "$log"/{steady,realtime,again}.{log,failed}
+
+# run NAME OPTION...: ctest; what all tests printed is kept as NAME.log, who failed as NAME.failed (lines NUMBER:TEST).
+run() {
+  local name=$1 status=0
+  shift
+  rm -f "$log/LastTestsFailed.log" "$log/LastTest.log"
+  ctest --preset "$preset" "${chosen[@]}" "$@" || status=$?
+  cp "$log/LastTest.log" "$log/$name.log" 2>/dev/null || : >"$log/$name.log"
+  cp "$log/LastTestsFailed.log" "$log/$name.failed" 2>/dev/null || : >"$log/$name.failed"
+  return $status
+}
+
+# What one test printed, from a log of ctest.
+printed_by() { awk -v test="$2" '/^[0-9]+\/[0-9]+ Test(ing)?: /{on = ($3 == test)} on' "$1"; }
+
+run steady --parallel "$jobs" --label-exclude "^realtime\$${without:+|^$without\$}" --no-tests=ignore || failed=1
+
+if [[ -z ${SKIP_REALTIME:-} ]]; then
+  if ! run realtime --label-regex '^realtime$' ${without:+--label-exclude "^$without\$"} --no-tests=ignore; then
+    mapfile -t again < <(sed 's/^[0-9]*://' "$log/realtime.failed")
+    [[ ${#again[@]} -gt 0 ]] || failed=1 # ctest itself failed
+    for test in "${again[@]}"; do
+      printf '\n== %s failed; once more, alone\n' "$test"
+      chosen=(--tests-regex "^$(sed 's/[][\.*^$+?(){}|]/\\&/g' <<<"$test")\$")
+      if run again --no-tests=error; then
+        printf '\n!!! FLAKY: %s failed and then passed. Its first failure is in %s: a defect to work on.\n\n' "$test" "$flaky"
+        { date -u '+======== %F %T UTC'; echo "$test (preset $preset)"; printed_by "$log/realtime.log" "$test"; } >>"$flaky"
+      else
+        printf '\n== %s failed twice\n' "$test"
+        failed=1
+      fi
+    done
+  fi
+fi
+
+if ! grep -qs 'Testing: ' "$log"/{steady,realtime}.log; then
+  echo "no test was run: does the name of one match '${3:-.}'?" >&2
+  failed=1
+fi
+if [[ -n ${CATAN_REQUIRE_REALTIME:-} ]]; then
+  lacking=$(cat "$log/steady.log" "$log/realtime.log" 2>/dev/null |
+    awk '/^[0-9]+\/[0-9]+ Test(ing)?: /{test = $3} /needs the permission to/{print test}' | sort -u)
+  if [[ -n $lacking ]]; then
+    printf '\n== skipped for lack of the permission to set real-time levels, which this run requires:\n%s\n' "$lacking"
+    failed=1
+  fi
+fi
+exit $failed
