@@ -33,7 +33,7 @@ void false_alarms(const std::string& name, const std::function<Nanos(std::uint64
 void delays(const char* name, std::uint64_t seed, const CaseLaw& law, double step) {
   constexpr int kTrials = 2000;
   constexpr std::uint64_t kBefore = 200;
-  constexpr std::uint64_t kPatience = 300;
+  constexpr std::uint64_t kTimeout = 300;
   std::vector<std::size_t> delays;
   int missed = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -41,14 +41,13 @@ void delays(const char* name, std::uint64_t seed, const CaseLaw& law, double ste
     const Draw before = draws(law, seed + static_cast<std::uint64_t>(trial));
     for (std::uint64_t run = 0; run < kBefore; ++run) detector.add(before());
     std::uint64_t delay = 1;
-    while (delay <= kPatience && !detector.add(scaled(before(), step))) ++delay;
-    delay <= kPatience ? delays.push_back(delay) : static_cast<void>(++missed);
+    while (delay <= kTimeout && !detector.add(scaled(before(), step))) ++delay;
+    delay <= kTimeout ? delays.push_back(delay) : static_cast<void>(++missed);
   }
   std::sort(delays.begin(), delays.end());
-  if (delays.empty())
-    return fmt::print("  {:<46} {:+4.0f} %: never within {}\n", name, (step - 1.0) * 100.0, kPatience);
+  if (delays.empty()) return fmt::print("  {:<46} {:+4.0f} %: never within {}\n", name, (step - 1.0) * 100.0, kTimeout);
   fmt::print("  {:<46} {:+4.0f} %: median {}, 95 % {}; not within {}: {:.1f} %\n", name, (step - 1.0) * 100.0,
-             delays[delays.size() / 2], delays[delays.size() * 95 / 100], kPatience, 100.0 * missed / kTrials);
+             delays[delays.size() / 2], delays[delays.size() * 95 / 100], kTimeout, 100.0 * missed / kTrials);
 }
 
 void time_a_run() {

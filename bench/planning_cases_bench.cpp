@@ -41,7 +41,7 @@ using planner::RandomCase;
 using planner::Target;
 
 constexpr double kSame = 1e-6;         // solvers agree
-constexpr double kPatience = 60.0;     // s for one program of CBC's
+constexpr double kTimeout = 60.0;      // s for one program of CBC's
 constexpr double kTimesFaster = 20.0;  // the goal against other solvers
 
 int wrong_results = 0;
@@ -200,7 +200,7 @@ void goals() {
 
 // ---- 2. Very many subchains
 
-// What planning anew finds changed: each node costs up to a tenth more or less.
+// What re-planning finds changed: each node costs up to a tenth more or less.
 RandomCase with_other_costs(RandomCase any, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   for (std::size_t i = 0; i < any.app.graph.nodes().size(); ++i) {
@@ -211,7 +211,7 @@ RandomCase with_other_costs(RandomCase any, std::uint64_t seed) {
 }
 
 void many_case(int subchains, int cores) {
-  constexpr std::size_t kEffortAgain = 100'000;  // as policy "catan" plans anew
+  constexpr std::size_t kEffortAgain = 100'000;  // as policy "catan" re-plans
   const std::string name = fmt::format("{} subchains on {} cores", subchains, cores);
   progress(name);
   std::vector<double> first;
@@ -227,9 +227,9 @@ void many_case(int subchains, int cores) {
     if (staged->objective < plan->objective) wrong(name + ": two stages are better than one");
     gap = std::max(gap, plan->gap);
     two_stage += staged->objective / plan->objective - 1.0;
-    const planner::Request anew{.cores = any.cores, .slack = any.slack};
+    const planner::Request replanned{.cores = any.cores, .slack = any.slack};
     first.push_back(timed(
-        3, [&] { static_cast<void>(planner::make_plan(any.app, any.costs, anew)); }, cpu_ms));
+        3, [&] { static_cast<void>(planner::make_plan(any.app, any.costs, replanned)); }, cpu_ms));
     const RandomCase other = with_other_costs(any, again.size() + 1);
     const planner::Request request{.cores = other.cores, .slack = other.slack, .effort = kEffortAgain, .warm = &*plan};
     again.push_back(timed(
@@ -284,7 +284,7 @@ void print_duel(const std::string& name, const Duel& duel) {
   const double theirs = median(duel.theirs);
   fmt::print("{:<40} {:>4} {:>9.3f} {:>10.2f} {:>8.0f} {:>7}  {}{}\n", name, duel.ours.size(), ours, theirs,
              theirs / ours, theirs >= kTimesFaster * ours ? "met" : "MISSED", duel.note,
-             duel.unfinished > 0 ? fmt::format("; {} not finished in {:g} s", duel.unfinished, kPatience) : "");
+             duel.unfinished > 0 ? fmt::format("; {} not finished in {:g} s", duel.unfinished, kTimeout) : "");
   std::fflush(stdout);
 }
 
@@ -301,7 +301,7 @@ void against_cbc(const std::string& name, const std::vector<RandomCase>& apps) {
       ours = allocate_by_equal_shares(instance, free, effort);
     }));
     solvers::StageOne theirs;
-    duel.theirs.push_back(timed(3, [&] { theirs = solvers::cbc_stage_one(instance, free, kPatience); }));
+    duel.theirs.push_back(timed(3, [&] { theirs = solvers::cbc_stage_one(instance, free, kTimeout); }));
     duel.unfinished += theirs.proven ? 0 : 1;
     if (theirs.found && !(ours.found && ours.shares.value <= theirs.value * (1.0 + kSame))) {
       wrong(fmt::format("{}: stage I {} where CBC finds {:.9g}", name,

@@ -46,12 +46,12 @@ Json validation(const Case& of, const std::string& scheduler, int seconds) {
 
 // The largest among the chains, of one figure of their response times.
 double worst(const Json& validated, const char* figure) {
-  double most = 0.0;
+  double max = 0.0;
   for (const Json& chain : validated["chains"]) {
     const Json& error = chain["response_ms"][figure]["error"];
-    if (!error.is_null()) most = std::max(most, std::abs(error.get<double>()));
+    if (!error.is_null()) max = std::max(max, std::abs(error.get<double>()));
   }
-  return most;
+  return max;
 }
 
 double heaviest(const Json& validated, const char* figure) {

@@ -49,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   for (const auto& problem : work.error().problems()) {
-    if (problem.place.line < 1 || problem.place.column < 1 || problem.what.empty() || problem.mend.empty())
+    if (problem.place.line < 1 || problem.place.column < 1 || problem.what.empty() || problem.hint.empty())
       std::abort();
   }
   return 0;

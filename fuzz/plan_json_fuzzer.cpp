@@ -15,7 +15,7 @@ void require(bool condition) {
 }
 
 void require_reasons(const ctn::Error& error) {
-  for (const ctn::Problem& problem : error.problems()) require(!problem.what.empty() && !problem.mend.empty());
+  for (const ctn::Problem& problem : error.problems()) require(!problem.what.empty() && !problem.hint.empty());
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::
   if (program == programs.end()) return;
   const os::ProcessId own = world.fake.current_process();
   const os::ProcessId sender = who == line.front() ? own : os::ProcessId{static_cast<std::int32_t>(own) + 1};
-  const runtime::Registry::Answer answer = registry.hear(program->second, sender, line.substr(1));
+  const runtime::Registry::Answer answer = registry.handle(program->second, sender, line.substr(1));
   const Status said = runtime::parse_reply(answer.text);
   if (!said && said.error().kind() != ErrorKind::kCaller) std::abort();
   if (answer.with_region && (!said || sender != own)) std::abort();
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else if (!line.empty()) {
       speak(registry, programs, world, line);
     }
-    registry.look_for_threads();
+    registry.find_threads();
   }
   for (const auto& [name, program] : programs) registry.leave(program, "it has ended");
   for (std::size_t node = 0; node < world.app.graph.nodes().size(); ++node) {

@@ -46,7 +46,7 @@ void read_reports(const std::uint8_t* data, std::size_t size, const graph::App& 
     std::memcpy(report.data(), data + at, words * 8);
     static_cast<void>(writer.push(report));
     link.drain([&](record::Run run) {
-      if (!check.believe(run, kNow)) return;
+      if (!check.accept(run, kNow)) return;
       if (run.number <= number || run.begin < end || run.end < run.begin) std::abort();
       number = run.number;
       end = run.end;

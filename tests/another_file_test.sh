@@ -22,7 +22,7 @@ eventually() { # eventually TEXT FILE
   cat "$2"
   exit 1
 }
-eventually "is whole" first
+eventually "have registered" first
 kill -KILL $server
 wait $server || true
 eventually "it is gone" said
@@ -33,7 +33,7 @@ server=$!
 eventually "nodes stay by themselves" said
 sleep 1
 [ "$(grep -c "nodes stay by themselves" said)" = 1 ]
-if grep -q "is whole" second; then exit 1; fi
+if grep -q "have registered" second; then exit 1; fi
 kill $node
 wait $node
 kill $server

@@ -65,7 +65,7 @@ TEST_F(ServeTest, SchedulesProgramsOfTheirOwn) {
   const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
   ASSERT_TRUE(fast);
   EXPECT_TRUE(fast->runs_on(100)) << said();
-  EXPECT_TRUE(says("subchain slow is whole"));
+  EXPECT_TRUE(says("subchain slow runs"));
   if (has_real_time()) {
     EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) > 0; }));
   }
@@ -86,7 +86,7 @@ TEST_F(ServeTest, KilledItLeavesNobodyRaisedNodesGoOnAndAnotherTakesOver) {
   os::ChildProcess& map = play({"map"});
   const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
   ASSERT_TRUE(fast && fast->runs_on(50)) << said();
-  ASSERT_TRUE(says("subchain slow is whole"));
+  ASSERT_TRUE(says("subchain slow runs"));
   for (int round = 0; round < 3; ++round) {
     SCOPED_TRACE(round);
     const int before = fast->runs;
@@ -147,7 +147,7 @@ TEST_F(ServeTest, ANodeThatDiesIsNoticedAndMayComeBack) {
   ASSERT_TRUE(fast);
   for (int round = 1; round <= 5; ++round) {
     os::ChildProcess& map = play({"map"});
-    EXPECT_TRUE(eventually([&] { return times_said("subchain slow is whole") == round; })) << said();
+    EXPECT_TRUE(eventually([&] { return times_said("subchain slow runs") == round; })) << said();
     std::this_thread::sleep_for(milliseconds{50 * round});
     ASSERT_TRUE(map.signal(SIGKILL).ok());
     EXPECT_TRUE(eventually([&] { return times_said("node map is gone") == round; }, seconds{2})) << said();
@@ -156,11 +156,11 @@ TEST_F(ServeTest, ANodeThatDiesIsNoticedAndMayComeBack) {
   EXPECT_THAT(said(), testing::Not(HasSubstr("hangs")));
 }
 
-TEST_F(ServeTest, AStoppedProgramIsContainedAndGoesOn) {
+TEST_F(ServeTest, AStoppedProgramIsSuspendedAndGoesOn) {
   serve();
   const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
   os::ChildProcess& map = play({"map"});
-  ASSERT_TRUE(fast && says("subchain slow is whole"));
+  ASSERT_TRUE(fast && says("subchain slow runs"));
   std::this_thread::sleep_for(milliseconds{300});
   ASSERT_TRUE(map.signal(SIGSTOP).ok());
   // It stops between runs, too; then its next trigger waits.
@@ -191,7 +191,7 @@ TEST_F(ServeTest, WhoForksAndDiesIsGone) {
     ::usleep(500000);
     return 0;
   });
-  EXPECT_TRUE(says("subchain slow is whole"));
+  EXPECT_TRUE(says("subchain slow runs"));
   EXPECT_TRUE(says("node map is gone: its process has ended")) << said();
   EXPECT_TRUE(fast->runs_on(20));
 }
@@ -291,7 +291,7 @@ TEST_F(ServeTest, KeepsNothingOfProgramsThatCameAndWent) {
 }
 
 // Nobody else is left who could give threads back.
-TEST_F(ServeTest, KilledWithItsGuardianProgramsGiveTheirThreadsBackThemselves) {
+TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();
   os::ChildProcess& map = play({"map"});

@@ -66,7 +66,7 @@ TEST(Detector, TellsWhichPackageIsMissing) {
   const auto detector = Detector::open("/nowhere/cascade.xml");
   ASSERT_FALSE(detector.ok());
   EXPECT_EQ(detector.error().kind(), ErrorKind::kEnvironment);
-  EXPECT_NE(detector.error().problems().front().mend.find("opencv-data"), std::string::npos);
+  EXPECT_NE(detector.error().problems().front().hint.find("opencv-data"), std::string::npos);
 }
 
 TEST(Footage, TellsWhichPackageIsMissing) {
@@ -74,7 +74,7 @@ TEST(Footage, TellsWhichPackageIsMissing) {
   files.examples = "/nowhere";
   const auto footage = load_footage(files);
   ASSERT_FALSE(footage.ok());
-  EXPECT_NE(footage.error().problems().front().mend.find("opencv-doc"), std::string::npos);
+  EXPECT_NE(footage.error().problems().front().hint.find("opencv-doc"), std::string::npos);
 }
 
 }  // namespace

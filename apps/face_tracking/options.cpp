@@ -53,13 +53,13 @@ std::optional<std::vector<int>> parse_cpus(const std::string& text) {
 }
 
 // As CLI::Range, which lets NaN through.
-CLI::Validator within(double least, double most) {
+CLI::Validator within(double min, double max) {
   const auto check = [=](const std::string& text) -> std::string {
     double value = 0.0;
-    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
-    return fmt::format("'{}' is no number from {} to {}", text, least, most);
+    if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max) return {};
+    return fmt::format("'{}' is no number from {} to {}", text, min, max);
   };
-  return {check, fmt::format("from {} to {}", least, most)};
+  return {check, fmt::format("from {} to {}", min, max)};
 }
 
 // Beside the program (the build tree), or where it was installed to.

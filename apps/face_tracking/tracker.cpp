@@ -17,7 +17,7 @@ constexpr double kBearingSigma = 0.02;   // of a detection
 constexpr double kOutlier = 1e-3;        // weight that a detection leaves to guesses far from it
 constexpr double kUnseen = 0.1;          // weight of a guess inside a picture that shows no face
 constexpr double kGain = 5.0;            // pan rate per angle, 1/s
-constexpr double kPatience = 0.6;        // seconds without a face before the search begins
+constexpr double kTimeout = 0.6;         // seconds without a face before the search begins
 constexpr double kSweepRate = 2.2;
 
 }  // namespace
@@ -124,7 +124,7 @@ void Tracker::observe(const Observation& observation) {
 
 double Tracker::pan_rate(double time, double pan) {
   if (!started_) return 0.0;
-  if (!searching_ && time_ - seen_at_ > kPatience) {
+  if (!searching_ && time_ - seen_at_ > kTimeout) {
     searching_ = true;
     sweep_from_ = pan;
     sweep_rate_ = std::copysign(kSweepRate, rate_);

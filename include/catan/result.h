@@ -26,12 +26,12 @@ struct Place {
   friend bool operator==(const Place&, const Place&) = default;
 };
 
-// One thing that is wrong: where, under which key, what, and how to mend it.
+// One thing that is wrong: where, under which key, what, and how to fix it.
 struct Problem {
   Place place;
   std::string key;   // dotted path, as in "nodes.GL.max_rate"; empty where there is none
   std::string what;  // what is wrong
-  std::string mend;  // what to do; empty only where nothing sensible can be said
+  std::string hint;  // what to do; empty only where nothing sensible can be said
 };
 
 // "app.yaml:12:5: nodes.GL.max_rate: '50' has no unit; write 50Hz". Parts that are not known are left out.
@@ -46,11 +46,11 @@ class [[nodiscard]] Error {
   }
 
   // The common case: one problem without a place in a text.
-  static Error caller(std::string what, std::string mend) {
-    return {ErrorKind::kCaller, {Problem{{}, {}, std::move(what), std::move(mend)}}};
+  static Error caller(std::string what, std::string hint) {
+    return {ErrorKind::kCaller, {Problem{{}, {}, std::move(what), std::move(hint)}}};
   }
-  static Error environment(std::string what, std::string mend) {
-    return {ErrorKind::kEnvironment, {Problem{{}, {}, std::move(what), std::move(mend)}}};
+  static Error environment(std::string what, std::string hint) {
+    return {ErrorKind::kEnvironment, {Problem{{}, {}, std::move(what), std::move(hint)}}};
   }
 
   ErrorKind kind() const { return kind_; }

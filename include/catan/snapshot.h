@@ -30,8 +30,8 @@ struct Snapshot {
   bool warmed_up = false;             // the bootstrap is over; what was measured in it is left out below
   double source_hz = 0.0;             // rate of the first subchain's head, as planned or hand-set
   std::uint64_t plans = 0;            // plans that came into force, the bootstrap's included
-  std::uint64_t cost_changes = 0;     // how often a node's compute time changed for good
-  double planning_ms = 0.0;           // CPU time that plans made anew have taken
+  std::uint64_t cost_changes = 0;     // how often a node's compute time changed permanently
+  double planning_ms = 0.0;           // CPU time that new plans have taken
   std::uint64_t starved = 0;          // how often the kernel kept a CPU from real-time threads
   double starved_ms = 0.0;            // and for how long, on all CPUs
   std::vector<ChainSnapshot> chains;  // the objective's response times

@@ -25,8 +25,8 @@ using std::chrono::steady_clock;
 std::atomic<bool> g_stop{false};
 
 // Exit code, or 128 + signal; none within the time: killed, and 255.
-int wait_for(int process, milliseconds patience) {
-  const auto until = steady_clock::now() + patience;
+int wait_for(int process, milliseconds timeout) {
+  const auto until = steady_clock::now() + timeout;
   int status = 0;
   for (;;) {
     const int ended = ::waitpid(process, &status, WNOHANG);

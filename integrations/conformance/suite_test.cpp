@@ -131,7 +131,7 @@ TEST_P(PortSuite, NodesOfTwoProgramsTriggerEachOther) {
   serve(kApp, "default");
   const Program source = start({counting(kSource, "source")});
   std::this_thread::sleep_for(milliseconds{300});
-  EXPECT_EQ(of(kSource).ended, 0) << "a subchain is paced when it is whole";
+  EXPECT_EQ(of(kSource).ended, 0) << "a subchain is triggered once all of its nodes have registered";
   const Program sink = start({counting(kSink, "sink")});
   ASSERT_TRUE(called(kSink, 20));
   EXPECT_EQ(stop(sink), 0);

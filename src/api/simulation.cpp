@@ -53,7 +53,8 @@ class Simulation::Impl {
   }
   ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                             MakeChannel make) {
-    if (!in_time(queue ? "queue" : "channel", fmt::format("{} -> {}", from, to))) return connections_.nowhere(make);
+    if (!in_time(queue ? "queue" : "channel", fmt::format("{} -> {}", from, to)))
+      return connections_.unconnected_channel(make);
     return connections_.open_channel(from, to, queue, type, make);
   }
 
@@ -110,7 +111,7 @@ class Simulation::Impl {
  private:
   bool in_time(std::string_view call, std::string_view of) {
     if (!started_) return true;
-    connections_.complain(fmt::format("{}(\"{}\"): time has begun to pass", call, of), "call it before run_for()");
+    connections_.add_problem(fmt::format("{}(\"{}\"): time has begun to pass", call, of), "call it before run_for()");
     return false;
   }
 

@@ -13,7 +13,7 @@ std::string to_string(const Problem& problem) {
   if (!text.empty()) text += ": ";
   if (!problem.key.empty()) text += problem.key + ": ";
   text += problem.what;
-  if (!problem.mend.empty()) text += "; " + problem.mend;
+  if (!problem.hint.empty()) text += "; " + problem.hint;
   return text;
 }
 

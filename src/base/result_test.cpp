@@ -5,7 +5,7 @@
 namespace ctn {
 namespace {
 
-TEST(Problem, NamesPlaceKeyFaultAndMend) {
+TEST(Problem, NamesPlaceKeyFaultAndHint) {
   EXPECT_EQ(to_string(Problem{{"app.yaml", 12, 5}, "nodes.GL.max_rate", "'50' has no unit", "write 50Hz"}),
             "app.yaml:12:5: nodes.GL.max_rate: '50' has no unit; write 50Hz");
 }

@@ -10,8 +10,8 @@
 namespace ctn {
 namespace {
 
-constexpr std::size_t kMostQuoted = 60;
-constexpr std::size_t kMostListed = 8;
+constexpr std::size_t kMaxQuoted = 60;
+constexpr std::size_t kMaxListed = 8;
 constexpr std::size_t kLongestWord = 64;  // longer ones are not compared: nobody misspells them by a letter or two
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
@@ -59,13 +59,13 @@ std::string printable(std::string_view text) {
 }
 
 std::string quote(std::string_view text) {
-  const bool cut = text.size() > kMostQuoted;
-  if (cut) text = text.substr(0, whole_characters(text, kMostQuoted));
+  const bool cut = text.size() > kMaxQuoted;
+  if (cut) text = text.substr(0, whole_characters(text, kMaxQuoted));
   return fmt::format("'{}{}'", printable(text), cut ? "..." : "");
 }
 
 std::string quote_list(std::span<const std::string> names) {
-  const std::size_t listed = names.size() > kMostListed ? kMostListed : names.size();
+  const std::size_t listed = names.size() > kMaxListed ? kMaxListed : names.size();
   std::string result;
   for (std::size_t i = 0; i < listed; ++i) {
     if (i > 0) result += i + 1 == names.size() ? " and " : ", ";

@@ -47,7 +47,7 @@ class Davare {
     for (std::size_t i = 0; i < n; ++i) {
       PeriodTask task;
       const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
-      task.least_period = limits.least.count();
+      task.min_period = limits.min.count();
       if (limits.exact) task.exact_period = limits.exact->count();
       task.cost = stretched_[0][i];
       program_.tasks.push_back(task);
@@ -56,7 +56,7 @@ class Davare {
     for (const auto& of_kind : stretched_) {
       dearest = std::max(dearest, std::accumulate(of_kind.begin(), of_kind.end(), 0.0));
     }
-    for (PeriodTask& task : program_.tasks) task.most_period = 100.0 * std::max(dearest, task.least_period);
+    for (PeriodTask& task : program_.tasks) task.max_period = 100.0 * std::max(dearest, task.min_period);
     make_sums(costs);
   }
 
@@ -170,7 +170,7 @@ class Davare {
   double likely_period(std::size_t i) const {
     const PeriodTask& task = program_.tasks[i];
     if (task.exact_period > 0.0) return task.exact_period;
-    return std::max(task.least_period, std::sqrt(stretched_[0][i] / std::max(weight_[i], 1e-6)));
+    return std::max(task.min_period, std::sqrt(stretched_[0][i] / std::max(weight_[i], 1e-6)));
   }
 
   Assignment first() const {

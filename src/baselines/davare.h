@@ -17,7 +17,7 @@
 // - Periods are weighed too, where the objective does. A task that no term weighs runs at least every 100 times what
 //   all tasks together cost.
 // - The geometric program is solved in other variables, by a barrier method of our own.
-// - A `max` or `min_rate` that cannot hold gives way by the least common factor, as in Catan's plans; by the
+// - A `max` or `min_rate` that cannot hold gives way by the smallest common factor, as in Catan's plans; by the
 //   approximation, so by a little more than would be needed.
 //
 // Units: see rate_plan.h. Thread safety: pure functions.

@@ -133,8 +133,8 @@ class Barrier {
     made.push_back(std::move(ends));
     const int at = variable_[i];
     if (at < 0) return made;
-    made.push_back({x[at] - task.cost / task.most_period, {{at, 1.0}}});
-    if (task.least_period > 0.0) made.push_back({task.cost / task.least_period - x[at], {{at, -1.0}}});
+    made.push_back({x[at] - task.cost / task.max_period, {{at, 1.0}}});
+    if (task.min_period > 0.0) made.push_back({task.cost / task.min_period - x[at], {{at, -1.0}}});
     return made;
   }
 
@@ -239,9 +239,9 @@ std::optional<VectorXd> any_start(const PeriodProgram& program, const Barrier& b
     Eigen::Index at = 0;
     for (const PeriodTask& task : program.tasks) {
       if (task.exact_period > 0.0) continue;
-      const double low = task.cost / task.most_period;
+      const double low = task.cost / task.max_period;
       double high = task.cost / (task.burst * static_cast<double>(program.tasks.size()));
-      if (task.least_period > 0.0) high = std::min(high, task.cost / task.least_period);
+      if (task.min_period > 0.0) high = std::min(high, task.cost / task.min_period);
       x[at++] = low + part * (std::max(high, low * 1.001) - low);
     }
     if (barrier.at(x, 1.0)) return x;

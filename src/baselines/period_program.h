@@ -23,8 +23,8 @@ struct PeriodTask {
   double cost = 1.0;          // c > 0
   double burst = 1.0;         // b >= c
   std::vector<int> higher;    // the tasks of higher priority on its core
-  double least_period = 0.0;  // rate cap
-  double most_period = 0.0;   // > least_period
+  double min_period = 0.0;    // rate cap
+  double max_period = 0.0;    // > min_period
   double exact_period = 0.0;  // 0: none
 };
 

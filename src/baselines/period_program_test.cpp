@@ -37,7 +37,7 @@ TEST(PeriodProgram, TwoTasksShareByTheSquareRootsOfTheirCosts) {
 
 TEST(PeriodProgram, CapsAndExactRatesAreKept) {
   PeriodTask capped = task(1.0, 1.0, {});
-  capped.least_period = 20.0;
+  capped.min_period = 20.0;
   PeriodTask exact = task(1.0, 2.0, {0});
   exact.exact_period = 10.0;
   const auto found =

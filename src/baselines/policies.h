@@ -38,7 +38,7 @@ class PicasPolicy : public policy::HandSetPolicy {
   GivenCosts costs_;
 };
 
-// "deadline": rates set by hand, a reservation a node, on all CPUs (reservations.h). Rates are lowered by the least
+// "deadline": rates set by hand, a reservation a node, on all CPUs (reservations.h). Rates are lowered by the smallest
 // common factor where the reservations would not be admitted. What decide() says is without the reservations, which
 // only a simulation can have: by reserve().
 class DeadlinePolicy : public policy::HandSetPolicy {

@@ -43,8 +43,8 @@ std::vector<double> utilisations_of(const RatePlan& plan, const graph::App& app,
 }  // namespace
 
 Status check_request(const graph::App& app, const RateRequest& request) {
-  if (request.cores < 1 || request.cores > planner::kMostCores) {
-    return mistake("cores", fmt::format("{} cores", request.cores), fmt::format("1 to {}", planner::kMostCores));
+  if (request.cores < 1 || request.cores > planner::kMaxCores) {
+    return mistake("cores", fmt::format("{} cores", request.cores), fmt::format("1 to {}", planner::kMaxCores));
   }
   if (const auto listed = app.core_count(); listed && request.cores > *listed) {
     return mistake("cores", fmt::format("{} cores, but the app lists {}", request.cores, *listed),
@@ -107,7 +107,7 @@ Status check_rates(const RatePlan& plan, const graph::App& app, const model::Cos
     const double period = task.period.count();
     if (!std::isfinite(period) || period <= 0.0) return broken(fmt::format("{}: a period of {}ms", name, period));
     const plan::PeriodLimits limits = plan::period_limits(graph, SubchainId(i));
-    if (longer(limits.least.count(), period)) return broken(name + ": more often than max_rate");
+    if (longer(limits.min.count(), period)) return broken(name + ": more often than max_rate");
     if (limits.exact && differ(limits.exact->count(), period)) return broken(name + ": not at its exact rate");
     if (longer(task.response.count(), period)) return broken(name + ": a run may outlast its period");
   }

@@ -166,7 +166,7 @@ class Verucchi {
         if (exact > 0.0 && std::abs(given - exact) > 1e-9 * exact) return kInfinity;
         exact = given;
       } else {
-        base = std::max(base, limits_[i].least.count() / by);
+        base = std::max(base, limits_[i].min.count() / by);
       }
     }
     base = std::max(base, *std::max_element(load.begin(), load.end()));
@@ -332,7 +332,7 @@ class Verucchi {
     for (std::size_t i = 0; i < count_; ++i) {
       wish[i] = limits_[i].exact
                     ? limits_[i].exact->count()
-                    : std::max(limits_[i].least.count(), std::sqrt(stretched_[0][i] / std::max(weight_[i], 1e-9)));
+                    : std::max(limits_[i].min.count(), std::sqrt(stretched_[0][i] / std::max(weight_[i], 1e-9)));
     }
     // Exact rates are what the others are measured by.
     double unit = *std::min_element(wish.begin(), wish.end());
@@ -375,7 +375,7 @@ class Verucchi {
       if (limits_[i].exact)
         exact = std::min(exact, limits_[i].exact->count() / by);
       else
-        base = std::max(base, limits_[i].least.count() / by);
+        base = std::max(base, limits_[i].min.count() / by);
     }
     return std::max(base, *std::max_element(load.begin(), load.end())) / exact;
   }

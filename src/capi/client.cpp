@@ -26,7 +26,7 @@ struct catan_client {
 namespace {
 
 ctn::ClientOptions options_of(const catan_client_options* given) {
-  const catan_client_options options = ctn::capi::complete(given, catan_client_options CATAN_CLIENT_OPTIONS);
+  const catan_client_options options = ctn::capi::with_defaults(given, catan_client_options CATAN_CLIENT_OPTIONS);
   ctn::ClientOptions result;
   result.socket = ctn::capi::text_of(options.socket);
   result.app = ctn::capi::text_of(options.app);

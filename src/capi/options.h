@@ -9,7 +9,7 @@ namespace ctn::capi {
 
 // What the caller gave, the rest as in `defaults`. `given` may be null. Options begin with their own size.
 template <class Options>
-Options complete(const Options* given, Options defaults) {
+Options with_defaults(const Options* given, Options defaults) {
   if (given == nullptr) return defaults;
   std::size_t size = 0;
   std::memcpy(&size, given, sizeof size);

@@ -19,7 +19,7 @@ namespace ctn::capi {
 namespace {
 
 Result<SessionOptions> options_of(const catan_session_options* given) {
-  const catan_session_options options = complete(given, catan_session_options CATAN_SESSION_OPTIONS);
+  const catan_session_options options = with_defaults(given, catan_session_options CATAN_SESSION_OPTIONS);
   SessionOptions result;
   if (options.policy != nullptr) result.policy = options.policy;
   if (options.cpus != nullptr) result.cpus.assign(options.cpus, options.cpus + options.cpu_count);

@@ -34,20 +34,19 @@ Result<graph::App> load_app(const std::string& path) {
 }
 
 Result<std::string> read_text(const std::string& path) {
-  const auto fault = [&](std::string what, std::string mend) {
-    return Error(ErrorKind::kCaller, {{{path, 0, 0}, "", std::move(what), std::move(mend)}});
+  const auto fault = [&](std::string what, std::string hint) {
+    return Error(ErrorKind::kCaller, {{{path, 0, 0}, "", std::move(what), std::move(hint)}});
   };
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return fault("is a directory", "name a file");
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return fault(fmt::format("cannot be read: {}", std::strerror(errno)), "check the path and its rights");
-  std::string text(kMostBytes + 1, '\0');
+  std::string text(kMaxBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return fault(fmt::format("cannot be read: {}", std::strerror(errno)), "check the file");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > kMostBytes)
-    return fault(fmt::format("has more than {} bytes", kMostBytes), "is it the right file?");
+  if (text.size() > kMaxBytes) return fault(fmt::format("has more than {} bytes", kMaxBytes), "is it the right file?");
   return text;
 }
 

@@ -148,7 +148,7 @@ void check_any(const std::string& text) {
   RC_ASSERT(app.error().kind() == ErrorKind::kCaller);
   for (const Problem& problem : app.error().problems()) {
     RC_ASSERT(problem.place.file == "any.yaml" && problem.place.line >= 1 && problem.place.column >= 1);
-    RC_ASSERT(!problem.what.empty() && !problem.mend.empty());
+    RC_ASSERT(!problem.what.empty() && !problem.hint.empty());
   }
 }
 

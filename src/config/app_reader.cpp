@@ -22,9 +22,9 @@ constexpr std::array<Keys, 8> kSchedulerKeys{"slack",      "frames",    "min_sli
 constexpr std::array<Keys, 2> kInputs{"latest", "queue"};
 constexpr std::array<Keys, 2> kFrames{"elastic", "fixed"};
 
-constexpr std::string_view kListMend = "write it as in [scan, LM, LP]";
-constexpr int kMostThreads = 1024;
-constexpr int kMostRuns = 1'000'000;
+constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
+constexpr int kMaxThreads = 1024;
+constexpr int kMaxRuns = 1'000'000;
 
 std::string_view trim(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\n");
@@ -77,17 +77,17 @@ void AppReader::read_app_name(const MapReader& map) {
 void AppReader::read_cores(const MapReader& map) {
   const Value* cores = map.find("cores");
   if (cores == nullptr) return;
-  constexpr std::string_view kMend = "write one entry a kind, as in big: { count: 2, speed: 1.0 }";
-  if (!expect(*cores, ValueKind::kMap, "cores", kMend, problems_)) return;
-  if (cores->entries.empty()) problems_.add(cores->place, "cores", "no kind of cores is named", std::string(kMend));
+  constexpr std::string_view kHint = "write one entry a kind, as in big: { count: 2, speed: 1.0 }";
+  if (!expect(*cores, ValueKind::kMap, "cores", kHint, problems_)) return;
+  if (cores->entries.empty()) problems_.add(cores->place, "cores", "no kind of cores is named", std::string(kHint));
   for (const Entry* entry : read_entries(*cores, "cores", problems_)) {
     const std::string key = join_key("cores", entry->key);
-    if (!expect(entry->value, ValueKind::kMap, key, kMend, problems_)) continue;
+    if (!expect(entry->value, ValueKind::kMap, key, kHint, problems_)) continue;
     const MapReader keys(entry->value, key, kCoreKeys, problems_);
     graph::CoreKindSpec kind;
     kind.name = {entry->key, entry->place};
     if (const Value* count = keys.find("count")) {
-      if (auto number = read_int(*count, keys.key_of("count"), 1, kMostThreads, problems_)) kind.count = *number;
+      if (auto number = read_int(*count, keys.key_of("count"), 1, kMaxThreads, problems_)) kind.count = *number;
     }
     if (const Value* speed = keys.find("speed")) {
       if (auto number = read_number(*speed, keys.key_of("speed"), problems_)) kind.speed = *number;
@@ -115,8 +115,8 @@ void AppReader::read_nodes(const MapReader& map) {
 graph::NodeSpec AppReader::read_node(const Entry& entry, const std::string& key) {
   graph::NodeSpec node;
   node.name = {entry.key, entry.place};
-  const std::string mend = fmt::format("write {}: {{}} where all is default", join_key("", entry.key));
-  if (!expect(entry.value, ValueKind::kMap, key, mend, problems_)) return node;
+  const std::string hint = fmt::format("write {}: {{}} where all is default", join_key("", entry.key));
+  if (!expect(entry.value, ValueKind::kMap, key, hint, problems_)) return node;
   const MapReader map(entry.value, key, kNodeKeys, problems_);
   const auto optional = [&](std::string_view name, auto function, auto& field) {
     const Value* value = map.find(name);
@@ -140,7 +140,7 @@ graph::NodeSpec AppReader::read_node(const Entry& entry, const std::string& key)
   optional("max_rate", read_rate, node.max_rate);
   optional("fallback_rate", read_rate, node.fallback_rate);
   if (const Value* threads = map.find("max_threads")) {
-    node.max_threads = read_int(*threads, map.key_of("max_threads"), 1, kMostThreads, problems_);
+    node.max_threads = read_int(*threads, map.key_of("max_threads"), 1, kMaxThreads, problems_);
   }
   return node;
 }
@@ -191,7 +191,7 @@ void AppReader::read_subchains(const MapReader& map) {
   }
   for (const Entry* entry : read_entries(*subchains, "subchains", problems_)) {
     graph::SubchainSpec spec{{entry->key, entry->place}, {}};
-    if (auto names = read_names(entry->value, join_key("subchains", entry->key), kListMend, problems_)) {
+    if (auto names = read_names(entry->value, join_key("subchains", entry->key), kListHint, problems_)) {
       spec.nodes = std::move(*names);
       spec_.subchains.push_back(std::move(spec));
     } else {
@@ -203,8 +203,8 @@ void AppReader::read_subchains(const MapReader& map) {
 void AppReader::read_objective(const MapReader& map) {
   const Value* objective = map.find("objective");
   if (objective == nullptr) return;  // build_app says what is missing
-  constexpr std::string_view kMend = "write a list of terms, as in - { period: GL, weight: 0.5 }";
-  if (!expect(*objective, ValueKind::kSequence, "objective", kMend, problems_)) return;
+  constexpr std::string_view kHint = "write a list of terms, as in - { period: GL, weight: 0.5 }";
+  if (!expect(*objective, ValueKind::kSequence, "objective", kHint, problems_)) return;
   if (objective->items.empty()) {
     problems_.add(objective->place, "objective", "the objective is empty, so that no plan is better than another",
                   "add a response_time or a period with its weight");
@@ -249,27 +249,27 @@ std::optional<graph::TermSpec> AppReader::read_term(const Value& value, const st
     term.path.push_back(std::move(*name));
     return term;
   }
-  auto names = read_names(*response_time, map.key_of("response_time"), kListMend, problems_);
+  auto names = read_names(*response_time, map.key_of("response_time"), kListHint, problems_);
   if (!names) return std::nullopt;
   term.path = std::move(*names);
   return term;
 }
 
 void AppReader::read_order(const MapReader& map) {
-  if (const Value* order = map.find("order")) spec_.order = read_names(*order, "order", kListMend, problems_);
+  if (const Value* order = map.find("order")) spec_.order = read_names(*order, "order", kListHint, problems_);
 }
 
 void AppReader::read_steal(const MapReader& map) {
   const Value* steal = map.find("steal");
   if (steal == nullptr) return;
-  constexpr std::string_view kMend = "write it as in { priority: [local, GL], off: [] }";
-  if (!expect(*steal, ValueKind::kMap, "steal", kMend, problems_)) return;
+  constexpr std::string_view kHint = "write it as in { priority: [local, GL], off: [] }";
+  if (!expect(*steal, ValueKind::kMap, "steal", kHint, problems_)) return;
   const MapReader keys(*steal, "steal", kStealKeys, problems_);
   if (const Value* priority = keys.find("priority")) {
-    spec_.steal_priority = read_names(*priority, "steal.priority", kListMend, problems_);
+    spec_.steal_priority = read_names(*priority, "steal.priority", kListHint, problems_);
   }
   if (const Value* off = keys.find("off")) {
-    if (auto names = read_names(*off, "steal.off", kListMend, problems_)) spec_.steal_off = std::move(*names);
+    if (auto names = read_names(*off, "steal.off", kListHint, problems_)) spec_.steal_off = std::move(*names);
   }
 }
 
@@ -295,7 +295,7 @@ void AppReader::read_scheduler(const MapReader& map) {
   duration("bootstrap_cost", read_positive_duration, options.bootstrap_cost);
   duration("replan", read_positive_duration, options.replan);
   if (const Value* window = keys.find("window")) {
-    if (auto runs = read_int(*window, "scheduler.window", 1, kMostRuns, problems_)) options.window = runs->value;
+    if (auto runs = read_int(*window, "scheduler.window", 1, kMaxRuns, problems_)) options.window = runs->value;
   }
   if (const Value* percentile = keys.find("percentile")) {
     const auto number = read_number(*percentile, "scheduler.percentile", problems_);

@@ -19,11 +19,11 @@ namespace ctn::config {
 namespace {
 
 constexpr std::array<std::string_view, 7> kCostKeys{"cost", "typical", "threads", "modes", "kinds", "grow", "spikes"};
-constexpr std::string_view kKindsMend = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
-constexpr std::string_view kCostMend = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
-constexpr std::string_view kThreadsMend = "write it as in {threads: {1: 10ms, 2: 6ms}}";
-constexpr std::string_view kModesMend = "write it as in {modes: {skip: [0.8, 1.1ms], match: [0.2, 9ms]}}";
-constexpr std::string_view kSpikesMend = "write [probability, extra duration], as in [0.01, 5ms]";
+constexpr std::string_view kKindsHint = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
+constexpr std::string_view kCostHint = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
+constexpr std::string_view kThreadsHint = "write it as in {threads: {1: 10ms, 2: 6ms}}";
+constexpr std::string_view kModesHint = "write it as in {modes: {skip: [0.8, 1.1ms], match: [0.2, 9ms]}}";
+constexpr std::string_view kSpikesHint = "write [probability, extra duration], as in [0.01, 5ms]";
 constexpr double kSumTolerance = 1e-3;  // probabilities such as 0.333 are rounded
 
 std::string count_values(const Value& list) {
@@ -105,7 +105,7 @@ const Value* CostReader::kinds_of(const Value& value) const {
 // The work on each kind of cores. On a core of speed 1 it is what it is on the first kind, times its speed.
 void CostReader::read_kinds(const Value& value, NodeId id, const std::string& node_key) {
   const std::string key = join_key(node_key, "kinds");
-  if (!expect(value, ValueKind::kMap, key, kKindsMend, problems_)) return;
+  if (!expect(value, ValueKind::kMap, key, kKindsHint, problems_)) return;
   if (app_.core_kinds.empty()) {
     problems_.add(value.place, key, "the app does not say that its cores differ",
                   "give one cost, or add cores: with one entry a kind to the app file");
@@ -148,7 +148,7 @@ std::optional<model::NodeWork> CostReader::read_work(const Value& value, const g
   }
   if (value.kind != ValueKind::kMap) {
     problems_.add(value.place, key, fmt::format("a duration belongs here, not {}", describe(value)),
-                  std::string(kCostMend));
+                  std::string(kCostHint));
     return std::nullopt;
   }
   const MapReader map(value, key, kCostKeys, problems_);
@@ -177,7 +177,7 @@ std::optional<model::NodeWork> CostReader::read_law(const Value& value, const Ma
     const bool misspelt = std::any_of(value.entries.begin(), value.entries.end(), [](const Entry& entry) {
       return std::find(kCostKeys.begin(), kCostKeys.end(), entry.key) == kCostKeys.end();
     });
-    if (!misspelt) problems_.add(value.place, key, "the cost is missing", std::string(kCostMend));
+    if (!misspelt) problems_.add(value.place, key, "the cost is missing", std::string(kCostHint));
     return std::nullopt;
   }
   if (cost != nullptr) return read_cost(map);
@@ -201,9 +201,9 @@ bool CostReader::read_extras(const MapReader& map, model::NodeWork& work) {
   const Value* const spikes = map.find("spikes");
   if (spikes == nullptr) return good;
   const std::string key = map.key_of("spikes");
-  if (!expect(*spikes, ValueKind::kSequence, key, kSpikesMend, problems_)) return false;
+  if (!expect(*spikes, ValueKind::kSequence, key, kSpikesHint, problems_)) return false;
   if (spikes->items.size() != 2) {
-    problems_.add(spikes->place, key, count_values(*spikes), std::string(kSpikesMend));
+    problems_.add(spikes->place, key, count_values(*spikes), std::string(kSpikesHint));
     return false;
   }
   const auto probability = read_probability(spikes->items[0], key + "[0]");
@@ -232,10 +232,10 @@ std::optional<model::NodeWork> CostReader::read_cost(const MapReader& map) {
   const auto cost = read_duration(*map.find("cost"), map.key_of("cost"), problems_);
   bool good = cost.has_value();
   // Of a typical cost beside a cost that is wrong, only what is wrong with itself can be said.
-  const Millis most = cost ? to_millis(cost->value) : Millis::max();
-  const auto typical = read_typical(map.find("typical"), map.key_of("typical"), most, good);
+  const Millis max = cost ? to_millis(cost->value) : Millis::max();
+  const auto typical = read_typical(map.find("typical"), map.key_of("typical"), max, good);
   if (!good) return std::nullopt;
-  model::NodeWork work = model::NodeWork::constant(most);
+  model::NodeWork work = model::NodeWork::constant(max);
   if (typical) work.typical = {typical};
   return work;
 }
@@ -243,7 +243,7 @@ std::optional<model::NodeWork> CostReader::read_cost(const MapReader& map) {
 std::optional<model::NodeWork> CostReader::read_threads(const MapReader& map, const graph::Node& node) {
   const Value& value = *map.find("threads");
   const std::string key = map.key_of("threads");
-  if (!expect(value, ValueKind::kMap, key, kThreadsMend, problems_)) return std::nullopt;
+  if (!expect(value, ValueKind::kMap, key, kThreadsHint, problems_)) return std::nullopt;
   std::map<int, Millis> elapsed;
   bool good = true;
   for (const Entry* entry : read_entries(value, key, problems_)) {
@@ -274,7 +274,7 @@ std::optional<model::NodeWork> CostReader::read_threads(const MapReader& map, co
 
 std::optional<model::NodeWork> CostReader::read_modes(const Value& value, const graph::Node& node,
                                                       const std::string& key) {
-  if (!expect(value, ValueKind::kMap, key, kModesMend, problems_)) return std::nullopt;
+  if (!expect(value, ValueKind::kMap, key, kModesHint, problems_)) return std::nullopt;
   if (node.modes.empty()) {
     problems_.add(value.place, key, "the app declares no modes for this node",
                   fmt::format("write {}: with one duration, or add modes to the node in the app file", node.name));
@@ -326,19 +326,19 @@ std::optional<CostReader::Mode> CostReader::read_mode(const Entry& entry, const 
                         : fmt::format("the modes are {}", quote_list(node.modes)));
     good = false;
   }
-  constexpr std::string_view kMend = "write [probability, duration], as in [0.8, 1.1ms]";
-  if (!expect(entry.value, ValueKind::kSequence, key, kMend, problems_)) return std::nullopt;
+  constexpr std::string_view kHint = "write [probability, duration], as in [0.8, 1.1ms]";
+  if (!expect(entry.value, ValueKind::kSequence, key, kHint, problems_)) return std::nullopt;
   const std::vector<Value>& items = entry.value.items;
   if (items.size() != 2 && items.size() != 3) {
-    problems_.add(entry.value.place, key, count_values(entry.value), std::string(kMend));
+    problems_.add(entry.value.place, key, count_values(entry.value), std::string(kHint));
     return std::nullopt;
   }
   const auto probability = read_probability(items[0], key + "[0]");
   const auto cost = read_duration(items[1], key + "[1]", problems_);
-  const Millis most = cost ? to_millis(cost->value) : Millis::max();
-  const auto typical = read_typical(items.size() == 3 ? &items[2] : nullptr, key + "[2]", most, good);
+  const Millis max = cost ? to_millis(cost->value) : Millis::max();
+  const auto typical = read_typical(items.size() == 3 ? &items[2] : nullptr, key + "[2]", max, good);
   if (!good || !probability || !cost) return std::nullopt;
-  return Mode{{entry.key, *probability, most}, typical};
+  return Mode{{entry.key, *probability, max}, typical};
 }
 
 std::optional<double> CostReader::read_probability(const Value& value, const std::string& key) {

@@ -122,7 +122,7 @@ RC_GTEST_PROP(CostFileProperty, NoTextDoesHarm, (const std::string& text)) {
     if (costs.ok()) continue;
     for (const Problem& problem : costs.error().problems()) {
       RC_ASSERT(problem.place.line >= 1 && problem.place.column >= 1);
-      RC_ASSERT(!problem.what.empty() && !problem.mend.empty());
+      RC_ASSERT(!problem.what.empty() && !problem.hint.empty());
     }
   }
 }

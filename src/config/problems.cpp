@@ -9,7 +9,7 @@
 namespace ctn::config {
 
 void Problems::add(const Place& place, const std::string& key, const Error& error) {
-  for (const Problem& problem : error.problems()) add(place, key, problem.what, problem.mend);
+  for (const Problem& problem : error.problems()) add(place, key, problem.what, problem.hint);
 }
 
 void Problems::merge(const Error& error) {
@@ -21,15 +21,15 @@ void Problems::merge(const Error& error) {
 }
 
 Error Problems::to_error() && {
-  constexpr std::size_t kMost = 100;
+  constexpr std::size_t kMax = 100;
   std::stable_sort(list_.begin(), list_.end(), [](const Problem& a, const Problem& b) {
     return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);
   });
-  if (list_.size() > kMost) {
-    const std::size_t more = list_.size() - kMost;
-    const Place place = list_[kMost].place;
-    list_.resize(kMost);
-    add(place, "", fmt::format("{} more problems from here on", more), "mend those above first");
+  if (list_.size() > kMax) {
+    const std::size_t more = list_.size() - kMax;
+    const Place place = list_[kMax].place;
+    list_.resize(kMax);
+    add(place, "", fmt::format("{} more problems from here on", more), "fix those above first");
   }
   return {ErrorKind::kCaller, std::move(list_)};
 }

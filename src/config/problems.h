@@ -11,8 +11,8 @@ namespace ctn::config {
 
 class Problems {
  public:
-  void add(const Place& place, std::string key, std::string what, std::string mend) {
-    list_.push_back({place, std::move(key), std::move(what), std::move(mend)});
+  void add(const Place& place, std::string key, std::string what, std::string hint) {
+    list_.push_back({place, std::move(key), std::move(what), std::move(hint)});
   }
   // An error of a function that knows neither the place nor the key, such as those of quantity.h.
   void add(const Place& place, const std::string& key, const Error& error);

@@ -27,7 +27,7 @@ constexpr std::array<Unit, 1> kGrowthUnits{{{"%/s", 1.0}}};
 constexpr double kLongestNanos = 10.0 * 24 * 3600 * 1e9;
 constexpr double kLowestHertz = 1e-5;
 constexpr double kHighestHertz = 1e6;
-constexpr double kMostGrowth = 1000.0;  // percent a second
+constexpr double kMaxGrowth = 1000.0;  // percent a second
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -68,17 +68,17 @@ bool same_letters(std::string_view a, std::string_view b) {
 // that a bare number most likely lacks.
 Result<double> parse(std::string_view text, std::span<const Unit> units, std::string_view what,
                      std::string_view example, std::string (*with_unit)(const std::string& number)) {
-  const std::string mend = fmt::format("write it as in {}", example);
+  const std::string hint = fmt::format("write it as in {}", example);
   const auto parts = split(text);
   if (!parts) {
     if (text.starts_with('-') && split(text.substr(1))) {
-      return Error::caller(fmt::format("{} is negative", quote(text)), mend);
+      return Error::caller(fmt::format("{} is negative", quote(text)), hint);
     }
-    return Error::caller(fmt::format("{} is not {}", quote(text), what), mend);
+    return Error::caller(fmt::format("{} is not {}", quote(text), what), hint);
   }
   if (parts->unit.empty()) {
     const std::string number(parts->number_text);
-    return Error::caller(fmt::format("{} has no unit", quote(text)), number.size() > 20 ? mend : with_unit(number));
+    return Error::caller(fmt::format("{} has no unit", quote(text)), number.size() > 20 ? hint : with_unit(number));
   }
   for (const Unit& unit : units) {
     if (parts->unit == unit.name) return parts->number * unit.factor;
@@ -88,7 +88,7 @@ Result<double> parse(std::string_view text, std::span<const Unit> units, std::st
     return Error::caller(fmt::format("{} is no unit of {}", quote(parts->unit), what),
                          fmt::format("write {}{}", parts->number_text, unit.name));
   }
-  return Error::caller(fmt::format("{} is no unit of {}", quote(parts->unit), what), mend);
+  return Error::caller(fmt::format("{} is no unit of {}", quote(parts->unit), what), hint);
 }
 
 // Shortest decimal without an exponent that reads back as the same number, which is finite: at most 309 digits before
@@ -137,7 +137,7 @@ Result<double> parse_growth(std::string_view text) {
   const auto percent = parse(text, kGrowthUnits, "a growth", "0.5%/s",
                              [](const std::string& number) { return fmt::format("write {}%/s", number); });
   if (!percent) return percent.error();
-  if (*percent > kMostGrowth) {
+  if (*percent > kMaxGrowth) {
     return Error::caller(fmt::format("{} is out of range", quote(text)), "write at most 1000%/s");
   }
   return *percent / 100.0;
@@ -161,7 +161,7 @@ std::string format_duration(Nanos duration) {
 std::string format_rate(Rate rate) { return decimal(rate.hertz()) + "Hz"; }
 
 std::string format_percentage(double fraction) {
-  // A fraction is a percentage divided by 100; of the candidates next to fraction * 100, one gives it back exactly.
+  // A fraction is a percentage divided by 100; of the candidates next to fraction * 100, one restores it exactly.
   for (const double percent :
        {fraction * 100.0, std::nextafter(fraction * 100.0, 0.0), std::nextafter(fraction * 100.0, 100.0)}) {
     if (percent / 100.0 == fraction) return decimal(percent) + "%";

@@ -34,8 +34,8 @@ std::string list_words(std::span<const std::string_view> words) {
 }
 
 // Like `expect`, for plain values: a list or a map where one value belongs.
-bool expect_scalar(const Value& value, const std::string& key, std::string_view mend, Problems& problems) {
-  return expect(value, ValueKind::kScalar, key, mend, problems);
+bool expect_scalar(const Value& value, const std::string& key, std::string_view hint, Problems& problems) {
+  return expect(value, ValueKind::kScalar, key, hint, problems);
 }
 
 }  // namespace
@@ -77,12 +77,12 @@ std::vector<const Entry*> read_entries(const Value& map, const std::string& key,
   return entries;
 }
 
-bool expect(const Value& value, ValueKind kind, const std::string& key, std::string_view mend, Problems& problems) {
+bool expect(const Value& value, ValueKind kind, const std::string& key, std::string_view hint, Problems& problems) {
   if (value.kind == kind) return true;
   Value wanted;
   wanted.kind = kind;
   const std::string name = kind == ValueKind::kScalar ? "one value" : describe(wanted);
-  problems.add(value.place, key, fmt::format("{} belongs here, not {}", name, describe(value)), std::string(mend));
+  problems.add(value.place, key, fmt::format("{} belongs here, not {}", name, describe(value)), std::string(hint));
   return false;
 }
 
@@ -91,9 +91,9 @@ std::optional<graph::Name> read_name(const Value& value, const std::string& key,
   return graph::Name{value.text, value.place};
 }
 
-std::optional<std::vector<graph::Name>> read_names(const Value& value, const std::string& key, std::string_view mend,
+std::optional<std::vector<graph::Name>> read_names(const Value& value, const std::string& key, std::string_view hint,
                                                    Problems& problems) {
-  if (!expect(value, ValueKind::kSequence, key, mend, problems)) return std::nullopt;
+  if (!expect(value, ValueKind::kSequence, key, hint, problems)) return std::nullopt;
   std::vector<graph::Name> names;
   for (std::size_t i = 0; i < value.items.size(); ++i) {
     if (auto name = read_name(value.items[i], fmt::format("{}[{}]", key, i), problems)) names.push_back(*name);
@@ -110,19 +110,19 @@ std::optional<bool> read_bool(const Value& value, const std::string& key, Proble
   return std::nullopt;
 }
 
-std::optional<graph::At<int>> read_int(const Value& value, const std::string& key, int least, int most,
+std::optional<graph::At<int>> read_int(const Value& value, const std::string& key, int min, int max,
                                        Problems& problems) {
-  const std::string mend = fmt::format("write a whole number from {} to {}", least, most);
-  if (!expect_scalar(value, key, mend, problems)) return std::nullopt;
+  const std::string hint = fmt::format("write a whole number from {} to {}", min, max);
+  if (!expect_scalar(value, key, hint, problems)) return std::nullopt;
   int number = 0;
   const char* const end = value.text.data() + value.text.size();
   const auto [stop, status] = std::from_chars(value.text.data(), end, number);
   if (status == std::errc::invalid_argument || stop != end) {
-    problems.add(value.place, key, fmt::format("{} is no whole number", describe(value)), mend);
+    problems.add(value.place, key, fmt::format("{} is no whole number", describe(value)), hint);
     return std::nullopt;
   }
-  if (status != std::errc{} || number < least || number > most) {
-    problems.add(value.place, key, fmt::format("{} is out of range", describe(value)), mend);
+  if (status != std::errc{} || number < min || number > max) {
+    problems.add(value.place, key, fmt::format("{} is out of range", describe(value)), hint);
     return std::nullopt;
   }
   return graph::At<int>{number, value.place};
@@ -182,11 +182,11 @@ std::optional<double> read_growth(const Value& value, const std::string& key, Pr
 
 std::optional<std::size_t> read_word(const Value& value, const std::string& key,
                                      std::span<const std::string_view> words, Problems& problems) {
-  const std::string mend = "write " + list_words(words);
-  if (!expect_scalar(value, key, mend, problems)) return std::nullopt;
+  const std::string hint = "write " + list_words(words);
+  if (!expect_scalar(value, key, hint, problems)) return std::nullopt;
   const auto found = std::find(words.begin(), words.end(), value.text);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
-  problems.add(value.place, key, fmt::format("{} is not known here", describe(value)), mend);
+  problems.add(value.place, key, fmt::format("{} is not known here", describe(value)), hint);
   return std::nullopt;
 }
 

@@ -38,15 +38,15 @@ std::string join_key(std::string_view path, std::string_view key);
 // The entries of a map whose keys are names that the user chose; of a doubled one the first.
 std::vector<const Entry*> read_entries(const Value& map, const std::string& key, Problems& problems);
 
-// Whether it is of that kind; `mend` says how to write it.
-bool expect(const Value& value, ValueKind kind, const std::string& key, std::string_view mend, Problems& problems);
+// Whether it is of that kind; `hint` says how to write it.
+bool expect(const Value& value, ValueKind kind, const std::string& key, std::string_view hint, Problems& problems);
 
 std::optional<graph::Name> read_name(const Value& value, const std::string& key, Problems& problems);
 // A list of names. One bad item makes the whole list unusable: what it would have meant is not known.
-std::optional<std::vector<graph::Name>> read_names(const Value& value, const std::string& key, std::string_view mend,
+std::optional<std::vector<graph::Name>> read_names(const Value& value, const std::string& key, std::string_view hint,
                                                    Problems& problems);
 std::optional<bool> read_bool(const Value& value, const std::string& key, Problems& problems);
-std::optional<graph::At<int>> read_int(const Value& value, const std::string& key, int least, int most,
+std::optional<graph::At<int>> read_int(const Value& value, const std::string& key, int min, int max,
                                        Problems& problems);
 // A plain decimal number, finite; the range is the caller's to check.
 std::optional<graph::At<double>> read_number(const Value& value, const std::string& key, Problems& problems);

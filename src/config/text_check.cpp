@@ -38,8 +38,8 @@ bool is_control(char c) {
 
 std::optional<Problem> check_text(std::string_view text, std::string_view file) {
   Place place{std::string(file), 1, 1};
-  if (text.size() > kMostBytes) {
-    return Problem{place, "", fmt::format("the file has more than {} bytes", kMostBytes), "is it the right file?"};
+  if (text.size() > kMaxBytes) {
+    return Problem{place, "", fmt::format("the file has more than {} bytes", kMaxBytes), "is it the right file?"};
   }
   bool indents = true;  // nothing but white space on this line so far
   bool tab = false;

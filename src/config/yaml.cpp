@@ -86,8 +86,8 @@ class TreeBuilder : public YAML::EventHandler {
 
   Place place(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1}; }
 
-  [[noreturn]] void refuse(const YAML::Mark& mark, std::string what, std::string mend) const {
-    throw Refused{{place(mark), "", std::move(what), std::move(mend)}};
+  [[noreturn]] void refuse(const YAML::Mark& mark, std::string what, std::string hint) const {
+    throw Refused{{place(mark), "", std::move(what), std::move(hint)}};
   }
   void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) const {
     if (anchor != 0) refuse(mark, "anchors (&name) have no place here", "write the value out wherever it is needed");

@@ -14,7 +14,7 @@
 
 namespace ctn::config {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20U;
 
 enum class ValueKind { kNull, kScalar, kSequence, kMap };
 

@@ -30,7 +30,7 @@ const SharedCoreDispatcher::Decision& SharedCoreDispatcher::step(TimePoint now,
   while (advance()) {
   }
   if (phase_ == Phase::kStopped) release_waiting();
-  settle_levels();
+  update_levels();
   plan_next_call();
   return decision_;
 }
@@ -89,7 +89,7 @@ void SharedCoreDispatcher::begin_decision(TimePoint now) {
 void SharedCoreDispatcher::pass_over_standstill() {
   if (!stood_still(decision_.ask_at, now_)) return;
   busy_since_ = std::min(busy_since_ + (now_ - decision_.ask_at), now_);
-  for (SharedCoreMember& member : members_) member.watch_anew(now_);
+  for (SharedCoreMember& member : members_) member.restart_watch(now_);
 }
 
 void SharedCoreDispatcher::take_progress(std::span<const std::uint64_t> completed) {
@@ -156,7 +156,7 @@ bool SharedCoreDispatcher::enter_next_slot() {
   if (now_ < planned) return false;
   slot_ = OpenSlot{next_slot_++, planned, planned + owner.slot().slice, false, {}, {}};
   owner.begin_slot(planned);
-  meet_thief();
+  check_thief();
   return true;
 }
 
@@ -226,11 +226,11 @@ bool SharedCoreDispatcher::end_slack() {
 
 bool SharedCoreDispatcher::thief_can_go_on() const {
   const SharedCoreMember& thief = members_[*thief_];
-  return thief.slot().may_steal && thief.late_within_reason() && !thief.hanging();
+  return thief.slot().may_steal && thief.may_still_steal() && !thief.hanging();
 }
 
 // A slot has come to which somebody who is late may have reached.
-void SharedCoreDispatcher::meet_thief() {
+void SharedCoreDispatcher::check_thief() {
   if (!thief_) return;
   if (slot_->end <= now_) return;  // nothing to steal here
   const SharedCoreMember& thief = members_[*thief_];
@@ -312,17 +312,17 @@ Level SharedCoreDispatcher::target_level(const SharedCoreMember& member, bool ac
   return lowered ? Level::kOrdinary : Level::kBackground;
 }
 
-void SharedCoreDispatcher::settle_levels() {
+void SharedCoreDispatcher::update_levels() {
   const std::size_t active = this->active().value_or(members_.size());
-  bool anyone_rises = false;
+  bool any_rises = false;
   for (std::size_t index = 0; index < members_.size(); ++index) {
     SharedCoreMember& member = members_[index];
     if (!member.present()) continue;
     const Level level = target_level(member, index == active);
     if (level < member.level) change_level(member, level);
-    anyone_rises = anyone_rises || level > member.level;
+    any_rises = any_rises || level > member.level;
   }
-  for (std::size_t index = 0; anyone_rises && index < members_.size(); ++index) {
+  for (std::size_t index = 0; any_rises && index < members_.size(); ++index) {
     SharedCoreMember& member = members_[index];
     if (!member.present()) continue;
     const Level level = target_level(member, index == active);

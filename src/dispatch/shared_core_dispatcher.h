@@ -6,8 +6,8 @@
 // if that is due and no run of it is under way; otherwise it is in the background, where it may use what the active one
 // leaves idle. A run that is not done at its slot's end goes on in its subchain's next slots.
 //   fixed     Slots begin at their planned offsets, frames on a grid of T. What a slot's subchain leaves is the
-//             background's. A late call finds later slots where they were planned; a slot that is over by then has its
-//             trigger sent all the same. The grid starts anew once it is a whole frame late.
+//             background's. A late call finds later slots where they were planned; a slot that is over by then
+//             still has its trigger sent. Once a call is a whole frame late, the grid restarts.
 //   elastic   A slot begins when the dispatcher comes to it, so that lateness costs nobody his slice. It ends with its
 //             slice, or as soon as its subchain has nothing left to do, and is left out if it has nothing to do at all.
 //             The next frame follows at once, but not sooner than frame_min and kShortestFrame, and not without what is
@@ -15,7 +15,7 @@
 // Due: a subchain with n every n frames, the first time in a frame whose number is its phase modulo n. If the run
 // before is still under way then, it waits for the first slot that finds it ended. Queue nodes earn f runs a frame and
 // spend one on each trigger, several in one slot if they can; what they may save is bounded, so that a pause makes no
-// burst. A subchain with a `least_period` is put off to the first frame that begins so long after its last trigger: a
+// burst. A subchain with a `min_period` is deferred to the first frame that begins so long after its last trigger: a
 // rate cap that is to hold up nobody else.
 //
 // Slack: nobody with a run under way is above the ordinary level, or such runs would starve ordinary threads. Time that
@@ -29,16 +29,16 @@
 // stolen. A run that has had four times its planned slots steals no more: what it takes beyond all plans is its own
 // subchain's loss.
 //
-// Hang: a run under way for longer than `hang_after` is contained: active in its slots, elsewhere at the ordinary
-// level, and it does not steal.
+// Hang: a run under way for longer than `hang_after` is suspended: it is active in its slots, at the ordinary level
+// otherwise, and does not steal.
 //
 // After a standstill (standstill.h) ordinary threads are owed no slack for it, and runs under way are watched for
-// hanging anew.
+// hanging again.
 //
 // A new schedule takes effect between two frames, in a decision by itself: `swapped`, after which the order of progress
 // is the new one. Members that stay keep runs, credit and rhythm. Those that are in it no more are released, with the
 // state of their runs; those that are new to it are absent until they are adopted, so that of two cores only one ever
-// holds a subchain. Whoever is released is left at the ordinary level, whoever is adopted is expected there.
+// holds a subchain. A subchain is released at the ordinary level, and expected there when it is adopted.
 //
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
@@ -145,7 +145,7 @@ class SharedCoreDispatcher {
   bool end_slack();
 
   bool thief_can_go_on() const;
-  void meet_thief();
+  void check_thief();
   void end_steal();
   std::optional<std::size_t> active() const;
 
@@ -155,7 +155,7 @@ class SharedCoreDispatcher {
   std::optional<RunState> take_waiting(SubchainId subchain);
 
   Level target_level(const SharedCoreMember& member, bool active) const;
-  void settle_levels();
+  void update_levels();
   void change_level(SharedCoreMember& member, Level level);
   TimePoint next_event() const;
   void plan_next_call();

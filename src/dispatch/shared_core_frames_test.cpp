@@ -52,10 +52,10 @@ TEST(ElasticFrames, TriggersEveryNthFrameFromItsPhaseOn) {
   EXPECT_EQ(core.timeline(), "0:8 1:4 0:12 1:4 0:4") << "frames 1, 4, ...; its slot is left out in the others";
 }
 
-TEST(ElasticFrames, ACappedSubchainIsPutOffAndHoldsNobodyUp) {
+TEST(ElasticFrames, ACappedSubchainIsDeferredAndHoldsNobodyUp) {
   // Every second frame is often enough for 16 ms if frames take 8 ms; they take 4.
   SharedCoreSlot capped = every(2, 1, ms(4));
-  capped.least_period = ms(16);
+  capped.min_period = ms(16);
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), capped}, 0.0), costs({{4}, {1}}));
   core.run_until(at(ms(60)));
   EXPECT_THAT(sent_at(core, 1), ElementsAre(ms(4), ms(25), ms(46)));
@@ -64,7 +64,7 @@ TEST(ElasticFrames, ACappedSubchainIsPutOffAndHoldsNobodyUp) {
 
 TEST(ElasticFrames, ACappedQueueIsPutOffToo) {
   SharedCoreSlot capped = queue(0.5, 1, ms(4));
-  capped.least_period = ms(16);
+  capped.min_period = ms(16);
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), capped}, 0.0), costs({{4}, {1}}));
   core.run_until(at(ms(60)));
   EXPECT_THAT(sent_at(core, 1), ElementsAre(ms(4), ms(25), ms(46)));
@@ -88,7 +88,7 @@ TEST(ElasticFrames, AnOverdueTriggerDoesNotWaitForAnotherNFrames) {
   EXPECT_EQ(sent_at(core, 1)[2], ms(4 + 6 + 6 + 6 + 5 + 5 + 4));
 }
 
-TEST(ElasticFrames, NoFrameIsShorterThanItsLeast) {
+TEST(ElasticFrames, NoFrameIsShorterThanItsMinimum) {
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(2))}, 0.2, ms(10)), costs({{2, 2, 9.5}}));
   core.run_until(at(ms(24)));
   EXPECT_EQ(core.timeline(), "0:2 .:8 0:2 .:8 0:2 b0:2") << "a run that is not done goes on in the background";
@@ -160,7 +160,7 @@ TEST(FixedFrames, ALateCallDoesNotShiftTheGrid) {
   EXPECT_EQ(core.triggers[SubchainId(1)][1].due, at(ms(22)));
 }
 
-TEST(FixedFrames, AWholeFrameLateTheGridStartsAnew) {
+TEST(FixedFrames, AWholeFrameLateTheGridRestarts) {
   SharedCoreDispatcher dispatcher(at(ms(0)), fixed({every(1, 0, ms(2)), every(1, 1, ms(2))}, ms(10)));
   dispatcher.adopt(SubchainId(0), {});
   dispatcher.adopt(SubchainId(1), {});
@@ -324,7 +324,7 @@ TEST(Hang, IsReportedOnceAndItsEndOnce) {
   EXPECT_GT(sent_at(core, 0).size(), 50U) << "triggers resume";
 }
 
-TEST(Hang, IsContainedInItsSlot) {
+TEST(Hang, IsSuspendedOutsideItsSlot) {
   auto schedule = elastic({every(1, 0, ms(4)), every(1, 1, ms(4)), every(2, 2, ms(2))}, 0.2, ms(20));
   for (SharedCoreSlot& slot : schedule.slots) slot.hang_after = ms(50);
   auto core = VirtualCore::with_all(schedule, costs({{1e6}, {4}, {4}}));
@@ -344,7 +344,7 @@ TEST(Standstill, IsNotChargedAsSlack) {
   EXPECT_EQ(late.ask_at, at(ms(1001))) << "a fifth of the frame, as for its 4 ms";
 }
 
-TEST(Standstill, HasRunsWatchedAnew) {
+TEST(Standstill, HasRunsWatchedAgain) {
   auto schedule = elastic({every(1, 0, ms(4))});
   schedule.slots[0].hang_after = ms(500);
   SharedCoreDispatcher dispatcher(at(ms(0)), schedule);

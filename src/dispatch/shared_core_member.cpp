@@ -28,11 +28,11 @@ void SharedCoreMember::adopt(const RunState& state) {
 void SharedCoreMember::change_slot(const SharedCoreSlot& slot) {
   assert(slot.subchain == slot_.subchain);
   slot_ = slot;
-  state_.credit = std::min(state_.credit, most_credit());
+  state_.credit = std::min(state_.credit, max_credit());
 }
 
 bool SharedCoreMember::wants_trigger() const {
-  return !put_off_ && (is_queue() ? state_.credit >= 1.0 - kRounding : state_.due);
+  return !deferred_ && (is_queue() ? state_.credit >= 1.0 - kRounding : state_.due);
 }
 
 int SharedCoreMember::planned_slots() const {
@@ -40,15 +40,15 @@ int SharedCoreMember::planned_slots() const {
   return std::max(1, static_cast<int>(std::ceil(1.0 / slot_.share - kRounding)));
 }
 
-double SharedCoreMember::most_credit() const {
+double SharedCoreMember::max_credit() const {
   return std::max(1.0, std::ceil(slot_.share)) + (slot_.share - std::floor(slot_.share));
 }
 
 void SharedCoreMember::begin_frame(std::uint64_t number, TimePoint start) {
   if (!present_) return;
-  put_off_ = state_.sent > 0 && start < state_.triggered_at + slot_.least_period;
+  deferred_ = state_.sent > 0 && start < state_.triggered_at + slot_.min_period;
   if (is_queue()) {
-    state_.credit = std::min(state_.credit + slot_.share, most_credit());
+    state_.credit = std::min(state_.credit + slot_.share, max_credit());
     return;
   }
   // Once begun, the rhythm is its own: it outlives swaps and moves, which may number frames and phases otherwise.

@@ -54,9 +54,9 @@ class SharedCoreMember {
   bool competes() const { return present_ && under_way() && !state_.hanging; }
   // The run under way has had all the slots in which it was planned to end.
   bool late() const { return under_way() && state_.slots_had >= planned_slots(); }
-  // Late as a run is that was dearer than most; one that has had so many more slots is beside all plans, and may no
-  // longer cost others theirs.
-  bool late_within_reason() const { return late() && state_.slots_had < kStealingEnds * planned_slots(); }
+  // Late, but not by more than a run that cost more than most; one that has had many more slots than planned may no
+  // longer take those of others.
+  bool may_still_steal() const { return late() && state_.slots_had < kStealingEnds * planned_slots(); }
 
   void begin_frame(std::uint64_t number, TimePoint start);
   void begin_slot(TimePoint planned);
@@ -67,7 +67,7 @@ class SharedCoreMember {
   // `completed` may claim anything: what was never sent has not ended, and what has ended stays so.
   HangChange take_progress(TimePoint now, std::uint64_t completed);
   // Whoever watches was stopped until now: the run under way has all its time once more before it hangs.
-  void watch_anew(TimePoint now) { watched_since_ = now; }
+  void restart_watch(TimePoint now) { watched_since_ = now; }
   TimePoint hang_at() const;  // when the run under way will be taken to hang; kNever: not to be watched for
 
   Level level = Level::kOrdinary;
@@ -76,11 +76,11 @@ class SharedCoreMember {
   static constexpr int kStealingEnds = 4;
 
   int planned_slots() const;
-  double most_credit() const;
+  double max_credit() const;
 
   SharedCoreSlot slot_;
   bool present_ = false;
-  bool put_off_ = false;  // in this frame: its rate cap allows no trigger yet
+  bool deferred_ = false;  // in this frame: its rate cap allows no trigger yet
   TimePoint watched_since_{};
   RunState state_;
 };

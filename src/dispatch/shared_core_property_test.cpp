@@ -19,7 +19,7 @@ using std::chrono::microseconds;
 
 constexpr TimePoint kEnd = at(std::chrono::milliseconds{600});
 
-int number(int least, int below) { return *rc::gen::inRange(least, below); }
+int number(int min, int below) { return *rc::gen::inRange(min, below); }
 bool chance(int percent) { return number(0, 100) < percent; }
 
 SharedCoreSlot arbitrary_slot(int subchain, Nanos shortest) {
@@ -57,10 +57,10 @@ std::vector<int> some_subchains() {
   return subchains;
 }
 
-// Runs from nothing to `most`, and a spike now and then.
-VirtualCore::Cost arbitrary_costs(Nanos most, int spikes_percent) {
+// Runs from nothing to `max`, and a spike now and then.
+VirtualCore::Cost arbitrary_costs(Nanos max, int spikes_percent) {
   std::vector<Nanos> drawn;
-  for (int i = 0; i < 16; ++i) drawn.push_back(chance(spikes_percent) ? 20 * most : most * number(0, 101) / 100);
+  for (int i = 0; i < 16; ++i) drawn.push_back(chance(spikes_percent) ? 20 * max : max * number(0, 101) / 100);
   return [drawn](SubchainId subchain, std::uint64_t run) { return drawn[(run * 7 + subchain.index() * 5) % 16]; };
 }
 

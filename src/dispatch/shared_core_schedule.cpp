@@ -24,7 +24,7 @@ Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& optio
 }
 
 // A run that is to end in its slot may be woken late by as much as no plan knows of; ended a little later it costs the
-// others that little, but put off it is a whole frame late. A slot that ends with its run costs nobody more than it
+// others that little, but deferred it is a whole frame late. A slot that ends with its run costs nobody more than it
 // uses.
 Nanos elastic_slice(Nanos slice, std::optional<int> every) {
   return std::max(every == 1 ? slice + kHandOverAllowance : slice, kShortestSlice);
@@ -50,14 +50,14 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
   const bool elastic = planned.frames == graph::FrameMode::kElastic;
   SharedCoreSchedule schedule{.frames = planned.frames,
                               .frame = std::max(to_nanos(planned.frame), kShortestFrame),
-                              .frame_min = to_nanos(plan::least_elastic_frame(app.graph, plan, planned)),
+                              .frame_min = to_nanos(plan::min_elastic_frame(app.graph, plan, planned)),
                               .slack = plan.slack,
                               .slots = {}};
   for (const plan::Slot& slot : planned.slots) {
     const plan::SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
     const Nanos slice = to_nanos(slot.slice);
-    const bool put_off = elastic && plan::is_put_off(app.graph, plan, planned, slot.subchain);
-    const Millis least = plan::period_limits(app.graph, slot.subchain).least;
+    const bool deferred = elastic && plan::is_deferred(app.graph, plan, planned, slot.subchain);
+    const Millis min = plan::period_limits(app.graph, slot.subchain).min;
     schedule.slots.push_back({.subchain = slot.subchain,
                               .offset = to_nanos(slot.offset),
                               .slice = elastic ? elastic_slice(slice, slot.every) : slice,
@@ -66,7 +66,7 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
                               .share = subchain.share,
                               .rank = rank_of(app, slot.subchain),
                               .may_steal = options.stealing && steals(app, slot.subchain),
-                              .least_period = put_off ? to_nanos(least) : Nanos{0},
+                              .min_period = deferred ? to_nanos(min) : Nanos{0},
                               .hang_after = hang_after(subchain, options)});
   }
   if (!elastic) share_out_idle(to_nanos(planned.idle), schedule.slots);

@@ -37,8 +37,8 @@ struct SharedCoreSlot {
   double share = 1.0;        // f > 0: runs a frame
   int rank = 0;              // for stealing; 0 is the highest, no two are equal
   bool may_steal = true;
-  Nanos least_period{0};  // elastic frames: from one trigger to the frame of the next, at least
-  Nanos hang_after{0};    // a run under way for longer is taken to hang; 0: never
+  Nanos min_period{0};  // elastic frames: from one trigger to the frame of the next, at least
+  Nanos hang_after{0};  // a run under way for longer is taken to hang; 0: never
 
   friend bool operator==(const SharedCoreSlot&, const SharedCoreSlot&) = default;
 };

@@ -1,7 +1,7 @@
 // What a shared core owes to ordinary threads: for every stretch of time that real-time levels had, slack / (1 - slack)
 // of it. A share that is too small to be worth two switches is carried over as a debt until kSmallestSlack has come
 // together. So over any row of whole frames ordinary threads have had their part of the time but for less than
-// kSmallestSlack. What they get beyond it is not kept against them.
+// kSmallestSlack. More than their part in one frame is not deducted later.
 //
 // Where there is time to be waited for anyway, what is owed is paid from it, however little: carried over, it would
 // make a later frame longer than planned. Thus, of frames that use no more than was planned, k are never longer than k

@@ -58,17 +58,17 @@ TEST(SlackAccount, WithoutSlackNothingIsOwed) {
 // Frames that use no more than (1 - slack) T, and wait until F <= T.
 RC_GTEST_PROP(SlackAccountProperty, FramesAreNoLongerThanPlannedAndOrdinaryThreadsHaveTheirPart, ()) {
   const Nanos frame = microseconds{*rc::gen::inRange(100, 20000)};
-  const Nanos least = frame * *rc::gen::inRange(0, 101) / 100;
+  const Nanos min = frame * *rc::gen::inRange(0, 101) / 100;
   const double slack = *rc::gen::inRange(0, 10) * 0.1;
   SlackAccount account;
   account.set_slack(slack);
   Nanos now{0};
   Nanos ordinary{0};
   for (int frames = 1; frames <= 200; ++frames) {
-    const Nanos most = to_nanos(to_millis(frame) * (1.0 - slack));
-    const Nanos used = most * *rc::gen::inRange(0, 101) / 100;
+    const Nanos max = to_nanos(to_millis(frame) * (1.0 - slack));
+    const Nanos used = max * *rc::gen::inRange(0, 101) / 100;
     account.owe_for(used);
-    const Nanos wait = std::max(least - used, Nanos{0});
+    const Nanos wait = std::max(min - used, Nanos{0});
     const Nanos busy = account.busy_part(wait);
     account.owe_for(busy);
     const Nanos given = std::max(wait - busy, account.payable());

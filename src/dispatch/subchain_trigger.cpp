@@ -10,13 +10,12 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
   const Millis paced = std::max(period, Millis{kShortestPeriod});
   // A run that is a hair longer than its period (rounding) does not need a second one beside it.
   const double overlap = std::ceil(execution / paced - 1e-9);
-  return {
-      .period = to_nanos(paced), .in_flight_limit = std::max(1, static_cast<int>(overlap)), .hang_after = hang_after};
+  return {.period = to_nanos(paced), .max_in_flight = std::max(1, static_cast<int>(overlap)), .hang_after = hang_after};
 }
 
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest) {
   Pacing pacing = pacing_of_owned(period, execution, hang_after);
-  pacing.after_completion = std::max(pacing.period * pacing.in_flight_limit - to_nanos(execution), Nanos{1});
+  pacing.after_completion = std::max(pacing.period * pacing.max_in_flight - to_nanos(execution), Nanos{1});
   pacing.shortest = std::max(shortest, kShortestPeriod);
   return pacing;
 }
@@ -27,8 +26,8 @@ SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uin
 }
 
 bool SubchainTrigger::may_overlap(std::uint64_t completed) const {
-  if (pacing_.in_flight_limit == 0) return true;
-  return sent_ - completed < static_cast<std::uint64_t>(pacing_.in_flight_limit);
+  if (pacing_.max_in_flight == 0) return true;
+  return sent_ - completed < static_cast<std::uint64_t>(pacing_.max_in_flight);
 }
 
 void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& decision) {
@@ -64,8 +63,8 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     decision.trigger = due_;
     if (sent_ == completed) progress_at_ = now;
     ++sent_;
-    const bool lost_the_grid = now - due_ >= pacing_.period;
-    last_due_ = lost_the_grid || paced_by_output ? now : due_;
+    const bool off_grid = now - due_ >= pacing_.period;
+    last_due_ = off_grid || paced_by_output ? now : due_;
     due_ = last_due_ + pacing_.period;
   }
   if (may_overlap(completed)) {

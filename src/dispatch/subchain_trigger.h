@@ -3,21 +3,20 @@
 // clock and makes no call, so the real runtime and virtual time drive the very same code.
 //
 // Two ways to pace:
-//   gated    (Catan, a subchain that owns its cores) every period, but never while as many runs are under way as the
-//   cores can
-//            overlap: then as soon as one has ended. A run that takes longer than planned delays the next one instead
-//            of competing with it for the cores.
+//   gated    (Catan, a subchain that owns its cores) every period, but never while as many runs are under way as its
+//            cores can overlap: then as soon as one has ended. A run that takes longer than planned delays the next one
+//            instead of competing with it for the cores.
 //   ungated  (hand-set rates) every period, whatever the runs do, as a sensor's own timer would.
 //
-// Triggers keep to a grid (a late one does not shift the next) until they are a whole period late: then the grid starts
-// anew.
+// Triggers keep to a grid (a late one does not shift the next) until one is a whole period late: then the grid restarts
+// from it.
 //
 // Elastic, a subchain is paced by its own output instead: where m runs overlap, the run that is m triggers later is due
 // when, after the end of this one, m periods less one execution have passed. On one core that is the idle time after
 // each run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than expected
 // let it go faster; an input that has to wait makes it go slower until none has to.
 //
-// After a standstill (standstill.h) a run under way is watched for hanging anew.
+// After a standstill (standstill.h) a run under way is watched for hanging again.
 //
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
@@ -32,9 +31,9 @@ namespace ctn::dispatch {
 
 // How a subchain is to be triggered; a value that the plan gives.
 struct Pacing {
-  Nanos period{0};          // > 0
-  int in_flight_limit = 0;  // runs under way at most; 0: ungated
-  Nanos hang_after{0};      // a run under way for longer is taken to hang; 0: never
+  Nanos period{0};        // > 0
+  int max_in_flight = 0;  // runs under way at most; 0: ungated
+  Nanos hang_after{0};    // a run under way for longer is taken to hang; 0: never
   // Elastic: the next trigger comes this long after a run has ended, or a period after the last trigger where none has;
   // 0: always the latter.
   Nanos after_completion{0};

@@ -32,7 +32,7 @@ struct Driver {
         const std::size_t index = std::min(sent.size(), durations.size()) - 1;
         const TimePoint ends = std::max(now + durations[index], ending.empty() ? now : ending.back());
         ending.push_back(ends);
-        most_under_way = std::max(most_under_way, ending.size());
+        max_under_way = std::max(max_under_way, ending.size());
         continue;
       }
       TimePoint next = decision.ask_at;
@@ -54,26 +54,26 @@ struct Driver {
   std::deque<TimePoint> ending;
   std::vector<TimePoint> due;
   std::vector<TimePoint> sent;
-  std::size_t most_under_way = 0;
+  std::size_t max_under_way = 0;
   int hangs = 0;
   int recoveries = 0;
 };
 
 TEST(PacingOfOwned, OneCoreNeverOverlaps) {
   // On one core L = sum c and p = L / (1 - slack), so L < p.
-  EXPECT_EQ(pacing_of_owned(Millis{88.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 1);
-  EXPECT_EQ(pacing_of_owned(Millis{83.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 1);
+  EXPECT_EQ(pacing_of_owned(Millis{88.0}, Millis{83.0}, Nanos{0}).max_in_flight, 1);
+  EXPECT_EQ(pacing_of_owned(Millis{83.0}, Millis{83.0}, Nanos{0}).max_in_flight, 1);
 }
 
 TEST(PacingOfOwned, OverlapsAsManyRunsAsARunIsPeriodsLong) {
-  EXPECT_EQ(pacing_of_owned(Millis{61.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 2);
-  EXPECT_EQ(pacing_of_owned(Millis{20.0}, Millis{83.0}, Nanos{0}).in_flight_limit, 5);
-  EXPECT_EQ(pacing_of_owned(Millis{10.0}, Millis{0.0}, Nanos{0}).in_flight_limit, 1);
+  EXPECT_EQ(pacing_of_owned(Millis{61.0}, Millis{83.0}, Nanos{0}).max_in_flight, 2);
+  EXPECT_EQ(pacing_of_owned(Millis{20.0}, Millis{83.0}, Nanos{0}).max_in_flight, 5);
+  EXPECT_EQ(pacing_of_owned(Millis{10.0}, Millis{0.0}, Nanos{0}).max_in_flight, 1);
 }
 
 TEST(PacingOfOwned, NodesThatCostNothingDoNotSpin) {
   EXPECT_EQ(pacing_of_owned(Millis{0.0}, Millis{0.0}, Nanos{0}).period, kShortestPeriod);
-  EXPECT_EQ(pacing_of_owned(Millis{0.0}, Millis{0.0}, Nanos{0}).in_flight_limit, 1);
+  EXPECT_EQ(pacing_of_owned(Millis{0.0}, Millis{0.0}, Nanos{0}).max_in_flight, 1);
 }
 
 TEST(SubchainTrigger, KeepsToTheGridWhileRunsAreShort) {
@@ -89,10 +89,10 @@ TEST(SubchainTrigger, DelaysTheNextRunInsteadOfOverlappingIt) {
   ASSERT_EQ(driver.sent.size(), 4U);
   EXPECT_EQ(driver.sent[1], at(milliseconds{13})) << "as soon as the long run has ended";
   EXPECT_EQ(driver.sent[2], at(milliseconds{20})) << "back on the grid";
-  EXPECT_EQ(driver.most_under_way, 1U);
+  EXPECT_EQ(driver.max_under_way, 1U);
 }
 
-TEST(SubchainTrigger, StartsTheGridAnewWhenAWholePeriodLate) {
+TEST(SubchainTrigger, RestartsTheGridWhenAWholePeriodLate) {
   Driver driver({milliseconds{10}, 1, Nanos{0}}, {milliseconds{34}, milliseconds{5}});
   driver.run_until(at(milliseconds{50}));
   ASSERT_GE(driver.sent.size(), 3U);
@@ -126,7 +126,7 @@ TEST(SubchainTrigger, AnIdleSubchainNeverHangs) {
 }
 
 // The process was stopped while a run was under way: it had no chance to see its end.
-TEST(SubchainTrigger, WatchesRunsAnewAfterAStandstill) {
+TEST(SubchainTrigger, WatchesRunsAgainAfterAStandstill) {
   SubchainTrigger trigger(at(Nanos{0}), {milliseconds{10}, 1, milliseconds{500}});
   ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
   const SubchainTrigger::Decision late = trigger.step(at(milliseconds{1000}), 0);
@@ -147,7 +147,7 @@ TEST(SubchainTrigger, ChangedPacingCountsFromTheLastTrigger) {
 TEST(SubchainTrigger, APipelineIsPacedByItsOutput) {
   // Planned: a run a 20 ms, each 30 ms long. Two triggers after a run has ended come 2 x 20 - 30 ms later.
   const Pacing pacing = elastic_pacing_of_owned(Millis{20}, Millis{30}, Nanos{0}, milliseconds{12});
-  ASSERT_EQ(pacing.in_flight_limit, 2);
+  ASSERT_EQ(pacing.max_in_flight, 2);
   ASSERT_EQ(pacing.after_completion, milliseconds{10});
   SubchainTrigger trigger(at(Nanos{0}), pacing);
   ASSERT_TRUE(trigger.step(at(milliseconds{0}), 0).trigger);
@@ -162,7 +162,7 @@ TEST(SubchainTrigger, APipelineIsPacedByItsOutput) {
 
 TEST(SubchainTrigger, OnOneCoreAnElasticRunIsFollowedByItsIdleTime) {
   const Pacing pacing = elastic_pacing_of_owned(Millis{40}, Millis{30}, Nanos{0}, Nanos{0});
-  ASSERT_EQ(pacing.in_flight_limit, 1);
+  ASSERT_EQ(pacing.max_in_flight, 1);
   Driver driver(pacing, {milliseconds{20}, milliseconds{50}, milliseconds{30}});
   driver.run_until(at(milliseconds{150}));
   EXPECT_THAT(driver.sent, testing::ElementsAre(at(milliseconds{0}), at(milliseconds{30}), at(milliseconds{90}),
@@ -176,7 +176,7 @@ Pacing arbitrary_pacing() {
     return elastic_pacing_of_owned(period, Millis(*rc::gen::inRange(0, 150)), Nanos{0}, Nanos{0});
   }
   return {.period = milliseconds{*rc::gen::inRange(1, 50)},
-          .in_flight_limit = *rc::gen::inRange(0, 4),
+          .max_in_flight = *rc::gen::inRange(0, 4),
           .hang_after = milliseconds{*rc::gen::inRange(0, 200)}};
 }
 
@@ -192,8 +192,8 @@ RC_GTEST_PROP(SubchainTriggerProperty, NeverMoreRunsUnderWayThanTheLimit, ()) {
   const Pacing pacing = arbitrary_pacing();
   Driver driver(pacing, arbitrary_durations());
   driver.run_until(at(milliseconds{2000}));
-  if (pacing.in_flight_limit > 0) {
-    RC_ASSERT(driver.most_under_way <= static_cast<std::size_t>(pacing.in_flight_limit));
+  if (pacing.max_in_flight > 0) {
+    RC_ASSERT(driver.max_under_way <= static_cast<std::size_t>(pacing.max_in_flight));
   }
 }
 

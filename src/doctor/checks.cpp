@@ -5,7 +5,7 @@ namespace ctn::doctor {
 std::vector<Finding> judge(const os::LinuxRoots& roots, const Observed& observed) {
   return {
       check_permission(roots, observed),
-      check_group(roots, observed),
+      check_cgroup(roots, observed),
       check_time_limit(roots),
       check_slack(roots, observed),
       check_quota(roots),

@@ -18,7 +18,7 @@ std::vector<Finding> judge(const os::LinuxRoots& roots, const Observed& observed
 
 // The parts of the above.
 Finding check_permission(const os::LinuxRoots& roots, const Observed& observed);
-Finding check_group(const os::LinuxRoots& roots, const Observed& observed);
+Finding check_cgroup(const os::LinuxRoots& roots, const Observed& observed);
 Finding check_time_limit(const os::LinuxRoots& roots);
 Finding check_slack(const os::LinuxRoots& roots, const Observed& observed);
 Finding check_quota(const os::LinuxRoots& roots);

@@ -256,19 +256,19 @@ Finding check_governor(const os::LinuxRoots& roots, const Observed& observed) {
 
 Finding check_frequency_limit(const os::LinuxRoots& roots, const Observed& observed) {
   std::vector<int> limited;
-  double least = 1.0;
+  double min = 1.0;
   for (const int cpu : observed.cpus.cpus()) {
     const auto allowed = os::read_integer(cpu_folder(roots, cpu) + "/cpufreq/scaling_max_freq");
     const auto possible = os::read_integer(cpu_folder(roots, cpu) + "/cpufreq/cpuinfo_max_freq");
     if (!allowed || !possible || *possible <= 0 || *allowed >= *possible) continue;
     limited.push_back(cpu);
-    least = std::min(least, static_cast<double>(*allowed) / static_cast<double>(*possible));
+    min = std::min(min, static_cast<double>(*allowed) / static_cast<double>(*possible));
   }
   if (limited.empty()) return {"frequency_limit", Verdict::kOk, "no limit below the CPU's own", {}, {}, {}};
   return {"frequency_limit",
           Verdict::kWarning,
           fmt::format("CPUs {} are held to {:.0f} % of their highest frequency", to_string(os::CpuSet(limited)),
-                      100.0 * least),
+                      100.0 * min),
           "all compute times are longer by as much",
           "lift the limit (power settings or a thermal daemon may set it again)",
           {fmt::format("for c in {}; do cd {}/devices/system/cpu/cpu$c/cpufreq && cat cpuinfo_max_freq | sudo tee "
@@ -297,7 +297,7 @@ Finding check_idle(const os::LinuxRoots& roots, const Observed& observed) {
     const Problem& why = observed.not_ready->problems().front();
     return {"idle",   Verdict::kWarning,
             why.what, "an idle virtual CPU is given to others on the host, and comes back late and with cold caches",
-            why.mend, {fmt::format("sudo chmod o+rw {}/cpu_dma_latency", roots.devices)}};
+            why.hint, {fmt::format("sudo chmod o+rw {}/cpu_dma_latency", roots.devices)}};
   }
   if (observed.keeps_ready) return {"idle", Verdict::kOk, "idle virtual CPUs can be kept ready", {}, {}, {}};
   const IdleState deepest = deepest_idle(roots, observed.cpus);

@@ -30,20 +30,20 @@ std::optional<std::int64_t> limit(const os::LinuxRoots& roots, std::string_view 
 
 std::vector<std::string> lines_for_permission(const os::LinuxRoots& roots) {
   return {fmt::format("sudo setcap cap_sys_nice+ep {}   # and the same for the app's program; or", program_path(roots)),
-          "echo \"$USER - rtprio 10\" | sudo tee /etc/security/limits.d/catan.conf   # then log in anew; or",
+          "echo \"$USER - rtprio 10\" | sudo tee /etc/security/limits.d/catan.conf   # then log in again; or",
           "docker run --cap-add=SYS_NICE ...   # in a container"};
 }
 
 std::string top_folder(const os::LinuxRoots& roots, const std::string& own_file) {
-  const std::vector<std::string> folders = group_folders(roots, "cpu");
+  const std::vector<std::string> folders = cgroup_folders(roots, "cpu");
   return folders.empty() ? own_file.substr(0, own_file.rfind('/')) : folders.front();
 }
 
 // Each group from the top down needs time before the next may have some.
-std::vector<std::string> lines_for_group(const os::LinuxRoots& roots, const std::string& own_file) {
+std::vector<std::string> lines_for_cgroup(const os::LinuxRoots& roots, const std::string& own_file) {
   std::vector<std::string> lines;
   std::int64_t above = kUsualRuntime;
-  for (const std::string& folder : group_folders(roots, "cpu")) {
+  for (const std::string& folder : cgroup_folders(roots, "cpu")) {
     const std::string file = folder + "/cpu.rt_runtime_us";
     const auto runtime = os::read_integer(file);
     if (runtime && *runtime > 0) above = std::min(above, *runtime);
@@ -55,7 +55,7 @@ std::vector<std::string> lines_for_group(const os::LinuxRoots& roots, const std:
   return lines;
 }
 
-Finding group_without_time(const os::LinuxRoots& roots, const std::string& file) {
+Finding cgroup_without_time(const os::LinuxRoots& roots, const std::string& file) {
   return {"group",
           Verdict::kProblem,
           fmt::format("{} is 0", file),
@@ -63,11 +63,11 @@ Finding group_without_time(const os::LinuxRoots& roots, const std::string& file)
           "and Catan can only set rates",
           "give time to the group and those above it, as root (less where groups beside it have some already), or "
           "start the app from a shell that is in the top group",
-          lines_for_group(roots, file)};
+          lines_for_cgroup(roots, file)};
 }
 
 // Nothing can be read there, but only this is known to refuse root.
-Finding privileged_but_refused(const std::string& own_group) {
+Finding privileged_but_refused(const std::string& own_cgroup) {
   Finding finding{"group",
                   Verdict::kProblem,
                   "real-time levels are refused although this process has CAP_SYS_NICE",
@@ -76,7 +76,7 @@ Finding privileged_but_refused(const std::string& own_group) {
                   "start from the top group, or boot the kernel with rt_group_sched=0; in a container, allow "
                   "sched_setscheduler",
                   {}};
-  if (!own_group.empty()) finding.lines.push_back(fmt::format("echo $$ | sudo tee {}/cgroup.procs", own_group));
+  if (!own_cgroup.empty()) finding.lines.push_back(fmt::format("echo $$ | sudo tee {}/cgroup.procs", own_cgroup));
   finding.lines.emplace_back("docker run --security-opt seccomp=unconfined --cap-add=SYS_NICE ...   # in a container");
   return finding;
 }
@@ -92,7 +92,7 @@ std::vector<std::string> lines_for_usual_reserve(const os::LinuxRoots& roots, co
     return {fmt::format("for f in {}/cpu*/runtime; do echo 50000000 | sudo tee $f; done", fair_server_folder(roots))};
   }
   std::vector<std::string> lines{fmt::format("sudo sysctl -w kernel.sched_rt_runtime_us={}", kUsualRuntime)};
-  const auto group = real_time_group(roots);
+  const auto group = real_time_cgroup(roots);
   if (group && group->runtime_us > 0) {
     const std::int64_t usual = group->period_us * kUsualRuntime / kSecond;
     if (group->runtime_us < usual) lines.push_back(fmt::format("echo {} | sudo tee {}", usual, group->file));
@@ -128,8 +128,8 @@ std::optional<Quota> tightest_quota(const os::LinuxRoots& roots) {
   const auto consider = [&](std::optional<Quota> quota) {
     if (quota && (!tightest || quota->cpus < tightest->cpus)) tightest = std::move(quota);
   };
-  for (const std::string& folder : group_folders(roots, "")) consider(read_quota_2(folder));
-  for (const std::string& folder : group_folders(roots, "cpu")) consider(read_quota_1(folder));
+  for (const std::string& folder : cgroup_folders(roots, "")) consider(read_quota_2(folder));
+  for (const std::string& folder : cgroup_folders(roots, "cpu")) consider(read_quota_1(folder));
   return tightest;
 }
 
@@ -150,19 +150,19 @@ Finding check_permission(const os::LinuxRoots& roots, const Observed& observed) 
                   "get the permission, one of these ways",
                   lines_for_permission(roots)};
   if (capable || (rtprio && *rtprio >= kHighestPriority)) {
-    finding.mend = "the permission is there; mend what else refuses it: see `group`";
+    finding.hint = "the permission is there; fix what else refuses it: see `group`";
     finding.lines.clear();
   }
   return finding;
 }
 
-Finding check_group(const os::LinuxRoots& roots, const Observed& observed) {
-  const auto group = real_time_group(roots);
-  if (group && group->runtime_us == 0) return group_without_time(roots, group->file);
+Finding check_cgroup(const os::LinuxRoots& roots, const Observed& observed) {
+  const auto group = real_time_cgroup(roots);
+  if (group && group->runtime_us == 0) return cgroup_without_time(roots, group->file);
   const auto rtprio = limit(roots, "Max realtime priority");
   const bool allowed = has_cap_sys_nice(roots) || (rtprio && *rtprio >= kHighestPriority);
   if (!observed.real_time.permitted && allowed) {
-    const std::vector<std::string> folders = group_folders(roots, group ? "cpu" : "");
+    const std::vector<std::string> folders = cgroup_folders(roots, group ? "cpu" : "");
     Finding finding = privileged_but_refused(folders.empty() ? "" : folders.front());
     if (!has_cap_sys_nice(roots)) {
       finding.found = fmt::format("real-time levels are refused although RLIMIT_RTPRIO is {}", *rtprio);
@@ -201,18 +201,18 @@ Finding check_slack(const os::LinuxRoots& roots, const Observed& observed) {
     finding.verdict = facts.reserved >= 1.0 ? Verdict::kProblem : Verdict::kWarning;
     finding.meaning = facts.reserved >= 1.0 ? "real-time threads get no CPU time at all"
                                             : "plans leave that much of each CPU unused, and a percentage point more";
-    finding.mend = "let them have the usual 95 %";
+    finding.hint = "let them have the usual 95 %";
     finding.lines = lines_for_usual_reserve(roots, facts.reserved_by);
   } else if (facts.reserved_by.find("assumed") != std::string::npos) {
     finding.verdict = Verdict::kNote;
     finding.meaning = "what this kernel keeps cannot be read, so plans have the slack for its default: 6 %";
-    finding.mend = "if debugfs is there but not mounted, mount it; else leave it so";
+    finding.hint = "if debugfs is there but not mounted, mount it; else leave it so";
     finding.lines = {"sudo mount -t debugfs none /sys/kernel/debug; sudo ls /sys/kernel/debug/sched/fair_server"};
   } else if (facts.reserved <= 0.0) {
     finding.verdict = Verdict::kNote;
     finding.found = "nothing is kept for ordinary threads";
     finding.meaning = "plans still leave them 6 %, but any real-time thread that hangs freezes the machine";
-    finding.mend = "keep the usual 5 % for them, unless it was taken away on purpose";
+    finding.hint = "keep the usual 5 % for them, unless it was taken away on purpose";
     finding.lines = lines_for_usual_reserve(roots, fair_server_files(roots) ? "fair server" : "throttling");
   }
   return finding;

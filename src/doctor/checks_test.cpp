@@ -58,7 +58,7 @@ void expect(const Finding& finding, Verdict verdict, const std::string& found) {
   EXPECT_EQ(finding.verdict, verdict) << finding.check << ": " << finding.found;
   EXPECT_THAT(finding.found, HasSubstr(found)) << finding.check;
   EXPECT_EQ(finding.meaning.empty(), verdict == Verdict::kOk) << finding.check;
-  EXPECT_EQ(finding.mend.empty(), verdict == Verdict::kOk) << finding.check;
+  EXPECT_EQ(finding.hint.empty(), verdict == Verdict::kOk) << finding.check;
 }
 
 TEST_F(LinuxCheckup, MachineThatShowsNothingIsFine) {
@@ -73,19 +73,19 @@ TEST_F(LinuxCheckup, WithoutPermissionTheWaysToGetItAreNamed) {
   EXPECT_THAT(finding.lines, Contains(HasSubstr("setcap cap_sys_nice+ep")));
   EXPECT_THAT(finding.lines, Contains(HasSubstr("rtprio")));
   EXPECT_THAT(finding.meaning, HasSubstr("rates only"));
-  expect(check_group(roots(), machine_), Verdict::kOk, "");
+  expect(check_cgroup(roots(), machine_), Verdict::kOk, "");
 }
 
 TEST_F(LinuxCheckup, PrivilegedButRefusedPointsToGroupScheduling) {
   refuse("0000000000800000", "0");
   tree_.write("proc/self/cgroup", "0::/app\n").write("sys/fs/cgroup/app/cpu.max", "max 100000\n");
   expect(check_permission(roots(), machine_), Verdict::kProblem, "has CAP_SYS_NICE");
-  const Finding finding = check_group(roots(), machine_);
+  const Finding finding = check_cgroup(roots(), machine_);
   expect(finding, Verdict::kProblem, "although this process has CAP_SYS_NICE");
-  EXPECT_THAT(finding.mend, HasSubstr("rt_group_sched=0"));
+  EXPECT_THAT(finding.hint, HasSubstr("rt_group_sched=0"));
   EXPECT_THAT(finding.lines.front(), HasSubstr("/sys/fs/cgroup/cgroup.procs"));
   refuse("0000000000000000", "10");
-  expect(check_group(roots(), machine_), Verdict::kProblem, "although RLIMIT_RTPRIO is 10");
+  expect(check_cgroup(roots(), machine_), Verdict::kProblem, "although RLIMIT_RTPRIO is 10");
 }
 
 TEST_F(LinuxCheckup, GroupWithoutTimeIsGivenSomeFromTheTopDown) {
@@ -94,14 +94,14 @@ TEST_F(LinuxCheckup, GroupWithoutTimeIsGivenSomeFromTheTopDown) {
   tree_.write("sys/fs/cgroup/cpu,cpuacct/cpu.rt_runtime_us", "900000\n");
   tree_.write("sys/fs/cgroup/cpu,cpuacct/a/cpu.rt_runtime_us", "0\n");
   tree_.write("sys/fs/cgroup/cpu,cpuacct/a/b/cpu.rt_runtime_us", "0\n");
-  const Finding finding = check_group(roots(), machine_);
+  const Finding finding = check_cgroup(roots(), machine_);
   expect(finding, Verdict::kProblem, "a/b/cpu.rt_runtime_us is 0");
   const std::string top = roots().sysfs + "/fs/cgroup/cpu,cpuacct";
   EXPECT_THAT(finding.lines, ElementsAre("echo 900000 | sudo tee " + top + "/a/cpu.rt_runtime_us",
                                          "echo 900000 | sudo tee " + top + "/a/b/cpu.rt_runtime_us",
                                          "echo $$ | sudo tee " + top + "/tasks   # or: this shell to the top group"));
-  EXPECT_THAT(group_folders(roots(), "cpuacct"), ElementsAre(top, top + "/a", top + "/a/b"));
-  EXPECT_THAT(group_folders(roots(), "memory"), IsEmpty());
+  EXPECT_THAT(cgroup_folders(roots(), "cpuacct"), ElementsAre(top, top + "/a", top + "/a/b"));
+  EXPECT_THAT(cgroup_folders(roots(), "memory"), IsEmpty());
 }
 
 TEST_F(LinuxCheckup, TimeLimitKills) {

@@ -132,7 +132,7 @@ Finding check_timer(const Observed& observed) {
       verdict,
       found,
       "slots begin and triggers come that much late at times",
-      "mend first what else is found here (idle, preemption, steal, other real-time programs); highres=off on the "
+      "fix first what else is found here (idle, preemption, steal, other real-time programs); highres=off on the "
       "kernel's command line would do this too",
       {"ps -eLo cls,rtprio,psr,pid,comm | grep -E '^ *(FF|RR|DLN)'   # who else is real-time", "cat /proc/cmdline"}};
 }

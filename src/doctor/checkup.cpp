@@ -16,7 +16,7 @@ constexpr int kRealTimeCount = 200;
 constexpr int kOrdinaryCount = 100;
 
 // Where the kernel keeps most of the CPU from real-time threads, measuring at their level could take for ever.
-constexpr double kMostOfACpu = 0.5;
+constexpr double kMaxCpuShare = 0.5;
 
 Status prepare(os::Os& os, int cpu, os::Level level) {
   const Status bound = os.set_affinity(os.current_thread(), os::CpuSet{cpu});
@@ -33,7 +33,7 @@ void sleep_and_measure(os::Os& os, os::Level level, int count, Nanos period, Wak
     return;
   }
   for (int i = 0; i < count; ++i) {
-    const TimePoint due = os.now() + period;  // anew each time: a long stall counts once
+    const TimePoint due = os.now() + period;  // again each time: a long stall counts once
     os.sleep_until(due);
     found.lateness.push_back(std::max(os.now() - due, Nanos{0}));
   }
@@ -59,7 +59,7 @@ void try_to_keep_ready(os::Os& os, Observed& observed) {
 }
 
 void measure(os::Os& os, Observed& observed) {
-  const bool real_time = observed.real_time.permitted && observed.real_time.reserved < kMostOfACpu;
+  const bool real_time = observed.real_time.permitted && observed.real_time.reserved < kMaxCpuShare;
   observed.level = real_time ? os::Level::kDispatcher : os::Level::kOrdinary;
   const TimePoint begin = os.now();
   observed.wake_ups = measure_wake_ups(os, observed.cpus, observed.level, kRealTimeCount, kPeriod);

@@ -22,8 +22,8 @@ struct Finding {
   Verdict verdict = Verdict::kOk;
   std::string found;
   std::string meaning;             // for Catan; empty where kOk
-  std::string mend;                // what to do; empty where kOk
-  std::vector<std::string> lines;  // to copy to where `mend` says
+  std::string hint;                // what to do; empty where kOk
+  std::vector<std::string> lines;  // to copy to where `hint` says
 };
 
 Verdict worst(const std::vector<Finding>& findings);

@@ -22,7 +22,7 @@ TEST(Checkup, OfAFakeMachineIsExact) {
   EXPECT_EQ(observed->measured, 300ms) << "on all CPUs at once";
 }
 
-TEST(Checkup, EveryThreadIsGivenBackItsLevel) {
+TEST(Checkup, EveryThreadGetsItsLevelBack) {
   os::FakeOs os;
   os.set_real_time_facts({true, "", 0.0, "nothing"});
   ASSERT_TRUE(observe(os, {}).ok());

@@ -29,7 +29,7 @@ class Actuator {
   // A subchain that nobody holds, with the state of its runs; from now on this controller holds it. None: somebody else
   // still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever level they came.
   virtual std::optional<dispatch::RunState> take(SubchainId subchain) = 0;
-  // Lets go of it and of its completions, and wakes whoever is to have it by the newest assignment.
+  // Releases it and its completions, and wakes whoever is to have it by the newest assignment.
   virtual void hand_over(SubchainId subchain, const dispatch::RunState& state) = 0;
 
   // --- The threads of a subchain that is held ---

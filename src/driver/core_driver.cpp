@@ -12,7 +12,7 @@ CoreDriver::CoreDriver(Actuator& actuator, int core, std::size_t subchains)
 
 TimePoint CoreDriver::step(TimePoint now) {
   follow();
-  gather_progress();
+  collect_progress();
   const dispatch::SharedCoreDispatcher::Decision& decision = dispatcher_.step(now, progress_);
   carry_out(decision);
   report(decision, now);
@@ -28,7 +28,7 @@ void CoreDriver::follow() {
     find_absent(schedule);
   }
   if (!absent_.empty()) adopt_waiting(assignment);
-  if (actuator_->threads_joined()) raise_newcomers();
+  if (actuator_->threads_joined()) raise_joined_threads();
 }
 
 void CoreDriver::find_absent(const dispatch::SharedCoreSchedule& schedule) {
@@ -51,7 +51,7 @@ void CoreDriver::adopt_waiting(const policy::Assignment& assignment) {
   });
 }
 
-void CoreDriver::raise_newcomers() {
+void CoreDriver::raise_joined_threads() {
   for (std::size_t index = 0; index < held_.size(); ++index) {
     if (!held_[index]) continue;
     actuator_->move(SubchainId(index), held_[index]->cpus);
@@ -59,7 +59,7 @@ void CoreDriver::raise_newcomers() {
   }
 }
 
-void CoreDriver::gather_progress() {
+void CoreDriver::collect_progress() {
   progress_.clear();
   for (const SubchainId subchain : members_) progress_.push_back(actuator_->completed(subchain));
 }

@@ -2,7 +2,7 @@
 // (dispatch/shared_core_dispatcher.h), carried out. While nobody shares the core it has nothing to do.
 //
 // Who is to share the core by an assignment but has not come yet is absent: its slot is passed by until whoever has it
-// lets go of it. Those that an assignment leaves out are let go of at the end of the frame.
+// releases it. Those that an assignment leaves out are released at the end of the frame.
 //
 // Thread safety: as controller.h says.
 #pragma once
@@ -34,8 +34,8 @@ class CoreDriver final : public Controller {
   void follow();
   void find_absent(const dispatch::SharedCoreSchedule& schedule);
   void adopt_waiting(const policy::Assignment& assignment);
-  void raise_newcomers();
-  void gather_progress();
+  void raise_joined_threads();
+  void collect_progress();
   void carry_out(const dispatch::SharedCoreDispatcher::Decision& decision);
   void release(SubchainId subchain, const dispatch::RunState& state);
   void report(const dispatch::SharedCoreDispatcher::Decision& decision, TimePoint now);
@@ -45,7 +45,7 @@ class CoreDriver final : public Controller {
   int core_;
   std::uint64_t following_ = 0;  // the assignment's number
   dispatch::SharedCoreDispatcher dispatcher_;
-  std::vector<std::optional<Held>> held_;  // by SubchainId; none: not in its hands
+  std::vector<std::optional<Held>> held_;  // by SubchainId; none: not held
   std::vector<SubchainId> absent_;         // have a slot by the assignment that is followed, and have not come yet
   std::vector<SubchainId> members_;        // in the order of the slots of the schedule in force
   std::vector<std::uint64_t> progress_;    // theirs

@@ -112,7 +112,7 @@ TEST(CoreDriver, WithoutOneOfItsMembersTheOthersGoOn) {
   world.publish(both_share());
   world.run_until(at(ms(7)));
   policy::Assignment without = both_share();
-  policy::leave_out_absent(without, {true, false});
+  policy::remove_absent(without, {true, false});
   world.publish(without);
   world.run_until(at(ms(20)));
   EXPECT_FALSE(world.of(kSecond).holder);

@@ -1,6 +1,6 @@
 // Whatever plans follow each other, however long runs take, and whoever comes and goes: at any time one controller
-// holds a subchain or none does, no trigger is lost and none is sent twice (testing/fake_world.h looks at that), and whoever is
-// present goes on being triggered.
+// holds a subchain or none does, no trigger is lost and none is sent twice (testing/fake_world.h looks at that), and
+// whoever is present goes on being triggered.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -35,7 +35,7 @@ policy::Assignment arbitrary_assignment() {
     core.frame_min = ms(*rc::gen::inRange(1, 10));
     core.slack = *rc::gen::element(0.0, 0.1);
   }
-  policy::leave_out_absent(made, present);
+  policy::remove_absent(made, present);
   return made;
 }
 

@@ -13,8 +13,8 @@ namespace {
 using policy::PlanReason;
 
 // How soon it is noticed that a CPU has gone or come back.
-constexpr Nanos kLookAtCpus = std::chrono::milliseconds{100};
-constexpr Nanos kLookAtPower = std::chrono::seconds{1};
+constexpr Nanos kCpuCheckPeriod = std::chrono::milliseconds{100};
+constexpr Nanos kPowerCheckPeriod = std::chrono::seconds{1};
 
 }  // namespace
 
@@ -70,7 +70,7 @@ bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   if (!adapts()) return false;
   const std::optional<PlanReason> why = due(now, host);
   if (!why) return false;
-  const PlanningTime took = options_.timer([&] { plan_anew(*why, host); });
+  const PlanningTime took = options_.timer([&] { make_new_plan(*why, host); });
   if (next_) next_->plan->solve_time = took.elapsed;
   clock_.made(now, *why, took.cpu);
   return true;
@@ -78,16 +78,16 @@ bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
 
 // CPUs first: nothing can be followed on one that has gone.
 std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
-  if (look_at_cpus(now, host)) return PlanReason::kCpus;
+  if (check_cpus(now, host)) return PlanReason::kCpus;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
-  look_at_power(now, host);
+  check_power(now, host);
   const std::optional<PlanReason> why = clock_.due(now, measured_.all_measured());
   return why == PlanReason::kMeasured || options_.replan ? why : std::nullopt;
 }
 
-bool PlanningLoop::look_at_cpus(TimePoint now, PlanningHost& host) {
-  if (now < next_look_at_cpus_) return false;
-  next_look_at_cpus_ = now + kLookAtCpus;
+bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
+  if (now < next_cpu_check_) return false;
+  next_cpu_check_ = now + kCpuCheckPeriod;
   const Result<os::CpuSet> all_online = host.online_cpus();
   if (!all_online) return false;
   os::CpuSet online = os::common(options_.cpus, *all_online);
@@ -100,20 +100,20 @@ bool PlanningLoop::look_at_cpus(TimePoint now, PlanningHost& host) {
   return true;
 }
 
-void PlanningLoop::look_at_power(TimePoint now, PlanningHost& host) {
-  if (now < next_look_at_power_) return;
-  next_look_at_power_ = now + kLookAtPower;
+void PlanningLoop::check_power(TimePoint now, PlanningHost& host) {
+  if (now < next_power_check_) return;
+  next_power_check_ = now + kPowerCheckPeriod;
   const std::optional<PowerChange> change = power_.look(host.power_state());
   if (!change) return;
   for (std::size_t kind = 0; kind < change->factors.size(); ++kind) {
     const std::optional<double> factor = change->factors[kind];
-    factor ? measured_.rescale(kind, *factor) : measured_.doubt(kind);
+    factor ? measured_.rescale(kind, *factor) : measured_.invalidate(kind);
   }
   host.notice("power", change->what);
   clock_.changed(PlanReason::kPower);
 }
 
-void PlanningLoop::plan_anew(PlanReason why, PlanningHost& host) {
+void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   const Millis unmeasured = app_.scheduler.bootstrap_cost;
   const model::CostTable costs = measured_.costs(unmeasured);
   const model::CostTable typical = measured_.typical_costs(unmeasured);

@@ -33,7 +33,7 @@
 namespace ctn::driver {
 
 // How often the loop is to be turned: often enough that changes are answered at once, and that nothing overflows that
-// is gathered in between.
+// is collected in between.
 constexpr Nanos kPlanningTurn = std::chrono::milliseconds{50};
 
 // What a plan took to make: CPU time of who made it, and time.
@@ -86,8 +86,8 @@ class PlanningLoop {
   void begin(TimePoint start, PlanningHost& host);
 
   // --- what happened ---
-  // A run has ended; runs of a node in their order. Where it shows that the node's compute time has changed for good:
-  // from what to what.
+  // A run has ended; runs of a node in their order. Where it shows that the node's compute time has changed
+  // permanently: from what to what.
   std::optional<record::CostChange> ran(const record::Run& run);
   // A run of the subchain was taken to hang at that time. To be told before that run is.
   void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
@@ -111,10 +111,10 @@ class PlanningLoop {
   std::uint64_t cost_changes() const { return cost_changes_; }
 
  private:
-  bool look_at_cpus(TimePoint now, PlanningHost& host);
-  void look_at_power(TimePoint now, PlanningHost& host);
+  bool check_cpus(TimePoint now, PlanningHost& host);
+  void check_power(TimePoint now, PlanningHost& host);
   std::optional<policy::PlanReason> due(TimePoint now, PlanningHost& host);
-  void plan_anew(policy::PlanReason why, PlanningHost& host);
+  void make_new_plan(policy::PlanReason why, PlanningHost& host);
   policy::Assignment on_given_cores(policy::Assignment assignment) const;
 
   const graph::App& app_;
@@ -126,8 +126,8 @@ class PlanningLoop {
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
   PowerWatch power_;
-  TimePoint next_look_at_cpus_{};
-  TimePoint next_look_at_power_{};
+  TimePoint next_cpu_check_{};
+  TimePoint next_power_check_{};
   policy::Decision decision_;
   std::uint64_t cost_changes_ = 0;
   bool cost_changed_ = false;  // since the last turn

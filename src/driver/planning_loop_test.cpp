@@ -37,11 +37,12 @@ class Tested : public policy::Policy {
   Result<policy::Decision> decide(const policy::Situation& situation) const override {
     return real_->decide(situation);
   }
-  Result<std::optional<policy::Decision>> decide_anew(const policy::Situation& situation,
-                                                      const policy::Decision& in_force, double to_beat) const override {
+  Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
+                                                       const policy::Decision& in_force,
+                                                       double to_beat) const override {
     asked.push_back(situation.costs[NodeId(0)].single_thread().count());
     if (fails) return Error::caller("there is no plan", "wait");
-    return real_->decide_anew(situation, in_force, to_beat);
+    return real_->decide_again(situation, in_force, to_beat);
   }
 
   mutable std::vector<double> asked;  // what node a costs

@@ -55,7 +55,7 @@ std::optional<double> PowerWatch::factor_of(std::size_t kind, const std::vector<
   return limits_changed ? common : std::nullopt;
 }
 
-std::optional<PowerChange> PowerWatch::look(const os::PowerState& now) {
+std::optional<PowerChange> PowerWatch::update(const os::PowerState& now) {
   std::vector<Compared> compared;
   for (const os::PowerState::Cpu& cpu : now.cpus) {
     if (!told(cpu)) continue;

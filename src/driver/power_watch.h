@@ -1,5 +1,5 @@
-// Tells when the machine began to run faster or slower by decree: another clock limit or governor, or battery in place
-// of mains. And what that makes of compute times measured before. Pure.
+// Detects that the machine's speed was changed: another clock limit or governor, or battery in place of mains. Tells by
+// what factor that changes the compute times measured before. Pure.
 //
 // A clock limit that is half of what it was is taken to double compute times: an upper bound where a node waits for
 // memory, which its next runs correct. Where one kind's CPUs changed by different ratios, or where the limits do not
@@ -29,7 +29,7 @@ class PowerWatch {
   PowerWatch(policy::CpuKinds kinds, std::size_t kind_count) : kinds_(std::move(kinds)), kind_count_(kind_count) {}
 
   // What has changed since the last look. What the system does not tell (a CPU that is offline) has not changed.
-  std::optional<PowerChange> look(const os::PowerState& now);
+  std::optional<PowerChange> update(const os::PowerState& now);
 
  private:
   struct Compared;

@@ -26,7 +26,7 @@ void SubchainPacer::follow(TimePoint now) {
     if (trigger_) release();
   } else if (trigger_) {
     if (is_new && place != place_) change(now, place);
-    if (actuator_->threads_joined()) raise_newcomers();
+    if (actuator_->threads_joined()) raise_joined_threads();
   } else if (const std::optional<dispatch::RunState> state = actuator_->take(subchain_)) {
     adopt(now, place, *state);
   }
@@ -49,7 +49,7 @@ void SubchainPacer::change(TimePoint now, const policy::SubchainPlace& place) {
   place_ = place;
 }
 
-void SubchainPacer::raise_newcomers() {
+void SubchainPacer::raise_joined_threads() {
   actuator_->move(subchain_, place_.cpus);
   if (!suspended_) actuator_->set_levels(subchain_, place_);
 }

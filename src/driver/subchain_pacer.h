@@ -27,7 +27,7 @@ class SubchainPacer final : public Controller {
   void follow(TimePoint now);
   void adopt(TimePoint now, const policy::SubchainPlace& place, const dispatch::RunState& state);
   void change(TimePoint now, const policy::SubchainPlace& place);
-  void raise_newcomers();
+  void raise_joined_threads();
   void release();
   void act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now);
 
@@ -35,7 +35,7 @@ class SubchainPacer final : public Controller {
   SubchainId subchain_;
   std::uint64_t following_ = 0;  // the assignment's number
   policy::SubchainPlace place_;
-  std::optional<dispatch::SubchainTrigger> trigger_;  // none: the subchain is not in its hands
+  std::optional<dispatch::SubchainTrigger> trigger_;  // none: it does not hold the subchain
   bool suspended_ = false;                            // a run of it hangs
   bool awaits_ = false;                               // the end of a run
 };

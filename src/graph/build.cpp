@@ -34,7 +34,7 @@ Result<App> AppBuilder::build() {
 void AppBuilder::add_core_kinds() {
   constexpr double kSlowest = 1e-3;
   constexpr double kFastest = 1e3;
-  constexpr int kMostCores = 1024;
+  constexpr int kMaxCores = 1024;
   std::set<std::string_view> seen;
   int cores = 0;
   for (std::size_t i = 0; i < spec_.core_kinds.size(); ++i) {
@@ -45,9 +45,9 @@ void AppBuilder::add_core_kinds() {
               "rename or remove one");
     }
     const int count = spec.count.value;
-    if (count < 1 || count > kMostCores - cores) {
+    if (count < 1 || count > kMaxCores - cores) {
       problem(spec.count.place, key + ".count", fmt::format("{} cores are out of range", count),
-              fmt::format("write a whole number from 1, at most {} for all kinds together", kMostCores));
+              fmt::format("write a whole number from 1, at most {} for all kinds together", kMaxCores));
     } else {
       cores += count;
     }
@@ -59,16 +59,16 @@ void AppBuilder::add_core_kinds() {
   }
 }
 
-void AppBuilder::problem(const Place& place, std::string_view key, std::string_view what, std::string_view mend) {
+void AppBuilder::problem(const Place& place, std::string_view key, std::string_view what, std::string_view hint) {
   // Names may hold anything before they are found to be none.
-  problems_.push_back({place, printable(key), printable(what), printable(mend)});
+  problems_.push_back({place, printable(key), printable(what), printable(hint)});
 }
 
 // Guessing costs time for each candidate; a text with this many mistakes is not one that was misspelt.
 std::string AppBuilder::guess(std::string_view word, const std::vector<std::string>& candidates,
                               std::string otherwise) const {
-  constexpr std::size_t kMostGuesses = 200;
-  if (problems_.size() > kMostGuesses) return otherwise;
+  constexpr std::size_t kMaxGuesses = 200;
+  if (problems_.size() > kMaxGuesses) return otherwise;
   const auto meant = nearest(word, candidates);
   return meant ? fmt::format("did you mean {}?", quote(*meant)) : otherwise;
 }

@@ -92,10 +92,10 @@ void AppBuilder::check_cycles() {
 }
 
 void AppBuilder::report_cycle(const std::vector<NodeId>& trail, const WrittenEdge& closing) {
-  constexpr std::ptrdiff_t kMostNamed = 10;
+  constexpr std::ptrdiff_t kMaxNamed = 10;
   auto step = std::find(trail.rbegin(), trail.rend(), closing.edge.to).base() - 1;
   std::string cycle;
-  for (std::ptrdiff_t named = 0; step != trail.end() && named < kMostNamed; ++step, ++named) {
+  for (std::ptrdiff_t named = 0; step != trail.end() && named < kMaxNamed; ++step, ++named) {
     cycle += name_of(*step) + " -> ";
   }
   if (step != trail.end()) cycle += "... -> ";

@@ -11,7 +11,7 @@
 namespace ctn::graph {
 namespace {
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 constexpr std::size_t kLongestName = 100;
 
 bool is_name_character(char c) {
@@ -121,10 +121,10 @@ void AppBuilder::check_values(const NodeSpec& spec, const std::string& key) {
   };
   positive(spec.period, "period");
   positive(spec.output_period, "output_period");
-  if (spec.max_threads && (spec.max_threads->value < 1 || spec.max_threads->value > kMostThreads)) {
+  if (spec.max_threads && (spec.max_threads->value < 1 || spec.max_threads->value > kMaxThreads)) {
     problem(spec.max_threads->place, key + ".max_threads",
             fmt::format("{} threads are out of range", spec.max_threads->value),
-            fmt::format("write a whole number from 1 to {}", kMostThreads));
+            fmt::format("write a whole number from 1 to {}", kMaxThreads));
   }
   if (spec.min_rate && spec.max_rate && spec.min_rate->value > spec.max_rate->value) {
     problem(spec.min_rate->place, key + ".min_rate",

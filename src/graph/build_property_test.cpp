@@ -157,7 +157,7 @@ RC_GTEST_PROP(BuildAppProperty, WhateverIsBuiltKeepsTheInvariants, ()) {
   const auto app = build_app(spec);
   RC_CLASSIFY(app.ok(), "built");
   if (!app.ok()) {
-    for (const Problem& problem : app.error().problems()) RC_ASSERT(!problem.what.empty() && !problem.mend.empty());
+    for (const Problem& problem : app.error().problems()) RC_ASSERT(!problem.what.empty() && !problem.hint.empty());
     return;
   }
   check_partition(*app);

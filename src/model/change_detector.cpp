@@ -8,11 +8,11 @@ namespace ctn::model {
 namespace {
 
 constexpr double kAllowance = 0.2;
-constexpr double kMostTimesTheLimit = 4.0;
+constexpr double kMaxThresholdFactor = 4.0;
 constexpr double kBackWithin = 200.0;  // runs: what the limit is raised by is then a third
 
-constexpr double kLeastRatio = 1.1;
-constexpr Nanos::rep kLeastDifference = 20'000;
+constexpr double kMinRatio = 1.1;
+constexpr Nanos::rep kMinDifference = 20'000;
 
 }  // namespace
 
@@ -24,12 +24,12 @@ void ChangeDetector::Sum::add(double score) {
 
 double ChangeDetector::score(Nanos cpu) const {
   const Nanos::rep cost = cpu.count();
-  const auto least_above =
-      std::max(static_cast<Nanos::rep>(static_cast<double>(cost) * kLeastRatio), cost + kLeastDifference);
-  const auto most_below =
-      std::min(static_cast<Nanos::rep>(static_cast<double>(cost) / kLeastRatio), cost - kLeastDifference);
-  const auto below = std::lower_bound(ranked_.begin(), ranked_.end(), most_below) - ranked_.begin();
-  const auto above = ranked_.end() - std::upper_bound(ranked_.begin(), ranked_.end(), least_above);
+  const auto min_above =
+      std::max(static_cast<Nanos::rep>(static_cast<double>(cost) * kMinRatio), cost + kMinDifference);
+  const auto max_below =
+      std::min(static_cast<Nanos::rep>(static_cast<double>(cost) / kMinRatio), cost - kMinDifference);
+  const auto below = std::lower_bound(ranked_.begin(), ranked_.end(), max_below) - ranked_.begin();
+  const auto above = ranked_.end() - std::upper_bound(ranked_.begin(), ranked_.end(), min_above);
   return 0.5 * static_cast<double>(below - above) / static_cast<double>(ranked_.size());
 }
 
@@ -73,18 +73,18 @@ void ChangeDetector::begin_with_newest(std::size_t runs) {
 
 std::optional<std::size_t> ChangeDetector::add(Nanos cpu) {
   assert(cpu.count() >= 0);
-  const double scored = reference_.size() < kLeastReference ? 0.0 : score(cpu);
+  const double scored = reference_.size() < kMinReference ? 0.0 : score(cpu);
   suspects_.push_back(cpu.count());
   up_.add(scored);
   down_.add(-scored);
-  limit_ -= (limit_ - kLimit) / kBackWithin;
-  const bool up = up_.value >= limit_;
-  if (!up && down_.value < limit_) {
+  threshold_ -= (threshold_ - kThreshold) / kBackWithin;
+  const bool up = up_.value >= threshold_;
+  if (!up && down_.value < threshold_) {
     trust_all_but(std::max(up_.runs, down_.runs));
     return std::nullopt;
   }
   const std::size_t runs = up ? up_.runs : down_.runs;
-  limit_ = std::min(2.0 * limit_, kMostTimesTheLimit * kLimit);
+  threshold_ = std::min(2.0 * threshold_, kMaxThresholdFactor * kThreshold);
   begin_with_newest(runs);
   return runs;
 }

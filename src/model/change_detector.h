@@ -1,5 +1,5 @@
-// Tells that the compute time of a node has changed for good, from its runs one by one: soon, but not for noise, single
-// spikes or slow growth. One detector a node, mode and kind of core.
+// Tells that the compute time of a node has changed permanently, from its runs one by one: soon, but not for noise,
+// single spikes or slow growth. One detector a node, mode and kind of core.
 //
 // How: a two-sided cumulative sum of sequential ranks (Page, "Continuous inspection schemes", Biometrika 41, 1954;
 // McDonald, "A CUSUM procedure based on sequential ranks", Naval Research Logistics 37, 1990). Each run is compared
@@ -35,17 +35,17 @@ class ChangeDetector {
   // Runs that a run is compared with.
   static constexpr std::size_t kReference = 50;
   // Fewer tell nothing.
-  static constexpr std::size_t kLeastReference = 10;
+  static constexpr std::size_t kMinReference = 10;
 
-  // A run used `cpu` (>= 0). Where the compute time has changed for good: how many of the newest runs, this one
-  // included, came after the change. It then begins anew with these.
+  // A run used `cpu` (>= 0). Where the compute time has changed permanently: how many of the newest runs, this one
+  // included, came after the change. It then starts again with these.
   std::optional<std::size_t> add(Nanos cpu);
 
   // All that it has seen so far would have taken `factor` (> 0) times as long.
   void rescale(double factor);
 
  private:
-  static constexpr double kLimit = 3.0;
+  static constexpr double kThreshold = 3.0;
 
   // One side of the sum.
   struct Sum {
@@ -66,7 +66,7 @@ class ChangeDetector {
   std::vector<Nanos::rep> suspects_;  // the newest runs, which are not in the reference yet; oldest first
   Sum up_;
   Sum down_;
-  double limit_ = kLimit;
+  double threshold_ = kThreshold;
 };
 
 }  // namespace ctn::model

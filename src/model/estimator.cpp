@@ -43,7 +43,7 @@ Estimator::Estimator(int window, double percentile, std::vector<std::string> mod
   assert(window >= 1 && percentile > 0.0 && percentile <= 100.0);
   if (names_.empty()) names_.emplace_back();
   runs_.resize(names_.size());
-  doubted_.resize(names_.size());
+  invalidated_.resize(names_.size());
   recent_count_.resize(names_.size());
 }
 
@@ -51,7 +51,7 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   assert(cpu.count() >= 0);
   if (mode >= names_.size()) mode = 0;
   push(runs_[mode], cpu, window_);
-  if (doubted_[mode] > 0 && --doubted_[mode] == 0) forget_before(mode, kEnoughToGoBy);
+  if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kEnoughToGoBy);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
   const bool full = recent_modes_.values.size() == capacity;
@@ -84,7 +84,7 @@ void Estimator::rescale(double factor, std::size_t mode) {
   for (Nanos& run : runs_[mode].values) run = Nanos{std::llround(static_cast<double>(run.count()) * factor)};
 }
 
-void Estimator::doubt() { doubted_.assign(doubted_.size(), kEnoughToGoBy); }
+void Estimator::invalidate() { invalidated_.assign(invalidated_.size(), kEnoughToGoBy); }
 
 CostProfile Estimator::profile(double percentile) const {
   assert(count_ > 0);

@@ -37,7 +37,7 @@ class Estimator {
   void rescale(double factor);
   void rescale(double factor, std::size_t mode);
   // What was seen so far may not hold any more, and nobody knows what does: it serves until five more runs of the mode.
-  void doubt();
+  void invalidate();
 
   // How many runs it has seen in all, since the start.
   std::size_t count() const { return count_; }
@@ -61,8 +61,8 @@ class Estimator {
   std::size_t window_;
   double percentile_;
   std::vector<std::string> names_;
-  std::vector<Ring<Nanos>> runs_;     // by mode
-  std::vector<std::size_t> doubted_;  // by mode: so many runs, and what was before them goes; 0: nothing is doubted
+  std::vector<Ring<Nanos>> runs_;         // by mode
+  std::vector<std::size_t> invalidated_;  // by mode: so many runs, and what was before them goes; 0: nothing is doubted
   Ring<std::size_t> recent_modes_;
   std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_
   std::size_t count_ = 0;

@@ -132,10 +132,10 @@ TEST(Estimator, Rescales) {
   EXPECT_EQ(estimator.profile().single_thread(), Millis{9});
 }
 
-TEST(Estimator, WhatIsDoubtedServesUntilThereIsEnoughToGoBy) {
+TEST(Estimator, InvalidatedRunsServeUntilThereAreEnoughNewOnes) {
   Estimator estimator(40, 100.0, {});
   for (int i = 0; i < 40; ++i) estimator.add(ms(9), 0);
-  estimator.doubt();
+  estimator.invalidate();
   for (int i = 0; i < 4; ++i) estimator.add(ms(4), 0);
   EXPECT_EQ(estimator.profile().single_thread(), Millis{9});
   estimator.add(ms(4), 0);

@@ -117,14 +117,14 @@ RC_GTEST_PROP(OwnedCores, ACoreMoreIsNeverWorse, ()) {
             response(owned_cores(app.graph, kOnly, costs, any.cores, any.slack)));
 }
 
-RC_GTEST_PROP(OwnedCores, ADearerNodeIsNeverBetter, ()) {
+RC_GTEST_PROP(OwnedCores, AMoreExpensiveNodeIsNeverBetter, ()) {
   const Case any = any_case();
   const graph::App app = row_of(any.costs.size(), any.max_threads);
-  std::vector<double> dearer = any.costs;
-  dearer[*rc::gen::inRange<std::size_t>(0, dearer.size())] += *rc::gen::inRange(0, 1000) * 0.1;
+  std::vector<double> costlier = any.costs;
+  costlier[*rc::gen::inRange<std::size_t>(0, costlier.size())] += *rc::gen::inRange(0, 1000) * 0.1;
   const int threads = *rc::gen::inRange(1, any.cores + 1);
   const OwnedCores before = owned_cores_with(app.graph, kOnly, costs_of(app, any.costs), any.cores, threads, any.slack);
-  const OwnedCores after = owned_cores_with(app.graph, kOnly, costs_of(app, dearer), any.cores, threads, any.slack);
+  const OwnedCores after = owned_cores_with(app.graph, kOnly, costs_of(app, costlier), any.cores, threads, any.slack);
   RC_ASSERT(after.period >= before.period);
   RC_ASSERT(after.execution >= before.execution);
 }

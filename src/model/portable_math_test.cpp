@@ -8,7 +8,7 @@
 namespace ctn::model {
 namespace {
 
-double within(double least, double most, double fraction) { return least + (most - least) * fraction; }
+double within(double min, double max, double fraction) { return min + (max - min) * fraction; }
 
 double any_fraction() { return *rc::gen::inRange(0, 1'000'001) / 1e6; }
 

@@ -89,9 +89,9 @@ RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Na
   const Luck luck(seed, node, number);
   const std::size_t mode = drawn_mode(work.cost.modes(), luck.uniform(Luck::Purpose::kMode));
   const Millis alone = work.cost.modes()[mode].cost;
-  const int most = max_threads_[node.index()];
-  const Millis shared = work.cost.by_threads().empty() ? alone / std::min(threads, most)
-                                                       : work.cost.with_threads(std::min(threads, most), most);
+  const int max = max_threads_[node.index()];
+  const Millis shared = work.cost.by_threads().empty() ? alone / std::min(threads, max)
+                                                       : work.cost.with_threads(std::min(threads, max), max);
   const std::optional<Millis> typical = mode < work.typical.size() ? work.typical[mode] : std::nullopt;
 
   Millis cpu = shared * drawn_factor(alone, typical, luck.uniform(Luck::Purpose::kTime));

@@ -8,7 +8,7 @@
 
 namespace ctn::os::conformance {
 
-constexpr Nanos kPatience = std::chrono::seconds(60);
+constexpr Nanos kTimeout = std::chrono::seconds(60);
 
 class Platform {
  public:
@@ -18,7 +18,7 @@ class Platform {
   virtual void work(Nanos cpu_time) = 0;
   // The most that a call may take which has nothing to wait for. A real machine may be held up by others for any time;
   // what is longer than this is not that.
-  virtual Nanos at_once() const { return kPatience; }
+  virtual Nanos at_once() const { return kTimeout; }
 };
 
 class LinuxPlatform : public Platform {
@@ -26,7 +26,7 @@ class LinuxPlatform : public Platform {
   Os& os() override { return *os_; }
   void work(Nanos cpu_time) override {
     const Nanos end = os_->thread_cpu_time() + cpu_time;
-    const TimePoint give_up = os_->now() + kPatience;
+    const TimePoint give_up = os_->now() + kTimeout;
     while (os_->thread_cpu_time() < end && os_->now() < give_up) continue;
   }
 
@@ -87,9 +87,9 @@ class Parked {
     thread_ = os.spawn("parked", [this] {
       id_ = static_cast<std::uint32_t>(os_.current_thread());
       os_.wake(id_);
-      os_.wait(stop_, 0, os_.now() + kPatience);
+      os_.wait(stop_, 0, os_.now() + kTimeout);
     });
-    os.wait(id_, 0, os.now() + kPatience);
+    os.wait(id_, 0, os.now() + kTimeout);
   }
   ~Parked() { end(); }
   Parked(const Parked&) = delete;

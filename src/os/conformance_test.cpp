@@ -27,7 +27,7 @@ class OsConformance : public testing::TestWithParam<Port> {
   Os& os() { return platform_->os(); }
   void work(Nanos cpu_time) { platform_->work(cpu_time); }
   Nanos at_once() const { return platform_->at_once(); }
-  TimePoint soon() { return os().now() + kPatience; }
+  TimePoint soon() { return os().now() + kTimeout; }
 
   bool is_listed(ThreadId thread) {
     const auto found = os().threads(os().current_process());
@@ -65,7 +65,7 @@ class ConformanceWithoutPermission : public OsConformance {};
     const auto result = (call);                                   \
     ASSERT_FALSE(result.ok());                                    \
     EXPECT_EQ(result.error().kind(), ErrorKind::kEnvironment);    \
-    EXPECT_FALSE(result.error().problems().front().mend.empty()); \
+    EXPECT_FALSE(result.error().problems().front().hint.empty()); \
   } while (false)
 
 // ---- Time
@@ -101,7 +101,7 @@ TEST_P(OsConformance, SleepIsNotEarly) {
 // Not even for as long as the deadline lies back. In virtual time that is no time at all.
 TEST_P(OsConformance, SleepUntilThePastReturnsAtOnce) {
   const TimePoint begin = os().now();
-  os().sleep_until(begin - 2 * kPatience);
+  os().sleep_until(begin - 2 * kTimeout);
   os().sleep_until(TimePoint{Nanos{-5}});
   os().sleep_until(begin);
   EXPECT_LE(os().now() - begin, at_once());
@@ -355,7 +355,7 @@ TEST_P(RealTimeConformance, SavedSchedulingComesBack) {
   EXPECT_EQ(after, *before);
 }
 
-TEST_P(OsConformance, GuardRestoresOnce) {
+TEST_P(OsConformance, SchedulingGuardRestoresOnce) {
   Parked parked(os());
   const CpuSet before = os().affinity(parked.id()).value();
   const CpuSet first{before.cpus().front()};
@@ -377,13 +377,13 @@ TEST_P(OsConformance, GuardOfAThreadThatIsGoneDoesNothing) {
 // ---- Guards
 // ----------------------------------------------------------------------------------------------------------
 
-TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsGivenBackWhenTheGuardEnds) {
+TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsRestoredWhenTheGuardianEnds) {
   Parked watched(os());
   Parked forgotten(os());
   const SavedScheduling before = os().save_scheduling(watched.id()).value();
   const CpuSet first{before.affinity.cpus().front()};
   {
-    auto guard = os().start_guard();
+    auto guard = os().start_guardian();
     ASSERT_TRUE(guard.ok()) << guard.error().message();
     for (const ThreadId thread : {watched.id(), forgotten.id()}) {
       ASSERT_TRUE((*guard)->watch(thread, before));
@@ -392,7 +392,7 @@ TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsGivenBackWhenTheGuardEnds) {
         ASSERT_TRUE(os().set_level(thread, Level::kActive).ok());
       }
     }
-    EXPECT_TRUE((*guard)->tend().ok());
+    EXPECT_TRUE((*guard)->ensure_running().ok());
     EXPECT_EQ(os().affinity(watched.id()).value(), first);  // not before its time
     (*guard)->forget(forgotten.id());
     EXPECT_EQ((*guard)->replaced(), 0);
@@ -410,7 +410,7 @@ TEST_P(OsConformance, GuardKeepsTheLastOfSeveralAndNothingOfWhoIsGone) {
   SavedScheduling last = before;
   last.affinity = CpuSet{before.affinity.cpus().back()};
   {
-    auto guard = os().start_guard();
+    auto guard = os().start_guardian();
     ASSERT_TRUE(guard.ok()) << guard.error().message();
     EXPECT_FALSE((*guard)->watch(gone, before));
     EXPECT_FALSE((*guard)->watch(ThreadId{0}, before));

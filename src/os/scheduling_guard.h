@@ -1,4 +1,4 @@
-// Gives a thread back its scheduling on every way out of a scope.
+// Restores a thread's scheduling at the end of a scope, however the scope ends.
 //
 //   SchedulingGuard guard(os, thread);          // remembers policy, priority, nice and affinity
 //   if (!guard.status().ok()) return guard.status();

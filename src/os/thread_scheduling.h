@@ -27,10 +27,10 @@ struct SavedScheduling {
 //
 // Start it early: what this process has in memory by then the guardian keeps, too. It cannot help where it is killed
 // together with this process. Thread safety: every call from any thread.
-class Guard {
+class Guardian {
  public:
   // Ends the guardian, which gives back what has not been forgotten.
-  virtual ~Guard() = default;
+  virtual ~Guardian() = default;
 
   // From now on the thread would get back `before`; of several calls the last counts. False, and then it would not:
   // the thread is gone, too many are watched (1024), or no guardian can be had.
@@ -40,7 +40,7 @@ class Guard {
 
   // Where somebody ended the guardian, starts another in its place, which watches what it did. Cheap enough to be
   // called every second; watch() calls it, too. kEnvironment: none can be started; the next call tries again.
-  virtual Status tend() = 0;
+  virtual Status ensure_running() = 0;
   // How often that was needed: what a user should be told when it grows.
   virtual int replaced() const = 0;
 };
@@ -62,7 +62,7 @@ class ThreadScheduling {
   virtual Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) = 0;
 
   // kEnvironment where the system has no process left, or forbids what a guardian needs. Ended before this object.
-  virtual Result<std::unique_ptr<Guard>> start_guard() = 0;
+  virtual Result<std::unique_ptr<Guardian>> start_guardian() = 0;
 };
 
 }  // namespace ctn::os

@@ -81,11 +81,11 @@ void check_shared_core(Check& check, std::size_t number, const Members& members)
   }
   if (fixed) return;
   for (const SubchainId id : members) {
-    const Millis least = check.plan.subchains[id.index()].share * period_limits(check.app.graph, id).least;
-    if (at_least(core.frame_min, least)) continue;
+    const Millis min = check.plan.subchains[id.index()].share * period_limits(check.app.graph, id).min;
+    if (at_least(core.frame_min, min)) continue;
     check.problem(Check::core_key(number, "frame_min_ms"),
                   fmt::format("frames of {} ms would break a max_rate of subchain {}, which needs {} ms",
-                              core.frame_min.count(), check.app.graph.subchain(id).name, least.count()));
+                              core.frame_min.count(), check.app.graph.subchain(id).name, min.count()));
   }
 }
 
@@ -107,11 +107,11 @@ void check_sharing_subchain(Check& check, SubchainId id) {
   check.expect(check.subchain_key(id, "period_ms"), subchain.period, core.frame / subchain.share, "frame / share");
   check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, subchain.period, "the period");
   if (subchain.threads != 1) check.problem(check.subchain_key(id, "threads"), "on a shared core there is but 1");
-  const Millis least = to_millis(check.app.scheduler.min_slice);
-  if (!at_least(subchain.slice, least) && subchain.share < 1.0 - kTolerance) {
+  const Millis min = to_millis(check.app.scheduler.min_slice);
+  if (!at_least(subchain.slice, min) && subchain.share < 1.0 - kTolerance) {
     check.problem(check.subchain_key(id, "slice_ms"),
                   fmt::format("{} ms are less than min_slice ({} ms), and not a whole run either",
-                              subchain.slice.count(), least.count()));
+                              subchain.slice.count(), min.count()));
   }
 }
 
@@ -129,7 +129,7 @@ void check_owning_subchain(Check& check, SubchainId id) {
   check.expect(check.subchain_key(id, "share"), subchain.share, 1.0, "owning its cores");
   check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, owned.execution, "the cost of its nodes");
   if (!limits.exact) {
-    check.expect(check.subchain_key(id, "period_ms"), subchain.period, std::max(owned.period, limits.least),
+    check.expect(check.subchain_key(id, "period_ms"), subchain.period, std::max(owned.period, limits.min),
                  "the cost of its nodes on its cores, or a max_rate,");
   } else if (!at_least(subchain.period, owned.period)) {
     check.problem(check.subchain_key(id, "period_ms"),

@@ -79,9 +79,9 @@ void check_rates(Check& check) {
     const PeriodLimits limits = period_limits(check.app.graph, id);
     const std::string key = check.subchain_key(id, "period_ms");
     if (limits.exact) check.expect(key, period, *limits.exact, "an exact rate");
-    if (at_least(period, limits.least)) continue;
+    if (at_least(period, limits.min)) continue;
     check.problem(key, fmt::format("{} ms are shorter than the max_rate of node {} allows: {} ms", period.count(),
-                                   check.app.graph.node(*limits.capped).name, limits.least.count()));
+                                   check.app.graph.node(*limits.capped).name, limits.min.count()));
   }
 }
 

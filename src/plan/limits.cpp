@@ -19,8 +19,8 @@ PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain) {
   PeriodLimits limits;
   for (const NodeId id : graph.subchain(subchain).nodes) {
     const graph::Node& node = graph.node(id);
-    if (node.max_rate && node.max_rate->period() > limits.least) {
-      limits.least = node.max_rate->period();
+    if (node.max_rate && node.max_rate->period() > limits.min) {
+      limits.min = node.max_rate->period();
       limits.capped = id;
     }
     if (has_exact_rate(node)) {
@@ -45,35 +45,35 @@ std::vector<SoftBound> soft_bounds(const graph::App& app) {
   return bounds;
 }
 
-bool is_put_off(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain) {
+bool is_deferred(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain) {
   const double every = 1.0 / plan.subchains[subchain.index()].share;
-  if (every >= kPutOffFrom * (1.0 - kTolerance)) return true;
+  if (every >= kDeferredFrom * (1.0 - kTolerance)) return true;
   // Saved credit lets a queue's runs follow each other in one slot, where no cap is looked at.
   if (takes_batches(graph, subchain)) return false;
   Millis slices{0};
   for (const Slot& slot : core.slots) slices += slot.slice;
-  return period_limits(graph, subchain).least * (1.0 - plan.slack) >= kPutOffFrom * slices;
+  return period_limits(graph, subchain).min * (1.0 - plan.slack) >= kDeferredFrom * slices;
 }
 
 namespace {
 
 Millis held_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core, bool elastic) {
-  Millis least{0};
+  Millis min{0};
   for (const Slot& slot : core.slots) {
     const SubchainPlan& subchain = plan.subchains[slot.subchain.index()];
-    if (elastic && is_put_off(graph, plan, core, slot.subchain)) continue;
-    least = std::max(least, subchain.share * period_limits(graph, slot.subchain).least);
+    if (elastic && is_deferred(graph, plan, core, slot.subchain)) continue;
+    min = std::max(min, subchain.share * period_limits(graph, slot.subchain).min);
   }
-  return least;
+  return min;
 }
 
 }  // namespace
 
-Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+Millis min_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
   return held_frame(graph, plan, core, false);
 }
 
-Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
+Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core) {
   return held_frame(graph, plan, core, true);
 }
 

@@ -1,4 +1,4 @@
-// What an app asks of the period of each subchain, gathered from its nodes, and which bounds may give way.
+// What an app asks of the period of each subchain, collected from its nodes, and which bounds may give way.
 //
 // A node's `max_rate` is a hard cap, and `min_rate` equal to it an exact rate (a display): the period is then given. A
 // `min_rate` by itself and the `max` of a response time are bounds that may be relaxed, all by one factor.
@@ -19,7 +19,7 @@
 namespace ctn::plan {
 
 struct PeriodLimits {
-  Millis least{0};                 // p may be no shorter: the lowest max_rate of the nodes; 0: no cap
+  Millis min{0};                   // p may be no shorter: the lowest max_rate of the nodes; 0: no cap
   std::optional<NodeId> capped;    // whose max_rate that is
   std::optional<Millis> exact;     // p must be just this
   std::optional<NodeId> exact_of;  // whose rate that is
@@ -40,15 +40,15 @@ struct SoftBound {
 std::vector<SoftBound> soft_bounds(const graph::App& app);
 
 // The shortest frame that keeps the caps of all who share the core, at the shares they have: CorePlan::frame_min.
-Millis least_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
+Millis min_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 // Elastic frames may be shorter than that: a subchain whose cap is many frames long need not hold up the others to keep
-// it. Its trigger is put off to a later frame instead, by no more than one part in kPutOffFrom of its period: frames in
-// which every slot is used to its end are that much shorter, or it runs every so many of them anyway. Precondition: the
-// subchain has a slot of the core.
-constexpr int kPutOffFrom = 10;
-bool is_put_off(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain);
-// The shortest frame that keeps the caps of those that are not put off.
-Millis least_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
+// it. Its trigger is deferred to a later frame instead, by no more than one part in kDeferredFrom of its period: frames
+// in which every slot is used to its end are that much shorter, or it runs every so many of them anyway. Precondition:
+// the subchain has a slot of the core.
+constexpr int kDeferredFrom = 10;
+bool is_deferred(const graph::Graph& graph, const Plan& plan, const CorePlan& core, SubchainId subchain);
+// The shortest frame that keeps the caps of those that are not deferred.
+Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average
 // rate.

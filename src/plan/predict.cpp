@@ -77,7 +77,7 @@ class Expecting {
     const Millis execution = std::min(owned.execution, planned.execution);
     const PeriodLimits limits = period_limits(app_.graph, id);
     if (app_.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
-    return {std::min(planned.period, std::max(owned.period, limits.least)), execution};
+    return {std::min(planned.period, std::max(owned.period, limits.min)), execution};
   }
 
   // A frame takes what its slots use of it; a run goes on in as many slots as its cost fills.
@@ -87,20 +87,20 @@ class Expecting {
     const double slots = planned.slice.count() > 0.0 ? std::ceil(cost / planned.slice - kTolerance) : 1.0;
     const double before_last = std::max(0.0, slots - 1.0);
     const Millis execution = planned.share >= 1.0 ? cost : before_last * frame + (cost - before_last * planned.slice);
-    const Millis period = std::max(frame / planned.share, period_limits(app_.graph, id).least);
+    const Millis period = std::max(frame / planned.share, period_limits(app_.graph, id).min);
     return {std::min(planned.period, period), std::min(planned.execution, execution)};
   }
 
-  // A subchain that is put off uses what its cap leaves it; how much of a frame that is depends on the frame.
+  // A subchain that is deferred uses what its cap leaves it; how much of a frame that is depends on the frame.
   Millis frame_of(const CorePlan& core) const {
     if (core.frames == graph::FrameMode::kFixed) return core.frame;
-    const Millis least = std::min(least_elastic_frame(app_.graph, plan_, core), core.frame);
+    const Millis min = std::min(min_elastic_frame(app_.graph, plan_, core), core.frame);
     Millis frame = core.frame;
     constexpr int kRounds = 4;
     for (int round = 0; round < kRounds; ++round) {
       Millis used{0};
       for (const Slot& slot : core.slots) used += used_of(slot, frame);
-      frame = std::clamp(used / (1.0 - plan_.slack), least, core.frame);
+      frame = std::clamp(used / (1.0 - plan_.slack), min, core.frame);
     }
     return frame;
   }
@@ -108,8 +108,8 @@ class Expecting {
   Millis used_of(const Slot& slot, Millis frame) const {
     const SubchainPlan& planned = plan_.subchains[slot.subchain.index()];
     const Millis cost = costs_of(planned).subchain_total(app_.graph, slot.subchain);
-    const Millis least = period_limits(app_.graph, slot.subchain).least;
-    const double runs = least.count() > 0.0 ? std::min(planned.share, frame / least) : planned.share;
+    const Millis min = period_limits(app_.graph, slot.subchain).min;
+    const double runs = min.count() > 0.0 ? std::min(planned.share, frame / min) : planned.share;
     return std::min(slot.slice, runs * cost);
   }
 

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kMend = "write it as docs/plan-schema.md says, or make the plan again";
+constexpr const char* kHint = "write it as docs/plan-schema.md says, or make the plan again";
 
 std::string child(const std::string& path, std::string_view key) {
   return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
@@ -37,8 +37,8 @@ class Reader {
   }
 
  private:
-  void problem(std::string key, std::string what, std::string mend = kMend) {
-    problems_.push_back({{file_, 0, 0}, std::move(key), std::move(what), std::move(mend)});
+  void problem(std::string key, std::string what, std::string hint = kHint) {
+    problems_.push_back({{file_, 0, 0}, std::move(key), std::move(what), std::move(hint)});
   }
 
   // JSON lets a key occur twice, and the library would keep the last in silence.
@@ -76,7 +76,7 @@ class Reader {
       place.line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
       place.column = static_cast<int>(before.size() - (before.rfind('\n') + 1)) + 1;
     }
-    problems_.push_back({std::move(place), "", std::move(what), kMend});
+    problems_.push_back({std::move(place), "", std::move(what), kHint});
   }
 
   // Whether `value` is an object; that it has just these keys, `optional` perhaps among them, is checked on the way.

@@ -56,7 +56,7 @@ class Recosting {
     const double usable = 1.0 - plan_.slack;
     const Millis needed = offset / usable;
     if (exact && needed > core.frame * (1.0 + kTolerance)) return false;
-    const Millis frame = exact ? core.frame : std::max(needed, least_frame(app_.graph, plan_, core));
+    const Millis frame = exact ? core.frame : std::max(needed, min_frame(app_.graph, plan_, core));
     core.idle = std::max(Millis{0}, frame * usable - offset);
     core.frame = (offset + core.idle) / usable;
     return true;
@@ -73,7 +73,7 @@ class Recosting {
     const PeriodLimits limits = period_limits(app_.graph, id);
     subchain.execution = owned.execution;
     if (!limits.exact) {
-      subchain.period = std::max(owned.period, limits.least);
+      subchain.period = std::max(owned.period, limits.min);
       return true;
     }
     subchain.period = *limits.exact;

@@ -23,12 +23,12 @@ TEST(Recost, AtTheSameCostsIsTheSamePlan) {
 TEST(Recost, KeepsWhoHasWhatAndMovesTheRest) {
   const graph::App app = sample_app();
   const Plan plan = sample_plan(app, sample_costs(app));
-  model::CostTable dearer = sample_costs(app);
-  dearer.set(*app.graph.find_node("map"), model::CostProfile::constant(Millis{60}));
-  dearer.set(*app.graph.find_node("grab"), model::CostProfile::constant(Millis{30}));
-  const std::optional<Plan> now = recost(plan, app, dearer);
+  model::CostTable costlier = sample_costs(app);
+  costlier.set(*app.graph.find_node("map"), model::CostProfile::constant(Millis{60}));
+  costlier.set(*app.graph.find_node("grab"), model::CostProfile::constant(Millis{30}));
+  const std::optional<Plan> now = recost(plan, app, costlier);
   ASSERT_TRUE(now);
-  const Status valid = validate(*now, app, dearer, kSampleCores);
+  const Status valid = validate(*now, app, costlier, kSampleCores);
   EXPECT_TRUE(valid.ok()) << valid.error().message();
   EXPECT_DOUBLE_EQ(now->subchains[kSlow.index()].slice.count(), 15.0);
   EXPECT_NEAR(now->cores[0].frame.count(), (6.0 + 15.0 + 6.0) / 0.95, 1e-12);
@@ -51,11 +51,11 @@ TEST(Recost, AnExactRateOutOfReachIsSaid) {
   node(spec, "detect").min_rate = node(spec, "detect").max_rate = graph::At<Rate>{Rate{50.0}, {}};
   const graph::App app = graph::build_app(spec).value();
   Plan plan = sample_plan(app, sample_costs(app));
-  model::CostTable dearer = sample_costs(app);
-  ASSERT_TRUE(recost(plan, app, dearer));
-  EXPECT_DOUBLE_EQ(recost(plan, app, dearer)->subchains[kSee.index()].period.count(), 20.0);
-  dearer.set(*app.graph.find_node("detect"), model::CostProfile::constant(Millis{40}));
-  EXPECT_FALSE(recost(plan, app, dearer));
+  model::CostTable costlier = sample_costs(app);
+  ASSERT_TRUE(recost(plan, app, costlier));
+  EXPECT_DOUBLE_EQ(recost(plan, app, costlier)->subchains[kSee.index()].period.count(), 20.0);
+  costlier.set(*app.graph.find_node("detect"), model::CostProfile::constant(Millis{40}));
+  EXPECT_FALSE(recost(plan, app, costlier));
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ void lay_out(const graph::App& app, const Instance& instance, const Allocation& 
     offset += subchain.slice;
     const Member& member = instance.members[id.index()];
     core.frame_min =
-        std::max(core.frame_min, Millis{subchain.share * std::max(member.least_period, member.exact_period)});
+        std::max(core.frame_min, Millis{subchain.share * std::max(member.min_period, member.exact_period)});
     if (member.exact_period > 0.0) core.frames = graph::FrameMode::kFixed;
   }
   core.idle = std::max(Millis{0}, Millis{frame} * (1.0 - slack) - offset);

@@ -158,8 +158,8 @@ class Fit {
 
   bool add_core(std::size_t core) {
     double busy = 0.0;
-    double least = in_.least_frame[core];
-    double most = in_.most_frame[core];
+    double least = in_.min_frame[core];
+    double most = in_.max_frame[core];
     std::vector<int> free;
     for (const int index : in_.members[core]) {
       const Member& m = member(index);
@@ -169,7 +169,7 @@ class Fit {
         continue;
       }
       busy += cost(index) / n;
-      least = std::max(least, m.least_period / n);
+      least = std::max(least, m.min_period / n);
       if (m.exact_period > 0.0) {
         least = std::max(least, m.exact_period / n);
         most = std::min(most, m.exact_period / n);
@@ -204,11 +204,11 @@ class Fit {
     for (const int index : free) {
       const Member& m = member(index);
       const double longest = most_every(index) * frame;
-      if (!(longest > m.least_period)) return false;
-      const int v = variable(m.least_period + 0.95 * (longest - m.least_period));
+      if (!(longest > m.min_period)) return false;
+      const int v = variable(m.min_period + 0.95 * (longest - m.min_period));
       left.terms.emplace_back(v, cost(index));
       barrier_.linear.push_back({longest, {{v, -1.0}}});
-      if (m.least_period > 0.0) barrier_.linear.push_back({-m.least_period, {{v, 1.0}}});
+      if (m.min_period > 0.0) barrier_.linear.push_back({-m.min_period, {{v, 1.0}}});
       set_free(index, v);
     }
     static_cast<void>(core);
@@ -226,7 +226,7 @@ class Fit {
       bool fits = true;
       for (const int index : free) {
         const Member& m = member(index);
-        fits = fits && most_every(index) * frame > m.least_period * 1.0001;
+        fits = fits && most_every(index) * frame > m.min_period * 1.0001;
         room -= cost(index) / (most_every(index) * frame * 0.999);
       }
       if (fits && room > 0.0) break;
@@ -242,10 +242,10 @@ class Fit {
     for (const int index : free) {
       const Member& m = member(index);
       const double longest = most_every(index) * frame;
-      const int v = variable(std::max(0.9995 * longest, 0.5 * (m.least_period + longest)));
+      const int v = variable(std::max(0.9995 * longest, 0.5 * (m.min_period + longest)));
       left.terms.emplace_back(v, cost(index));
       barrier_.linear.push_back({0.0, {{t, most_every(index)}, {v, -1.0}}});
-      if (m.least_period > 0.0) barrier_.linear.push_back({-m.least_period, {{v, 1.0}}});
+      if (m.min_period > 0.0) barrier_.linear.push_back({-m.min_period, {{v, 1.0}}});
       set_free(index, v);
     }
     barrier_.rooms.push_back(std::move(left));

@@ -23,8 +23,8 @@ struct FrameFit {
   const std::vector<double>& cost;               // by subchain: on the core that it has
   const std::vector<double>& most_every;         // by subchain: n at most
   const std::vector<double>& usable;             // of each, less what exact queue nodes take
-  const std::vector<double>& least_frame;
-  const std::vector<double>& most_frame;
+  const std::vector<double>& min_frame;
+  const std::vector<double>& max_frame;
 
   // `every`: n of all that are not queue nodes. `timings`: in, of the subchains that own their cores; out, of all.
   // False where there is no frame with room for everything.

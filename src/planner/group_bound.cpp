@@ -128,7 +128,7 @@ double pooled_bound(const Instance& instance, Prices& prices) {
         weight = std::min(weight, prices.of_owned(static_cast<int>(i), static_cast<int>(k + 1), kind) / period);
       }
     }
-    parts.push_back({weight, member.on_kind(0).cost, std::max(member.least_period, member.exact_period)});
+    parts.push_back({weight, member.on_kind(0).cost, std::max(member.min_period, member.exact_period)});
   }
   // p = max(cap, sqrt(C / b) / v); who is capped for some v is so for any larger one.
   double room = pooled_speed(instance) * instance.usable;

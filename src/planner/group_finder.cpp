@@ -21,7 +21,7 @@ bool cheaper(const std::pair<double, Column>& a, const std::pair<double, Column>
 GroupFinder::GroupFinder(const Instance& instance, Prices& prices) : instance_(instance), prices_(prices) {
   for (std::size_t i = 0; i < instance.members.size(); ++i) {
     const Member& member = instance.members[i];
-    plain_.push_back(!member.queue && member.least_period == 0.0 && member.exact_period == 0.0);
+    plain_.push_back(!member.queue && member.min_period == 0.0 && member.exact_period == 0.0);
     const int most = std::min(instance.cores(), prices.most_owned(static_cast<int>(i), 0));
     for (int cores = 1; cores <= most; ++cores) {
       const double cost = prices.of_owned(static_cast<int>(i), cores, 0);

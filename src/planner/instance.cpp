@@ -79,7 +79,7 @@ Owned best_with(const graph::App& app, const model::CostTable& costs, SubchainId
   Owned best{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), 1};
   for (int threads = 1; threads <= std::min(cores, threads_of_use); ++threads) {
     const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, threads, slack);
-    double period = std::max(found.period.count(), member.least_period);
+    double period = std::max(found.period.count(), member.min_period);
     if (member.exact_period > 0.0) {
       if (period > member.exact_period * (1.0 + plan::kTolerance)) continue;
       period = member.exact_period;
@@ -110,7 +110,7 @@ Member member_of(const graph::App& app, SubchainId id) {
   Member member;
   member.queue = plan::takes_batches(app.graph, id);
   const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
-  member.least_period = limits.least.count();
+  member.min_period = limits.min.count();
   if (limits.exact) member.exact_period = limits.exact->count();
   return member;
 }

@@ -54,7 +54,7 @@ struct OnKind {
 
 struct Member {
   bool queue = false;         // its share is free
-  double least_period = 0.0;  // rate cap
+  double min_period = 0.0;    // rate cap
   double exact_period = 0.0;  // exact rate; 0: none
   std::vector<OnKind> on;     // by kind of cores
 

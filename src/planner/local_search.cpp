@@ -22,7 +22,7 @@ void drop_empty(std::vector<Piece>& pieces) {
 LocalSearch::LocalSearch(const Instance& instance, Prices& prices)
     : instance_(instance), prices_(prices), by_work_(instance.members.size() > kCheap) {
   const bool rates = std::any_of(instance.members.begin(), instance.members.end(), [](const Member& member) {
-    return member.least_period > 0.0 || member.exact_period > 0.0;
+    return member.min_period > 0.0 || member.exact_period > 0.0;
   });
   ruled_ = by_work_ || !rates ? 1.0 - kRounding : 0.0;
 }

@@ -45,7 +45,7 @@ model::OwnedCores formula(const Input& in, int cores, int threads) {
 // None where the exact rate is out of reach.
 std::optional<Candidate> candidate(const Input& in, int cores, int threads) {
   const model::OwnedCores owned = formula(in, cores, threads);
-  Millis period = std::max(owned.period, in.limits.least);
+  Millis period = std::max(owned.period, in.limits.min);
   if (in.limits.exact) {
     if (owned.period > *in.limits.exact * (1.0 + plan::kTolerance)) return std::nullopt;
     period = *in.limits.exact;

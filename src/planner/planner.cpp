@@ -26,11 +26,11 @@ std::vector<Problem> mistakes(const graph::App& app, const Request& request) {
   std::vector<Problem> problems;
   if (request.cores < 1) {
     problems.push_back({{}, "cores", fmt::format("there are {} cores to plan for", request.cores), "give at least 1"});
-  } else if (request.cores > kMostCores) {
+  } else if (request.cores > kMaxCores) {
     problems.push_back({{},
                         "cores",
                         fmt::format("{} cores are more than this version plans for", request.cores),
-                        fmt::format("give at most {}", kMostCores)});
+                        fmt::format("give at most {}", kMaxCores)});
   } else if (request.cores > app.core_count().value_or(request.cores)) {
     problems.push_back(
         {{},
@@ -193,7 +193,7 @@ class Planning {
   // The fewest cores that would do; where they differ, the fewest more of the fastest kind.
   std::string mend() const {
     const std::size_t fastest = fastest_kind(app_);
-    const int most = std::min<int>(kMostCores, request_.cores + static_cast<int>(instance_.members.size()));
+    const int most = std::min<int>(kMaxCores, request_.cores + static_cast<int>(instance_.members.size()));
     for (int cores = request_.cores + 1; cores <= most; ++cores) {
       const int more = cores - request_.cores;
       const graph::App larger_app = with_more_cores(app_, request_.cores, fastest, more);

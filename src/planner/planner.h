@@ -33,7 +33,7 @@
 namespace ctn::planner {
 
 // As many as Linux can name in an affinity mask of default size.
-constexpr int kMostCores = 1024;
+constexpr int kMaxCores = 1024;
 // As many as a set of them holds (set.h).
 constexpr std::size_t kMostSubchains = 256;
 
@@ -41,7 +41,7 @@ constexpr std::size_t kMostSubchains = 256;
 enum class Method { kJoint, kTwoStage };
 
 struct Request {
-  int cores = 1;                        // 1 to kMostCores; of those that the app lists, the first so many
+  int cores = 1;                        // 1 to kMaxCores; of those that the app lists, the first so many
   double slack = graph::kDefaultSlack;  // fraction in [0, 1)
   Method method = Method::kJoint;
   std::size_t effort = 300'000;  // steps of each search, a few microseconds each; then the best so far, with its gap

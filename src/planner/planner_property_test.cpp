@@ -24,8 +24,8 @@ struct Case {
     double cost = 0.0;
     std::vector<double> with_threads;  // beyond one; empty: not measured
     int max_threads = 1;
-    double least_period = 0.0;  // 0: none
-    double most_period = 0.0;
+    double min_period = 0.0;  // 0: none
+    double max_period = 0.0;
   };
   std::vector<Node> nodes;
   double sensor_period = 0.0;  // of an unscheduled node before the first; 0: there is none
@@ -50,8 +50,8 @@ Case any_case() {
       const int measured = *rc::gen::inRange(1, 4);
       for (int q = 0; q < measured; ++q) node.with_threads.push_back(up_to(node.cost + 1.0));
     }
-    node.least_period = sometimes(up_to(pivot));
-    node.most_period = sometimes(pivot + up_to(200.0));
+    node.min_period = sometimes(up_to(pivot));
+    node.max_period = sometimes(pivot + up_to(200.0));
     made.nodes.push_back(node);
   }
   made.sensor_period = sometimes(5.0);
@@ -79,10 +79,10 @@ graph::App app_of(const Case& any) {
   for (std::size_t i = 0; i < any.nodes.size(); ++i) {
     graph::NodeSpec& node = spec.nodes[i];
     node.max_threads = graph::At<int>{any.nodes[i].max_threads, {}};
-    if (any.nodes[i].least_period > 0.0)
-      node.max_rate = graph::At<Rate>{Rate::every(Millis{any.nodes[i].least_period}), {}};
-    if (any.nodes[i].most_period > 0.0)
-      node.min_rate = graph::At<Rate>{Rate::every(Millis{any.nodes[i].most_period}), {}};
+    if (any.nodes[i].min_period > 0.0)
+      node.max_rate = graph::At<Rate>{Rate::every(Millis{any.nodes[i].min_period}), {}};
+    if (any.nodes[i].max_period > 0.0)
+      node.min_rate = graph::At<Rate>{Rate::every(Millis{any.nodes[i].max_period}), {}};
   }
   spec.subchains = {graph::subchain("s", row)};
   spec.objective = {graph::response((any.sensor_period > 0.0 ? "sensor " : "") + row + "base", 1.0),
@@ -175,8 +175,8 @@ RC_GTEST_PROP(PlannerProperty, TimesTenGivesTimesTen, ()) {
   for (Case::Node& node : ten.nodes) {
     node.cost *= 10.0;
     for (double& cost : node.with_threads) cost *= 10.0;
-    node.least_period *= 10.0;
-    node.most_period *= 10.0;
+    node.min_period *= 10.0;
+    node.max_period *= 10.0;
   }
   ten.sensor_period *= 10.0;
   ten.bound *= 10.0;
@@ -190,9 +190,9 @@ RC_GTEST_PROP(PlannerProperty, TimesTenGivesTimesTen, ()) {
 RC_GTEST_PROP(PlannerProperty, NoNumberOfCoresAndThreadsIsBetter, ()) {
   Case any = with_objective_of_the_rule(any_case());
   any.bound = 0.0;
-  for (Case::Node& node : any.nodes) node.most_period = 0.0;
-  double least_period = 0.0;
-  for (const Case::Node& node : any.nodes) least_period = std::max(least_period, node.least_period);
+  for (Case::Node& node : any.nodes) node.max_period = 0.0;
+  double min_period = 0.0;
+  for (const Case::Node& node : any.nodes) min_period = std::max(min_period, node.min_period);
 
   double best = std::numeric_limits<double>::infinity();
   for (int k = 1; k <= any.cores; ++k) {
@@ -208,7 +208,7 @@ RC_GTEST_PROP(PlannerProperty, NoNumberOfCoresAndThreadsIsBetter, ()) {
         sum += cost;
         longest = std::max(longest, cost);
       }
-      const double period = std::max(std::max(longest, sum / std::floor(k / q)) / (1.0 - any.slack), least_period);
+      const double period = std::max(std::max(longest, sum / std::floor(k / q)) / (1.0 - any.slack), min_period);
       best = std::min(best, sum + period);
     }
   }

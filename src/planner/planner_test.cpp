@@ -209,7 +209,7 @@ TEST(Planner, WhatCostsNothingHasNoPeriod) {
 TEST(Planner, RefusesCoresAndSlackOutOfRange) {
   EXPECT_THAT(refusal(face_tracking(), {0, 0.06}), HasSubstr("cores: there are 0 cores"));
   EXPECT_THAT(refusal(face_tracking(), {-1, 0.06}), HasSubstr("cores"));
-  EXPECT_THAT(refusal(face_tracking(), {kMostCores + 1, 0.06}), HasSubstr("cores"));
+  EXPECT_THAT(refusal(face_tracking(), {kMaxCores + 1, 0.06}), HasSubstr("cores"));
   for (const double slack : {-0.01, 1.0, 2.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THAT(refusal(face_tracking(), {1, slack}), HasSubstr("slack"));
   }

@@ -242,7 +242,7 @@ class BruteForce {
       free = before - (k - 1);
       const model::OwnedCores owned = model::owned_cores(any_.app.graph, id(i), costs_[kind(i)], k, any_.slack);
       const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(i));
-      double period = std::max(owned.period.count(), limits.least.count());
+      double period = std::max(owned.period.count(), limits.min.count());
       if (limits.exact) {
         if (period > limits.exact->count() * (1.0 + kRounding)) continue;
         period = limits.exact->count();
@@ -292,7 +292,7 @@ class BruteForce {
       }
       const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(all[m]));
       busy += cost(all[m]) / every[m];
-      least = std::max(least, limits.least.count() / every[m]);
+      least = std::max(least, limits.min.count() / every[m]);
       if (limits.exact) {
         const double given = limits.exact->count() / every[m];
         if (exact && std::abs(*exact - given) > kRounding * given) return;
@@ -315,7 +315,7 @@ class BruteForce {
     const double c = cost(*queue);
     const double min_slice = to_millis(any_.app.scheduler.min_slice).count();
     const double most = c < min_slice ? 1.0 : c / min_slice;
-    const double cap = plan::period_limits(any_.app.graph, id(*queue)).least.count();
+    const double cap = plan::period_limits(any_.app.graph, id(*queue)).min.count();
     double low = std::max({(busy + c / most) / usable, least, cap / most});
     double high = std::max(low, 60.0 * (busy + c) / usable);
     const auto at = [&](double frame) {

@@ -84,7 +84,7 @@ class Reasons {
       reason.node = limits.exact_of;
       return true;
     }
-    if (limits.least.count() <= 0.0 || !same(period, limits.least.count(), plan::kTolerance)) return false;
+    if (limits.min.count() <= 0.0 || !same(period, limits.min.count(), plan::kTolerance)) return false;
     reason.binding = Binding::kRateCap;
     reason.node = limits.capped;
     return true;
@@ -146,7 +146,7 @@ class Reasons {
 
   bool is_at_rate(std::size_t i) const {
     const Member& member = instance_.members[i];
-    return member.exact_period > 0.0 || same(timings_[i].period, member.least_period, plan::kTolerance);
+    return member.exact_period > 0.0 || same(timings_[i].period, member.min_period, plan::kTolerance);
   }
 
   const plan::CorePlan& core_of(std::size_t i) const {
@@ -162,7 +162,7 @@ class Reasons {
     const plan::CorePlan& core = core_of(i);
     const int every = *entry.every + 1;
     const double saved = (entry.slice.count() - on(i).cost / every) / instance_.usable;
-    const double frame = std::max(core.frame.count() - saved, plan::least_frame(app_.graph, plan_, core).count());
+    const double frame = std::max(core.frame.count() - saved, plan::min_frame(app_.graph, plan_, core).count());
     std::vector<Timing> timings = timings_;
     for (const std::size_t j : rivals(i)) {
       timings[j].period *= frame / core.frame.count();

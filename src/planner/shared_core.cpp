@@ -12,23 +12,23 @@ constexpr double kMeeting = 1e-9;  // t squared
 
 }  // namespace
 
-const SharedCore::Answer& SharedCore::solve(double usable, double least_frame, double most_frame) {
+const SharedCore::Answer& SharedCore::solve(double usable, double min_frame, double max_frame) {
   usable_ = usable;
   least_frame_ = 0.0;
   most_frame_ = kInfinity;
   limited_ = false;
   clear();
-  if (!(usable > 0.0) || least_frame > most_frame * (1.0 + kSameFrame)) return answer_;
+  if (!(usable > 0.0) || min_frame > max_frame * (1.0 + kSameFrame)) return answer_;
   // Most frames are as long as they like: then a short part of the walk will do.
   double from = 0.0;
   double to = kInfinity;
   if (narrow(from, to)) {
     walk(from, to);
-    if (answer_.feasible && answer_.frame >= least_frame && answer_.frame <= most_frame) return answer_;
+    if (answer_.feasible && answer_.frame >= min_frame && answer_.frame <= max_frame) return answer_;
   }
   clear();
-  least_frame_ = least_frame;
-  most_frame_ = most_frame;
+  least_frame_ = min_frame;
+  most_frame_ = max_frame;
   limited_ = true;
   walk(0.0, kInfinity);
   return answer_;

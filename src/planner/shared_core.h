@@ -41,9 +41,9 @@ class SharedCore {
     std::vector<double> every;  // n, by item
   };
 
-  // `usable`: of the core, in (0, 1], less what exact queue nodes take. 0 <= least_frame <= most_frame. The
+  // `usable`: of the core, in (0, 1], less what exact queue nodes take. 0 <= min_frame <= max_frame. The
   // answer and the items are the object's own: valid until the next call.
-  const Answer& solve(double usable, double least_frame, double most_frame);
+  const Answer& solve(double usable, double min_frame, double max_frame);
   std::vector<Item>& items() { return items_; }
 
   // Steps walked since the object was made: what its work is measured in.

@@ -26,12 +26,12 @@ class Draw {
 };
 
 // The least by trying all whole numbers; a free item, if there is one, is the first.
-double least_by_trying(const Items& items, double usable, double least_frame, double most_frame) {
+double least_by_trying(const Items& items, double usable, double min_frame, double max_frame) {
   double best = kNoLimit;
   std::vector<double> every(items.size());
   const auto judge = [&](double a, double b) {
-    const double frame = std::max(b / usable, least_frame);
-    if (frame <= most_frame * (1.0 + 1e-12)) best = std::min(best, a * frame);
+    const double frame = std::max(b / usable, min_frame);
+    if (frame <= max_frame * (1.0 + 1e-12)) best = std::min(best, a * frame);
   };
   const auto choose = [&](auto& self, std::size_t i) -> void {
     if (i == items.size()) {
@@ -99,10 +99,10 @@ TEST(SharedCore, WithALimitedFrameItIsABoundAndTheBestWhereNothingIsSplit) {
     Draw draw(seed);
     SharedCore core;
     core.items() = some_items(draw, false, 0.01);
-    const double least_frame = draw.uniform(1.0, 15.0);
-    const double most_frame = least_frame * draw.uniform(1.0, 3.0);
-    const double best = least_by_trying(core.items(), 0.94, least_frame, most_frame);
-    const SharedCore::Answer& answer = core.solve(0.94, least_frame, most_frame);
+    const double min_frame = draw.uniform(1.0, 15.0);
+    const double max_frame = min_frame * draw.uniform(1.0, 3.0);
+    const double best = least_by_trying(core.items(), 0.94, min_frame, max_frame);
+    const SharedCore::Answer& answer = core.solve(0.94, min_frame, max_frame);
     if (!std::isfinite(best)) continue;
     ASSERT_TRUE(answer.feasible);
     EXPECT_LE(answer.value, best * (1.0 + 1e-10));

@@ -36,7 +36,7 @@ void project_on_simplex(double* values, std::size_t count, double sum, std::vect
 // Queue nodes with an exact rate take a known part of the core and have nothing left to decide.
 bool set_apart(const Member& member) { return member.queue && member.exact_period > 0.0; }
 
-double capped_at(const Member& member) { return std::max(member.least_period, member.exact_period); }
+double capped_at(const Member& member) { return std::max(member.min_period, member.exact_period); }
 
 }  // namespace
 
@@ -147,7 +147,7 @@ bool SharesSolver::limit_frames(const Box& box) {
       const auto i = static_cast<std::size_t>(index);
       const Member& member = instance_.members[i];
       total += cost_[i];
-      slowest = std::max({slowest, member.least_period, member.exact_period});
+      slowest = std::max({slowest, member.min_period, member.exact_period});
       if (set_apart(member)) {
         usable -= cost_[i] / member.exact_period;
         least = std::max(least, member.exact_period / full_.most[i]);
@@ -158,7 +158,7 @@ bool SharesSolver::limit_frames(const Box& box) {
         least = std::max(least, member.exact_period / box.most[i]);
         longest = std::min(longest, member.exact_period / box.least[i]);
       } else {
-        least = std::max(least, member.least_period / box.most[i]);
+        least = std::max(least, member.min_period / box.most[i]);
       }
     }
     if (!any_item) least = std::max(least, slowest);

@@ -42,7 +42,7 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
       continue;
     }
     busy += cost_[i] / every[i];
-    least = std::max(least, member.least_period / every[i]);
+    least = std::max(least, member.min_period / every[i]);
     if (member.exact_period > 0.0) {
       const double given = member.exact_period / every[i];
       if (exact > 0.0 && std::abs(given - exact) > kMet * exact) return false;
@@ -62,7 +62,7 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     double period = every[i] * frame;
     if (member.queue) {
       period =
-          member.exact_period > 0.0 ? member.exact_period : std::max(every[i] * point_.frames[k], member.least_period);
+          member.exact_period > 0.0 ? member.exact_period : std::max(every[i] * point_.frames[k], member.min_period);
       if (member.exact_period == 0.0) wanted += cost_[i] / period;
     } else if (member.exact_period > 0.0) {
       period = member.exact_period;
@@ -79,7 +79,7 @@ bool SharesSolver::fit_core(int core, const std::vector<double>& every, std::vec
     const Member& member = instance_.members[i];
     if (!member.queue || member.exact_period > 0.0) continue;
     double period = timings[i].period;
-    period = scale > 1.0 ? period * scale : std::max(period * scale, member.least_period);
+    period = scale > 1.0 ? period * scale : std::max(period * scale, member.min_period);
     if (period > full_.most[i] * frame * (1.0 + kSameFrame)) return false;
     timings[i] = {period, period};
   }
@@ -139,7 +139,7 @@ bool SharesSolver::hopeless(const Box& box) {
     for (const int index : members_[core]) {
       const auto i = static_cast<std::size_t>(index);
       const Member& member = instance_.members[i];
-      double period = std::max(cost_[i] / usable_[core], member.least_period);
+      double period = std::max(cost_[i] / usable_[core], member.min_period);
       if (whole(member)) period = std::max(period, box.least[i] * frame);
       if (member.exact_period > 0.0) period = member.exact_period;
       shortest[i] = {period, period};
@@ -232,8 +232,8 @@ int SharesSolver::branch_on(const Box& box, double& at) const {
           worst = miss;
           chosen = divide(i, period < member.exact_period ? point_.every[i] : point_.every[i] - 1.0);
         }
-      } else if (period < member.least_period * (1.0 - kMet)) {
-        miss = (member.least_period - period) / member.least_period;
+      } else if (period < member.min_period * (1.0 - kMet)) {
+        miss = (member.min_period - period) / member.min_period;
         if (miss > worst) {
           worst = miss;
           chosen = divide(i, point_.every[i]);

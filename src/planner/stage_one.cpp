@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // With equal shares among so many, itself included; infinite where that is too long for an exact rate.
 double period_among(const Instance& instance, std::size_t i, int kind, int rivals) {
   const Member& member = instance.members[i];
-  const double period = std::max(rivals * member.on_kind(kind).cost / instance.usable, member.least_period);
+  const double period = std::max(rivals * member.on_kind(kind).cost / instance.usable, member.min_period);
   if (member.exact_period <= 0.0) return period;
   return period <= member.exact_period * (1.0 + kProven) ? member.exact_period : kInfinity;
 }

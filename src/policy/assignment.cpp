@@ -39,7 +39,7 @@ Assignment assignment_of(const graph::App& app, const plan::Plan& plan, const os
   return assignment;
 }
 
-void leave_out_absent(Assignment& assignment, const std::vector<bool>& present) {
+void remove_absent(Assignment& assignment, const std::vector<bool>& present) {
   for (std::size_t index = 0; index < present.size(); ++index) assignment.places[index].present = present[index];
   for (dispatch::SharedCoreSchedule& core : assignment.cores) {
     std::erase_if(core.slots, [&](const dispatch::SharedCoreSlot& slot) { return !present[slot.subchain.index()]; });

@@ -23,7 +23,7 @@ struct SubchainPlace {
   dispatch::Pacing pacing;                 // where it shares no core
   os::Level level = os::Level::kOrdinary;  // where it shares no core
   std::vector<os::Level> levels;           // the same node by node, in the order they run; empty: `level` for all
-  bool present = true;                     // false: one of its nodes is missing, and nobody holds it
+  bool present = true;                     // false: one of its nodes is missing, and no controller holds it
   int threads = 0;                         // that each of its nodes works on; 0: no plan says
 
   // Of its position-th node, where it shares no core.
@@ -38,9 +38,9 @@ struct Assignment {
   std::vector<dispatch::SharedCoreSchedule> cores;  // by core; without slots where nobody shares
 };
 
-// Takes the subchains that are not `present` (by SubchainId) out of it: they are nobody's, and others go on without
+// Removes the subchains that are not `present` (by SubchainId): no controller holds them, and the others go on without
 // them.
-void leave_out_absent(Assignment& assignment, const std::vector<bool>& present);
+void remove_absent(Assignment& assignment, const std::vector<bool>& present);
 
 struct AssignmentOptions {
   bool stealing = true;

@@ -34,18 +34,18 @@ std::size_t CpuKinds::of(int cpu) const {
   return cpu >= 0 && index < kinds_.size() ? kinds_[index] : 0;
 }
 
-os::CpuSet CpuKinds::of_kind(std::size_t kind, const os::CpuSet& there) const {
+os::CpuSet CpuKinds::of_kind(std::size_t kind, const os::CpuSet& online) const {
   std::vector<int> numbers;
-  for (const int cpu : there.cpus()) {
+  for (const int cpu : online.cpus()) {
     if (of(cpu) == kind) numbers.push_back(cpu);
   }
   return os::CpuSet(std::move(numbers));
 }
 
-graph::App CpuKinds::only_with(const graph::App& app, const os::CpuSet& there) const {
+graph::App CpuKinds::only_with(const graph::App& app, const os::CpuSet& online) const {
   graph::App other = app;
   for (std::size_t kind = 0; kind < other.core_kinds.size(); ++kind) {
-    other.core_kinds[kind].count = static_cast<int>(of_kind(kind, there).size());
+    other.core_kinds[kind].count = static_cast<int>(of_kind(kind, online).size());
   }
   return other;
 }

@@ -26,10 +26,10 @@ class CpuKinds {
 
   // 0 for a CPU that is none of them.
   std::size_t of(int cpu) const;
-  // Of the CPUs `there`, those of that kind.
-  os::CpuSet of_kind(std::size_t kind, const os::CpuSet& there) const;
-  // The app as it is where only the CPUs `there` are left: core k is the k-th of these.
-  graph::App only_with(const graph::App& app, const os::CpuSet& there) const;
+  // Of the CPUs `online`, those of that kind.
+  os::CpuSet of_kind(std::size_t kind, const os::CpuSet& online) const;
+  // The app as it is where only the CPUs `online` are left: core k is the k-th of these.
+  graph::App only_with(const graph::App& app, const os::CpuSet& online) const;
 
  private:
   std::vector<std::size_t> kinds_;  // by CPU number; empty: all are alike

@@ -1,6 +1,6 @@
-// Which runs say what a node costs, and which do not: one that hung says that something went wrong. Three in fifty
-// would be the node's 95th percentile, and everybody's rates would be made by them. But where the run before it hung
-// too, the node has become that slow, and whoever plans must know.
+// Which runs count as samples of what a node costs. A run that hung does not: it shows that something went wrong, and
+// three of them in fifty would be the node's 95th percentile and lower all rates. But if the run before it hung, too,
+// then the node has become that slow, and the planner must know.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -44,8 +44,8 @@ class HungRuns {
 // What the record says of a hang that began, or has ended.
 inline record::Notice notice_of_hang(const std::string& subchain, bool began, TimePoint at) {
   return {at, "watchdog",
-          began ? "a run of subchain " + subchain + " hangs: it was contained"
-                : "the run of subchain " + subchain + " that hung has ended: it is as before"};
+          began ? "a run of subchain " + subchain + " hangs: it was suspended"
+                : "the run of subchain " + subchain + " that hung has ended: it is scheduled as before"};
 }
 
 }  // namespace ctn::policy

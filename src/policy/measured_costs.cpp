@@ -15,8 +15,8 @@ void MeasuredCosts::rescale(std::size_t kind, double factor) {
   for (NodeCosts& node : nodes_) node.rescale(kind, factor);
 }
 
-void MeasuredCosts::doubt(std::size_t kind) {
-  for (NodeCosts& node : nodes_) node.doubt(kind);
+void MeasuredCosts::invalidate(std::size_t kind) {
+  for (NodeCosts& node : nodes_) node.invalidate(kind);
 }
 
 bool MeasuredCosts::all_measured() const {

@@ -19,14 +19,15 @@ class MeasuredCosts {
   // `app` outlives it.
   explicit MeasuredCosts(const graph::App& app);
 
-  // A run on a core of that kind. Where it shows that the node's compute time has changed for good: from what to what.
+  // A run on a core of that kind. Where it shows that the node's compute time has changed permanently: from what to
+  // what.
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
     return nodes_[run.node.index()].add(run, kind);
   }
 
   // What runs on cores of that kind take now, whatever was measured: so many times as much; or nobody knows.
   void rescale(std::size_t kind, double factor);
-  void doubt(std::size_t kind);
+  void invalidate(std::size_t kind);
 
   // True once every scheduled node has run.
   bool all_measured() const;

@@ -68,8 +68,8 @@ void NodeCosts::rescale(std::size_t kind, double factor) {
   for (model::ChangeDetector& detector : kinds_[kind].detectors) detector.rescale(factor);
 }
 
-void NodeCosts::doubt(std::size_t kind) {
-  kinds_[kind].estimator.doubt();
+void NodeCosts::invalidate(std::size_t kind) {
+  kinds_[kind].estimator.invalidate();
   for (model::ChangeDetector& detector : kinds_[kind].detectors) detector = {};
 }
 

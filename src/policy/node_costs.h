@@ -1,12 +1,12 @@
 // What one node's runs cost, as measured: an estimate for each kind of core that it ran on, with a watch over each of
-// its modes that tells when the compute time has changed for good.
+// its modes that tells when the compute time has changed permanently.
 //
 // Which kind a run was on is told by the CPU that it ended on (record::Run::on_cpu), not by the plan in force: a
 // subchain moves some time after the plan does, and threads may be moved by others than Catan.
 //
 // A kind that the node has not run on costs what the kind of its newest run does, times the ratio of the kinds' speeds.
-// When the compute time changes for good on one kind, what is known of the others is scaled by as much: it is the work
-// that has changed, as a rule, and not the core.
+// When the compute time changes permanently on one kind, what is known of the others is scaled by as much: it is the
+// work that has changed, as a rule, and not the core.
 //
 // Units: as the estimator's. Thread safety: none; one owner.
 #pragma once
@@ -28,7 +28,7 @@ class NodeCosts {
   // `app` outlives it.
   NodeCosts(const graph::App& app, NodeId node);
 
-  // A run on a core of that kind. Where it shows that the compute time has changed for good: from what to what.
+  // A run on a core of that kind. Where it shows that the compute time has changed permanently: from what to what.
   // Precondition: kind < app.kinds().
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind);
 
@@ -39,7 +39,7 @@ class NodeCosts {
   // Runs on cores of that kind will take `factor` times as long as those seen.
   void rescale(std::size_t kind, double factor);
   // Nobody knows what runs on cores of that kind take now: what was seen serves until there are a few more runs.
-  void doubt(std::size_t kind);
+  void invalidate(std::size_t kind);
 
  private:
   struct OnKind {

@@ -110,9 +110,9 @@ TEST_F(NodeCostsTest, AnotherClockLimitScalesWhatWasSeenThere) {
   EXPECT_FALSE(run(60, milliseconds{6}, kBig)) << "as was to be expected";
 }
 
-TEST_F(NodeCostsTest, WhatIsDoubtedIsForgottenSoon) {
+TEST_F(NodeCostsTest, InvalidatedRunsAreForgottenSoon) {
   run(60, milliseconds{3}, kBig);
-  costs.doubt(kBig);
+  costs.invalidate(kBig);
   EXPECT_DOUBLE_EQ(on(kBig), 3.0);
   EXPECT_FALSE(run(5, milliseconds{1}, kBig));
   EXPECT_DOUBLE_EQ(on(kBig), 1.0);

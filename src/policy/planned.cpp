@@ -12,7 +12,7 @@ namespace ctn::policy {
 namespace {
 
 // The planner's effort once there is a plan: what it costs is CPU time of the same machine, and of the budget.
-constexpr std::size_t kEffortAnew = 100'000;
+constexpr std::size_t kReplanEffort = 100'000;
 
 planner::Request request_of(const Situation& situation) {
   return {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack};
@@ -40,10 +40,10 @@ Result<Decision> CatanPolicy::decide(const Situation& situation) const {
   return expecting(std::move(*plan), situation);
 }
 
-Result<std::optional<Decision>> CatanPolicy::decide_anew(const Situation& situation, const Decision& in_force,
-                                                         double to_beat) const {
+Result<std::optional<Decision>> CatanPolicy::decide_again(const Situation& situation, const Decision& in_force,
+                                                          double to_beat) const {
   planner::Request request = request_of(situation);
-  request.effort = kEffortAnew;
+  request.effort = kReplanEffort;
   request.warm = in_force.plan ? &*in_force.plan : nullptr;
   if (!std::isfinite(to_beat)) {
     Result<plan::Plan> plan = planner::make_plan(situation.app, situation.costs, request);

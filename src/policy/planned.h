@@ -1,4 +1,4 @@
-// Policies that follow a plan: Catan's own, made anew as costs change, and one that is given.
+// Policies that follow a plan: Catan's own, made again as costs change, and one that is given.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once
@@ -30,8 +30,8 @@ class CatanPolicy : public PlannedPolicy {
   CatanPolicy() : PlannedPolicy("catan") {}
   bool adapts() const override { return true; }
   Result<Decision> decide(const Situation& situation) const override;
-  Result<std::optional<Decision>> decide_anew(const Situation& situation, const Decision& in_force,
-                                              double to_beat) const override;
+  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
+                                               double to_beat) const override;
 };
 
 // A plan that is given is taken at its word: at which compute times it was made is not known. Its slack counts, not the

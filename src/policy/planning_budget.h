@@ -1,10 +1,10 @@
-// How much CPU time planning anew may use: at most half a percent of a core in the long run, so that adapting to costs
+// How much CPU time re-planning may use: at most half a percent of a core in the long run, so that adapting to costs
 // never costs what it saves. Pure.
 //
-// What a plan cost is owed, and paid back at that rate. While anything is owed nothing is planned for the sake of the
-// clock; a lasting change may be answered while no more than the plan before it is owed. So over any time T such plans
-// use at most kPlanningShare x T and two plans more: one of each sort. What cannot wait (the first plan from measured
-// times, a CPU that went) is made at any rate, and paid back afterwards.
+// The CPU time of a plan is a debt, which is paid back at that rate. While there is any debt, no periodic plan is made;
+// a lasting change may be answered while the debt is no more than the cost of the plan before it. So over any time T
+// such plans use at most kPlanningShare x T and two plans more: one of each sort. What cannot wait (the first plan from
+// measured times, a CPU that went) is made at any rate, and paid back afterwards.
 //
 // Units: CPU time of the planning thread. Thread safety: none; one owner.
 #pragma once

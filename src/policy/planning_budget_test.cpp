@@ -93,8 +93,8 @@ RC_GTEST_PROP(PlanningBudget, LeavesNothingUnused, ()) {
   for (; now < at(seconds{1000}); now += milliseconds{50}) {
     if (budget.allows(now, Urgency::kRoutine)) budget.spend(now, cpu);
   }
-  const auto most = kPlanningShare * static_cast<double>(now.time_since_epoch().count());
-  RC_ASSERT(static_cast<double>(budget.spent().count()) >= 0.95 * most);
+  const auto max = kPlanningShare * static_cast<double>(now.time_since_epoch().count());
+  RC_ASSERT(static_cast<double>(budget.spent().count()) >= 0.95 * max);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // How an app is scheduled: each policy turns a situation into a decision, for the runtime and for the simulator alike.
 //
-//   "catan"         plans rates, cores, shares of cores and levels; made anew as costs change
+//   "catan"         plans rates, cores, shares of cores and levels; made again as costs change
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
@@ -70,8 +70,8 @@ class Policy {
 
   // Decides again, with `in_force` under way, which may be of other cores. Only a plan that meets all bounds with an
   // objective below `to_beat` is of use; none: there is no such plan. Where `to_beat` is infinite, any plan is.
-  virtual Result<std::optional<Decision>> decide_anew(const Situation& situation, const Decision& in_force,
-                                                      double to_beat) const;
+  virtual Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
+                                                       double to_beat) const;
 
  protected:
   explicit Policy(std::string name) : name_(std::move(name)) {}

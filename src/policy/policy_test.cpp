@@ -39,7 +39,7 @@ TEST(Policy, SaysWhatWouldBeRight) {
   }
 }
 
-TEST(CatanPolicy, DecidesAnewOnlyForAPlanThatIsBetter) {
+TEST(CatanPolicy, DecidesAgainOnlyForAPlanThatIsBetter) {
   const graph::App app = parse(R"(
 catan: 1
 app: two
@@ -54,15 +54,15 @@ objective: [ { response_time: [a, b, c], weight: 1 } ]
   const auto first = policy->decide(situation);
   ASSERT_TRUE(first.ok());
   const double objective = first->plan->objective;
-  const auto none = policy->decide_anew(situation, *first, objective);
+  const auto none = policy->decide_again(situation, *first, objective);
   ASSERT_TRUE(none.ok());
   EXPECT_FALSE(*none);
   for (const double to_beat : {1.001 * objective, std::numeric_limits<double>::infinity()}) {
-    const auto anew = policy->decide_anew(situation, *first, to_beat);
-    ASSERT_TRUE(anew.ok());
-    ASSERT_TRUE(*anew);
-    EXPECT_EQ((*anew)->plan->objective, objective);
-    EXPECT_TRUE((*anew)->plan->expected);
+    const auto replanned = policy->decide_again(situation, *first, to_beat);
+    ASSERT_TRUE(replanned.ok());
+    ASSERT_TRUE(*replanned);
+    EXPECT_EQ((*replanned)->plan->objective, objective);
+    EXPECT_TRUE((*replanned)->plan->expected);
   }
 }
 

@@ -46,8 +46,8 @@ bool does_better(const plan::Plan& current_now, const plan::Plan& candidate) {
 
 }  // namespace
 
-bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
-                  const plan::Plan& candidate) {
+bool worth_swapping(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
+                    const plan::Plan& candidate) {
   if (!current_now || does_better(*current_now, candidate) || out_of_date(current, *current_now)) return true;
   for (std::size_t index = 0; index < candidate.subchains.size(); ++index) {
     if (plan::shares_core(current, current.subchains[index])) continue;
@@ -66,7 +66,7 @@ dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, Subcha
   }
   const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
                                                          : plan::Expectation::Timing{planned.period, planned.execution};
-  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.least));
+  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.min));
 }
 
 const char* to_string(PlanReason reason) {
@@ -91,15 +91,15 @@ const char* to_string(PlanReason reason) {
 
 Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
                      const model::CostTable& typical)
-    : plan_(plan), at_any_rate_(why == PlanReason::kMeasured || why == PlanReason::kCpus) {
-  if (at_any_rate_) return;
+    : plan_(plan), unconditional_(why == PlanReason::kMeasured || why == PlanReason::kCpus) {
+  if (unconditional_) return;
   now_ = plan::recost(plan, app, costs);
   if (now_) now_->expected = plan::expect(*now_, app, typical);
 }
 
 double Incumbent::to_beat() const {
   constexpr double kAnything = std::numeric_limits<double>::infinity();
-  if (at_any_rate_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kAnything;
+  if (unconditional_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kAnything;
   for (std::size_t index = 0; index < plan_.subchains.size(); ++index) {
     if (!plan::shares_core(plan_, plan_.subchains[index]) && paced_differently(plan_, *now_, index)) return kAnything;
   }
@@ -107,13 +107,13 @@ double Incumbent::to_beat() const {
 }
 
 bool Incumbent::yields_to(const plan::Plan& candidate) const {
-  return at_any_rate_ || worth_a_swap(plan_, now_, candidate);
+  return unconditional_ || worth_swapping(plan_, now_, candidate);
 }
 
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
                                             PlanReason why) {
   const Incumbent incumbent(*in_force.plan, why, situation.app, situation.costs, situation.typical);
-  Result<std::optional<Decision>> decision = policy.decide_anew(situation, in_force, incumbent.to_beat());
+  Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force, incumbent.to_beat());
   if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();
   return decision;
 }

@@ -1,4 +1,4 @@
-// When to plan anew, and when a new plan is worth a swap. Pure.
+// When to re-plan, and when a new plan is worth a swap. Pure.
 //
 // Units: in the types. Thread safety: ReplanClock has one owner; the rest are pure functions.
 #pragma once
@@ -28,12 +28,12 @@ constexpr Nanos kShortestHang = std::chrono::seconds{1};
 // `current_now`: the plan in force at the compute times of the candidate (plan/recost.h); none where it cannot hold any
 // more. A candidate is worth it if
 //   - it does better than the plan in force would now, by more than noise: a lower factor of relaxed bounds, or a lower
-//     objective under the same;
-//   - a subchain that owns its cores would be paced differently: what it is paced by are its own measured times;
-//   - on a shared core, runs do not fit their slices any more (with elastic frames shorter runs need nothing new), or
-//   the
+//     objective under the same factor;
+//   - a subchain that owns its cores would be paced differently, since it is paced by its own measured times;
+//   - on a shared core, runs no longer fit their slices (with elastic frames, shorter runs need no new plan), or the
 //     promises of the plan in force have become wrong.
-bool worth_a_swap(const plan::Plan& current, const std::optional<plan::Plan>& current_now, const plan::Plan& candidate);
+bool worth_swapping(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
+                    const plan::Plan& candidate);
 
 // The pacing of a subchain that owns its cores; a run hangs that takes ten times as long as planned, and at least a
 // second.
@@ -72,17 +72,17 @@ class Incumbent {
 
  private:
   const plan::Plan& plan_;
-  bool at_any_rate_;
+  bool unconditional_;
   std::optional<plan::Plan> now_;  // the plan at the new compute times
 };
 
 // What is to come into force in place of `in_force`, which follows a plan, where something is. `why`: it is decided
-// anew. Errors: the policy's.
+// again. Errors: the policy's.
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
                                             PlanReason why);
 
 // When a plan is due. The first that rests on measurements: when the bootstrap is over and every node has run. Further
-// ones every `replan`, or when something has changed for good, both as the budget allows.
+// ones every `replan`, or when something has changed permanently, both as the budget allows.
 class ReplanClock {
  public:
   ReplanClock(TimePoint start, const graph::SchedulerOptions& options)

@@ -32,21 +32,21 @@ plan::Plan plan_with(double period, double execution, std::vector<int> cores = {
 
 // One subchain with a core of its own, which the plan in force would time as the candidate does.
 bool worth(const plan::Plan& current, const plan::Plan& candidate) {
-  return worth_a_swap(current, candidate, candidate);
+  return worth_swapping(current, candidate, candidate);
 }
 
-TEST(WorthASwap, NotForLessThanTheThreshold) {
+TEST(WorthSwapping, NotForLessThanTheThreshold) {
   EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(101.9, 91.0)));
   EXPECT_FALSE(worth(plan_with(100.0, 90.0), plan_with(98.2, 89.0)));
 }
 
-TEST(WorthASwap, ForMoreInEitherDirection) {
+TEST(WorthSwapping, ForMoreInEitherDirection) {
   EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(103.0, 90.0)));
   EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(97.0, 90.0)));
   EXPECT_TRUE(worth(plan_with(100.0, 90.0), plan_with(100.0, 95.0)));
 }
 
-TEST(WorthASwap, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
+TEST(WorthSwapping, NotForAZeroThatStaysZero) { EXPECT_FALSE(worth(plan_with(1.0, 0.0), plan_with(1.0, 0.0))); }
 
 plan::Plan with_objective(plan::Plan plan, double objective, double factor = 1.0) {
   plan.objective = objective;
@@ -54,18 +54,18 @@ plan::Plan with_objective(plan::Plan plan, double objective, double factor = 1.0
   return plan;
 }
 
-TEST(WorthASwap, ForOtherCoresOnlyIfThatIsBetter) {
+TEST(WorthSwapping, ForOtherCoresOnlyIfThatIsBetter) {
   const plan::Plan here = with_objective(plan_with(100.0, 90.0), 50.0);
   const plan::Plan there = plan_with(100.0, 90.0, {1});
-  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 49.5)));
-  EXPECT_TRUE(worth_a_swap(here, here, with_objective(there, 48.5)));
-  EXPECT_FALSE(worth_a_swap(here, here, with_objective(there, 40.0, 1.5))) << "bounds before the objective";
+  EXPECT_FALSE(worth_swapping(here, here, with_objective(there, 49.5)));
+  EXPECT_TRUE(worth_swapping(here, here, with_objective(there, 48.5)));
+  EXPECT_FALSE(worth_swapping(here, here, with_objective(there, 40.0, 1.5))) << "bounds before the objective";
   EXPECT_TRUE(
-      worth_a_swap(with_objective(here, 50.0, 1.5), with_objective(here, 50.0, 1.5), with_objective(there, 60.0)));
+      worth_swapping(with_objective(here, 50.0, 1.5), with_objective(here, 50.0, 1.5), with_objective(there, 60.0)));
 }
 
-TEST(WorthASwap, ForAPlanThatCannotHoldAnyMore) {
-  EXPECT_TRUE(worth_a_swap(plan_with(100.0, 90.0), std::nullopt, plan_with(100.0, 90.0)));
+TEST(WorthSwapping, ForAPlanThatCannotHoldAnyMore) {
+  EXPECT_TRUE(worth_swapping(plan_with(100.0, 90.0), std::nullopt, plan_with(100.0, 90.0)));
 }
 
 // A subchain that shares its core, in slices of so long.
@@ -76,14 +76,14 @@ plan::Plan sharing(double slice, double objective) {
   return plan;
 }
 
-TEST(WorthASwap, OnASharedCoreForRunsThatOutgrowTheirSlices) {
-  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(10.9, 52.0), sharing(10.9, 52.0)));
-  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(11.1, 52.0), sharing(11.1, 52.0)));
-  EXPECT_FALSE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 47.0), sharing(5.0, 47.0))) << "frames are elastic";
+TEST(WorthSwapping, OnASharedCoreForRunsThatOutgrowTheirSlices) {
+  EXPECT_FALSE(worth_swapping(sharing(10.0, 50.0), sharing(10.9, 52.0), sharing(10.9, 52.0)));
+  EXPECT_TRUE(worth_swapping(sharing(10.0, 50.0), sharing(11.1, 52.0), sharing(11.1, 52.0)));
+  EXPECT_FALSE(worth_swapping(sharing(10.0, 50.0), sharing(5.0, 47.0), sharing(5.0, 47.0))) << "frames are elastic";
 }
 
-TEST(WorthASwap, ForPromisesThatBecameWrong) {
-  EXPECT_TRUE(worth_a_swap(sharing(10.0, 50.0), sharing(5.0, 40.0), sharing(5.0, 40.0)));
+TEST(WorthSwapping, ForPromisesThatBecameWrong) {
+  EXPECT_TRUE(worth_swapping(sharing(10.0, 50.0), sharing(5.0, 40.0), sharing(5.0, 40.0)));
 }
 
 // What to_beat() says of no plan that meets all bounds is ever contradicted by yields_to().
@@ -181,7 +181,7 @@ TEST(PacingOf, NeverGoesBeyondARateCap) {
             to_nanos(Millis{1000.0 / 17}));
 }
 
-TEST(WorthASwap, ForAnotherExpectation) {
+TEST(WorthSwapping, ForAnotherExpectation) {
   const plan::Plan plan = expecting(plan_with(100.0, 94.0), 90.0, 80.0);
   EXPECT_TRUE(worth(plan, expecting(plan, 95.0, 80.0)));
   EXPECT_TRUE(worth(plan, expecting(plan, 90.0, 75.0)));
@@ -218,7 +218,7 @@ TEST(ReplanClock, AChangeIsAnsweredAtOnceButNotStormByStorm) {
   EXPECT_EQ(plans, 40) << "four a second";
 }
 
-TEST(ReplanClock, DearPlansAreMadeSeldom) {
+TEST(ReplanClock, ExpensivePlansAreMadeSeldom) {
   const TimePoint start{};
   ReplanClock clock(start, {});
   clock.made(start + seconds{2}, PlanReason::kMeasured, milliseconds{120});

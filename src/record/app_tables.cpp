@@ -12,7 +12,7 @@
 namespace ctn::record {
 namespace {
 
-constexpr std::size_t kMostRows = 10'000;  // of each of an app's tables: far above what apps have
+constexpr std::size_t kMaxRows = 10'000;  // of each of an app's tables: far above what apps have
 
 std::optional<std::int64_t> ns(const std::optional<Nanos>& duration) {
   return duration ? std::optional(duration->count()) : std::nullopt;
@@ -153,8 +153,8 @@ class AppReader {
       if (!row) return row.error();
       if (!*row) return Done{};
       Cells cells(*rows);
-      if (count < kMostRows) take(cells);
-      if (count >= kMostRows || !cells.ok()) return damaged(database_, table);
+      if (count < kMaxRows) take(cells);
+      if (count >= kMaxRows || !cells.ok()) return damaged(database_, table);
     }
   }
 

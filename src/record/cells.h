@@ -24,11 +24,10 @@ class Cells {
   void refuse() { ok_ = false; }
   bool null(int column) { return row_->type(column) == SQLITE_NULL; }
 
-  std::int64_t integer(int column, std::int64_t least = 0,
-                       std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
-    if (row_->type(column) != SQLITE_INTEGER) return wrong(least);
+  std::int64_t integer(int column, std::int64_t min = 0, std::int64_t max = std::numeric_limits<std::int64_t>::max()) {
+    if (row_->type(column) != SQLITE_INTEGER) return wrong(min);
     const std::int64_t value = row_->integer(column);
-    return value < least || value > most ? wrong(least) : value;
+    return value < min || value > max ? wrong(min) : value;
   }
   std::size_t index(int column, std::size_t size) {
     if (size == 0) return wrong(std::size_t{0});

@@ -52,7 +52,7 @@ struct PlanChange {
   std::string json;
 };
 
-// A node's compute time has changed for good.
+// A node's compute time has changed permanently.
 struct CostChange {
   TimePoint at{};  // the end of the run that showed it
   NodeId node;

@@ -5,7 +5,7 @@
 namespace ctn::record {
 namespace {
 
-constexpr std::size_t kMostKeys = 10'000;  // far above what a writer makes; a bound for files that none made
+constexpr std::size_t kMaxKeys = 10'000;  // far above what a writer makes; a bound for files that none made
 
 }  // namespace
 
@@ -17,7 +17,7 @@ Result<Meta> Meta::read(sqlite::Database& database) {
     const Result<bool> row = rows->next();
     if (!row) return row.error();
     if (!*row) return meta;
-    if (rows->type(0) != SQLITE_TEXT || meta.values_.size() >= kMostKeys) return damaged(database, "meta");
+    if (rows->type(0) != SQLITE_TEXT || meta.values_.size() >= kMaxKeys) return damaged(database, "meta");
     switch (rows->type(1)) {
       case SQLITE_INTEGER:
         meta.values_[rows->text(0)] = rows->integer(1);

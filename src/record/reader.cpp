@@ -20,12 +20,12 @@
 namespace ctn::record {
 namespace {
 
-constexpr int kMostCores = 1 << 20;
+constexpr int kMaxCores = 1 << 20;
 
 constexpr std::chrono::milliseconds kWait{5000};  // for a writer's commit
 constexpr int kLongestValue = 64 << 20;           // bytes of one value: far above what a writer writes
 
-const char* const kMendNoRecord = "name a file that `catan run --record FILE` made";
+const char* const kNoRecordHint = "name a file that `catan run --record FILE` made";
 
 Status readable(const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "rbe");
@@ -38,7 +38,7 @@ Status readable(const std::string& path) {
     errno = why;
   }
   const std::string what = fmt::format("{} cannot be read: {}", path, std::strerror(errno));
-  if (errno == ENOENT || errno == ENOTDIR || errno == EISDIR) return Error::caller(what, kMendNoRecord);
+  if (errno == ENOENT || errno == ENOTDIR || errno == EISDIR) return Error::caller(what, kNoRecordHint);
   return Error::environment(what, "get the permission to read it");
 }
 
@@ -46,7 +46,7 @@ Status readable(const std::string& path) {
 Result<sqlite::Database> open_guarded(const std::string& path, int flags) {
   auto database = sqlite::Database::open(path, flags);
   if (!database) return database;
-  database->wait_at_most(kWait);
+  database->set_busy_timeout(kWait);
   sqlite3* handle = database->handle();
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -94,7 +94,7 @@ Result<sqlite::Database> open_record(const std::string& path) {
 Status check_version(sqlite::Database& database) {
   const auto application = one_integer(database, "PRAGMA application_id");
   if (!application) return application.error();
-  if (*application != kApplicationId) return Error::caller(database.path() + " is no Catan record", kMendNoRecord);
+  if (*application != kApplicationId) return Error::caller(database.path() + " is no Catan record", kNoRecordHint);
   const auto version = one_integer(database, "PRAGMA user_version");
   if (!version) return version.error();
   if (*version > kSchemaVersion) {
@@ -103,7 +103,7 @@ Status check_version(sqlite::Database& database) {
                     database.path(), *version, kSchemaVersion),
         "read it with that version");
   }
-  if (*version < 1) return Error::caller(database.path() + " is no Catan record", kMendNoRecord);
+  if (*version < 1) return Error::caller(database.path() + " is no Catan record", kNoRecordHint);
   return Done{};
 }
 
@@ -152,12 +152,12 @@ Status check_tables(sqlite::Database& database) {
         if (auto done = stand_in(database, *model, table); !done) return done;
         continue;
       }
-      return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kMendNoRecord);
+      return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kNoRecordHint);
     }
     for (const std::string& column : columns) {
       if (match->second.contains(column)) continue;
       return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
-                           kMendNoRecord);
+                           kNoRecordHint);
     }
   }
   return Done{};
@@ -195,8 +195,8 @@ Result<Header> read_header(const sqlite::Database& database, const Meta& meta) {
 
 Result<Ending> read_ending(sqlite::Database& database, const Meta& meta, const Header& header) {
   Ending ending;
-  ending.complete = meta.integer("complete") == 1;
-  if (ending.complete) {
+  ending.closed = meta.integer("complete") == 1;
+  if (ending.closed) {
     const auto ended = meta.duration("ended_ns");
     const auto steal = meta.duration("host_steal_end_ns");
     if (!ended || !steal || TimePoint{*ended} < header.started) return damaged(database, "meta");
@@ -321,7 +321,7 @@ Status Reader::each_slot(const std::function<void(const SlotUse&)>& take) const 
   const std::string rows = "core, subchain, planned_ns, begin_ns, end_ns FROM slots ORDER BY id";
   return impl_->each_row("slots", rows, [&](Cells& cells) {
     SlotUse slot;
-    slot.core = static_cast<int>(cells.integer(0, 0, kMostCores));
+    slot.core = static_cast<int>(cells.integer(0, 0, kMaxCores));
     slot.subchain = SubchainId{cells.index(1, impl_->app.graph.subchains().size())};
     slot.planned = cells.time(2);
     slot.begin = cells.time(3);
@@ -335,7 +335,7 @@ Status Reader::each_steal(const std::function<void(const Steal&)>& take) const {
   return impl_->each_row("steals", rows, [&](Cells& cells) {
     const std::size_t subchains = impl_->app.graph.subchains().size();
     Steal steal;
-    steal.core = static_cast<int>(cells.integer(0, 0, kMostCores));
+    steal.core = static_cast<int>(cells.integer(0, 0, kMaxCores));
     steal.thief = SubchainId{cells.index(1, subchains)};
     steal.victim = SubchainId{cells.index(2, subchains)};
     steal.begin = cells.time(3);
@@ -364,7 +364,7 @@ Result<std::vector<CostChange>> Reader::cost_changes() const {
     change.at = cells.time(0);
     change.node = NodeId{cells.index(1, impl_->app.graph.nodes().size())};
     change.mode = static_cast<std::uint32_t>(cells.integer(2, 0, std::numeric_limits<std::uint32_t>::max()));
-    change.core_kind = static_cast<int>(cells.integer(3, 0, kMostCores));
+    change.core_kind = static_cast<int>(cells.integer(3, 0, kMaxCores));
     change.before = cells.duration(4);
     change.after = cells.duration(5);
     change.runs = cells.number(6);

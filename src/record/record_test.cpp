@@ -86,7 +86,7 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   const Reader reader = open(folder.file("r"));
   expect_equal(reader.app(), app);
   expect_equal(reader.header(), header());
-  EXPECT_TRUE(reader.ending().complete);
+  EXPECT_TRUE(reader.ending().closed);
   EXPECT_EQ(reader.ending().ended, at(seconds{110}));
   EXPECT_EQ(reader.ending().stolen, milliseconds{7});
   EXPECT_EQ(reader.ending().starved, milliseconds{90});
@@ -193,7 +193,7 @@ TEST(Record, WithoutACloseIsReadableUpToTheLastFlush) {
   std::filesystem::copy_file(folder.file("r"), folder.file("killed"));
   const Reader reader = open(folder.file("killed"));
   EXPECT_EQ(read_runs(reader), first);
-  EXPECT_FALSE(reader.ending().complete);
+  EXPECT_FALSE(reader.ending().closed);
   EXPECT_EQ(reader.ending().ended, first.back().end);
 }
 
@@ -221,7 +221,7 @@ TEST(Record, KilledAtAnyMomentHoldsWholeBatches) {
     ASSERT_TRUE(writer->close(at(seconds{110}), {}).ok());
   }
   ASSERT_GT(kills, 20);
-  std::size_t most = 0;
+  std::size_t max = 0;
   int laid_out = 0;
   for (int kill = 1; kill <= kills; ++kill) {
     const auto reader = Reader::open(folder.file("killed" + std::to_string(kill)));
@@ -233,10 +233,10 @@ TEST(Record, KilledAtAnyMomentHoldsWholeBatches) {
     ++laid_out;
     const std::size_t count = read_runs(*reader).size();
     EXPECT_EQ(count % 7, 0U) << "half a batch";
-    EXPECT_GE(count, most) << "what was committed is lost";
-    most = count;
+    EXPECT_GE(count, max) << "what was committed is lost";
+    max = count;
   }
-  EXPECT_EQ(most, 21U);
+  EXPECT_EQ(max, 21U);
 }
 
 TEST(Record, TheFirstFailureStaysAndTheFileStaysReadable) {
@@ -297,7 +297,7 @@ TEST(Record, AReaderThatHoldsTheFileOnlyDelaysTheWriter) {
     auto other = sqlite::Database::open(folder.file("r"), SQLITE_OPEN_READONLY);
     ASSERT_TRUE(other->execute("BEGIN; SELECT * FROM meta").ok());
     for (const record::Run& run : runs(app, seconds{100}, 1)) writer->add(run);
-    EXPECT_TRUE(writer->flush().ok()) << "put off";
+    EXPECT_TRUE(writer->flush().ok()) << "deferred";
     ASSERT_TRUE(other->execute("COMMIT").ok());
   }
   EXPECT_TRUE(writer->flush().ok());

@@ -87,7 +87,7 @@ Result<Statement> Database::prepare(std::string_view sql) {
   return Statement(statement, path_);
 }
 
-void Database::wait_at_most(std::chrono::milliseconds limit) {
+void Database::set_busy_timeout(std::chrono::milliseconds limit) {
   sqlite3_busy_timeout(database_.get(), static_cast<int>(limit.count()));
 }
 

@@ -73,7 +73,7 @@ class Database {
   Result<Statement> prepare(std::string_view sql);
 
   // How long a call waits for another program's lock before it fails as busy.
-  void wait_at_most(std::chrono::milliseconds limit);
+  void set_busy_timeout(std::chrono::milliseconds limit);
   // SQLite's code for the last failure.
   int code() const { return sqlite3_extended_errcode(database_.get()); }
   bool busy() const { return (code() & 0xff) == SQLITE_BUSY; }

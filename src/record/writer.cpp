@@ -17,8 +17,8 @@
 namespace ctn::record {
 namespace {
 
-constexpr std::size_t kBatch = 1 << 13;     // events after which a flush is made unasked
-constexpr std::size_t kMostHeld = 1 << 20;  // events that wait in memory while another program holds the file
+constexpr std::size_t kBatch = 1 << 13;    // events after which a flush is made unasked
+constexpr std::size_t kMaxHeld = 1 << 20;  // events that wait in memory while another program holds the file
 constexpr std::chrono::milliseconds kFlushWait{100};
 constexpr std::chrono::milliseconds kCloseWait{5000};
 
@@ -113,7 +113,7 @@ class SqliteWriter : public Writer {
  public:
   SqliteWriter(sqlite::Database database, Statements statements)
       : database_(std::move(database)), statements_(std::move(statements)) {
-    database_->wait_at_most(kFlushWait);
+    database_->set_busy_timeout(kFlushWait);
   }
   ~SqliteWriter() override {
     if (database_) (void)flush();
@@ -137,9 +137,9 @@ class SqliteWriter : public Writer {
   Status close(TimePoint ended, const os::HostFacts& host) override {
     if (!database_) return status_;
     if (status_) {
-      database_->wait_at_most(kCloseWait);
+      database_->set_busy_timeout(kCloseWait);
       const Status done = commit([&] { return write_footer(ended, host); });
-      if (!done && status_) fail(done);  // put off: there is no later
+      if (!done && status_) fail(done);  // deferred: there is no later
     }
     statements_.reset();
     database_.reset();
@@ -184,7 +184,7 @@ class SqliteWriter : public Writer {
     }
     const bool busy = database_->busy();
     if (database_->in_transaction()) (void)database_->execute("ROLLBACK");
-    if (!busy || held() >= kMostHeld) fail(done);
+    if (!busy || held() >= kMaxHeld) fail(done);
     return done;
   }
 

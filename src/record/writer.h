@@ -1,7 +1,7 @@
 // Writes the record of a run: one SQLite file, schema in docs/record-schema.md. The caller is a thread at the ordinary
 // level that may block on the disk; nodes never do.
 //
-// Events are gathered in memory, and `flush` writes them in one transaction: a process that is killed loses at most
+// Events are collected in memory, and `flush` writes them in one transaction: a process that is killed loses at most
 // what came since, and leaves one readable file unless the kill hit a flush; then a journal lies beside it, from which
 // the first reader puts the file in order (reader.h). Other programs may read the file meanwhile; one that holds it for
 // long delays a flush, and the events wait in memory.
@@ -60,7 +60,7 @@ class Writer {
   virtual void set_totals(const Totals& totals) = 0;
 
   // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done
-  // unasked, too, when much has gathered. A node's run number that is added twice is a failure.
+  // unasked, too, when much has accumulated. A node's run number that is added twice is a failure.
   virtual Status flush() = 0;
   // Commits, marks the record as complete with the time it ended, closes the file. What is added later is ignored; a
   // second call returns what the first did.

@@ -71,7 +71,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"scheduler", header.scheduler},
       {"note", header.note},
       {"started_utc", header.host.utc},
-      {"complete", metrics.ending.complete},
+      {"complete", metrics.ending.closed},
       {"real_time", header.real_time},
       {"slack", json(header.slack)},
       {"cpus", header.cpus.cpus()},

@@ -18,7 +18,7 @@ struct CloseFile {
 };
 using File = std::unique_ptr<FILE, CloseFile>;
 
-const char* const kMend = "install it: apt-get install gnuplot-nox";
+const char* const kHint = "install it: apt-get install gnuplot-nox";
 
 const char* const kFonts =
     "font-family=\"Inter, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif\"";
@@ -42,10 +42,10 @@ Result<std::string> run_gnuplot(const std::string& script) {
   const std::string command =
       fmt::format("exec gnuplot -d /dev/fd/{} 2>/dev/fd/{}", fileno(input.get()), fileno(errors.get()));
   FILE* output = popen(command.c_str(), "r");
-  if (output == nullptr) return Error::environment("gnuplot, which draws the plots, cannot be run", kMend);
+  if (output == nullptr) return Error::environment("gnuplot, which draws the plots, cannot be run", kHint);
   std::string svg = read_all(output);
   const int status = pclose(output);
-  if (status == 127 << 8) return Error::environment("gnuplot, which draws the plots, is not installed", kMend);
+  if (status == 127 << 8) return Error::environment("gnuplot, which draws the plots, is not installed", kHint);
   if (status == 0 && svg.find("</svg>") != std::string::npos) return svg;
   rewind(errors.get());
   return Error::environment("gnuplot failed to draw a plot: " + read_all(errors.get()),

@@ -89,9 +89,9 @@ Range range_of(const Axis& axis, const std::vector<double>& values, bool from_ze
   std::vector<double> usable;
   std::copy_if(values.begin(), values.end(), std::back_inserter(usable), [&](double v) { return range.holds(v); });
   if (usable.empty()) usable = {1.0, 10.0};
-  const auto [least, most] = std::minmax_element(usable.begin(), usable.end());
-  double low = *least;
-  double high = *most;
+  const auto [min, max] = std::minmax_element(usable.begin(), usable.end());
+  double low = *min;
+  double high = *max;
   if (axis.log) {
     const double room = high > low ? std::pow(high / low, 0.06) : 1.5;
     low /= room;
@@ -244,9 +244,9 @@ class PanelScript {
       if (!x_.holds(marker.x) || marker.label.empty()) continue;
       const double half = 0.5 * text_width(marker.label);
       const double line = area_.left + area_.width * x_.fraction(marker.x);
-      const double least = cell_.left + half + 4.0;
-      const double most = std::max(least, cell_.left + cell_.width - half - 4.0);
-      label_x_[i] = std::clamp(line, least, most);
+      const double min = cell_.left + half + 4.0;
+      const double max = std::max(min, cell_.left + cell_.width - half - 4.0);
+      label_x_[i] = std::clamp(line, min, max);
       std::size_t row = 0;
       while (row < row_ends.size() && row_ends[row] > label_x_[i] - half) ++row;
       if (row == row_ends.size()) row_ends.push_back(0.0);

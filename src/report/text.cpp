@@ -104,7 +104,7 @@ std::string headline(const RunMetrics& metrics) {
 
 std::vector<std::string> warnings(const RunMetrics& metrics) {
   std::vector<std::string> result;
-  if (!metrics.ending.complete) {
+  if (!metrics.ending.closed) {
     result.emplace_back(
         "the record was not closed: the run goes on, or its process was killed; what came last is missing");
   }

@@ -18,7 +18,7 @@ void AssignmentBoard::publish(Assignment assignment) {
   while (kept_.front()->number < oldest) kept_.pop_front();
 }
 
-const Assignment& AssignmentBoard::look(std::size_t reader) {
+const Assignment& AssignmentBoard::read(std::size_t reader) {
   const Assignment* const latest = latest_.load(std::memory_order_acquire);
   seen_[reader].store(latest->number, std::memory_order_release);
   return *latest;

@@ -26,7 +26,7 @@ class AssignmentBoard {
   // Numbers it. What no reader can be looking at any more is dropped.
   void publish(Assignment assignment);
   // The newest; good until the reader's next look. Precondition: there is one.
-  const Assignment& look(std::size_t reader);
+  const Assignment& read(std::size_t reader);
 
  private:
   std::atomic<const Assignment*> latest_{nullptr};
@@ -35,8 +35,8 @@ class AssignmentBoard {
   std::uint64_t published_ = 0;
 };
 
-// Where a subchain lies between two controllers, with the state of its runs: whoever lets go of one puts it here,
-// whoever is to have it takes it. At most one controller holds a subchain at a time.
+// Holds a subchain on its way between two controllers, with the state of its runs: the one that releases it puts it
+// here, the next one takes it. At most one controller holds a subchain at a time.
 // Thread safety: put() by the holder, take() by anybody; neither waits.
 class Handover {
  public:

@@ -9,10 +9,10 @@
 namespace ctn::runtime {
 namespace {
 
-constexpr Nanos kFirstDial = std::chrono::milliseconds{20};
+constexpr Nanos kConnectRetryDelay = std::chrono::milliseconds{20};
 // Whether a server that is away has raised a thread all the same, and for how long after it went away: as long as its
 // guardian waits for it.
-constexpr Nanos kLookForRaised = std::chrono::milliseconds{20};
+constexpr Nanos kRaisedSearchPeriod = std::chrono::milliseconds{20};
 constexpr Nanos kLongestCall = std::chrono::seconds{10};
 
 Error another_app(const std::string& served, const std::string& wanted) {
@@ -24,16 +24,16 @@ Error another_app(const std::string& served, const std::string& wanted) {
 
 Result<std::unique_ptr<ClientEngine>> ClientEngine::connect(os::Os& os, ClientEngineOptions options) {
   std::unique_ptr<ClientEngine> engine(new ClientEngine(os, std::move(options)));
-  if (Status dialled = engine->dial_first(); !dialled) return dialled.error();
+  if (Status dialled = engine->connect_first(); !dialled) return dialled.error();
   return engine;
 }
 
 ClientEngine::ClientEngine(os::Os& os, ClientEngineOptions options)
-    : os_(os), options_(std::move(options)), link_(os, options_.sockets), members_(os) {}
+    : os_(os), options_(std::move(options)), link_(os, options_.sockets), registered_(os) {}
 
 ClientEngine::~ClientEngine() { stop(); }
 
-Status ClientEngine::dial_first() {
+Status ClientEngine::connect_first() {
   // The thread that serves the connection is named in the first message, so it is there before.
   watcher_ = os_.spawn("catan-link", [this] {
     service_.store(static_cast<std::int32_t>(os_.current_thread()));
@@ -51,7 +51,7 @@ Status ClientEngine::dial_first() {
     }
     done = memory.error();
     if (memory.error().kind() == ErrorKind::kCaller || os_.now() >= deadline) break;
-    os_.sleep_until(std::min(deadline, os_.now() + kFirstDial));
+    os_.sleep_until(std::min(deadline, os_.now() + kConnectRetryDelay));
   }
   if (done) {
     begin_heartbeat();
@@ -95,24 +95,24 @@ Status ClientEngine::start() {
 // It is a member before it is asked for, so that it gets back what it had whatever becomes of the answer.
 Status ClientEngine::join(NodeId node, os::ThreadId thread) {
   const Conversation conversation = link_.converse();
-  members_.add(node, thread);
-  const Status joined = ask_to_join(conversation, {node, thread, {}, {}});
-  if (!joined) members_.remove(node, thread);
+  registered_.add(node, thread);
+  const Status joined = request_join(conversation, {node, thread, {}, {}});
+  if (!joined) registered_.remove(node, thread);
   return joined;
 }
 
-Status ClientEngine::ask_to_join(const Conversation& conversation, const ClientMembers::Member& member,
-                                 const Meanwhile& meanwhile) {
-  const std::string& name = app_->graph.node(member.node).name;
+Status ClientEngine::request_join(const Conversation& conversation, const ClientMembers::RegisteredNode& registered,
+                                  const Meanwhile& meanwhile) {
+  const std::string& name = app_->graph.node(registered.node).name;
   const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
     return conversation.call({.kind = kind, .node = name, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
   };
-  if (Status joined = ask(Request::Kind::kJoin, member.thread); !joined) return joined;
-  for (const os::ThreadId other : member.others) {
+  if (Status joined = ask(Request::Kind::kJoin, registered.thread); !joined) return joined;
+  for (const os::ThreadId other : registered.others) {
     const Status added = ask(Request::Kind::kAdd, other);
     if (added) continue;
     if (added.error().kind() != ErrorKind::kCaller) return added;
-    members_.remove_thread(member.node, other);  // it has ended meanwhile
+    registered_.remove_thread(registered.node, other);  // it has ended meanwhile
   }
   return Done{};
 }
@@ -139,9 +139,9 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
   const Status added = conversation.call(
       {.kind = Request::Kind::kAdd, .node = std::string(name), .thread = static_cast<std::int32_t>(thread)});
   // Where there is no server at this moment, the next is told.
-  const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && members_.has(*node);
+  const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && registered_.has(*node);
   if (!added && !later) return added;
-  members_.add_thread(*node, thread);
+  registered_.add_thread(*node, thread);
   return Done{};
 }
 
@@ -155,15 +155,15 @@ void ClientEngine::stop() {
   bool all_left = true;
   {
     const Conversation conversation = link_.converse();
-    for (const ClientMembers::Member& member : members_.all()) {
-      const std::string& name = app_->graph.node(member.node).name;
+    for (const ClientMembers::RegisteredNode& registered : registered_.all()) {
+      const std::string& name = app_->graph.node(registered.node).name;
       all_left = conversation.call({.kind = Request::Kind::kLeave, .node = name}).ok() && all_left;
     }
   }
-  if (!all_left) members_.give_back(watch_->regions.newest());
+  if (!all_left) registered_.give_back(watch_->regions.newest());
   link_.hang_up();
   served_.store(false);
-  for (const ClientMembers::Member& member : members_.all()) wiring_->port(member.node)->stop();
+  for (const ClientMembers::RegisteredNode& registered : registered_.all()) wiring_->port(registered.node)->stop();
   if (nodes_) nodes_->stop();
 }
 
@@ -175,20 +175,20 @@ void ClientEngine::watch() {
     const Result<bool> gone = link_.wait(wake);
     if (!gone) return notice("server: it cannot be watched: " + gone.error().message());
     const TimePoint now = os_.now();
-    if (*gone || (served() && !server_lives(now))) lose_server(now, *gone);
-    if (served()) watch_->regions.forget_old(*wiring_, running());
-    wake = served() ? watch_->heartbeat.next_look() : go_on_alone(now);
+    if (*gone || (served() && !server_alive(now))) lose_server(now, *gone);
+    if (served()) watch_->regions.drop_old(*wiring_, running());
+    wake = served() ? watch_->heartbeat.next_check() : go_on_alone(now);
   }
 }
 
 void ClientEngine::begin_heartbeat() {
-  watch_->heartbeat.begin(os_.now(), watch_->regions.newest().pulse().beats.load(std::memory_order_acquire));
+  watch_->heartbeat.begin(os_.now(), watch_->regions.newest().heartbeat().beats.load(std::memory_order_acquire));
 }
 
-bool ClientEngine::server_lives(TimePoint now) {
-  const Pulse& pulse = watch_->regions.newest().pulse();
-  return watch_->heartbeat.lives(now, pulse.beats.load(std::memory_order_acquire),
-                                 Nanos{pulse.longest_pause.load(std::memory_order_acquire)});
+bool ClientEngine::server_alive(TimePoint now) {
+  const Heartbeat& heartbeat = watch_->regions.newest().heartbeat();
+  return watch_->heartbeat.alive(now, heartbeat.beats.load(std::memory_order_acquire),
+                                 Nanos{heartbeat.max_heartbeat_gap.load(std::memory_order_acquire)});
 }
 
 // `gone`: it has ended or hung up, or did not answer. Else it does nothing any more, but holds the connection.
@@ -199,10 +199,11 @@ void ClientEngine::lose_server(TimePoint now, bool gone) {
   if (was_served) {
     give_back(now);
     std::vector<UnservedPacer::Head> heads;
-    for (const ClientMembers::Member& member : members_.all()) {
-      const std::optional<SubchainId> id = app_->graph.node(member.node).subchain;
-      if (!id || app_->graph.subchain(*id).nodes.front() != member.node) continue;
-      heads.push_back({wiring_->port(member.node), period_without_server(app_->graph, *id, watch_->regions.newest())});
+    for (const ClientMembers::RegisteredNode& registered : registered_.all()) {
+      const std::optional<SubchainId> id = app_->graph.node(registered.node).subchain;
+      if (!id || app_->graph.subchain(*id).nodes.front() != registered.node) continue;
+      heads.push_back(
+          {wiring_->port(registered.node), period_without_server(app_->graph, *id, watch_->regions.newest())});
     }
     watch_->pacer.begin(now, heads);
   }
@@ -211,44 +212,44 @@ void ClientEngine::lose_server(TimePoint now, bool gone) {
 }
 
 void ClientEngine::give_back(TimePoint now) {
-  members_.give_back(watch_->regions.newest());
-  watch_->look_for_raised = now + kLookForRaised;
-  watch_->look_until = now + kLongestCall;
+  registered_.give_back(watch_->regions.newest());
+  watch_->find_raised = now + kRaisedSearchPeriod;
+  watch_->wait_until = now + kLongestCall;
 }
 
 // Returns when it is to be called again.
 TimePoint ClientEngine::go_on_alone(TimePoint now) {
-  TimePoint wake = tend_nodes(now);
+  TimePoint wake = serve_nodes(now);
   if (watch_->silent) {
-    if (!server_lives(now)) return std::min(wake, watch_->heartbeat.next_look());
+    if (!server_alive(now)) return std::min(wake, watch_->heartbeat.next_check());
     link_.hang_up();
     watch_->silent = false;
     watch_->redial.at_once(now);
   }
-  if (now >= watch_->redial.due() && dial_again()) return watch_->heartbeat.next_look();
+  if (now >= watch_->redial.due() && reconnect()) return watch_->heartbeat.next_check();
   return std::min(wake, watch_->redial.due());
 }
 
 // What nodes need while there is no server. Returns when it is to be called again.
-TimePoint ClientEngine::tend_nodes(TimePoint now) {
-  const TimePoint wake = watch_->pacer.pace(now);
-  if (now >= watch_->look_until) return wake;
-  if (now >= watch_->look_for_raised) {
-    watch_->look_for_raised = now + kLookForRaised;
+TimePoint ClientEngine::serve_nodes(TimePoint now) {
+  const TimePoint wake = watch_->pacer.pace_heads(now);
+  if (now >= watch_->wait_until) return wake;
+  if (now >= watch_->find_raised) {
+    watch_->find_raised = now + kRaisedSearchPeriod;
     const Region& region = watch_->regions.newest();
-    if (members_.any_raised(region)) members_.give_back(region);
+    if (registered_.any_raised(region)) registered_.give_back(region);
   }
-  return std::min(wake, watch_->look_for_raised);
+  return std::min(wake, watch_->find_raised);
 }
 
 // True: there is a server again, and it has all nodes.
-bool ClientEngine::dial_again() {
+bool ClientEngine::reconnect() {
   const Dialled dialled = dial_and_join();  // notices are given when the conversation is over, for they may want one
   if (dialled.done) {
     watch_->refusal.clear();
     watch_->redial.not_now();
     served_.store(true, std::memory_order_release);
-    notice("server: there is one again, and nodes are in its hands");
+    notice("server: there is one again, and it schedules the nodes");
     return true;
   }
   link_.hang_up();
@@ -261,7 +262,7 @@ bool ClientEngine::dial_again() {
   }
   const std::string why = dialled.done.error().message();
   if (dialled.answered && std::exchange(watch_->refusal, why) != why) {
-    notice("server: there is one, but nodes stay by themselves: " + why);
+    notice("server: there is one, but nodes go on without it: " + why);
   }
   return false;
 }
@@ -271,7 +272,7 @@ ClientEngine::Dialled ClientEngine::dial_and_join() {
   // It may be one that never answers.
   const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
     if (stopping_.load()) return std::nullopt;
-    return tend_nodes(os_.now());
+    return serve_nodes(os_.now());
   };
   Result<os::SharedMemory> memory = conversation.dial(os::ThreadId{service_.load()}, meanwhile);
   if (!memory) return {.done = memory.error(), .answered = memory.error().kind() == ErrorKind::kCaller};
@@ -288,22 +289,22 @@ Status ClientEngine::take_over(const Conversation& conversation, os::SharedMemor
     if (Status added = watch_->regions.add(std::move(memory)); !added) return added;
   }
   begin_heartbeat();
-  Status joined = join_again(conversation);
+  Status joined = rejoin(conversation);
   if (!joined && !known) watch_->regions.drop_newest();
   return joined;
 }
 
 // All or none: a server that refuses one of the nodes gets none of them, and nothing is written into its region.
-Status ClientEngine::join_again(const Conversation& conversation) {
+Status ClientEngine::rejoin(const Conversation& conversation) {
   // Nodes are run until they are taken over, and a server that is stopped once more is not waited for.
   const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
     const TimePoint now = os_.now();
-    if (!server_lives(now)) return std::nullopt;
-    return std::min(watch_->pacer.pace(now), watch_->heartbeat.next_look());
+    if (!server_alive(now)) return std::nullopt;
+    return std::min(watch_->pacer.pace_heads(now), watch_->heartbeat.next_check());
   };
-  members_.remember_anew();
-  for (const ClientMembers::Member& member : members_.all()) {
-    if (Status joined = ask_to_join(conversation, member, meanwhile); !joined) return joined;
+  registered_.remember_again();
+  for (const ClientMembers::RegisteredNode& registered : registered_.all()) {
+    if (Status joined = request_join(conversation, registered, meanwhile); !joined) return joined;
   }
   watch_->regions.move_nodes(*wiring_, running());
   return Done{};
@@ -311,7 +312,7 @@ Status ClientEngine::join_again(const Conversation& conversation) {
 
 std::vector<NodeId> ClientEngine::running() const {
   std::vector<NodeId> nodes;
-  for (const ClientMembers::Member& member : members_.all()) nodes.push_back(member.node);
+  for (const ClientMembers::RegisteredNode& registered : registered_.all()) nodes.push_back(registered.node);
   return nodes;
 }
 

@@ -6,7 +6,7 @@
 //                          and counts as gone until it goes on
 //   while there is none    it runs the subchains whose heads are this process's at their own rates (unserved_pacer.h),
 //                          gives threads back what they had (client_members.h), and dials again (redial.h)
-//   when one is back       it registers all nodes anew, all or none, and moves them to the server's region
+//   when one is back       it registers all nodes again, all or none, and moves them to the server's region
 //                          (served_regions.h)
 //
 // Threads get back what they had here although the server's guardian does the same: it may have been killed with the
@@ -70,12 +70,12 @@ class ClientEngine {
 
   ClientEngine(os::Os& os, ClientEngineOptions options);
 
-  Status dial_first();
+  Status connect_first();
   Status take_first(os::SharedMemory memory);
   Result<NodeId> own_node(std::string_view node) const;
   Status join(NodeId node, os::ThreadId thread);
-  Status ask_to_join(const Conversation& conversation, const ClientMembers::Member& member,
-                     const Meanwhile& meanwhile = {});
+  Status request_join(const Conversation& conversation, const ClientMembers::RegisteredNode& registered,
+                      const Meanwhile& meanwhile = {});
 
   // Only the watching thread, once it runs.
   struct Watch {
@@ -86,27 +86,27 @@ class ClientEngine {
     bool silent = false;  // connected to a server that has no heartbeat any more
     Redial redial;
     UnservedPacer pacer;
-    TimePoint look_for_raised{};  // whether a server that is away has raised somebody all the same,
-    TimePoint look_until{};       // and how long that is looked at
-    std::string refusal;          // why the newest server is not this program's
+    TimePoint find_raised{};  // whether a server that is away has raised somebody all the same,
+    TimePoint wait_until{};   // and how long that is looked at
+    std::string refusal;      // why the newest server is not this program's
   };
   void watch();
-  bool server_lives(TimePoint now);
+  bool server_alive(TimePoint now);
   void begin_heartbeat();
   void lose_server(TimePoint now, bool gone);
   void give_back(TimePoint now);
   TimePoint go_on_alone(TimePoint now);
-  TimePoint tend_nodes(TimePoint now);
+  TimePoint serve_nodes(TimePoint now);
   struct Dialled {
     Status done;
     bool answered = false;         // a server was there
     bool known = false;            // it is the one of before
     bool may_have_raised = false;  // some nodes may have joined before it refused others
   };
-  bool dial_again();
+  bool reconnect();
   Dialled dial_and_join();
   Status take_over(const Conversation& conversation, os::SharedMemory memory, bool known);
-  Status join_again(const Conversation& conversation);
+  Status rejoin(const Conversation& conversation);
   std::vector<NodeId> running() const;
   void notice(const std::string& text) const;
 
@@ -117,7 +117,7 @@ class ClientEngine {
   std::optional<Watch> watch_;  // its regions outlive the nodes, which use them until they end
   std::unique_ptr<Wiring> wiring_;
   std::unique_ptr<NodeThreads> nodes_;
-  ClientMembers members_;
+  ClientMembers registered_;
 
   std::atomic<std::int32_t> service_{0};  // the watching thread's number
   std::atomic<std::uint32_t> ready_{0};

@@ -9,7 +9,7 @@
 namespace ctn::runtime {
 namespace {
 
-constexpr Nanos kLongestAnswer = std::chrono::seconds{2};
+constexpr Nanos kAnswerTimeout = std::chrono::seconds{2};
 constexpr os::Poller::Key kSocket = 1;
 constexpr os::Poller::Key kProcess = 2;
 
@@ -163,7 +163,7 @@ Result<os::SharedMemory> ClientLink::dial(os::ThreadId service, const Meanwhile&
 Result<os::Message> ClientLink::ask(const std::shared_ptr<Line>& line, const Request& request,
                                     const Meanwhile& meanwhile) {
   if (Status sent = line->send(to_text(request)); !sent) return sent.error();
-  const TimePoint deadline = os_.now() + kLongestAnswer;
+  const TimePoint deadline = os_.now() + kAnswerTimeout;
   os::Message answer;
   while (os_.now() < deadline) {
     const os::Arrival arrival = line->receive(answer);
@@ -177,7 +177,7 @@ Result<os::Message> ClientLink::ask(const std::shared_ptr<Line>& line, const Req
     }
     line->wait_for_answer(until);
   }
-  return Error::environment("the server does not answer", "look whether it was stopped");
+  return Error::environment("the server does not answer", "check whether it was stopped");
 }
 
 Status ClientLink::Conversation::call(const Request& request, const Meanwhile& meanwhile) const {

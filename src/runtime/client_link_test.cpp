@@ -24,7 +24,7 @@ class ClientLinkTest : public ::testing::Test {
   }
 
   // The next program that connects.
-  os::Connection let_in() {
+  os::Connection accept_client() {
     for (;;) {
       Result<std::optional<os::Connection>> accepted = listener->accept();
       if (accepted && *accepted) return std::move(**accepted);
@@ -39,7 +39,7 @@ class ClientLinkTest : public ::testing::Test {
   os::Connection dialled() {
     std::optional<os::Connection> connection;
     std::thread server([&] {
-      connection.emplace(let_in());
+      connection.emplace(accept_client());
       hear(*connection);
       EXPECT_TRUE(connection->send(to_text(Status(Done{})), &memory.descriptor()).ok());
     });

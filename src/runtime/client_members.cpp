@@ -6,7 +6,7 @@
 namespace ctn::runtime {
 
 void ClientMembers::add(NodeId node, os::ThreadId thread) {
-  Member member{node, thread, {}, before_serving(thread)};
+  Member member{node, thread, {}, scheduling_before(thread)};
   members_.lock()->push_back(std::move(member));
 }
 
@@ -36,15 +36,15 @@ void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
-void ClientMembers::remember_anew() {
+void ClientMembers::remember_again() {
   const auto members = members_.lock();
   for (Member& member : *members) {
-    if (auto before = before_serving(member.thread)) member.before = std::move(before);
+    if (auto before = scheduling_before(member.thread)) member.before = std::move(before);
   }
 }
 
 // A thread that a server has found and raised before the program named it: only that server knows what it had.
-std::optional<os::SavedScheduling> ClientMembers::before_serving(os::ThreadId thread) const {
+std::optional<os::SavedScheduling> ClientMembers::scheduling_before(os::ThreadId thread) const {
   const Result<os::SavedScheduling> saved = os_.save_scheduling(thread);
   if (!saved || raised_by_server(thread)) return std::nullopt;
   return *saved;
@@ -81,14 +81,14 @@ void ClientMembers::give_back(const Region& region) const {
 
 void ClientMembers::give_back(const Member& member, const std::vector<os::ThreadId>& living,
                               const Region& region) const {
-  const auto lives = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
+  const auto alive = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
   for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
     const os::ThreadId thread{listed.load(std::memory_order_acquire)};
-    if (thread == member.thread || !lives(thread)) continue;
+    if (thread == member.thread || !alive(thread)) continue;
     if (raised_by_server(thread)) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
     if (member.before) static_cast<void>(os_.set_affinity(thread, member.before->affinity));
   }
-  if (!lives(member.thread)) return;
+  if (!alive(member.thread)) return;
   if (member.before) {
     static_cast<void>(os_.restore_scheduling(member.thread, *member.before));
   } else if (raised_by_server(member.thread)) {

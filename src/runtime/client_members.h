@@ -38,10 +38,10 @@ class ClientMembers {
   void remove_thread(NodeId node, os::ThreadId thread);
   std::vector<Member> all() const { return *members_.lock(); }
   // What threads were given while no server had them is theirs from now on.
-  void remember_anew();
+  void remember_again();
 
-  // Gives back what threads had that a server has raised or moved: the members', and those that it lists beside them in
-  // the region, which it has found by itself. The region may hold anything, so only threads of this process are
+  // Restores the scheduling of threads that a server has raised or moved: the members', and those that it lists beside
+  // them in the region, which it has found by itself. The region may hold anything, so only threads of this process are
   // touched; those of whom nobody here knows what they had become ordinary, and else stay as the server's guardian left
   // them.
   void give_back(const Region& region) const;
@@ -49,7 +49,7 @@ class ClientMembers {
   bool any_raised(const Region& region) const;
 
  private:
-  std::optional<os::SavedScheduling> before_serving(os::ThreadId thread) const;
+  std::optional<os::SavedScheduling> scheduling_before(os::ThreadId thread) const;
   bool raised_by_server(os::ThreadId thread) const;
   void give_back(const Member& member, const std::vector<os::ThreadId>& living, const Region& region) const;
 

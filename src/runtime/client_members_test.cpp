@@ -82,10 +82,10 @@ TEST_F(ClientMembersTest, WhatAServerDidIsNotRememberedAsTheirs) {
   members.add(node, other_id);
   EXPECT_FALSE(members.all().front().before) << "a server had raised it by then";
   ASSERT_TRUE(fake.set_level(other_id, os::Level::kOrdinary).ok());
-  members.remember_anew();
+  members.remember_again();
   ASSERT_TRUE(members.all().front().before);
   raise(other_id);
-  members.remember_anew();
+  members.remember_again();
   members.give_back(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }

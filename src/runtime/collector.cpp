@@ -11,26 +11,31 @@
 namespace ctn::runtime {
 
 Collector::Collector(const graph::App& app, os::Os& os, Collecting from, driver::PlanningLoop& loop)
-    : app_(app), os_(os), from_(std::move(from)), loop_(loop), check_(app.graph), gathered_(app.graph.nodes().size()) {}
+    : app_(app),
+      os_(os),
+      from_(std::move(from)),
+      loop_(loop),
+      check_(app.graph),
+      collected_(app.graph.nodes().size()) {}
 
-void Collector::gather() {
+void Collector::collect() {
   const std::span<const NodeId> order = app_.graph.topological_order();
   for (std::size_t position = order.size(); position-- > 0;) {
-    gathered_[position].clear();
+    collected_[position].clear();
     NodeLink* link = from_.links[order[position].index()].get();
     if (link == nullptr) continue;
-    link->drain([&](record::Run run) { gathered_[position].push_back(std::move(run)); });
+    link->drain([&](record::Run run) { collected_[position].push_back(std::move(run)); });
   }
   for (const auto& controller : from_.controllers) controller->drain(*this);
   // After the rings: a node has joined before it reports.
-  for (const NodeId node : from_.members.take_joined()) check_.begin_anew(node);
+  for (const NodeId node : from_.members.take_joined()) check_.restart(node);
   const TimePoint now = os_.now();
-  for (std::vector<record::Run>& runs : gathered_) hand_on(runs, now);
+  for (std::vector<record::Run>& runs : collected_) pass_on(runs, now);
   from_.measurements.cost_changes(loop_.cost_changes());
 }
 
-void Collector::hand_on(std::vector<record::Run>& runs, TimePoint now) {
-  std::erase_if(runs, [&](record::Run& run) { return !check_.believe(run, now); });
+void Collector::pass_on(std::vector<record::Run>& runs, TimePoint now) {
+  std::erase_if(runs, [&](record::Run& run) { return !check_.accept(run, now); });
   from_.measurements.add(runs);
   for (const record::Run& run : runs) {
     const std::optional<record::CostChange> change = loop_.ran(run);
@@ -66,24 +71,24 @@ void Collector::plan_in_force(const plan::Plan& plan, policy::PlanReason reason)
   if (from_.writer) from_.writer->add(record::PlanChange{now, policy::to_string(reason), plan::to_json(plan, app_)});
 }
 
-void Collector::note_floods() {
-  std::uint64_t floods = 0;
-  for (const auto& controller : from_.controllers) floods += controller->floods();
-  if (std::exchange(floods_noted_, floods) == floods) return;
+void Collector::note_ignored_wakes() {
+  std::uint64_t ignored_wakes = 0;
+  for (const auto& controller : from_.controllers) ignored_wakes += controller->ignored_wakes();
+  if (std::exchange(ignored_wakes_noted_, ignored_wakes) == ignored_wakes) return;
   from_.notices.add("flood",
                     fmt::format("dispatchers were woken more often than runs can end, and did not listen {} times; one "
                                 "of the app's programs misbehaves",
-                                floods));
+                                ignored_wakes));
 }
 
-void Collector::judge_starvation() {
+void Collector::check_starvation() {
   starvation_.stolen_until_now(os_.stolen_time());
   from_.measurements.starved(starvation_.times(), starvation_.total());
   if (const std::optional<std::string> news = starvation_.news(os_.now())) from_.notices.add("starved", *news);
 }
 
 void Collector::note_losses() {
-  std::uint64_t losses = check_.disbelieved();
+  std::uint64_t losses = check_.rejected();
   for (const auto& link : from_.links) {
     if (link) losses += link->lost_reports() + link->broken_rings();
   }

@@ -1,7 +1,7 @@
 // Gathers what nodes and controllers reported, and hands it on, each run to three: the record, the measurements that
 // snapshots show, and the planning loop.
 //
-// How it gathers: it drains the rings of successors before those of their predecessors, then hands the runs on in the
+// How it collects: it drains the rings of successors before those of their predecessors, then hands the runs on in the
 // other order. A node reports a run before its successors can consume it, so whatever a run consumed has been handed on
 // before the run itself.
 //
@@ -51,14 +51,14 @@ class Collector : private ReportSink {
   Collector(const graph::App& app, os::Os& os, Collecting from, driver::PlanningLoop& loop);
 
   // All that was reported since the last call.
-  void gather();
+  void collect();
   // A plan came into force.
   void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
 
   // Says what was lost, how often dispatchers were flooded, and what the kernel took. About once a second.
   void note_losses();
-  void note_floods();
-  void judge_starvation();
+  void note_ignored_wakes();
+  void check_starvation();
   bool starvation_waits() const { return starvation_.waits(); }
 
   // Writes what was recorded. About once a second.
@@ -73,7 +73,7 @@ class Collector : private ReportSink {
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override;
   void woke_late(int cpu, TimePoint due, TimePoint woke) override;
 
-  void hand_on(std::vector<record::Run>& runs, TimePoint now);
+  void pass_on(std::vector<record::Run>& runs, TimePoint now);
   void write_notices();
 
   const graph::App& app_;
@@ -81,10 +81,10 @@ class Collector : private ReportSink {
   Collecting from_;
   driver::PlanningLoop& loop_;
   ReportCheck check_;
-  std::vector<std::vector<record::Run>> gathered_;  // by position in the topological order, reused
+  std::vector<std::vector<record::Run>> collected_;  // by position in the topological order, reused
   Starvation starvation_;
   std::uint64_t losses_noted_ = 0;
-  std::uint64_t floods_noted_ = 0;
+  std::uint64_t ignored_wakes_noted_ = 0;
   bool record_failed_ = false;
 };
 

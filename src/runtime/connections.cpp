@@ -12,27 +12,27 @@ Connections::Connections(const graph::App& app, OnChannel on_channel)
       bodies_(app.graph.nodes().size()),
       effects_(app.graph.nodes().size()) {}
 
-void Connections::complain(std::string what, std::string mend) {
-  problems_.push_back({{}, {}, std::move(what), std::move(mend)});
+void Connections::add_problem(std::string what, std::string hint) {
+  problems_.push_back({{}, {}, std::move(what), std::move(hint)});
 }
 
 void Connections::set(std::vector<NodeBody>& functions, const char* call, std::string_view node, NodeBody function) {
   const std::string called = fmt::format("{}(\"{}\")", call, node);
   const std::optional<NodeId> id = app_.graph.find_node(node);
   if (!id) {
-    complain(fmt::format("{}: app {} has no such node", called, app_.name), "use a name from its nodes section");
+    add_problem(fmt::format("{}: app {} has no such node", called, app_.name), "use a name from its nodes section");
   } else if (app_.graph.node(*id).external) {
-    complain(called + ": the node is external", "give no function to it, or drop 'external: true'");
+    add_problem(called + ": the node is external", "give no function to it, or drop 'external: true'");
   } else if (functions[id->index()]) {
-    complain(called + ": the node has a function already", fmt::format("call {}() once for each", call));
+    add_problem(called + ": the node has a function already", fmt::format("call {}() once for each", call));
   } else if (!function) {
-    complain(called + ": the function is empty", "pass one that can be called");
+    add_problem(called + ": the function is empty", "pass one that can be called");
   } else {
     functions[id->index()] = std::move(function);
   }
 }
 
-ChannelBase& Connections::nowhere(MakeChannel make) { return *nowhere_.emplace_back(make(0)); }
+ChannelBase& Connections::unconnected_channel(MakeChannel make) { return *unconnected_.emplace_back(make(0)); }
 
 ChannelBase& Connections::open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                                        MakeChannel make) {
@@ -40,25 +40,25 @@ ChannelBase& Connections::open_channel(std::string_view from, std::string_view t
   const std::optional<NodeId> producer = app_.graph.find_node(from);
   const std::optional<NodeId> consumer = app_.graph.find_node(to);
   if (!producer || !consumer || !app_.graph.has_edge(*producer, *consumer)) {
-    complain(fmt::format("{}: app {} has no such edge", call, app_.name),
-             fmt::format("write it under edges: {} -> {}", from, to));
-    return nowhere(make);
+    add_problem(fmt::format("{}: app {} has no such edge", call, app_.name),
+                fmt::format("write it under edges: {} -> {}", from, to));
+    return unconnected_channel(make);
   }
   const graph::Node& reader = app_.graph.node(*consumer);
   if (reader.external || app_.graph.node(*producer).external) {
-    complain(call + ": one end is external", "channels join nodes of this process");
-    return nowhere(make);
+    add_problem(call + ": one end is external", "channels join nodes of this process");
+    return unconnected_channel(make);
   }
   if (queue != (reader.input == graph::InputKind::kQueue)) {
-    complain(fmt::format("{}: the input of {} is {}", call, to, queue ? "latest" : "a queue"),
-             queue ? "use channel(), or write input: queue" : "use queue(), or drop input: queue");
-    return nowhere(make);
+    add_problem(fmt::format("{}: the input of {} is {}", call, to, queue ? "latest" : "a queue"),
+                queue ? "use channel(), or write input: queue" : "use queue(), or drop input: queue");
+    return unconnected_channel(make);
   }
   const auto known = channels_.find({*producer, *consumer});
   if (known != channels_.end()) {
     if (known->second.type == type) return *known->second.channel;
-    complain(call + ": opened before with another type", "use one type for an edge");
-    return nowhere(make);
+    add_problem(call + ": opened before with another type", "use one type for an edge");
+    return unconnected_channel(make);
   }
   const auto slot = static_cast<std::size_t>(
       std::find(reader.predecessors.begin(), reader.predecessors.end(), *producer) - reader.predecessors.begin());

@@ -1,5 +1,5 @@
 // What a program has said about its nodes: their functions and the channels between them, checked against the app.
-// Mistakes are gathered and told all at once. A session's wiring and a simulation share it.
+// Mistakes are collected and reported all at once. A session's wiring and a simulation share it.
 //
 // Thread safety: none until nodes run; from then on nothing here changes.
 #pragma once
@@ -38,9 +38,9 @@ class Connections {
   // nowhere.
   ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,
                             MakeChannel make);
-  // A channel that leads nowhere, for who has made a mistake.
-  ChannelBase& nowhere(MakeChannel make);
-  void complain(std::string what, std::string mend);
+  // A channel that is not connected, returned after a mistake.
+  ChannelBase& unconnected_channel(MakeChannel make);
+  void add_problem(std::string what, std::string hint);
 
   // Everything that was wrong so far. `all`: nodes without a function are wrong too. kCaller.
   Status check(bool all) const;
@@ -63,7 +63,7 @@ class Connections {
   std::vector<NodeBody> bodies_;
   std::vector<NodeBody> effects_;
   std::map<std::pair<NodeId, NodeId>, OpenChannel> channels_;
-  std::vector<std::unique_ptr<ChannelBase>> nowhere_;
+  std::vector<std::unique_ptr<ChannelBase>> unconnected_;
   std::vector<Problem> problems_;
 };
 

@@ -14,7 +14,7 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
     : controls_(controls),
       subchains_(subchains),
       number_(number),
-      attention_(controls.region.attention(number)),
+      cell_(controls.region.controller_cell(number)),
       reports_(kReports, kWords) {
   held_.reserve(subchains.size());
   if (of_core()) {
@@ -26,7 +26,7 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
 
 void Controller::run() {
   while (!stopping_.load(std::memory_order_acquire)) {
-    const std::uint32_t seen = attention_now();
+    const std::uint32_t seen = wake_count();
     const TimePoint until = driver_->step(controls_.os.now());
     sleep(seen, until);
   }
@@ -34,18 +34,18 @@ void Controller::run() {
 
 void Controller::stop() {
   stopping_.store(true, std::memory_order_release);
-  attention_.nudge(controls_.os);
+  cell_.wake(controls_.os);
 }
 
 void Controller::sleep(std::uint32_t seen, TimePoint until) {
   const bool awake = std::exchange(completion_came_, false);
   const TimePoint asleep = controls_.os.now();
   if (!wakes_.take(asleep)) {
-    controls_.os.sleep_until(std::min(until, asleep + WakeBudget::kDeaf));
+    controls_.os.sleep_until(std::min(until, asleep + WakeBudget::kPause));
     return;
   }
-  if (awake || controls_.os.wait(attention_.word, seen, until) != os::WaitResult::kTimedOut) return;
-  wakes_.give_back();
+  if (awake || controls_.os.wait(cell_.word, seen, until) != os::WaitResult::kTimedOut) return;
+  wakes_.refund();
   const TimePoint woke = controls_.os.now();
   if (!woke_too_late(asleep, until, woke) || !controls_.enforcer.real_time()) return;
   const auto cpu = static_cast<std::uint64_t>(std::max(controls_.os.current_cpu(), 0));
@@ -67,7 +67,7 @@ void Controller::hand_over(SubchainId id, const dispatch::RunState& state) {
   std::erase_if(held_, [&](const Held& each) { return each.subchain == id; });
   controls_.handovers[id.index()].put(state);
   // A newer assignment than the one looked at here wakes everybody when it is published.
-  controls_.nudge(controls_.holder_of(assignment().places[id.index()], id));
+  controls_.wake(controls_.holder_of(assignment().places[id.index()], id));
 }
 
 // --- Threads ---
@@ -122,7 +122,7 @@ void Controller::listen(SubchainId id) const {
 }
 
 void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
-  // Says anew where, as others may have written there.
+  // Says again where, as others may have written there.
   if (wanted) listen(id);
   signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
   if (wanted && completed(id) != known) completion_came_ = true;

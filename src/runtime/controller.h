@@ -35,15 +35,16 @@ struct Controls {
   Controls(os::Os& system, Enforcer& levels, const Region& memory, std::size_t subchains, std::size_t cores)
       : os(system), enforcer(levels), region(memory), board(subchains + cores), handovers(subchains) {}
 
-  // Controllers are numbered as the region's attentions, on which they sleep: those of subchains, then those of cores.
+  // Controllers are numbered as their cells in the region, on which they sleep: those of subchains, then those of
+  // cores.
   std::size_t number_of_core(int core) const { return handovers.size() + static_cast<std::size_t>(core); }
   // Whoever is to have a subchain by an assignment.
   std::size_t holder_of(const policy::SubchainPlace& place, SubchainId subchain) const {
     return place.core >= 0 ? number_of_core(place.core) : subchain.index();
   }
-  void nudge(std::size_t controller) { region.attention(controller).nudge(os); }
-  void nudge_all() {
-    for (std::size_t controller = 0; controller < region.attentions(); ++controller) nudge(controller);
+  void wake(std::size_t controller) { region.controller_cell(controller).wake(os); }
+  void wake_all() {
+    for (std::size_t controller = 0; controller < region.controller_cells(); ++controller) wake(controller);
   }
 
   os::Os& os;
@@ -76,16 +77,16 @@ class Controller final : public driver::Actuator {
   void drain(ReportSink& sink);
   std::uint64_t lost_reports() const { return reports_.lost(); }
   // How often it would not be woken, as it had been too often.
-  std::uint64_t floods() const { return wakes_.floods(); }
+  std::uint64_t ignored_wakes() const { return wakes_.ignored_wakes(); }
 
   // Counts what it is woken for; to be read before looking at what there is to do.
-  std::uint32_t attention_now() const { return attention_.word.load(std::memory_order_acquire); }
-  // Until it is woken (its attention is no longer `seen`) or `until` has come; not at all if a completion that it asked
-  // for has come already. Who is woken without end sleeps all the same (wake_budget.h).
+  std::uint32_t wake_count() const { return cell_.word.load(std::memory_order_acquire); }
+  // Until it is woken (its wake count is no longer `seen`) or `until` has come; not at all if a completion that it
+  // asked for has come already. Who is woken without end sleeps all the same (wake_budget.h).
   void sleep(std::uint32_t seen, TimePoint until);
 
   // --- driver::Actuator ---
-  const Assignment& assignment() override { return controls_.board.look(number_); }
+  const Assignment& assignment() override { return controls_.board.read(number_); }
   std::optional<dispatch::RunState> take(SubchainId id) override;
   void hand_over(SubchainId id, const dispatch::RunState& state) override;
   void move(SubchainId id, const os::CpuSet& cpus) override;
@@ -120,7 +121,7 @@ class Controller final : public driver::Actuator {
   Controls& controls_;
   const std::vector<SubchainLinks>& subchains_;  // by SubchainId
   std::size_t number_;
-  Attention& attention_;
+  ControllerCell& cell_;
   std::unique_ptr<driver::Controller> driver_;
   std::vector<Held> held_;
   bool completion_came_ = false;  // between a decision and asking for it

@@ -61,10 +61,10 @@ void ControllerThreads::stop() {
 
 void ControllerThreads::publish(Assignment assignment) {
   controls_.board.publish(std::move(assignment));
-  controls_.nudge_all();
+  controls_.wake_all();
 }
 
-void ControllerThreads::place_anew(const os::CpuSet& online) {
+void ControllerThreads::move_to_online_cpus(const os::CpuSet& online) {
   for (std::size_t index = 0; index < ids_.size(); ++index) {
     const os::CpuSet cpus = cpus_of(index, online);
     if (!cpus.empty()) enforcer_.move_now(ids_[index], cpus);

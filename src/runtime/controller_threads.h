@@ -1,7 +1,7 @@
-// The threads at the dispatcher level: spawned behind a gate, placed, let go together, and stopped.
+// The threads at the dispatcher level: spawned behind a gate, placed, started together, and stopped.
 //
-// Thread safety: publish(), place_anew() and all() by the housekeeping thread while it runs; else one thread, which
-// starts and stops the session.
+// Thread safety: publish(), move_to_online_cpus() and all() by the housekeeping thread while it runs; else one thread,
+// which starts and stops the session.
 #pragma once
 
 #include <atomic>
@@ -44,7 +44,7 @@ class ControllerThreads {
   // What they carry out from now on.
   void publish(Assignment assignment);
   // Of the CPUs that were given, these are left.
-  void place_anew(const os::CpuSet& online);
+  void move_to_online_cpus(const os::CpuSet& online);
 
   // Between holders, a subchain's state can be taken out and put back (assignment_board.h).
   Handover& handover(SubchainId subchain) { return controls_.handovers[subchain.index()]; }

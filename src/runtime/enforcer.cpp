@@ -6,8 +6,8 @@
 
 namespace ctn::runtime {
 
-Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard, Notices* notices)
-    : os_(os), real_time_(real_time), notices_(notices), guard_(std::move(guard)) {}
+Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, Notices* notices)
+    : os_(os), real_time_(real_time), notices_(notices), guardian_(std::move(guard)) {}
 
 void Enforcer::tell(const std::string& kind, const std::string& detail) {
   if (notices_ != nullptr) notices_->add(kind, detail);
@@ -19,10 +19,11 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
     Result<os::SavedScheduling> before = os_.save_scheduling(thread);
     if (!before) return Done{};  // gone
     // Whom nobody watches is left alone: it would stay as it is put if this process were killed.
-    if (owner != os_.current_process() && !(guard_ && guard_->watch(thread, *before))) {
+    if (owner != os_.current_process() && !(guardian_ && guardian_->watch(thread, *before))) {
       if (!os_.affinity(thread)) return Done{};  // gone meanwhile
-      return Error::environment("there is no guardian for threads of other processes",
-                                "look whether this system lets the server start processes, and schedule fewer threads");
+      return Error::environment(
+          "there is no guardian for threads of other processes",
+          "check whether this system lets the server start processes, and schedule fewer threads");
     }
     saved_.emplace(thread, Saved{owner, std::move(*before)});
   }
@@ -56,24 +57,24 @@ void Enforcer::refuse(const std::string& why) {
 }
 
 // The number of a thread that has ended may be another process's by now.
-void Enforcer::give_back(os::ThreadId thread, const Saved& saved) {
+void Enforcer::restore(os::ThreadId thread, const Saved& saved) {
   const Result<std::vector<os::ThreadId>> living = os_.threads(saved.owner);
   if (!living || !std::binary_search(living->begin(), living->end(), thread)) return;
   static_cast<void>(os_.restore_scheduling(thread, saved.before));
 }
 
-void Enforcer::tend_guard() {
+void Enforcer::check_guardian() {
   const std::lock_guard lock(mutex_);
-  if (!guard_) return;
-  if (const Status tended = guard_->tend(); !tended) {
-    if (!std::exchange(guard_missing_, true)) tell("guard", tended.error().message());
+  if (!guardian_) return;
+  if (const Status running = guardian_->ensure_running(); !running) {
+    if (!std::exchange(guardian_missing_, true)) tell("guard", running.error().message());
     return;
   }
-  guard_missing_ = false;
-  if (const int replaced = guard_->replaced(); std::exchange(guards_replaced_, replaced) != replaced) {
+  guardian_missing_ = false;
+  if (const int replaced = guardian_->replaced(); std::exchange(guardians_replaced_, replaced) != replaced) {
     tell("guard",
-         "somebody ended the guardian, which gives threads their scheduling back if this process is killed; "
-         "there is another");
+         "somebody ended the guardian, which restores the scheduling of threads if this process is killed; "
+         "another was started");
   }
 }
 
@@ -81,21 +82,21 @@ void Enforcer::release(os::ThreadId thread) {
   const std::lock_guard lock(mutex_);
   const auto saved = saved_.find(thread);
   if (saved == saved_.end()) return;
-  give_back(thread, saved->second);
-  if (guard_) guard_->forget(thread);
+  restore(thread, saved->second);
+  if (guardian_) guardian_->forget(thread);
   saved_.erase(saved);
 }
 
-void Enforcer::give_all_back() {
+void Enforcer::restore_all() {
   const std::lock_guard lock(mutex_);
-  for (const auto& [thread, saved] : saved_) give_back(thread, saved);
+  for (const auto& [thread, saved] : saved_) restore(thread, saved);
 }
 
 void Enforcer::release_all() {
   const std::lock_guard lock(mutex_);
   for (const auto& [thread, saved] : saved_) {
-    give_back(thread, saved);
-    if (guard_) guard_->forget(thread);
+    restore(thread, saved);
+    if (guardian_) guardian_->forget(thread);
   }
   saved_.clear();
 }

@@ -1,6 +1,7 @@
-// Gives threads their levels and cores, remembers what they had, and gives it back. Of threads of other processes the
-// guard, if there is one, knows it too, and gives it back if this process cannot. When the machine refuses a level
-// once, it lowers what it raised and asks for none again: the session goes on with rates only, and says so.
+// Sets the level and CPUs of threads, remembers the scheduling that they had before, and restores it. For threads of
+// other processes the guardian, if there is one, remembers it too, and restores it if this process cannot. Once the
+// machine has refused a level, all threads are lowered and no level is asked for again: the session goes on with rates
+// only, and says so.
 //
 // Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except
 // set_level_now() and move_now(), which dispatchers call.
@@ -21,7 +22,7 @@ namespace ctn::runtime {
 class Enforcer {
  public:
   // `notices` hears of what was refused and how to get it, if ever a level is, and of the guard. Both may be null.
-  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guard> guard, Notices* notices);
+  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, Notices* notices);
   ~Enforcer() { release_all(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;
@@ -43,13 +44,13 @@ class Enforcer {
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
-  // Nobody may set its level any more: give_all_back() is for where dispatchers still might. It forgets nothing.
+  // Nobody may set its level any more: restore_all() is for where dispatchers still might. It forgets nothing.
   void release(os::ThreadId thread);
   void release_all();
-  void give_all_back();
+  void restore_all();
 
   // Makes sure that there is still a guard: to be called about every second.
-  void tend_guard();
+  void check_guardian();
 
  private:
   struct Saved {
@@ -59,16 +60,16 @@ class Enforcer {
 
   void tell(const std::string& kind, const std::string& detail);
   void refuse(const std::string& why);
-  void give_back(os::ThreadId thread, const Saved& saved);
+  void restore(os::ThreadId thread, const Saved& saved);
 
   os::Os& os_;
   std::atomic<bool> real_time_;
   Notices* const notices_;
   std::mutex mutex_;  // guards what follows
   std::map<os::ThreadId, Saved> saved_;
-  std::unique_ptr<os::Guard> guard_;
-  int guards_replaced_ = 0;
-  bool guard_missing_ = false;
+  std::unique_ptr<os::Guardian> guardian_;
+  int guardians_replaced_ = 0;
+  bool guardian_missing_ = false;
 };
 
 }  // namespace ctn::runtime

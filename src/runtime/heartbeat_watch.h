@@ -16,41 +16,42 @@ namespace ctn::runtime {
 
 class HeartbeatWatch {
  public:
-  static constexpr Nanos kLook = std::chrono::milliseconds{50};
+  static constexpr Nanos kCheckPeriod = std::chrono::milliseconds{50};
   // How often to look at a server that has ceased.
-  static constexpr Nanos kLookForLife = std::chrono::milliseconds{10};
+  static constexpr Nanos kResumeCheckPeriod = std::chrono::milliseconds{10};
 
-  // Of a new server, or one that is to be judged anew.
+  // Of a new server, or one that is to be judged again.
   void begin(TimePoint now, std::uint32_t beats) {
-    beats_ = beats;
-    in_vain_ = 0;
-    ceased_ = false;
-    next_look_ = now + kLook;
+    beats_seen_ = beats;
+    missed_ = 0;
+    stopped_ = false;
+    next_check_ = now + kCheckPeriod;
   }
-  TimePoint next_look() const { return next_look_; }
-  // False: it has ceased. `longest_pause`: as the server says, which need not be sensible; 0: it has no heartbeat.
-  bool lives(TimePoint now, std::uint32_t beats, Nanos longest_pause) {
-    if (now < next_look_ && !ceased_) return true;
-    if (ceased_ && beats == beats_) {
-      next_look_ = now + kLookForLife;
+  TimePoint next_check() const { return next_check_; }
+  // False: it has ceased. `max_heartbeat_gap`: as the server says, which need not be sensible; 0: it has no heartbeat.
+  bool alive(TimePoint now, std::uint32_t beats, Nanos max_heartbeat_gap) {
+    if (now < next_check_ && !stopped_) return true;
+    if (stopped_ && beats == beats_seen_) {
+      next_check_ = now + kResumeCheckPeriod;
       return false;
     }
-    next_look_ = now + kLook;
-    in_vain_ = beats == beats_ ? in_vain_ + 1 : 0;
-    beats_ = beats;
-    ceased_ = longest_pause > Nanos{0} && in_vain_ * kLook >= std::clamp(longest_pause, kShortest, kLongest);
-    if (ceased_) next_look_ = now + kLookForLife;
-    return !ceased_;
+    next_check_ = now + kCheckPeriod;
+    missed_ = beats == beats_seen_ ? missed_ + 1 : 0;
+    beats_seen_ = beats;
+    stopped_ =
+        max_heartbeat_gap > Nanos{0} && missed_ * kCheckPeriod >= std::clamp(max_heartbeat_gap, kShortest, kLongest);
+    if (stopped_) next_check_ = now + kResumeCheckPeriod;
+    return !stopped_;
   }
 
  private:
   static constexpr Nanos kShortest = std::chrono::milliseconds{100};
   static constexpr Nanos kLongest = std::chrono::seconds{10};
 
-  std::uint32_t beats_ = 0;
-  int in_vain_ = 0;  // looks since the last beat
-  bool ceased_ = false;
-  TimePoint next_look_{};
+  std::uint32_t beats_seen_ = 0;
+  int missed_ = 0;  // looks since the last beat
+  bool stopped_ = false;
+  TimePoint next_check_{};
 };
 
 }  // namespace ctn::runtime

@@ -14,9 +14,10 @@ TEST(HeartbeatWatch, CeasesAfterThePauseThatIsNamed) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  for (int look = 1; look < 5; ++look) EXPECT_TRUE(watch.lives(now += HeartbeatWatch::kLook, 7, kPause)) << look;
-  EXPECT_FALSE(watch.lives(now += HeartbeatWatch::kLook, 7, kPause));
-  EXPECT_TRUE(watch.lives(now += HeartbeatWatch::kLook, 8, kPause)) << "it is back";
+  for (int check = 1; check < 5; ++check)
+    EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, kPause)) << check;
+  EXPECT_FALSE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, kPause));
+  EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 8, kPause)) << "it is back";
 }
 
 // A stopped server was taken for one that goes on, was dialled, and kept its program waiting for an answer.
@@ -24,39 +25,39 @@ TEST(HeartbeatWatch, OneThatHasCeasedLivesOnlyWhenItsHeartGoesOn) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  while (watch.lives(now += HeartbeatWatch::kLook, 7, kPause)) continue;
-  for (int look = 0; look < 100; ++look) {
-    EXPECT_FALSE(watch.lives(now += milliseconds{1}, 7, kPause)) << "between two looks, too";
-    EXPECT_LE(watch.next_look(), now + HeartbeatWatch::kLookForLife);
+  while (watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, kPause)) continue;
+  for (int check = 0; check < 100; ++check) {
+    EXPECT_FALSE(watch.alive(now += milliseconds{1}, 7, kPause)) << "between two looks, too";
+    EXPECT_LE(watch.next_check(), now + HeartbeatWatch::kResumeCheckPeriod);
   }
-  EXPECT_TRUE(watch.lives(now += milliseconds{1}, 8, kPause)) << "seen at once";
-  EXPECT_TRUE(watch.lives(now += milliseconds{1}, 8, kPause));
+  EXPECT_TRUE(watch.alive(now += milliseconds{1}, 8, kPause)) << "seen at once";
+  EXPECT_TRUE(watch.alive(now += milliseconds{1}, 8, kPause));
 }
 
 TEST(HeartbeatWatch, LooksTooSoonDoNotCount) {
   HeartbeatWatch watch;
   const TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  for (int look = 0; look < 100; ++look) EXPECT_TRUE(watch.lives(now + milliseconds{1}, 7, kPause));
-  EXPECT_EQ(watch.next_look(), now + HeartbeatWatch::kLook);
+  for (int check = 0; check < 100; ++check) EXPECT_TRUE(watch.alive(now + milliseconds{1}, 7, kPause));
+  EXPECT_EQ(watch.next_check(), now + HeartbeatWatch::kCheckPeriod);
 }
 
 TEST(HeartbeatWatch, AMachineThatStoodStillIsNoServerThatDoes) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  EXPECT_TRUE(watch.lives(now += seconds{60}, 7, kPause));
-  EXPECT_TRUE(watch.lives(now += HeartbeatWatch::kLook, 8, kPause));
+  EXPECT_TRUE(watch.alive(now += seconds{60}, 7, kPause));
+  EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 8, kPause));
 }
 
 TEST(HeartbeatWatch, TakesNoNonsense) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  EXPECT_TRUE(watch.lives(now += HeartbeatWatch::kLook, 7, Nanos{1})) << "not so fast";
-  for (int look = 0; look < 1000; ++look)
-    EXPECT_TRUE(watch.lives(now += HeartbeatWatch::kLook, 7, Nanos{0})) << "no heartbeat";
-  EXPECT_FALSE(watch.lives(now += HeartbeatWatch::kLook, 7, Nanos::max())) << "not for ever";
+  EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{1})) << "not so fast";
+  for (int check = 0; check < 1000; ++check)
+    EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{0})) << "no heartbeat";
+  EXPECT_FALSE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos::max())) << "not for ever";
 }
 
 }  // namespace

@@ -53,17 +53,17 @@ void Housekeeping::run() {
 }
 
 void Housekeeping::turn(TimePoint& next_flush) {
-  collector_.gather();
+  collector_.collect();
   const TimePoint now = os_.now();
-  settle_members();
+  update_membership();
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
   loop_.adopt(*this);
   const bool time_to_flush = now >= next_flush;
-  if (time_to_flush || collector_.starvation_waits()) collector_.judge_starvation();
+  if (time_to_flush || collector_.starvation_waits()) collector_.check_starvation();
   if (time_to_flush) {
     next_flush = now + kFlushEvery;
     collector_.note_losses();
-    collector_.note_floods();
+    collector_.note_ignored_wakes();
     collector_.flush();
   }
   notices_.deliver();
@@ -83,9 +83,9 @@ void Housekeeping::stop() {
 }
 
 Status Housekeeping::finish() {
-  collector_.gather();
+  collector_.collect();
   collector_.note_losses();
-  collector_.judge_starvation();
+  collector_.check_starvation();
   notices_.deliver();
   return collector_.close();
 }
@@ -101,7 +101,7 @@ void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
     if (!app_.graph.nodes()[index].unscheduled) continue;
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_.move_now(thread, cpus); });
   }
-  controllers_.place_anew(cpus);
+  controllers_.move_to_online_cpus(cpus);
 }
 
 // What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go
@@ -109,7 +109,7 @@ void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
 void Housekeeping::publish() {
   const policy::Decision& decision = loop_.decision();
   Assignment assignment = decision.assignment;
-  leave_out_absent(assignment, paced_);
+  remove_absent(assignment, paced_);
   for (std::size_t index = 0; index < assignment.places.size(); ++index) {
     const policy::SubchainPlace& place = assignment.places[index];
     const Nanos period = place.core < 0 ? place.pacing.period : to_nanos(decision.plan->subchains[index].period);
@@ -120,28 +120,29 @@ void Housekeeping::publish() {
   controllers_.publish(std::move(assignment));
 }
 
-void Housekeeping::settle_members() {
+void Housekeeping::update_membership() {
   Membership::Change change = members_.settle(paced_);
   for (const SubchainId id : change.left) paced_[id.index()] = false;
-  std::erase_if(change.back, [&](SubchainId id) { return !clear_for_return(id); });
+  std::erase_if(change.back, [&](SubchainId id) { return !prepare_restart(id); });
   for (const SubchainId id : change.back) paced_[id.index()] = true;
   if (!change.left.empty() || !change.back.empty()) publish();
   for (const SubchainId id : change.back) {
-    notices_.add("subchain", fmt::format("subchain {} is whole: it is paced", app_.graph.subchain(id).name));
+    notices_.add("subchain",
+                 fmt::format("subchain {} runs: all of its nodes have registered", app_.graph.subchain(id).name));
   }
 }
 
-// False: whoever held it has not let go yet. What was under way when it was left counts as ended. While this process
-// was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has ended: the next number
-// is beyond that, since a node does not see a trigger of the number that it is at.
-bool Housekeeping::clear_for_return(SubchainId subchain) {
+// False: whoever held it has not released it yet. What was under way when it was left counts as ended. While this
+// process was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has ended: the
+// next number is beyond that, since a node does not see a trigger of the number that it is at.
+bool Housekeeping::prepare_restart(SubchainId subchain) {
   Handover& handover = controllers_.handover(subchain);
   std::optional<dispatch::RunState> state = handover.take();
   if (!state) return false;
   constexpr std::uint64_t kAhead = 8;
-  constexpr std::uint64_t kMostAlone = 1U << 30;  // more is what nobody of ours has written
+  constexpr std::uint64_t kMaxLocalTriggers = 1U << 30;  // more is what nobody of ours has written
   const std::uint64_t ended = region_.signal(subchain).completed.load(std::memory_order_seq_cst);
-  if (ended > state->sent && ended - state->sent < kMostAlone) state->sent = ended;
+  if (ended > state->sent && ended - state->sent < kMaxLocalTriggers) state->sent = ended;
   state->sent += kAhead;
   state->completed = state->sent;
   state->hanging = false;

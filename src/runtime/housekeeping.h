@@ -1,4 +1,4 @@
-// The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it gathers what was reported
+// The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
 // (collector.h), settles who is there (membership.h), turns the planning loop (driver/planning_loop.h), delivers
 // notices and writes the record. Nothing on the hot path ever waits for it.
 //
@@ -42,7 +42,7 @@ class Housekeeping : private driver::PlanningHost {
   // It takes its turn at once.
   void wake();
   void stop();
-  // After stop(), once all nodes have ended: gathers the rest, closes the record. Errors: the first of the record.
+  // After stop(), once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
   Status finish();
 
   const policy::Decision& decision() const { return loop_.decision(); }  // not while the thread runs
@@ -58,8 +58,8 @@ class Housekeeping : private driver::PlanningHost {
   void run();
   void turn(TimePoint& next_flush);
   void publish();
-  void settle_members();
-  bool clear_for_return(SubchainId subchain);
+  void update_membership();
+  bool prepare_restart(SubchainId subchain);
 
   const graph::App& app_;
   os::Os& os_;

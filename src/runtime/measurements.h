@@ -46,9 +46,9 @@ class Measurements {
   void add(std::span<const record::Run> runs);
   // Predictions are averaged over the time they were in force, from `warm_from` on.
   void plan_in_force(TimePoint since, const plan::Plan& plan);
-  // So often compute times have changed for good, so far.
+  // So often compute times have changed permanently, so far.
   void cost_changes(std::uint64_t count);
-  // What planning anew has taken, so far.
+  // What re-planning has taken, so far.
   void planned(const policy::PlanningBudget& budget);
   // The kernel has kept CPUs from real-time threads so often, and so long, so far.
   void starved(std::uint64_t times, Nanos total);

@@ -14,8 +14,8 @@ Membership::Membership(const graph::App& app, os::Os& os, const Region& region, 
       region_(region),
       links_(links),
       notices_(notices),
-      members_(app.graph.nodes().size(), false),
-      broken_(app.graph.subchains().size(), false) {}
+      registered_(app.graph.nodes().size(), false),
+      left_(app.graph.subchains().size(), false) {}
 
 void Membership::open(Enforcer& enforcer, Placement placement) {
   const std::lock_guard lock(mutex_);
@@ -25,11 +25,12 @@ void Membership::open(Enforcer& enforcer, Placement placement) {
 
 bool Membership::has(NodeId node) const {
   const std::lock_guard lock(mutex_);
-  return members_[node.index()];
+  return registered_[node.index()];
 }
 
 bool Membership::has_all(const graph::Subchain& subchain) const {
-  return std::all_of(subchain.nodes.begin(), subchain.nodes.end(), [&](NodeId node) { return members_[node.index()]; });
+  return std::all_of(subchain.nodes.begin(), subchain.nodes.end(),
+                     [&](NodeId node) { return registered_[node.index()]; });
 }
 
 bool Membership::has_all_of(const graph::Subchain& subchain) const {
@@ -45,7 +46,7 @@ Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread)
   if (has(node)) {
     return Error::caller(fmt::format("node {} is there already", name), "stop the program that runs it, or this one");
   }
-  // Before any dispatcher knows of them: what is set is read back, and nobody else may set it in between.
+  // Before any dispatcher knows these threads: what is set here is read back, and nothing may change it in between.
   std::vector<os::ThreadId> threads = links_[node.index()]->threads();
   threads.push_back(thread);
   for (const os::ThreadId each : threads) {
@@ -56,7 +57,7 @@ Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread)
   }
   const std::lock_guard lock(mutex_);
   links_[node.index()]->add_thread(thread);
-  members_[node.index()] = true;
+  registered_[node.index()] = true;
   joined_.push_back(node);
   return Done{};
 }
@@ -76,7 +77,7 @@ Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId t
     if (joined) enforcer_->release(thread);
     return no_room;
   }
-  if (joined) tell_holder(node);
+  if (joined) wake_holder(node);
   return Done{};
 }
 
@@ -85,18 +86,17 @@ void Membership::remove_thread(NodeId node, os::ThreadId thread) {
   enforcer_->release(thread);
 }
 
-// Where its subchain is, or is to be: who shares a core waits in the background for its dispatcher, and who has joined
-// a subchain that is under way is given its place by whoever holds it.
+// In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
 Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
   const os::Level level = app_.graph.node(node).unscheduled ? placement_.unscheduled : placement_.scheduled;
   return enforcer_->apply(thread, level, placement_.cpus, process);
 }
 
-void Membership::tell_holder(NodeId node) {
+void Membership::wake_holder(NodeId node) {
   const std::optional<SubchainId> subchain = app_.graph.node(node).subchain;
   if (!subchain) return;
   const std::uint32_t holder = region_.signal(*subchain).listener.load(std::memory_order_seq_cst);
-  if (holder != 0 && holder <= region_.attentions()) region_.attention(holder - 1).nudge(os_);
+  if (holder != 0 && holder <= region_.controller_cells()) region_.controller_cell(holder - 1).wake(os_);
 }
 
 bool Membership::leave(NodeId node, const std::string& why) {
@@ -104,10 +104,10 @@ bool Membership::leave(NodeId node, const std::string& why) {
   bool expected = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!members_[node.index()]) return false;
-    members_[node.index()] = false;
+    if (!registered_[node.index()]) return false;
+    registered_[node.index()] = false;
     expected = released_;
-    if (const auto subchain = app_.graph.node(node).subchain) broken_[subchain->index()] = true;
+    if (const auto subchain = app_.graph.node(node).subchain) left_[subchain->index()] = true;
   }
   const std::vector<os::ThreadId> threads = link->threads();
   link->remove_all_threads();
@@ -139,9 +139,9 @@ Membership::Change Membership::settle(const std::vector<bool>& paced) {
   const std::lock_guard lock(mutex_);
   for (std::size_t index = 0; index < paced.size(); ++index) {
     const bool complete = has_all(app_.graph.subchains()[index]);
-    if (paced[index] && (!complete || broken_[index])) change.left.emplace_back(index);
+    if (paced[index] && (!complete || left_[index])) change.left.emplace_back(index);
     if (!paced[index] && complete) change.back.emplace_back(index);
-    broken_[index] = false;
+    left_[index] = false;
   }
   return change;
 }

@@ -3,7 +3,7 @@
 // are. Whoever plans and paces learns of it by settle() and take_joined().
 //
 // Thread safety: all calls from any thread that is not a node's or a dispatcher's; what it must keep together is under
-// its lock, which is not held while threads are placed or given back.
+// its lock, which is not held while threads are placed or restored.
 #pragma once
 
 #include <mutex>
@@ -31,7 +31,7 @@ class Membership {
 
   // References outlive it. Until open(), threads may be named for nodes, but no node can join.
   Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices);
-  // `enforcer` outlives its use: until release(), and all threads have been given back.
+  // `enforcer` outlives its use: until release(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
 
   // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
@@ -62,7 +62,7 @@ class Membership {
   bool has(NodeId node) const;
   bool has_all(const graph::Subchain& subchain) const;  // under the lock
   Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
-  void tell_holder(NodeId node);
+  void wake_holder(NodeId node);
   std::string broken_chains(NodeId node) const;
 
   const graph::App& app_;
@@ -74,10 +74,10 @@ class Membership {
   Enforcer* enforcer_ = nullptr;
   Placement placement_;
 
-  mutable std::mutex mutex_;    // guards what follows
-  std::vector<bool> members_;   // by node
-  std::vector<bool> broken_;    // by subchain: a node of it has left since it was last settled
-  std::vector<NodeId> joined_;  // since they were last taken
+  mutable std::mutex mutex_;      // guards what follows
+  std::vector<bool> registered_;  // by node
+  std::vector<bool> left_;        // by subchain: a node of it has left since it was last settled
+  std::vector<NodeId> joined_;    // since they were last taken
   bool released_ = false;
 };
 

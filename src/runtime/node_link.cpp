@@ -16,7 +16,7 @@ bool NodeLink::add_thread(os::ThreadId thread) {
   const auto free = std::find(threads_.begin(), threads_.end(), 0);
   if (free == threads_.end()) return false;
   free->store(static_cast<std::int32_t>(thread), std::memory_order_release);
-  show_threads();
+  publish_threads();
   joined_.fetch_add(1, std::memory_order_release);
   return true;
 }
@@ -26,7 +26,7 @@ void NodeLink::remove_thread(os::ThreadId thread) {
     const std::lock_guard lock(mutex_);
     const auto slot = std::find(threads_.begin(), threads_.end(), static_cast<std::int32_t>(thread));
     if (slot != threads_.end()) slot->store(0, std::memory_order_seq_cst);
-    show_threads();
+    publish_threads();
   }
   wait_for_visitors();
 }
@@ -35,7 +35,7 @@ void NodeLink::remove_all_threads() {
   {
     const std::lock_guard lock(mutex_);
     for (std::atomic<std::int32_t>& slot : threads_) slot.store(0, std::memory_order_seq_cst);
-    show_threads();
+    publish_threads();
   }
   wait_for_visitors();
 }
@@ -47,7 +47,7 @@ void NodeLink::wait_for_visitors() const {
 }
 
 // Also for the node, which adds up what its threads used.
-void NodeLink::show_threads() {
+void NodeLink::publish_threads() {
   std::size_t count = 0;
   for (std::size_t index = 0; index < threads_.size(); ++index) {
     const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);

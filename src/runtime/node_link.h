@@ -1,9 +1,9 @@
 // The scheduler's end of a node's part of the region (region.h): its threads, its trigger, its reports. The node may be
 // of another process, and what it writes may be anything; what the scheduler must rely on stands here.
 //
-// Units: Nanos. Thread safety: threads may come and go at any time, from any thread, while controllers visit them: who
-// removes one waits until nobody visits it any more, so that what a visitor does to a thread is done before;
-// trigger() by the subchain's holder; the rest by the collector.
+// Units: Nanos. Thread safety: threads may be added and removed at any time, from any thread, while controllers visit
+// them. Removing one waits until no visit is under way, so that what a visitor does to a thread has been done by then.
+// trigger() is the subchain's holder's; the rest is the housekeeper's.
 #pragma once
 
 #include <array>
@@ -67,7 +67,7 @@ class NodeLink {
   std::uint64_t broken_rings() const { return reports_.broken(); }
 
  private:
-  void show_threads();  // under the lock
+  void publish_threads();  // under the lock
   void wait_for_visitors() const;
 
   os::Os& os_;

@@ -24,7 +24,7 @@ void complete(os::Threads& threads, const Region& region, SignalCell& signal, st
   // sleeps.
   if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
   const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
-  if (holder != 0 && holder <= region.attentions()) region.attention(holder - 1).nudge(threads);
+  if (holder != 0 && holder <= region.controller_cells()) region.controller_cell(holder - 1).wake(threads);
 }
 
 }  // namespace
@@ -60,11 +60,11 @@ NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Reg
 
 void NodePort::move_to(const Region& region) {
   const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
-  find_in(region);
-  if (before != nullptr) look_again();
+  add_binding(region);
+  if (before != nullptr) wake_if_moved();
 }
 
-void NodePort::look_again() const {
+void NodePort::wake_if_moved() const {
   const Binding* const in_use = binding_.load(std::memory_order_acquire);
   if (in_use == newest_binding_.load(std::memory_order_acquire)) return;
   // Any change of the word wakes the node; it looks at its binding first.
@@ -72,7 +72,7 @@ void NodePort::look_again() const {
   os_.wake(in_use->own->word);
 }
 
-void NodePort::find_in(const Region& region) {
+void NodePort::add_binding(const Region& region) {
   const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
   const Binding* const in_use = binding_.load(std::memory_order_acquire);
   std::erase_if(bindings_, [&](const auto& binding) { return binding.get() != before && binding.get() != in_use; });
@@ -81,8 +81,8 @@ void NodePort::find_in(const Region& region) {
 }
 
 // In the region before, the node may be another process's, which nobody may wake.
-void NodePort::settle_in(const Region& region) {
-  find_in(region);
+void NodePort::bind_to(const Region& region) {
+  add_binding(region);
   bind(*newest_binding_.load(std::memory_order_acquire));
 }
 
@@ -109,7 +109,7 @@ void NodePort::bind(const Binding& binding) {
 }
 
 // A server that goes on just now may trigger it, too: then its token stands.
-bool NodePort::trigger_alone() {
+bool NodePort::trigger_locally() {
   const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
   const std::uint64_t completed = binding.signal->completed.load(std::memory_order_acquire);
   std::uint32_t word = binding.own->word.load(std::memory_order_acquire);
@@ -119,7 +119,7 @@ bool NodePort::trigger_alone() {
   return true;
 }
 
-void NodePort::give_up_run() {
+void NodePort::abandon_run() {
   const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
   const std::uint64_t completed = binding.signal->completed.load();
   binding.signal->completed.store(token_near(completed, binding.own->word.load(std::memory_order_acquire)),
@@ -131,18 +131,18 @@ bool NodePort::wait_for_trigger() {
   for (;;) {
     if (stopping()) {
       // As if stop() had not touched it: whoever is this node next goes by it.
-      bound().own->word.store(low(token_), std::memory_order_release);
+      binding().own->word.store(low(token_), std::memory_order_release);
       return false;
     }
     const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
-    if (newest != &bound()) bind(*newest);
+    if (newest != &binding()) bind(*newest);
     const std::uint32_t expected = low(token_);
-    const std::uint32_t word = bound().own->word.load(std::memory_order_acquire);
+    const std::uint32_t word = binding().own->word.load(std::memory_order_acquire);
     if (word == expected) {
-      os_.wait(bound().own->word, expected, kNever);
+      os_.wait(binding().own->word, expected, kNever);
       continue;
     }
-    if (stopping() || newest_binding_.load(std::memory_order_acquire) != &bound()) continue;
+    if (stopping() || newest_binding_.load(std::memory_order_acquire) != &binding()) continue;
     // The low half tells how far. Back, too: a scheduler that was stopped while its nodes paced themselves goes on with
     // the tokens that it had.
     token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));
@@ -152,10 +152,10 @@ bool NodePort::wait_for_trigger() {
 }
 
 void NodePort::begin(Run& run) {
-  if (!has_waited_ && bound().signal == nullptr) look_around();
+  if (!has_waited_ && binding().signal == nullptr) follow_move();
   RunAccess::reset(run, ++number_, has_channel_.size());
   RunAccess::set_threads(run, threads_planned());
-  bound().own->number.store(number_, std::memory_order_relaxed);
+  binding().own->number.store(number_, std::memory_order_relaxed);
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
   begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
@@ -164,16 +164,16 @@ void NodePort::begin(Run& run) {
 }
 
 // Of a node that waits for no trigger.
-void NodePort::look_around() {
+void NodePort::follow_move() {
   const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
-  if (newest != &bound()) bind(*newest);
-  number_ = std::max(number_, bound().own->number.load(std::memory_order_acquire));
+  if (newest != &binding()) bind(*newest);
+  number_ = std::max(number_, binding().own->number.load(std::memory_order_acquire));
 }
 
 void NodePort::consume_newest(Run& run) {
   for (std::size_t slot = 0; slot < has_channel_.size(); ++slot) {
-    if (bound().predecessors[slot] == nullptr || has_channel_[slot]) continue;
-    const std::uint64_t newest = bound().predecessors[slot]->newest_output.load(std::memory_order_acquire);
+    if (binding().predecessors[slot] == nullptr || has_channel_[slot]) continue;
+    const std::uint64_t newest = binding().predecessors[slot]->newest_output.load(std::memory_order_acquire);
     const std::uint64_t before = std::exchange(taken_[slot], newest);
     if (!is_queue_) {
       RunAccess::consume(run, slot, newest, newest);
@@ -190,20 +190,20 @@ void NodePort::end(Run& run) {
   // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
   if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
   encode_report(run, begin_, end_, cpu, os_.current_cpu(), words_);
-  bound().reports.push(words_);
+  binding().reports.push(words_);
   RunAccess::finish_writes(run);
-  if (RunAccess::emits(run)) bound().own->newest_output.store(run.number(), std::memory_order_release);
-  hand_on(RunAccess::emits(run));
+  if (RunAccess::emits(run)) binding().own->newest_output.store(run.number(), std::memory_order_release);
+  pass_on(RunAccess::emits(run));
 }
 
-void NodePort::hand_on(bool emits) {
-  if (bound().next != nullptr && emits) {
-    bound().next->word.store(low(token_), std::memory_order_release);
-    os_.wake(bound().next->word);
-  } else if (bound().signal != nullptr) {
-    complete(os_, *bound().region, *bound().signal, token_);
+void NodePort::pass_on(bool emits) {
+  if (binding().next != nullptr && emits) {
+    binding().next->word.store(low(token_), std::memory_order_release);
+    os_.wake(binding().next->word);
+  } else if (binding().signal != nullptr) {
+    complete(os_, *binding().region, *binding().signal, token_);
   } else if (emits) {
-    for (NodeCell* const follower : bound().followers) {
+    for (NodeCell* const follower : binding().followers) {
       follower->word.fetch_add(1, std::memory_order_release);
       os_.wake(follower->word);
     }
@@ -219,20 +219,20 @@ void NodePort::stop() {
 }
 
 int NodePort::threads_planned() const {
-  const int most = graph_.node(node_).max_threads;
-  const int planned = bound().signal != nullptr ? bound().signal->threads.load(std::memory_order_relaxed) : 0;
-  return planned > 0 ? std::min(planned, most) : most;
+  const int max = graph_.node(node_).max_threads;
+  const int planned = binding().signal != nullptr ? binding().signal->threads.load(std::memory_order_relaxed) : 0;
+  return planned > 0 ? std::min(planned, max) : max;
 }
 
 bool NodePort::has_other_threads() const {
-  const NodeCell& own = *bound().own;
+  const NodeCell& own = *binding().own;
   const std::uint32_t count = own.threads.load(std::memory_order_acquire);
   return count > 1 || (count == 1 && own.thread[0].load(std::memory_order_acquire) != thread_);
 }
 
 Nanos NodePort::cpu_time_of_other_threads() {
   Nanos total{0};
-  NodeCell& own = *bound().own;
+  NodeCell& own = *binding().own;
   const auto count = std::min<std::size_t>(own.threads.load(std::memory_order_acquire), NodeCell::kMaxThreads);
   for (std::size_t index = 0; index < count; ++index) {
     const std::int32_t thread = own.thread[index].load(std::memory_order_acquire);

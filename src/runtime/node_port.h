@@ -6,19 +6,19 @@
 // controller, the others from their predecessor in the subchain when that ends a run with output. The tail (or whoever
 // gives no output) hands it to the SignalCell, which is how the controller knows what is under way.
 //
-// An unscheduled node that follows another has no subchain and no token: its word counts what the other has given. Who
-// gives raises it and wakes the follower. What comes while that is busy sets it off once more, however much it is.
-// Whoever writes there without a reason wakes the follower too often, and no more than that. Where the other gives
-// nothing, or is not there, the follower waits.
+// An unscheduled node that follows another has no subchain and no token: its word counts the outputs of the other,
+// which raises the word and wakes the follower. Outputs that come while the follower is busy start it once more,
+// however many they are. A process that writes there without a reason can wake the follower too often, and do no other
+// harm. While the other node gives no output, or is missing, the follower waits.
 //
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.
 //
 // CPU time of a run: where the node's own thread is its only one and comes straight back to wait, a run is counted from
-// the end of the one before. So what it takes to hand on, to wait and to be woken is the run's, and one reading of the
-// thread's clock, the dearest part of a report, does for both. A thread that comes back later has done something else:
-// it is counted from when it began to wait. Where other threads work for the node, and where it did not wait for a
-// trigger, begin() reads the clocks.
+// the end of the one before. So the time that it takes to pass on, to wait and to be woken is counted, and one reading
+// of the thread's clock, the most expensive part of a report, serves both runs. A thread that comes back later has done
+// something else in between: its run is counted from when it began to wait. Where other threads work for the node, and
+// where it did not wait for a trigger, begin() reads the clocks.
 //
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
@@ -42,8 +42,8 @@ class NodePort {
   NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region);
 
   // --- before any thread runs ---
-  // Input `slot` has a channel, which notes what is consumed. Without one a run is taken to consume the predecessor's
-  // newest output at its begin; of a queue node, all since its run before.
+  // Input `slot` has a channel, which notes what is consumed. Without one, a run is taken to consume the predecessor's
+  // newest output when it begins; a run of a queue node, all outputs since the run before.
   void set_channel(std::size_t slot) { has_channel_[slot] = true; }
 
   // --- the node's own thread ---
@@ -59,19 +59,19 @@ class NodePort {
   bool stopping() const { return stopping_.load(std::memory_order_acquire); }
 
   // --- without a scheduler: for one thread that is not the node's ---
-  // From its next trigger on the node is to be found in `region`: another scheduler has taken it over from one that is
-  // gone. The region it was in is still in use until it has moved, see uses().
+  // Moves the node to `region` at its next trigger: another scheduler has taken over from one that is gone. The old
+  // region is in use until the node has moved, see uses().
   void move_to(const Region& region);
   bool uses(const Region& region) const;
-  // Wakes the node where it has not looked yet since it was moved: it sleeps on where it was if somebody else wrote
-  // there, too, at that moment. To be called now and then.
-  void look_again() const;
+  // Wakes the node if it has not noticed yet that it was moved: a write by another process at the same moment can make
+  // it miss the wake. To be called now and then.
+  void wake_if_moved() const;
   // The same at once, while no thread runs the node.
-  void settle_in(const Region& region);
+  void bind_to(const Region& region);
   // Triggers the node, which is its subchain's head. False: the run before has not ended yet.
-  bool trigger_alone();
+  bool trigger_locally();
   // The run under way counts as ended: who was to end it is gone.
-  void give_up_run();
+  void abandon_run();
 
  private:
   // What the node needs of a region.
@@ -87,12 +87,12 @@ class NodePort {
     RingWriter reports;
   };
 
-  void find_in(const Region& region);
+  void add_binding(const Region& region);
   void bind(const Binding& binding);
-  const Binding& bound() const { return *binding_.load(std::memory_order_relaxed); }
-  void look_around();
+  const Binding& binding() const { return *binding_.load(std::memory_order_relaxed); }
+  void follow_move();
   void consume_newest(Run& run);
-  void hand_on(bool emits);
+  void pass_on(bool emits);
   int threads_planned() const;
   bool has_other_threads() const;
   Nanos cpu_time_of_other_threads();

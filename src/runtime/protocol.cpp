@@ -51,7 +51,7 @@ bool read_number(const Json& fields, const char* key, std::int32_t& number) {
 }
 
 // The only member of an object, if it is one and has an object for a value.
-std::optional<std::pair<std::string, Json>> only_member(std::string_view text) {
+std::optional<std::pair<std::string, Json>> only_entry(std::string_view text) {
   const Json message = Json::parse(text, nullptr, false);
   if (!message.is_object() || message.size() != 1 || !message.begin()->is_object()) return std::nullopt;
   return std::pair{message.begin().key(), *message.begin()};
@@ -71,9 +71,9 @@ std::string to_text(const Request& request) {
 }
 
 Result<Request> parse_request(std::string_view text) {
-  const auto member = only_member(text);
-  if (!member) return not_understood("it is not an object with one object in it");
-  const auto& [name, fields] = *member;
+  const auto entry = only_entry(text);
+  if (!entry) return not_understood("it is not an object with one object in it");
+  const auto& [name, fields] = *entry;
   const std::optional<Request::Kind> kind = kind_of(name);
   if (!kind) return not_understood("there is no such request");
 
@@ -102,18 +102,18 @@ std::string to_text(const Status& reply) {
   if (reply) return dump({{"done", Json::object()}});
   std::string what;
   for (const Problem& problem : reply.error().problems()) what += (what.empty() ? "" : "; ") + problem.what;
-  return dump({{"refused", {{"what", what}, {"mend", reply.error().problems().front().mend}}}});
+  return dump({{"refused", {{"what", what}, {"mend", reply.error().problems().front().hint}}}});
 }
 
 Status parse_reply(std::string_view text) {
-  const auto member = only_member(text);
-  if (member && member->first == "done") return Done{};
-  if (!member || member->first != "refused") {
+  const auto entry = only_entry(text);
+  if (entry && entry->first == "done") return Done{};
+  if (!entry || entry->first != "refused") {
     return Error::environment("the server's answer was not understood", "let the app and `catan` be of one version");
   }
   const auto read = [&](const char* key) {
-    const auto found = member->second.find(key);
-    return found != member->second.end() && found->is_string() ? found->get<std::string>() : std::string("?");
+    const auto found = entry->second.find(key);
+    return found != entry->second.end() && found->is_string() ? found->get<std::string>() : std::string("?");
   };
   return Error::caller(read("what"), read("mend"));
 }

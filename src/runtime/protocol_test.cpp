@@ -26,7 +26,7 @@ TEST(Protocol, SaysWhatARefusalSays) {
   const Status reply = parse_reply(to_text(Status(Error::caller("node x is there already", "stop the other"))));
   ASSERT_FALSE(reply.ok());
   EXPECT_EQ(reply.error().problems()[0].what, "node x is there already");
-  EXPECT_EQ(reply.error().problems()[0].mend, "stop the other");
+  EXPECT_EQ(reply.error().problems()[0].hint, "stop the other");
   EXPECT_TRUE(parse_reply(to_text(Status(Done{}))).ok());
   EXPECT_FALSE(parse_reply("nonsense").ok());
   EXPECT_FALSE(parse_reply(R"({"refused": {"what": 1}})").ok());

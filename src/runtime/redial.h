@@ -1,5 +1,5 @@
 // When a program that has no server tries to reach one again: at once when it has just lost it, ten times a second
-// where nobody answers, and more and more seldom, down to every five seconds, where one answers but refuses. One that
+// where nobody answers, and less and less often, down to every five seconds, where one answers but refuses. One that
 // it was with before is asked sooner at first: it refuses because it has not noticed yet that the program was away.
 //
 // Pure. Units: Nanos. Thread safety: none; one owner.
@@ -14,8 +14,8 @@ namespace ctn::runtime {
 class Redial {
  public:
   static constexpr Nanos kUsual = std::chrono::milliseconds{100};
-  static constexpr Nanos kSoon = std::chrono::milliseconds{20};
-  static constexpr Nanos kSeldom = std::chrono::seconds{5};
+  static constexpr Nanos kMinDelay = std::chrono::milliseconds{20};
+  static constexpr Nanos kMaxDelay = std::chrono::seconds{5};
 
   // kNever: not now.
   TimePoint due() const { return due_; }
@@ -36,8 +36,8 @@ class Redial {
   }
   // `known`: by the server that it was with before.
   void refused(TimePoint now, bool known) {
-    const Nanos first = known ? kSoon : kUsual;
-    refused_for_ = refused_for_ == Nanos{0} ? first : std::min(2 * refused_for_, kSeldom);
+    const Nanos first = known ? kMinDelay : kUsual;
+    refused_for_ = refused_for_ == Nanos{0} ? first : std::min(2 * refused_for_, kMaxDelay);
     due_ = now + refused_for_;
   }
 

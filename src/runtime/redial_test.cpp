@@ -33,11 +33,11 @@ TEST(Redial, ComesMoreAndMoreSeldomWhereItIsRefused) {
   Nanos before = Redial::kUsual / 2;
   for (int tries = 0; tries < 12; ++tries) {
     redial.refused(now, false);
-    EXPECT_EQ(redial.due() - now, std::min(2 * before, Redial::kSeldom)) << tries;
+    EXPECT_EQ(redial.due() - now, std::min(2 * before, Redial::kMaxDelay)) << tries;
     before = redial.due() - now;
     now = redial.due();
   }
-  EXPECT_EQ(before, Redial::kSeldom);
+  EXPECT_EQ(before, Redial::kMaxDelay);
 }
 
 // The server that went on had not read yet that the program had hung up, and refused it: its next try came after up to
@@ -46,7 +46,7 @@ TEST(Redial, AsksTheServerThatItWasWithSoonAgain) {
   Redial redial;
   TimePoint now{seconds{1}};
   redial.refused(now, true);
-  EXPECT_EQ(redial.due(), now + Redial::kSoon);
+  EXPECT_EQ(redial.due(), now + Redial::kMinDelay);
 }
 
 // An answer that did not come counted as a refusal.

@@ -46,7 +46,7 @@ Result<RegionHeader> read_header(std::span<const std::byte> memory) {
 
 }  // namespace
 
-void Attention::nudge(os::Threads& threads) {
+void ControllerCell::wake(os::Threads& threads) {
   word.fetch_add(1, std::memory_order_release);
   threads.wake(word);
 }
@@ -54,10 +54,10 @@ void Attention::nudge(os::Threads& threads) {
 // Offsets in bytes from the region's start.
 struct Region::Layout {
   Layout(const graph::Graph& graph, std::size_t cores, std::size_t text_size)
-      : attention_count(graph.subchains().size() + cores) {
-    pulse = to_whole_lines(sizeof(RegionHeader) + text_size);
-    attentions = pulse + sizeof(Pulse);
-    signals = attentions + attention_count * sizeof(Attention);
+      : controller_count(graph.subchains().size() + cores) {
+    heartbeat = to_whole_lines(sizeof(RegionHeader) + text_size);
+    controller_cells = heartbeat + sizeof(Heartbeat);
+    signals = controller_cells + controller_count * sizeof(ControllerCell);
     nodes = signals + graph.subchains().size() * sizeof(SignalCell);
     std::size_t end = nodes + graph.nodes().size() * sizeof(NodeCell);
     for (const graph::Node& node : graph.nodes()) {
@@ -69,9 +69,9 @@ struct Region::Layout {
     size = end;
   }
 
-  std::size_t attention_count;
-  std::size_t pulse = 0;
-  std::size_t attentions = 0;
+  std::size_t controller_count;
+  std::size_t heartbeat = 0;
+  std::size_t controller_cells = 0;
   std::size_t signals = 0;
   std::size_t nodes = 0;
   std::vector<std::size_t> rings;  // by NodeId
@@ -83,8 +83,8 @@ std::size_t Region::size_for(const graph::Graph& graph, std::size_t cores, std::
 }
 
 Region::Region(const graph::Graph& graph, const Layout& layout, std::span<std::byte> memory)
-    : pulse_(view<Pulse>(memory, layout.pulse, 1).data()),
-      attentions_(view<Attention>(memory, layout.attentions, layout.attention_count)),
+    : heartbeat_(view<Heartbeat>(memory, layout.heartbeat, 1).data()),
+      controller_cells_(view<ControllerCell>(memory, layout.controller_cells, layout.controller_count)),
       signals_(view<SignalCell>(memory, layout.signals, graph.subchains().size())),
       nodes_(view<NodeCell>(memory, layout.nodes, graph.nodes().size())) {
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
@@ -107,8 +107,8 @@ Region Region::create(const graph::Graph& graph, std::size_t cores, std::string_
   header.text_size = text.size();
   std::memcpy(memory.data(), &header, sizeof header);
   if (!text.empty()) std::memcpy(memory.data() + sizeof header, text.data(), text.size());
-  construct<Pulse>(memory, layout.pulse, 1);
-  construct<Attention>(memory, layout.attentions, layout.attention_count);
+  construct<Heartbeat>(memory, layout.heartbeat, 1);
+  construct<ControllerCell>(memory, layout.controller_cells, layout.controller_count);
   construct<SignalCell>(memory, layout.signals, graph.subchains().size());
   construct<NodeCell>(memory, layout.nodes, graph.nodes().size());
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
@@ -126,8 +126,8 @@ Result<std::string> Region::text(std::span<const std::byte> memory) {
 Result<Region> Region::open(const graph::Graph& graph, std::span<std::byte> memory) {
   const Result<RegionHeader> header = read_header(memory);
   if (!header) return header.error();
-  constexpr std::uint32_t kMostCores = 65536;
-  if (header->cores > kMostCores) return not_a_region("the shared memory is for more cores than there can be");
+  constexpr std::uint32_t kMaxCores = 65536;
+  if (header->cores > kMaxCores) return not_a_region("the shared memory is for more cores than there can be");
   const Layout layout(graph, header->cores, header->text_size);
   if (layout.size != memory.size()) return not_a_region("the shared memory is not laid out for its app");
   return Region(graph, layout, memory);

@@ -6,15 +6,14 @@
 // everything by itself:
 //   RegionHeader
 //   the app file's text
-//   Pulse
-//   Attention   one a subchain (who paces it sleeps there), then one a core (its dispatcher)
-//   SignalCell  one a subchain
-//   NodeCell    one a node
-//   a ring      one a node that is not external: RingHeader, then kReports reports (report.h)
+//   Heartbeat
+//   ControllerCell  one a subchain (its trigger thread sleeps there), then one a core (its core thread)
+//   SignalCell      one a subchain
+//   NodeCell        one a node
+//   a ring          one a node that is not external: RingHeader, then kReports reports (report.h)
 //
-// Everybody who has the region may write anything into it at any time. So nobody follows a number found there without
-// a check of its bounds, and nobody spins on it; what the scheduler must be able to rely on it keeps in memory of its
-// own.
+// Every process that has the region may write anything into it at any time. So no index found there is used without a
+// check of its range, and nobody spins on a value; what the scheduler must rely on, it keeps in memory of its own.
 //
 // Units: bytes; Nanos in words of 64 bits. Thread safety: all cells are atomics.
 #pragma once
@@ -47,25 +46,25 @@ struct RegionHeader {
   std::uint64_t text_size = 0;
 };
 
-// The server's sign of life: programs tell by it that a server is there but does nothing, as one that was stopped.
-struct alignas(64) Pulse {
+// The server's heartbeat: programs tell by it that a server still exists but does nothing, as when it was stopped.
+struct alignas(64) Heartbeat {
   std::atomic<std::uint32_t> beats{0};
-  std::atomic<std::int64_t> longest_pause{
-      0};  // ns; a server that is well never takes so long to the next. 0: none beats
+  std::atomic<std::int64_t> max_heartbeat_gap{
+      0};  // ns; a server that runs is never this late with the next. 0: no heartbeat
 };
 
 // What a controller (controller.h) sleeps on.
-struct alignas(64) Attention {
+struct alignas(64) ControllerCell {
   std::atomic<std::uint32_t> word{0};
 
-  // Wakes it, for it to look at everything anew.
-  void nudge(os::Threads& threads);
+  // Wakes the controller, which then checks everything again.
+  void wake(os::Threads& threads);
 };
 
 // Between the nodes of a subchain and the controller that holds it.
 struct alignas(64) SignalCell {
   std::atomic<std::uint64_t> completed{0};          // the newest token whose run has ended
-  std::atomic<std::uint32_t> listener{0};           // 1 + which attention the holder sleeps on; 0: none
+  std::atomic<std::uint32_t> listener{0};           // 1 + the number of the controller that holds it; 0: none
   std::atomic<std::uint32_t> wants_completions{0};  // only then is the holder woken when a run ends
   std::atomic<std::int64_t> period{0};              // ns; what nodes go on at without a scheduler. 0: unknown
   std::atomic<std::int32_t> threads{0};             // on how many a node's run should work; 0: no plan says
@@ -97,9 +96,9 @@ class Region {
   static Result<std::string> text(std::span<const std::byte> memory);
   static Result<Region> open(const graph::Graph& graph, std::span<std::byte> memory);
 
-  Pulse& pulse() const { return *pulse_; }
-  std::size_t attentions() const { return attentions_.size(); }
-  Attention& attention(std::size_t index) const { return attentions_[index]; }
+  Heartbeat& heartbeat() const { return *heartbeat_; }
+  std::size_t controller_cells() const { return controller_cells_.size(); }
+  ControllerCell& controller_cell(std::size_t index) const { return controller_cells_[index]; }
   SignalCell& signal(SubchainId subchain) const { return signals_[subchain.index()]; }
   NodeCell& node(NodeId node) const { return nodes_[node.index()]; }
   // Of a node that is not external.
@@ -116,8 +115,8 @@ class Region {
 
   Region(const graph::Graph& graph, const Layout& layout, std::span<std::byte> memory);
 
-  Pulse* pulse_;
-  std::span<Attention> attentions_;
+  Heartbeat* heartbeat_;
+  std::span<ControllerCell> controller_cells_;
   std::span<SignalCell> signals_;
   std::span<NodeCell> nodes_;
   std::vector<Ring> rings_;  // by NodeId

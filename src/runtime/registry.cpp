@@ -13,7 +13,7 @@ Registry::ProgramId Registry::enter(os::ProcessId process) {
   return next_;
 }
 
-Registry::Answer Registry::hear(ProgramId id, os::ProcessId sender, std::string_view message) {
+Registry::Answer Registry::handle(ProgramId id, os::ProcessId sender, std::string_view message) {
   Program& program = programs_.at(id);
   if (sender != program.process) {
     return {to_text(Status(Error::caller("another process than the one that connected wrote this",
@@ -38,10 +38,10 @@ Status Registry::carry_out(Program& program, const Request& request) {
   if (request.kind == Request::Kind::kJoin) {
     if (Status own = own_thread(program, thread); !own) return own;
     // Before the thread is placed as this node's: it may be among those that were taken for another's.
-    if (!program.nodes.contains(*node)) let_go_of_found(program);
+    if (!program.nodes.contains(*node)) release_found(program);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);
-    program.joined_since_look = true;
+    program.joined_since_search = true;
     return Done{};
   }
   if (!program.nodes.contains(*node)) {
@@ -85,11 +85,11 @@ void Registry::leave(ProgramId id, const std::string& why) {
   programs_.erase(found);
 }
 
-void Registry::look_for_threads() {
-  for (auto& [id, program] : programs_) look_for_threads(program);
+void Registry::find_threads() {
+  for (auto& [id, program] : programs_) find_threads(program);
 }
 
-void Registry::look_for_threads(Program& program) {
+void Registry::find_threads(Program& program) {
   if (program.nodes.empty()) return;
   const Result<std::vector<os::ThreadId>> living = threads_.threads(program.process);
   if (!living) return;  // it is ending: its connection will say so
@@ -101,7 +101,7 @@ void Registry::look_for_threads(Program& program) {
   std::erase_if(program.found,
                 [&](os::ThreadId thread) { return !std::binary_search(living->begin(), living->end(), thread); });
   // One that has just joined may be about to join with more nodes.
-  if (std::exchange(program.joined_since_look, false) || program.nodes.size() != 1) return;
+  if (std::exchange(program.joined_since_search, false) || program.nodes.size() != 1) return;
   const NodeId node = *program.nodes.begin();
   const std::vector<os::ThreadId> known = scheduler_.threads(node);
   for (const os::ThreadId thread : *living) {
@@ -111,7 +111,7 @@ void Registry::look_for_threads(Program& program) {
   }
 }
 
-void Registry::let_go_of_found(Program& program) {
+void Registry::release_found(Program& program) {
   for (const NodeId node : program.nodes) {
     for (const os::ThreadId thread : program.found) scheduler_.remove_thread(node, thread);
   }

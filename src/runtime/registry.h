@@ -6,10 +6,11 @@
 //     it runs; a number of programs, and of nodes a program, that is bounded by the app's,
 //   - a message that another process wrote on a program's connection (a child that it forked, say) is refused,
 //   - when a program has ended, all its nodes leave,
-//   - all threads of a program that runs one node are the node's, also those that it makes later; only the one that
-//     serves the connection is not. Where a program runs several, the others say which they belong to ("add"): those
-//     that were found while it ran one are let go of. Nobody looks at a program before it has been left as it is from
-//     one look to the next, so that the threads of nodes that join one after the other are not taken for the first's.
+//   - all threads of a program that runs one node are the node's, also those that it makes later, except the one that
+//     serves the connection. Where a program runs several nodes, other threads say which one they belong to ("add"),
+//     and those that were found while it ran one are released. A program's threads are not searched before no node has
+//     joined between two searches, so that threads of nodes that join one after the other are not taken for the first
+//     one's.
 //
 // Thread safety: one thread.
 #pragma once
@@ -44,12 +45,12 @@ class Registry {
     bool with_region = false;
   };
   // What to answer. `sender`: who wrote the message.
-  Answer hear(ProgramId program, os::ProcessId sender, std::string_view message);
+  Answer handle(ProgramId program, os::ProcessId sender, std::string_view message);
   // It has ended, or is turned away: `why` is for the notice.
   void leave(ProgramId program, const std::string& why);
 
   // Finds threads that programs have made or ended since it was last called: ten times a second is often enough.
-  void look_for_threads();
+  void find_threads();
 
   std::size_t programs() const { return programs_.size(); }
 
@@ -58,16 +59,16 @@ class Registry {
     os::ProcessId process{};
     std::optional<os::ThreadId> service;  // once it has said hello
     std::set<NodeId> nodes;
-    std::vector<os::ThreadId> found;  // that nobody named
-    bool joined_since_look = false;
+    std::vector<os::ThreadId> found;  // found by find_threads(), not named by the program
+    bool joined_since_search = false;
   };
 
   Status carry_out(Program& program, const Request& request);
   Status hello(Program& program, const Request& request);
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
   Status own_thread(const Program& program, os::ThreadId thread) const;
-  void look_for_threads(Program& program);
-  void let_go_of_found(Program& program);
+  void find_threads(Program& program);
+  void release_found(Program& program);
 
   os::Threads& threads_;
   Scheduler& scheduler_;

@@ -17,10 +17,10 @@ constexpr std::uint64_t kHighestNumber = std::uint64_t{1} << 62U;
 
 ReportCheck::ReportCheck(const graph::Graph& graph) : graph_(graph), known_(graph.nodes().size()) {}
 
-bool ReportCheck::believe(record::Run& run, TimePoint now) {
+bool ReportCheck::accept(record::Run& run, TimePoint now) {
   Known& known = known_[run.node.index()];
-  if (!can_be(run, now) || !has_credit(known, now)) {
-    ++disbelieved_;
+  if (!is_plausible(run, now) || !has_credit(known, now)) {
+    ++rejected_;
     return false;
   }
   known.number = run.number;
@@ -30,7 +30,7 @@ bool ReportCheck::believe(record::Run& run, TimePoint now) {
   return true;
 }
 
-bool ReportCheck::can_be(const record::Run& run, TimePoint now) const {
+bool ReportCheck::is_plausible(const record::Run& run, TimePoint now) const {
   const Known& known = known_[run.node.index()];
   const std::size_t modes = std::max<std::size_t>(graph_.node(run.node).modes.size(), 1);
   if (run.number <= known.number || run.number > kHighestNumber || run.mode >= modes) return false;
@@ -41,13 +41,13 @@ bool ReportCheck::can_be(const record::Run& run, TimePoint now) const {
 }
 
 bool ReportCheck::has_credit(Known& known, TimePoint now) const {
-  constexpr Nanos kEach = Nanos{std::chrono::seconds{1}} / kMostRuns;
-  const std::int64_t earned = std::clamp<std::int64_t>((now - known.credited) / kEach, 0, kMostRuns);
-  known.credit = std::min(known.credit + earned, kMostRuns);
+  constexpr Nanos kEach = Nanos{std::chrono::seconds{1}} / kMaxRuns;
+  const std::int64_t earned = std::clamp<std::int64_t>((now - known.credited) / kEach, 0, kMaxRuns);
+  known.credit = std::min(known.credit + earned, kMaxRuns);
   if (earned > 0) known.credited = now;
   return known.credit > 0 && known.credit-- > 0;
 }
 
-void ReportCheck::begin_anew(NodeId node) { known_[node.index()].end = {}; }
+void ReportCheck::restart(NodeId node) { known_[node.index()].end = {}; }
 
 }  // namespace ctn::runtime

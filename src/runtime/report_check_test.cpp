@@ -25,7 +25,7 @@ class ReportCheckTest : public ::testing::Test {
     run.cpu = end - begin;
     return run;
   }
-  bool believes(record::Run said) { return check.believe(said, kNow); }
+  bool believes(record::Run said) { return check.accept(said, kNow); }
 
   graph::App app = tracker_app();
   NodeId node = *app.graph.find_node("detect");
@@ -36,7 +36,7 @@ TEST_F(ReportCheckTest, BelievesRunsThatFollowEachOther) {
   EXPECT_TRUE(believes(run(1, 1s, 2s)));
   EXPECT_TRUE(believes(run(2, 2s, 3s)));
   EXPECT_TRUE(believes(run(9, 4s, 4s))) << "reports may be lost, and runs may cost nothing";
-  EXPECT_EQ(check.disbelieved(), 0U);
+  EXPECT_EQ(check.rejected(), 0U);
 }
 
 TEST_F(ReportCheckTest, DisbelievesWhatCannotBe) {
@@ -55,28 +55,28 @@ TEST_F(ReportCheckTest, DisbelievesWhatCannotBe) {
   lie.cpu = 1s;
   lie.mode = 1;
   EXPECT_FALSE(believes(lie)) << "a mode that the node has not";
-  EXPECT_EQ(check.disbelieved(), 9U);
+  EXPECT_EQ(check.rejected(), 9U);
   EXPECT_TRUE(believes(run(6, 3s, 4s))) << "nothing of it was kept";
 }
 
 TEST_F(ReportCheckTest, LeavesOutWhatCannotHaveBeenConsumed) {
   record::Run said = run(1, 1s, 2s);
   said.consumed = {{node, 5, 4}, {node, 1, 3}, {node, 1, std::numeric_limits<std::uint64_t>::max()}};
-  ASSERT_TRUE(check.believe(said, kNow));
+  ASSERT_TRUE(check.accept(said, kNow));
   ASSERT_EQ(said.consumed.size(), 1U);
   EXPECT_EQ(said.consumed[0].last, 3U);
 }
 
 TEST_F(ReportCheckTest, TakesNoMoreThanANodeCanRun) {
   std::int64_t believed = 0;
-  for (std::uint64_t number = 1; number <= 3 * ReportCheck::kMostRuns; ++number) {
+  for (std::uint64_t number = 1; number <= 3 * ReportCheck::kMaxRuns; ++number) {
     if (believes(run(number, Nanos(number), Nanos(number)))) ++believed;
   }
-  EXPECT_LE(believed, 2 * ReportCheck::kMostRuns);
+  EXPECT_LE(believed, 2 * ReportCheck::kMaxRuns);
 }
 
 // Whatever is said, what is believed is a history that could have been.
-RC_GTEST_PROP(ReportCheckProperty, WhatIsBelievedIsAHistory, ()) {
+RC_GTEST_PROP(ReportCheckProperty, WhatIsAcceptedIsAHistory, ()) {
   const graph::App app = tracker_app();
   ReportCheck check(app.graph);
   std::uint64_t number = 0;
@@ -91,7 +91,7 @@ RC_GTEST_PROP(ReportCheckProperty, WhatIsBelievedIsAHistory, ()) {
         TimePoint{Nanos{*rc::gen::oneOf(rc::gen::inRange<std::int64_t>(0, 100), rc::gen::arbitrary<std::int64_t>())}};
     run.cpu = Nanos{*rc::gen::arbitrary<std::int64_t>()};
     run.mode = *rc::gen::inRange<std::uint32_t>(0, 2);
-    if (!check.believe(run, TimePoint{1s})) continue;
+    if (!check.accept(run, TimePoint{1s})) continue;
     RC_ASSERT(run.number > number && run.begin >= end && run.end >= run.begin && run.end <= TimePoint{1s} + 1ms);
     RC_ASSERT(run.cpu >= Nanos{0} && run.mode == 0U);
     number = run.number;

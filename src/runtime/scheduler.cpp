@@ -43,7 +43,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       region_(region),
       links_(links_of(os, app_.graph, region)),
       notices_(os, options_.on_notice, !options_.record.empty()),
-      members_(app_, os, region, links_, notices_) {
+      joined_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
 }
 
@@ -80,9 +80,9 @@ Status Scheduler::prepare() {
 
   const TimePoint start = os_.now();
   const TimePoint warm_from = start + app_.scheduler.bootstrap + policy::kSettle;
-  std::unique_ptr<os::Guard> guard;
+  std::unique_ptr<os::Guardian> guard;
   if (options_.guard) {
-    Result<std::unique_ptr<os::Guard>> started = os_.start_guard();
+    Result<std::unique_ptr<os::Guardian>> started = os_.start_guardian();
     if (!started) return started.error();
     guard = std::move(*started);
   }
@@ -97,7 +97,7 @@ Status Scheduler::prepare() {
   }
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
-  members_.open(parts_->enforcer, std::move(placement));
+  joined_.open(parts_->enforcer, std::move(placement));
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
@@ -106,8 +106,9 @@ Status Scheduler::prepare() {
   return Done{};
 }
 
-Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guard> guard,
-                        std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of)
+Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_time,
+                        std::unique_ptr<os::Guardian> guard, std::unique_ptr<record::Writer> writer,
+                        driver::PlanningLoop loop, Scheduler& of)
     : warm_from(warm),
       hand_set_hz(hertz),
       enforcer(of.os_, real_time, std::move(guard), &of.notices_),
@@ -116,7 +117,7 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       housekeeping(of.app_, of.os_, of.region_, enforcer, controllers,
                    {.links = of.links_,
                     .controllers = controllers.all(),
-                    .members = of.members_,
+                    .members = of.joined_,
                     .measurements = measurements,
                     .notices = of.notices_,
                     .dropped = of.dropped_,
@@ -164,11 +165,12 @@ Status Scheduler::start() {
 
 void Scheduler::release() {
   if (!parts_) return;
-  members_.release();
+  joined_.release();
   parts_->housekeeping.stop();
-  // Everything is given back while the nodes' threads still live; what runs are under way end at the ordinary level.
-  // Before the controllers end, since they end sooner then; and once more after, since until then they set levels.
-  parts_->enforcer.give_all_back();
+  // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
+  // level. It is done before the controllers end, because they then end sooner, and once more after, because until then
+  // they still set levels.
+  parts_->enforcer.restore_all();
   parts_->ready_cpus.reset();
   parts_->controllers.stop();
   parts_->enforcer.release_all();
@@ -177,19 +179,19 @@ void Scheduler::release() {
 Status Scheduler::finish() { return parts_->housekeeping.finish(); }
 
 Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  Status joined = members_.join(node, process, thread);
+  Status joined = joined_.join(node, process, thread);
   if (joined) parts_->housekeeping.wake();
   return joined;
 }
 
 Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  return members_.add_thread(node, process, thread);
+  return joined_.add_thread(node, process, thread);
 }
 
-void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { members_.remove_thread(node, thread); }
+void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { joined_.remove_thread(node, thread); }
 
 void Scheduler::leave(NodeId node, const std::string& why) {
-  if (members_.leave(node, why)) parts_->housekeeping.wake();
+  if (joined_.leave(node, why)) parts_->housekeeping.wake();
 }
 
 Snapshot Scheduler::snapshot() const {

@@ -1,6 +1,6 @@
-// Schedules an app's nodes, wherever their threads are: it makes plans, paces subchains, gives threads their levels and
-// cores, gathers what they report, and takes everything back. It speaks with nodes through a region (region.h) alone,
-// so it is the same for nodes of its own process (engine.h) and for those of others (server.h).
+// Schedules an app's nodes, wherever their threads are: it makes plans, paces subchains, sets levels and cores of
+// threads, collects their reports, and restores everything at the end. It communicates with nodes through a region
+// (region.h) alone, so it is the same for nodes of its own process (engine.h) and for those of others (server.h).
 //
 // What it is made of, and which thread owns what:
 //   controller_threads.h   one a subchain, and one a core (policies that follow a plan), level dispatcher
@@ -78,9 +78,10 @@ class Scheduler {
   // Makes the first plan, opens the record. Errors: a plan that cannot be made or read, rates that are not set, a
   // record that cannot be made.
   Status prepare();
-  // Everybody who has joined is placed and paced. Errors: CPUs that cannot be had.
+  // Places the threads of all nodes that have joined, and starts to trigger. Errors: CPUs that cannot be had.
   Status start();
-  // Everything is given back; nodes may still be running. Then they are to end, and finish() is called.
+  // Restores the scheduling of all threads; nodes may still be running. They are to end next, before finish() is
+  // called.
   void release();
   // Gathers what was reported last, closes the record. The first error of the record.
   Status finish();
@@ -93,7 +94,7 @@ class Scheduler {
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
   // Makes sure that there is still a guard; to be called about every second.
-  void tend_guard() { parts_->enforcer.tend_guard(); }
+  void check_guardian() { parts_->enforcer.check_guardian(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
   // Cheap, unlike snapshot(), which sorts all that was measured.
   bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
@@ -102,7 +103,7 @@ class Scheduler {
  private:
   // From prepare() on; none of it changes but by itself. In the order of who uses whom.
   struct Parts {
-    Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guard> guard,
+    Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guardian> guard,
           std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of);
 
     const TimePoint warm_from;
@@ -129,7 +130,7 @@ class Scheduler {
   Links links_;
   Dropped dropped_;
   Notices notices_;
-  Membership members_;
+  Membership joined_;
   std::unique_ptr<Parts> parts_;
   std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
 };

@@ -24,14 +24,14 @@ void ServedRegions::move_nodes(Wiring& wiring, std::span<const NodeId> running) 
     NodePort* const port = wiring.port(NodeId(index));
     if (port == nullptr || port->uses(newest())) continue;
     const bool runs = std::find(running.begin(), running.end(), NodeId(index)) != running.end();
-    runs ? port->move_to(newest()) : port->settle_in(newest());
+    runs ? port->move_to(newest()) : port->bind_to(newest());
   }
 }
 
 // A node is in the one before until its next run.
-void ServedRegions::forget_old(Wiring& wiring, std::span<const NodeId> running) {
+void ServedRegions::drop_old(Wiring& wiring, std::span<const NodeId> running) {
   if (regions_.size() == 1) return;
-  for (const NodeId node : running) wiring.port(node)->look_again();
+  for (const NodeId node : running) wiring.port(node)->wake_if_moved();
   regions_.remove_if([&](const Served& old) {
     return &old != &regions_.back() && std::none_of(running.begin(), running.end(),
                                                     [&](NodeId node) { return wiring.port(node)->uses(old.region); });

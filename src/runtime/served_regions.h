@@ -35,7 +35,7 @@ class ServedRegions {
   // the others do at once. A trigger that waits there already is taken.
   void move_nodes(Wiring& wiring, std::span<const NodeId> running) const;
   // Lets go of those that no node uses any more.
-  void forget_old(Wiring& wiring, std::span<const NodeId> running);
+  void drop_old(Wiring& wiring, std::span<const NodeId> running);
   std::size_t count() const { return regions_.size(); }
 
  private:

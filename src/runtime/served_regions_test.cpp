@@ -52,10 +52,10 @@ TEST_F(ServedRegionsTest, ANodeMovesWithItsNextRun) {
   regions.move_nodes(wiring, running);
   EXPECT_TRUE(wiring.port(here)->uses(first));
   EXPECT_FALSE(wiring.port(there)->uses(first)) << "nobody runs it: it has moved already";
-  regions.forget_old(wiring, running);
+  regions.drop_old(wiring, running);
   EXPECT_EQ(regions.count(), 2U);
   run_once();
-  regions.forget_old(wiring, running);
+  regions.drop_old(wiring, running);
   EXPECT_EQ(regions.count(), 1U);
   EXPECT_TRUE(wiring.port(here)->uses(regions.newest()));
 }

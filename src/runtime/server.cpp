@@ -13,22 +13,22 @@ namespace ctn::runtime {
 namespace {
 
 constexpr os::Poller::Key kListener = 0;
-// Of one client in one turn: others are heard in between.
+// Of one client in one turn: then it is the others' turn.
 constexpr int kMessagesATurn = 16;
-constexpr Nanos kLookForThreads = std::chrono::milliseconds{100};
-constexpr Nanos kTendGuard = std::chrono::seconds{1};
-// Who has connected and not said hello by then is turned away.
-constexpr Nanos kLongestSilence = std::chrono::seconds{5};
-constexpr Nanos kBeat = std::chrono::milliseconds{50};
-// Between two beats, before programs take the server for stopped: one at a real-time level is late only if the machine
-// is, others may have to wait for their turn.
-constexpr Nanos kLongestPause = std::chrono::milliseconds{250};
-constexpr Nanos kLongestOrdinaryPause = std::chrono::seconds{2};
+constexpr Nanos kThreadSearchPeriod = std::chrono::milliseconds{100};
+constexpr Nanos kGuardianCheckPeriod = std::chrono::seconds{1};
+// A client that has not said hello by then is disconnected.
+constexpr Nanos kHelloTimeout = std::chrono::seconds{5};
+constexpr Nanos kHeartbeatPeriod = std::chrono::milliseconds{50};
+// The gap after which programs take the server for stopped. At a real-time level the heartbeat is late only if the
+// machine is; at the ordinary level it may have to wait for its turn.
+constexpr Nanos kMaxHeartbeatGap = std::chrono::milliseconds{250};
+constexpr Nanos kMaxOrdinaryHeartbeatGap = std::chrono::seconds{2};
 // More programs than nodes make no sense; a few more come and go.
 constexpr std::size_t kSpareClients = 64;
 
-constexpr unsigned kOwnUser = 0600;
-constexpr unsigned kEverybody = 0666;  // each is asked who it is
+constexpr unsigned kOwnerOnly = 0600;
+constexpr unsigned kAnyUser = 0666;  // each is asked who it is
 
 }  // namespace
 
@@ -46,8 +46,8 @@ Result<std::unique_ptr<Server>> Server::open(const std::string& app_file, os::Os
     if (!usual) return usual.error();
     path = *usual;
   }
-  const bool alone = options.users.empty() && os::current_user() != 0;
-  Result<os::Listener> listener = os::Listener::open(path, alone ? kOwnUser : kEverybody);
+  const bool owner_only = options.users.empty() && os::current_user() != 0;
+  Result<os::Listener> listener = os::Listener::open(path, owner_only ? kOwnerOnly : kAnyUser);
   if (!listener) return listener.error();
   Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
   if (!poller) return poller.error();
@@ -59,7 +59,7 @@ Result<std::unique_ptr<Server>> Server::open(const std::string& app_file, os::Os
   std::unique_ptr<Server> server(new Server(std::move(*app), os, std::move(options.users), std::move(*memory),
                                             std::move(region), std::move(*listener), std::move(*poller)));
   options.scheduler.guard = true;
-  server->has_pulse_ = options.scheduler.policy->follows_plan();
+  server->has_heartbeat_ = options.scheduler.policy->follows_plan();
   Result<std::unique_ptr<Scheduler>> scheduler =
       Scheduler::create(server->app_, os, std::move(options.scheduler), std::move(*cpus), server->region_);
   if (!scheduler) return scheduler.error();
@@ -86,22 +86,23 @@ Status Server::start() {
   if (Status added = poller_->add(listener_.socket(), kListener); !added) return added;
   if (Status ready = scheduler_->prepare(); !ready) return ready;
   started_ = true;
-  every(kLookForThreads, [this] { registry_->look_for_threads(); });
-  every(kTendGuard, [this] { scheduler_->tend_guard(); });
-  every(kLongestSilence, [this] { turn_away_the_silent(); });
+  every(kThreadSearchPeriod, [this] { registry_->find_threads(); });
+  every(kGuardianCheckPeriod, [this] { scheduler_->check_guardian(); });
+  every(kHelloTimeout, [this] { disconnect_silent(); });
   if (Status scheduled = scheduler_->start(); !scheduled) return scheduled;
-  if (has_pulse_) pulse_ = os_.spawn("catan-pulse", [this] { beat(); });
+  if (has_heartbeat_) heartbeat_ = os_.spawn("catan-heartbeat", [this] { send_heartbeats(); });
   return Done{};
 }
 
 // In a thread of its own.
-void Server::beat() {
+void Server::send_heartbeats() {
   const bool raised = os_.set_level(os_.current_thread(), os::Level::kDispatcher).ok();
-  Pulse& pulse = region_.pulse();
-  pulse.longest_pause.store((raised ? kLongestPause : kLongestOrdinaryPause).count(), std::memory_order_release);
-  while (pulse_stops_.load(std::memory_order_acquire) == 0) {
-    pulse.beats.fetch_add(1, std::memory_order_release);
-    os_.wait(pulse_stops_, 0, os_.now() + kBeat);
+  Heartbeat& heartbeat = region_.heartbeat();
+  heartbeat.max_heartbeat_gap.store((raised ? kMaxHeartbeatGap : kMaxOrdinaryHeartbeatGap).count(),
+                                    std::memory_order_release);
+  while (heartbeat_stops_.load(std::memory_order_acquire) == 0) {
+    heartbeat.beats.fetch_add(1, std::memory_order_release);
+    os_.wait(heartbeat_stops_, 0, os_.now() + kHeartbeatPeriod);
   }
 }
 
@@ -127,22 +128,22 @@ void Server::stop() {
 Status Server::finish() {
   if (!std::exchange(started_, false)) return Done{};
   scheduler_->release();
-  while (!clients_.empty()) turn_away(clients_.begin()->first, "the server ends");
-  pulse_stops_.store(1, std::memory_order_release);
-  os_.wake(pulse_stops_);
-  pulse_.reset();
+  while (!clients_.empty()) disconnect(clients_.begin()->first, "the server ends");
+  heartbeat_stops_.store(1, std::memory_order_release);
+  os_.wake(heartbeat_stops_);
+  heartbeat_.reset();
   return scheduler_->finish();
 }
 
 void Server::run() {
   while (!stopping_.exchange(false)) {
-    const std::vector<Key> ready = poller_->wait(do_errands());
+    const std::vector<Key> ready = poller_->wait(run_timed_calls());
     for (const Key key : ready) serve(key);
   }
 }
 
 void Server::serve(Key key) {
-  if (key == kListener) return let_in();
+  if (key == kListener) return accept_client();
   if (const auto watched = watched_.find(key); watched != watched_.end()) {
     const std::function<void()> act = watched->second;  // it may forget itself
     return act();
@@ -150,8 +151,8 @@ void Server::serve(Key key) {
   // A client has two keys: its socket's, which is even, and its process's.
   const auto client = clients_.find(key & ~Key{1});
   if (client == clients_.end()) return;  // turned away in this turn
-  if ((key & 1U) != 0) return turn_away(client->first, "its process has ended");
-  hear(client->first, client->second);
+  if ((key & 1U) != 0) return disconnect(client->first, "its process has ended");
+  receive_from(client->first, client->second);
 }
 
 bool Server::may_register(const os::Peer& peer) const {
@@ -159,10 +160,10 @@ bool Server::may_register(const os::Peer& peer) const {
          std::find(users_.begin(), users_.end(), peer.user) != users_.end();
 }
 
-void Server::let_in() {
+void Server::accept_client() {
   Result<std::optional<os::Connection>> accepted = listener_.accept();
   if (!accepted) {
-    if (turned_away_++ == 0) scheduler_->notice("clients", accepted.error().message());
+    if (refused_++ == 0) scheduler_->notice("clients", accepted.error().message());
     return;
   }
   if (!*accepted) return;
@@ -179,7 +180,7 @@ void Server::let_in() {
     refusal = Error::caller("there are more programs than nodes already", "end some");
   }
   if (refusal) {
-    if (turned_away_++ == 0) scheduler_->notice("clients", "turned away: " + refusal->message());
+    if (refused_++ == 0) scheduler_->notice("clients", "turned away: " + refusal->message());
     static_cast<void>(connection.send(to_text(Status(*refusal))));
     return;
   }
@@ -190,10 +191,10 @@ void Server::let_in() {
       poller_->add(client.connection.socket(), key).ok() &&
       (!client.connection.process().valid() || poller_->add(client.connection.process(), key | 1U).ok());
   clients_.emplace(key, std::move(client));
-  if (!watched) turn_away(key, "it cannot be watched");
+  if (!watched) disconnect(key, "it cannot be watched");
 }
 
-void Server::hear(Key key, Client& client) {
+void Server::receive_from(Key key, Client& client) {
   os::Message message;
   for (int count = 0; count < kMessagesATurn; ++count) {
     switch (client.connection.receive(message)) {
@@ -201,10 +202,10 @@ void Server::hear(Key key, Client& client) {
         return;
       case os::Arrival::kClosed:
         // One that ends hangs up a moment before it counts as ended.
-        return turn_away(
+        return disconnect(
             key, os::is_ending(client.connection.peer().process) ? "its process has ended" : "its program has hung up");
       case os::Arrival::kMessage:
-        if (!answer(client, message)) return turn_away(key, "it does not read the answers");
+        if (!answer(client, message)) return disconnect(key, "it does not read the answers");
     }
   }
 }
@@ -213,12 +214,12 @@ bool Server::answer(Client& client, const os::Message& message) {
   if (message.truncated) {
     return client.connection.send(to_text(Status(Error::caller("a message was too long", "say less")))).ok();
   }
-  const Registry::Answer answer = registry_->hear(client.program, message.sender.process, message.text);
-  client.greeted = client.greeted || answer.with_region;
+  const Registry::Answer answer = registry_->handle(client.program, message.sender.process, message.text);
+  client.said_hello = client.said_hello || answer.with_region;
   return client.connection.send(answer.text, answer.with_region ? &memory_.descriptor() : nullptr).ok();
 }
 
-void Server::turn_away(Key key, const std::string& why) {
+void Server::disconnect(Key key, const std::string& why) {
   const auto client = clients_.find(key);
   registry_->leave(client->second.program, why);
   poller_->remove(client->second.connection.socket());
@@ -226,27 +227,27 @@ void Server::turn_away(Key key, const std::string& why) {
   clients_.erase(client);
 }
 
-void Server::turn_away_the_silent() {
+void Server::disconnect_silent() {
   const TimePoint now = os_.now();
   std::vector<Key> silent;
   for (const auto& [key, client] : clients_) {
-    if (!client.greeted && now - client.since > kLongestSilence) silent.push_back(key);
+    if (!client.said_hello && now - client.since > kHelloTimeout) silent.push_back(key);
   }
-  for (const Key key : silent) turn_away(key, "it said nothing");
+  for (const Key key : silent) disconnect(key, "it said nothing");
 }
 
-void Server::every(Nanos interval, std::function<void()> act) { errands_.push_back({interval, std::move(act)}); }
+void Server::every(Nanos interval, std::function<void()> act) { timed_calls_.push_back({interval, std::move(act)}); }
 
 // Returns when the next is due.
-TimePoint Server::do_errands() {
+TimePoint Server::run_timed_calls() {
   TimePoint next = kNever;
-  for (Errand& errand : errands_) {
+  for (TimedCall& call : timed_calls_) {
     const TimePoint now = os_.now();
-    if (now >= errand.due) {
-      errand.due = now + errand.interval;
-      errand.act();
+    if (now >= call.due) {
+      call.due = now + call.interval;
+      call.act();
     }
-    next = std::min(next, errand.due);
+    next = std::min(next, call.due);
   }
   return next;
 }

@@ -2,9 +2,10 @@
 // at which programs register the nodes that they run (client_engine.h is their side).
 //
 // Who may register: root, the user that the server runs as, and those that are named. What a program says is checked
-// (registry.h), what it writes into the shared memory is not believed (region.h), and nothing here waits for it: one
-// that floods the socket, says nothing, or is of another user is turned away. If the server is killed, a guardian gives
-// the nodes' threads their scheduling back. If it is stopped, programs see its pulse cease, and go on by themselves.
+// (registry.h), what it writes into the shared memory is not trusted (region.h), and nothing here waits for it: a
+// program that floods the socket, says nothing, or belongs to another user is disconnected. If the server is killed, a
+// guardian restores the scheduling of the nodes' threads. If it is stopped, programs notice that its heartbeat stops,
+// and go on by themselves.
 //
 // Thread safety: open, start, run, finish, watch from one thread; stop and snapshot from any.
 #pragma once
@@ -53,7 +54,7 @@ class Server {
   void forget(const os::Descriptor& descriptor);
   // `act` is called in run(), so often. Before run().
   void every(Nanos interval, std::function<void()> act);
-  // Serves until stop(). After release() nobody is scheduled any more, but programs are still heard.
+  // Serves until stop(). After release() nothing is scheduled any more, but messages of programs are still answered.
   void run();
   void release() { scheduler_->release(); }
   void stop();
@@ -68,7 +69,7 @@ class Server {
     os::Connection connection;
     Registry::ProgramId program;
     TimePoint since;
-    bool greeted = false;
+    bool said_hello = false;
   };
   using Key = os::Poller::Key;
 
@@ -76,14 +77,14 @@ class Server {
          os::Listener listener, std::unique_ptr<os::Poller> poller);
 
   void serve(Key key);
-  void let_in();
+  void accept_client();
   bool may_register(const os::Peer& peer) const;
-  void hear(Key key, Client& client);
+  void receive_from(Key key, Client& client);
   bool answer(Client& client, const os::Message& message);
-  void turn_away(Key key, const std::string& why);
-  void turn_away_the_silent();
-  TimePoint do_errands();
-  void beat();
+  void disconnect(Key key, const std::string& why);
+  void disconnect_silent();
+  TimePoint run_timed_calls();
+  void send_heartbeats();
 
   graph::App app_;
   os::Os& os_;
@@ -97,19 +98,20 @@ class Server {
   std::map<Key, Client> clients_;  // by the even of its two keys
   std::map<Key, std::function<void()>> watched_;
   std::map<int, Key> keys_of_watched_;
-  struct Errand {
+  struct TimedCall {
     Nanos interval;
     std::function<void()> act;
     TimePoint due{};
   };
-  std::vector<Errand> errands_;
+  std::vector<TimedCall> timed_calls_;
   Key next_key_ = 2;
-  std::uint64_t turned_away_ = 0;
+  std::uint64_t refused_ = 0;
   std::atomic<bool> stopping_{false};
   bool started_ = false;
-  bool has_pulse_ = false;  // policies that follow a plan, whose dispatchers a thread of its level speaks for
-  std::atomic<std::uint32_t> pulse_stops_{0};
-  std::unique_ptr<os::Thread> pulse_;
+  bool has_heartbeat_ =
+      false;  // only for policies that follow a plan: the heartbeat's thread has the level of their dispatchers
+  std::atomic<std::uint32_t> heartbeat_stops_{0};
+  std::unique_ptr<os::Thread> heartbeat_;
 };
 
 }  // namespace ctn::runtime

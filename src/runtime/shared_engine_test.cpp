@@ -109,7 +109,7 @@ class SharedTest : public ::testing::Test {
   std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
 
-// By the formulas a run in two slices once a second makes frames of half a second. Its trigger is put off instead.
+// By the formulas a run in two slices once a second makes frames of half a second. Its trigger is deferred instead.
 TEST_F(SharedTest, ALightNodeWithACapHoldsNobodyUp) {
   open(parse(R"(
 catan: 1
@@ -186,7 +186,7 @@ void expect_nothing_lost(const std::string& path) {
 
 // Whatever happens to cores and costs, every node's runs are numbered without a gap, and no trigger is lost.
 TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
-  // map becomes so cheap that it may share with fast, then so dear that it wants a core of its own.
+  // map becomes so cheap that it may share with fast, then so expensive that it wants a core of its own.
   cost = [this](const std::string& node, std::uint64_t run) {
     if (node != "map") return costs.at(node);
     return run % 200 < 100 ? Nanos{milliseconds{40}} : Nanos{milliseconds{1}};
@@ -200,18 +200,18 @@ TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
   EXPECT_TRUE(snapshot.notices.empty());
   EXPECT_GT(rate(snapshot, "scan"), 100.0);
   EXPECT_GT(rate(snapshot, "map"), 10.0);
-  EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "nobody was put off for long";
+  EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "nobody was deferred for long";
 }
 
-TEST_F(SharedTest, AHangIsContainedAndTheRestKeepsItsRates) {
+TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
   cost = [this](const std::string& node, std::uint64_t run) {
     return node == "map" && run == 30 ? Nanos{seconds{6}} : costs.at(node);
   };
   open(robot_app(), "catan", 1);
   const Snapshot snapshot = run_for(seconds{20});
   ASSERT_EQ(snapshot.notices.size(), 2U);
-  EXPECT_EQ(snapshot.notices[0], "watchdog: a run of subchain map hangs: it was contained");
-  EXPECT_EQ(snapshot.notices[1], "watchdog: the run of subchain map that hung has ended: it is as before");
+  EXPECT_EQ(snapshot.notices[0], "watchdog: a run of subchain map hangs: it was suspended");
+  EXPECT_EQ(snapshot.notices[1], "watchdog: the run of subchain map that hung has ended: it is scheduled as before");
   EXPECT_LT(snapshot.chains[0].response_ms.max, 3.0 * snapshot.chains[0].response_ms.p50);
 }
 
@@ -388,7 +388,7 @@ TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
   }
 }
 
-TEST_F(SharedTest, AllLevelsAreGivenBack) {
+TEST_F(SharedTest, AllLevelsAreRestored) {
   open(robot_app(), "catan", 2);
   run_for(seconds{3});
   std::map<os::ThreadId, os::Level> last;

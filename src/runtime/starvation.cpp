@@ -8,7 +8,7 @@
 namespace ctn::runtime {
 namespace {
 
-constexpr Nanos kTellEvery = std::chrono::seconds{10};
+constexpr Nanos kReportPeriod = std::chrono::seconds{10};
 
 }  // namespace
 
@@ -39,10 +39,10 @@ void Starvation::stolen_until_now(std::map<int, Nanos> stolen) {
   }
 }
 
-std::optional<std::string> Starvation::news(TimePoint now) {
-  if (times_ == told_ || (told_ > 0 && now < told_at_ + kTellEvery)) return std::nullopt;
-  told_ = times_;
-  told_at_ = now;
+std::optional<std::string> Starvation::message(TimePoint now) {
+  if (times_ == reported_ || (reported_ > 0 && now < reported_at_ + kReportPeriod)) return std::nullopt;
+  reported_ = times_;
+  reported_at_ = now;
   return fmt::format(
       "CPU {} was kept from real-time threads for longer than {} ms; so far {} times on all CPUs, {:.0f} ms in all, "
       "{:.0f} ms at the most. The kernel gave it to ordinary threads, which more slack prevents, or a host to others",

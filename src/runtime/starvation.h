@@ -1,5 +1,5 @@
-// Tells when the kernel kept a CPU from real-time threads: its fair server or its throttling gave it to ordinary ones,
-// as they do when plans leave too little slack. Pure.
+// Detects that the kernel kept a CPU from real-time threads: its fair server or its throttling gave the CPU to ordinary
+// threads, as happens when plans leave too little slack. Pure.
 //
 // What it goes by: a thread at the dispatcher level, which nothing of ours outranks, asked to be woken at an instant
 // and woke much later. A hypervisor can do the same; what it says it took of the CPU meanwhile is taken off. Where it
@@ -31,14 +31,14 @@ class Starvation {
   // A thread on `cpu` was to wake at `due`, and did at `woke`. In the order of `woke`, for each CPU.
   void woke_late(int cpu, TimePoint due, TimePoint woke);
   // Whether something waits for stolen_until_now().
-  bool waits() const { return !late_.empty(); }
+  bool has_pending() const { return !late_.empty(); }
   // What a hypervisor has taken of each CPU since boot: about once a second, and when something waits.
   void stolen_until_now(std::map<int, Nanos> stolen);
 
   std::uint64_t times() const { return times_; }
   Nanos total() const { return total_; }
   // What there is to tell that was not told yet: the first time at once, then every ten seconds at most.
-  std::optional<std::string> news(TimePoint now);
+  std::optional<std::string> message(TimePoint now);
 
  private:
   struct Late {
@@ -54,8 +54,8 @@ class Starvation {
   Nanos total_{0};
   Nanos longest_{0};
   int last_cpu_ = 0;
-  std::uint64_t told_ = 0;
-  TimePoint told_at_{};
+  std::uint64_t reported_ = 0;
+  TimePoint reported_at_{};
 };
 
 }  // namespace ctn::runtime

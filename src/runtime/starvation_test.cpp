@@ -18,18 +18,18 @@ TEST(Starvation, ALateTimerIsNone) {
 
 TEST(Starvation, IsCountedAndTold) {
   Starvation starvation;
-  EXPECT_FALSE(starvation.waits());
-  EXPECT_FALSE(starvation.news(at(seconds{1})));
+  EXPECT_FALSE(starvation.has_pending());
+  EXPECT_FALSE(starvation.message(at(seconds{1})));
   starvation.woke_late(1, at(milliseconds{1000}), at(milliseconds{1050}));
-  EXPECT_TRUE(starvation.waits());
+  EXPECT_TRUE(starvation.has_pending());
   starvation.stolen_until_now({});
-  EXPECT_FALSE(starvation.waits());
+  EXPECT_FALSE(starvation.has_pending());
   EXPECT_EQ(starvation.times(), 1U);
   EXPECT_EQ(starvation.total(), milliseconds{50});
-  const std::optional<std::string> news = starvation.news(at(seconds{2}));
-  ASSERT_TRUE(news);
-  EXPECT_EQ(news->find("CPU 1 was kept from real-time threads"), 0U) << *news;
-  EXPECT_FALSE(starvation.news(at(seconds{2})));
+  const std::optional<std::string> message = starvation.message(at(seconds{2}));
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->find("CPU 1 was kept from real-time threads"), 0U) << *message;
+  EXPECT_FALSE(starvation.message(at(seconds{2})));
 }
 
 TEST(Starvation, IsNotToldAgainAndAgain) {
@@ -38,7 +38,7 @@ TEST(Starvation, IsNotToldAgainAndAgain) {
   for (int second = 1; second <= 60; ++second) {
     starvation.woke_late(0, at(seconds{second}), at(seconds{second} + milliseconds{50}));
     starvation.stolen_until_now({});
-    told += starvation.news(at(seconds{second})) ? 1 : 0;
+    told += starvation.message(at(seconds{second})) ? 1 : 0;
   }
   EXPECT_EQ(told, 6);
   EXPECT_EQ(starvation.times(), 60U);

@@ -21,15 +21,15 @@ void UnservedPacer::begin(TimePoint now, const std::vector<Head>& heads) {
   for (const Head& head : heads) paced_.push_back({head, now, now});
 }
 
-TimePoint UnservedPacer::pace(TimePoint now) {
+TimePoint UnservedPacer::pace_heads(TimePoint now) {
   TimePoint next = kNever;
   for (Paced& paced : paced_) {
     const auto& [port, period] = paced.head;
     if (now >= paced.due) {
-      if (port->trigger_alone()) {
+      if (port->trigger_locally()) {
         paced.ended = now;
       } else if (now - paced.ended > kLostPeriods * period && now - paced.ended > kLostAfter) {
-        port->give_up_run();
+        port->abandon_run();
         paced.ended = now;
       }
       paced.due = std::max(paced.due + period, now);

@@ -24,7 +24,7 @@ class UnservedPacer {
   // From now on these, and no others. The ports outlive their use.
   void begin(TimePoint now, const std::vector<Head>& heads);
   // Triggers those that are due. Returns when to be called again.
-  TimePoint pace(TimePoint now);
+  TimePoint pace_heads(TimePoint now);
 
  private:
   struct Paced {

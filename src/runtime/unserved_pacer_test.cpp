@@ -43,31 +43,31 @@ class UnservedPacerTest : public ::testing::Test {
 
 TEST_F(UnservedPacerTest, TriggersEveryPeriod) {
   const TimePoint begin = fake.now();
-  for (TimePoint next = begin; next < begin + seconds{1}; next = pacer.pace(fake.now())) {
+  for (TimePoint next = begin; next < begin + seconds{1}; next = pacer.pace_heads(fake.now())) {
     fake.sleep_until(next);
-    pacer.pace(fake.now());
+    pacer.pace_heads(fake.now());
     run_if_triggered();
   }
   EXPECT_EQ(ran, 50U);
 }
 
 TEST_F(UnservedPacerTest, WaitsForTheRunUnderWay) {
-  pacer.pace(fake.now());
+  pacer.pace_heads(fake.now());
   const TimePoint begin = fake.now();
   for (int period = 1; period < 10; ++period) {
     fake.sleep_until(begin + period * milliseconds{20});
-    EXPECT_EQ(pacer.pace(fake.now()), fake.now() + milliseconds{20});
+    EXPECT_EQ(pacer.pace_heads(fake.now()), fake.now() + milliseconds{20});
   }
   EXPECT_TRUE(run_if_triggered());
   EXPECT_FALSE(run_if_triggered()) << "one trigger, however often it was due";
 }
 
 TEST_F(UnservedPacerTest, GivesUpARunThatNobodyWillEnd) {
-  pacer.pace(fake.now());
+  pacer.pace_heads(fake.now());
   const TimePoint begin = fake.now();
-  while (fake.now() < begin + milliseconds{1000}) fake.sleep_until(pacer.pace(fake.now()));
+  while (fake.now() < begin + milliseconds{1000}) fake.sleep_until(pacer.pace_heads(fake.now()));
   EXPECT_EQ(region.signal(subchain).completed.load(), 0U);
-  while (fake.now() < begin + milliseconds{1100}) fake.sleep_until(pacer.pace(fake.now()));
+  while (fake.now() < begin + milliseconds{1100}) fake.sleep_until(pacer.pace_heads(fake.now()));
   EXPECT_EQ(region.signal(subchain).completed.load(), 1U);
   EXPECT_EQ(region.node(node).word.load(), 2U) << "and the next is triggered";
 }

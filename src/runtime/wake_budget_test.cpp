@@ -8,12 +8,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(WakeBudget, IsDeafOnceABurstIsUsedUp) {
+TEST(WakeBudget, IgnoresWakesOnceABurstIsUsedUp) {
   WakeBudget budget;
   const TimePoint now{1s};
   for (int wake = 0; wake < WakeBudget::kBurst; ++wake) EXPECT_TRUE(budget.take(now));
   EXPECT_FALSE(budget.take(now));
-  EXPECT_EQ(budget.floods(), 1U);
+  EXPECT_EQ(budget.ignored_wakes(), 1U);
   EXPECT_TRUE(budget.take(now + WakeBudget::kRefill));
   EXPECT_FALSE(budget.take(now + WakeBudget::kRefill));
 }
@@ -22,7 +22,7 @@ TEST(WakeBudget, TimersCostNothing) {
   WakeBudget budget;
   for (int wake = 0; wake < 10 * WakeBudget::kBurst; ++wake) {
     EXPECT_TRUE(budget.take(TimePoint{1s}));
-    budget.give_back();
+    budget.refund();
   }
 }
 

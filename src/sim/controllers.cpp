@@ -6,12 +6,12 @@
 namespace ctn::sim {
 
 Controllers::Controllers(const graph::App& app, const Machine& machine, int cores, Nodes& nodes, Cpus& cpus,
-                         Cpus::Thread first, Journal& journal)
+                         Cpus::Thread first, EventLog& event_log)
     : costs_(machine.costs),
       nodes_(nodes),
       cpus_(cpus),
       first_(first),
-      journal_(journal),
+      event_log_(event_log),
       real_time_(machine.real_time) {
   driver::Actuator& actuator = *this;
   const std::size_t subchains = app.graph.subchains().size();
@@ -26,8 +26,8 @@ void Controllers::start(policy::Assignment assignment, const os::CpuSet& cpus, o
   take_over(std::move(assignment));
   for (std::size_t controller = 0; controller < count(); ++controller) {
     const Cpus::Thread thread = first_ + static_cast<Cpus::Thread>(controller);
-    const bool bound = controller >= pacers_.size();
-    cpus_.set_cpus(thread, bound ? CpuMask::only(cpus.cpus()[controller - pacers_.size()]) : CpuMask(cpus));
+    const bool pinned = controller >= pacers_.size();
+    cpus_.set_cpus(thread, pinned ? CpuMask::only(cpus.cpus()[controller - pacers_.size()]) : CpuMask(cpus));
     cpus_.set_level(thread, real_time_ ? static_cast<Cpus::Level>(level) : 0);
     const Nanos begin = first_of(controller, first);
     begin > Nanos{0} ? cpus_.wake_at(thread, cpus_.now() + begin) : wake(controller, -1);
@@ -97,7 +97,7 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
 
 void Controllers::trigger(SubchainId subchain, std::uint64_t number, TimePoint due) {
   nodes_.trigger(subchain, number, cpu_);
-  journal_.triggered({subchain, number, due, cpus_.now()});
+  event_log_.triggered({subchain, number, due, cpus_.now()});
 }
 
 }  // namespace ctn::sim

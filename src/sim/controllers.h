@@ -16,7 +16,7 @@
 #include "graph/app.h"
 #include "policy/assignment.h"
 #include "sim/cpus.h"
-#include "sim/journal.h"
+#include "sim/event_log.h"
 #include "sim/machine.h"
 #include "sim/nodes.h"
 
@@ -27,7 +27,7 @@ class Controllers final : private driver::Actuator {
   // Controllers are numbered: subchains, then cores (none where `cores` is 0). Their threads are `first` and those that
   // follow. All outlive it.
   Controllers(const graph::App& app, const Machine& machine, int cores, Nodes& nodes, Cpus& cpus, Cpus::Thread first,
-              Journal& journal);
+              EventLog& event_log);
   Controllers(const Controllers&) = delete;
   Controllers& operator=(const Controllers&) = delete;
 
@@ -68,17 +68,17 @@ class Controllers final : private driver::Actuator {
   void await_completion(SubchainId subchain, bool wanted, std::uint64_t /*known*/) override {
     nodes_.signal(subchain).wants_completions = wanted;
   }
-  void slot_over(const dispatch::SlotUse& slot) override { journal_.slot_over(slot); }
-  void stole(const dispatch::Steal& steal) override { journal_.stole(steal); }
+  void slot_over(const dispatch::SlotUse& slot) override { event_log_.slot_over(slot); }
+  void stole(const dispatch::Steal& steal) override { event_log_.stole(steal); }
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override {
-    journal_.hang_changed(subchain, began, at);
+    event_log_.hang_changed(subchain, began, at);
   }
 
   MachineCosts costs_;
   Nodes& nodes_;
   Cpus& cpus_;
   Cpus::Thread first_;
-  Journal& journal_;
+  EventLog& event_log_;
   policy::Assignment assignment_;
   std::vector<driver::SubchainPacer> pacers_;
   std::vector<driver::CoreDriver> cores_;

@@ -11,8 +11,8 @@ namespace ctn::sim {
 MachineCosts MachineCosts::none() {
   return {.timer_latency = Nanos{0},
           .timer_jitter = Nanos{0},
-          .ordinary_timer_least = Nanos{0},
-          .ordinary_timer_most = Nanos{0},
+          .ordinary_timer_min = Nanos{0},
+          .ordinary_timer_max = Nanos{0},
           .wake_same = Nanos{0},
           .wake_other = Nanos{0},
           .context_switch = Nanos{0},
@@ -20,7 +20,7 @@ MachineCosts MachineCosts::none() {
           .dispatch_event = Nanos{0},
           .run_overhead = Nanos{0},
           .run_jitter = Nanos{0},
-          .gather = Nanos{0},
+          .collect = Nanos{0},
           .planning = Nanos{0}};
 }
 
@@ -32,7 +32,7 @@ Cpus::Cpus(const Machine& machine, std::vector<double> speeds, std::size_t threa
       threads_(threads),
       cpus_(speeds.size()),
       events_due_(speeds.size() + threads) {
-  assert(speeds.size() <= static_cast<std::size_t>(kMostCpus));
+  assert(speeds.size() <= static_cast<std::size_t>(kMaxCpus));
   for (std::size_t cpu = 0; cpu < speeds.size(); ++cpu) {
     cpus_[cpu].speed = speeds[cpu];
     cpus_[cpu].queue.reserve(threads);
@@ -198,7 +198,7 @@ void Cpus::insert(std::vector<Thread>& queue, Thread thread) {
 void Cpus::wake(Thread thread, int from_cpu) {
   const Entity& entity = threads_[thread];
   if (entity.state != State::kAsleep) return;
-  const bool same = from_cpu < 0 || (entity.bound ? entity.cpus.lowest() : entity.cpu) == from_cpu;
+  const bool same = from_cpu < 0 || (entity.pinned ? entity.cpus.lowest() : entity.cpu) == from_cpu;
   const Nanos latency = same ? costs_.wake_same : costs_.wake_other;
   if (latency == Nanos{0}) {
     events_due_.set(source_of(thread), kNever);
@@ -213,14 +213,14 @@ void Cpus::wake_at(Thread thread, TimePoint time) {
   events_due_.set(source_of(thread), std::max(time, now_) + timer_latency(thread));
 }
 
-// Anything between the least and the most, by the thread and the number of the timer alone.
+// Anything between the minimum and the maximum, by the thread and the number of the timer alone.
 Nanos Cpus::timer_latency(Thread thread) {
   Entity& entity = threads_[thread];
   const bool ordinary = entity.level == 0;
-  const Nanos least = costs_.timer_latency + (ordinary ? costs_.ordinary_timer_least : Nanos{0});
-  const Nanos range = ordinary ? costs_.ordinary_timer_most - costs_.ordinary_timer_least : costs_.timer_jitter;
-  if (range <= Nanos{0}) return least;
-  return least + chance_below(range, ++entity.timers, thread);
+  const Nanos min = costs_.timer_latency + (ordinary ? costs_.ordinary_timer_min : Nanos{0});
+  const Nanos range = ordinary ? costs_.ordinary_timer_max - costs_.ordinary_timer_min : costs_.timer_jitter;
+  if (range <= Nanos{0}) return min;
+  return min + chance_below(range, ++entity.timers, thread);
 }
 
 void Cpus::make_ready(Thread thread) {
@@ -241,7 +241,7 @@ void Cpus::put_in_queue(Thread thread) {
   if (entity.level == 0) {
     join_fair(thread, entity.cpu);
     touch(entity.cpu);
-  } else if (entity.bound) {
+  } else if (entity.pinned) {
     const int cpu = entity.cpus.lowest();
     insert(cpus_[static_cast<std::size_t>(cpu)].queue, thread);
     touch(cpu);
@@ -262,7 +262,7 @@ void Cpus::take_out_of_queue(Thread thread) {
     fair.erase(std::find(fair.begin(), fair.end(), thread));
     return;
   }
-  std::vector<Thread>& queue = entity.bound ? cpus_[static_cast<std::size_t>(entity.cpus.lowest())].queue : roaming_;
+  std::vector<Thread>& queue = entity.pinned ? cpus_[static_cast<std::size_t>(entity.cpus.lowest())].queue : roaming_;
   if (queue.back() == thread) {
     queue.pop_back();
   } else {
@@ -318,7 +318,7 @@ void Cpus::set_cpus(Thread thread, CpuMask mask) {
     take_out_of_queue(thread);
   }
   entity.cpus = mask;
-  entity.bound = mask.single();
+  entity.pinned = mask.single();
   const bool stays = mask.has(entity.cpu);
   if (entity.state == State::kRunning && !stays) {
     account(entity.cpu);
@@ -374,7 +374,7 @@ int Cpus::place_for_ordinary(const Entity& entity) const {
     return cpu.current == kNobody && cpu.fair.empty() && cpu.queue.empty();
   };
   const int stay = entity.cpus.has(entity.cpu) ? entity.cpu : entity.cpus.lowest();
-  if (entity.bound || idle(stay)) return stay;
+  if (entity.pinned || idle(stay)) return stay;
   for (CpuMask others = entity.cpus; !others.empty();) {
     const int cpu = others.take_lowest();
     if (idle(cpu)) return cpu;
@@ -424,9 +424,9 @@ void Cpus::join_fair(Thread thread, int number) {
 void Cpus::leave_fair(Thread thread) {
   Entity& entity = threads_[thread];
   account(entity.cpu);
-  const std::int64_t most = 2 * fair_.slice.count();
+  const std::int64_t max = 2 * fair_.slice.count();
   const std::int64_t virtual_now = virtual_time(entity.cpu);
-  entity.lag = std::clamp(virtual_now - entity.vruntime, -most, most);
+  entity.lag = std::clamp(virtual_now - entity.vruntime, -max, max);
   entity.left_at = virtual_now;
   entity.competes = false;
 }
@@ -455,17 +455,17 @@ Cpus::Thread Cpus::best_ordinary(int number) {
   }
   const std::int64_t virtual_now = virtual_time(number);
   Thread best = kNobody;
-  Thread least = kNobody;  // rounding may leave nobody below the average
+  Thread min = kNobody;  // rounding may leave nobody below the average
   const auto consider = [&](Thread thread) {
     const Entity& entity = threads_[thread];
-    if (least == kNobody || entity.vruntime < threads_[least].vruntime) least = thread;
+    if (min == kNobody || entity.vruntime < threads_[min].vruntime) min = thread;
     if (entity.vruntime > virtual_now) return;
     if (best == kNobody || entity.deadline < threads_[best].deadline) best = thread;
   };
   for (const Thread thread : cpu.fair) consider(thread);
   // As much as its part is as good as more: whoever wakes with nothing to its credit goes first, too.
   if (current != kNobody && (best == kNobody || threads_[current].vruntime < virtual_now)) consider(current);
-  const Thread chosen = best != kNobody ? best : least;
+  const Thread chosen = best != kNobody ? best : min;
   if (chosen == current && current != kNobody && begins_another) {
     threads_[current].protected_until = threads_[current].deadline;
   }
@@ -474,14 +474,14 @@ Cpus::Thread Cpus::best_ordinary(int number) {
 
 // One that waits elsewhere, for a CPU that would be idle.
 Cpus::Thread Cpus::pull_ordinary(int number) {
-  std::size_t most = 0;
+  std::size_t max = 0;
   Thread found = kNobody;
   for (const Cpu& cpu : cpus_) {
-    if (cpu.fair.size() <= most) continue;
+    if (cpu.fair.size() <= max) continue;
     const auto may = std::find_if(cpu.fair.begin(), cpu.fair.end(),
                                   [&](Thread thread) { return threads_[thread].cpus.has(number); });
     if (may == cpu.fair.end()) continue;
-    most = cpu.fair.size();
+    max = cpu.fair.size();
     found = *may;
   }
   if (found == kNobody) return kNobody;

@@ -12,8 +12,8 @@
 // budget waits for the next, even where a CPU is idle. Budgets are not scaled by the speed of a CPU. The real-time
 // limit does not keep them from a CPU, but what they use counts.
 //
-// Ordinary threads stay on the CPU they ran on last unless another is idle when they wake; a CPU
-// that becomes idle takes one that waits elsewhere.
+// Ordinary threads stay on the CPU that they ran on last, unless another is idle when they wake; a CPU that becomes
+// idle takes a thread that waits on another.
 //
 // Units: Nanos of CPU time on the CPU that it is used on. Cost: an event is one step in a heap and looks at the queues
 // of one CPU; nothing is allocated once running. Thread safety: none; one owner.
@@ -36,7 +36,7 @@
 namespace ctn::sim {
 
 // As many as two words have bits.
-constexpr int kMostCpus = 128;
+constexpr int kMaxCpus = 128;
 
 // A set of CPUs, small and quick.
 class CpuMask {
@@ -85,7 +85,7 @@ class Cpus {
     virtual ~Client() = default;
     // A thread that was woken has got a CPU: what CPU time it needs until it is done.
     virtual Nanos begin(Thread thread, int cpu) = 0;
-    // It has had that. True: it begins anew at once; false: it sleeps until it is woken.
+    // It has had that. True: it starts again at once; false: it sleeps until it is woken.
     virtual bool done(Thread thread, int cpu) = 0;
   };
 
@@ -140,7 +140,7 @@ class Cpus {
 
   struct Entity {
     CpuMask cpus = CpuMask::only(0);
-    bool bound = true;  // to one CPU
+    bool pinned = true;  // to one CPU
     Level level = 0;
     State state = State::kAsleep;
     bool begun = false;      // since it was woken

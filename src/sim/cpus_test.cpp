@@ -137,8 +137,8 @@ TEST_F(CpusTest, WhoHasHadASliceGivesWayToWhoWakes) {
 
 TEST_F(CpusTest, TimersOfOrdinaryThreadsAreLate) {
   Machine machine = ideal(2);
-  machine.costs.ordinary_timer_least = milliseconds{1};
-  machine.costs.ordinary_timer_most = milliseconds{1};
+  machine.costs.ordinary_timer_min = milliseconds{1};
+  machine.costs.ordinary_timer_max = milliseconds{1};
   make(machine, {milliseconds{1}, milliseconds{1}});
   cpus->set_level(1, 1);
   cpus->set_cpus(1, CpuMask::only(1));
@@ -165,11 +165,11 @@ TEST_F(CpusTest, TimersOfRealTimeThreadsAreLateByChanceButTheSameEachTime) {
     return late;
   };
   const std::vector<Nanos> late = lateness();
-  const auto [least, most] = std::minmax_element(late.begin(), late.end());
-  EXPECT_GE(*least, milliseconds{1});
-  EXPECT_LE(*least, milliseconds{2});
-  EXPECT_GE(*most, milliseconds{4});
-  EXPECT_LE(*most, milliseconds{5} + std::chrono::microseconds{10});
+  const auto [min, max] = std::minmax_element(late.begin(), late.end());
+  EXPECT_GE(*min, milliseconds{1});
+  EXPECT_LE(*min, milliseconds{2});
+  EXPECT_GE(*max, milliseconds{4});
+  EXPECT_LE(*max, milliseconds{5} + std::chrono::microseconds{10});
   EXPECT_EQ(lateness(), late);
 }
 

@@ -53,11 +53,11 @@ TEST(EventQueue, AgreesWithASearch) {
     queue.set(source, time);
     times[source] = time;
     if (luck % 3 != 0) continue;
-    const auto least = std::min_element(times.begin(), times.end());
-    ASSERT_EQ(queue.next(), *least);
-    if (*least == kNever) continue;
-    ASSERT_EQ(queue.pop(), static_cast<std::uint32_t>(least - times.begin()));
-    *least = kNever;
+    const auto min = std::min_element(times.begin(), times.end());
+    ASSERT_EQ(queue.next(), *min);
+    if (*min == kNever) continue;
+    ASSERT_EQ(queue.pop(), static_cast<std::uint32_t>(min - times.begin()));
+    *min = kNever;
   }
 }
 

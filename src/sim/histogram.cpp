@@ -20,7 +20,7 @@ void Histogram::add(Nanos duration) {
   ++(*octaves_[octave])[step];
   ++count_;
   sum_ += value;
-  greatest_ = std::max(greatest_, value);
+  max_ = std::max(max_, value);
 }
 
 double Histogram::percentile_ms(double percent) const {
@@ -34,10 +34,10 @@ double Histogram::percentile_ms(double percent) const {
       if (octave == 0) return ms(static_cast<double>(step));
       const double unit = std::ldexp(1.0, static_cast<int>(octave) - 1);
       const double middle = (static_cast<double>(kSteps + step) + 0.5) * unit - 0.5;
-      return ms(std::min(middle, static_cast<double>(greatest_)));
+      return ms(std::min(middle, static_cast<double>(max_)));
     }
   }
-  return ms(static_cast<double>(greatest_));
+  return ms(static_cast<double>(max_));
 }
 
 Summary Histogram::summary_ms() const {
@@ -47,7 +47,7 @@ Summary Histogram::summary_ms() const {
           .p50 = percentile_ms(50.0),
           .p95 = percentile_ms(95.0),
           .p99 = percentile_ms(99.0),
-          .max = ms(static_cast<double>(greatest_))};
+          .max = ms(static_cast<double>(max_))};
 }
 
 }  // namespace ctn::sim

@@ -1,5 +1,5 @@
 // Counts of durations, for percentiles of as many samples as there may be in bounded memory: below 512 ns exact, above
-// in steps of at most 1/256 of their length. Count, sum, least and greatest are exact.
+// in steps of at most 1/256 of their length. Count, sum, minimum and maximum are exact.
 //
 // Units: Nanos. Cost of a sample: a few instructions. Memory: 2 KB for each doubling of the length that occurs.
 // Thread safety: none; one owner.
@@ -21,7 +21,7 @@ class Histogram {
   void add(Nanos duration);
 
   std::uint64_t count() const { return count_; }
-  // In milliseconds. Percentiles by nearest rank; each is the middle of its step, but no more than the greatest sample.
+  // In milliseconds. Percentiles by nearest rank; each is the middle of its step, but no more than the largest sample.
   Summary summary_ms() const;
 
  private:
@@ -35,7 +35,7 @@ class Histogram {
   std::array<std::unique_ptr<Octave>, 64 - kBits + 1> octaves_;
   std::uint64_t count_ = 0;
   std::uint64_t sum_ = 0;
-  std::uint64_t greatest_ = 0;
+  std::uint64_t max_ = 0;
 };
 
 }  // namespace ctn::sim

@@ -18,8 +18,8 @@ struct MachineCosts {
   Nanos timer_jitter = std::chrono::microseconds{40};  // of a real-time thread, at most so much more
   // Of an ordinary thread, so much more at least and at most: the kernel may group its timers (by 50 us), and CPUs
   // sleep that no real-time thread keeps ready.
-  Nanos ordinary_timer_least = std::chrono::microseconds{50};
-  Nanos ordinary_timer_most = std::chrono::microseconds{200};
+  Nanos ordinary_timer_min = std::chrono::microseconds{50};
+  Nanos ordinary_timer_max = std::chrono::microseconds{200};
   Nanos wake_same{0};                               // of a thread on the CPU of who wakes it
   Nanos wake_other = std::chrono::microseconds{9};  // on another
   // CPU time.
@@ -28,8 +28,8 @@ struct MachineCosts {
   Nanos dispatch_event = std::chrono::microseconds{8};   // that the end of a run woke
   Nanos run_overhead = std::chrono::microseconds{2};     // a run: to be woken, to report, to wake the next
   Nanos run_jitter = std::chrono::microseconds{20};      // at most so much more: runs that do the same differ a little
-  Nanos gather = std::chrono::microseconds{60};          // the housekeeper's round
-  Nanos planning = std::chrono::microseconds{400};       // making a plan anew
+  Nanos collect = std::chrono::microseconds{60};         // the housekeeper's round
+  Nanos planning = std::chrono::microseconds{400};       // making a new plan
 
   static MachineCosts none();
   // What the machine adds to a run, on average: a recorded run has it in its CPU time.
@@ -63,7 +63,7 @@ struct Machine {
   std::optional<RealTimeLimit> limit = RealTimeLimit{};
   std::vector<BackgroundLoad> background{};
   bool real_time = true;  // false: levels are not permitted, so all threads stay ordinary
-  // Where the runtime's own ordinary thread lives: on a CPU that is not the app's (true), or among the app's cores.
+  // Where the runtime's own ordinary thread runs: on a CPU that is not the app's (true), or on the app's cores.
   bool housekeeper_elsewhere = true;
 };
 

@@ -8,11 +8,11 @@
 namespace ctn::sim {
 namespace {
 
-constexpr int kMostThreads = 64;  // of a node, as in a session
+constexpr int kMaxThreads = 64;  // of a node, as in a session
 
 int threads_of_node(const graph::Node& node, int cores) {
   if (node.external) return 0;
-  return std::max(1, std::min({node.max_threads, cores, kMostThreads}));
+  return std::max(1, std::min({node.max_threads, cores, kMaxThreads}));
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ void Nodes::wake(Node& node, std::uint64_t token, int from_cpu) {
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
   Signal& signal = signals_[subchain.index()];
   signal.completed = std::max(signal.completed, token);
-  if (signal.wants_completions && signal.holder) listener_.nudge(*signal.holder, from_cpu);
+  if (signal.wants_completions && signal.holder) listener_.wake(*signal.holder, from_cpu);
 }
 
 // --- Levels and cores ---
@@ -247,7 +247,7 @@ void Nodes::end_run(Node& node, int cpu) {
   }
   listener_.run_ended(node.run);
   if (node.run.emitted) publish(node);
-  hand_on(node, node.run.emitted, cpu);
+  pass_on(node, node.run.emitted, cpu);
 }
 
 void Nodes::publish(Node& node) {
@@ -264,7 +264,7 @@ void Nodes::publish(Node& node) {
   }
 }
 
-void Nodes::hand_on(Node& node, bool emits, int cpu) {
+void Nodes::pass_on(Node& node, bool emits, int cpu) {
   if (node.next && emits) {
     wake(nodes_[*node.next], node.token, cpu);
   } else if (node.subchain) {

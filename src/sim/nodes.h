@@ -46,7 +46,7 @@ class Nodes {
    public:
     virtual ~Listener() = default;
     virtual void run_ended(const record::Run& run) = 0;  // good for the call
-    virtual void nudge(std::size_t controller, int from_cpu) = 0;
+    virtual void wake(std::size_t controller, int from_cpu) = 0;
   };
 
   // How many threads they need in all.
@@ -131,7 +131,7 @@ class Nodes {
   void end_run(Node& node, int cpu);
   bool output_due(Node& node);
   void publish(Node& node);
-  void hand_on(Node& node, bool emits, int cpu);
+  void pass_on(Node& node, bool emits, int cpu);
   void wake(Node& node, std::uint64_t token, int from_cpu);
   void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
   int threads_of(const Node& node) const;

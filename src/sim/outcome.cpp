@@ -10,10 +10,10 @@ double seconds(Nanos duration) { return std::chrono::duration<double>(duration).
 
 }  // namespace
 
-Gathering::Gathering(const graph::App& app, TimePoint warm_from)
+OutcomeCollector::OutcomeCollector(const graph::App& app, TimePoint warm_from)
     : app_(app), warm_from_(warm_from), metrics_(app, {.begin = warm_from}), predicted_(app, warm_from) {}
 
-void Gathering::measure_objective(Outcome& outcome) const {
+void OutcomeCollector::measure_objective(Outcome& outcome) const {
   double sum = 0.0;
   std::size_t chain = 0;
   for (const graph::Term& term : app_.objective) {
@@ -27,7 +27,7 @@ void Gathering::measure_objective(Outcome& outcome) const {
   outcome.objective = sum;
 }
 
-Outcome Gathering::outcome(TimePoint end) const {
+Outcome OutcomeCollector::outcome(TimePoint end) const {
   Outcome outcome;
   outcome.app = app_.name;
   outcome.measured_s = std::max(0.0, seconds(end - warm_from_));

@@ -1,9 +1,10 @@
-// What a simulation came to, and how it is gathered: run by run, in bounded memory.
+// The outcome of a simulation, and its collector: run by run, in bounded memory.
 //
 // What counts is what lies between the end of the warm-up and the end, all that it spans included, as in the report of
 // a real run (report/metrics.h).
 //
-// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values; Gathering has one owner.
+// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values; OutcomeCollector has one
+// owner.
 #pragma once
 
 #include <cstdint>
@@ -73,10 +74,10 @@ struct Outcome {
   std::vector<std::string> notices;  // plans that could not be made
 };
 
-class Gathering {
+class OutcomeCollector {
  public:
   // `app` outlives it.
-  Gathering(const graph::App& app, TimePoint warm_from);
+  OutcomeCollector(const graph::App& app, TimePoint warm_from);
 
   // A run has ended; each after those it consumed.
   void add(const record::Run& run) { metrics_.add(run); }

@@ -37,7 +37,7 @@ class RecordedCosts : public RunCosts {
   RecordedCosts(const graph::App& app, std::shared_ptr<const RecordedRuns> runs, Order order, std::uint64_t seed,
                 Nanos overhead);
 
-  int threads_used(NodeId, int most) const override { return most; }
+  int threads_used(NodeId, int max) const override { return max; }
   model::RunDraw draw(NodeId node, std::uint64_t number, Nanos since_start, int threads, std::size_t kind) override;
 
  private:

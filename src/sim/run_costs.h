@@ -16,8 +16,8 @@ class RunCosts {
  public:
   virtual ~RunCosts() = default;
 
-  // On how many of at most `most` threads (>= 1) a run of the node works.
-  virtual int threads_used(NodeId node, int most) const = 0;
+  // On how many of at most `max` threads (>= 1) a run of the node works.
+  virtual int threads_used(NodeId node, int max) const = 0;
   // Run `number` (from 1) of the node, begun `since_start` after the start on a core of that kind, on `threads`
   // threads. Each run is asked for once, when it begins.
   virtual model::RunDraw draw(NodeId node, std::uint64_t number, Nanos since_start, int threads, std::size_t kind) = 0;
@@ -38,7 +38,7 @@ class DrawnCosts : public RunCosts {
     }
   }
 
-  int threads_used(NodeId node, int most) const override { return by_kind_.front()[node].cost.threads_used(most); }
+  int threads_used(NodeId node, int max) const override { return by_kind_.front()[node].cost.threads_used(max); }
   model::RunDraw draw(NodeId node, std::uint64_t number, Nanos since_start, int threads, std::size_t kind) override {
     return by_kind_[kind].draw(seed_, node, number, since_start, threads);
   }

@@ -29,7 +29,7 @@ std::vector<double> speeds(const graph::App& app, const Machine& machine) {
   return speeds;
 }
 
-static_assert(kMostCores < kMostCpus);
+static_assert(kMaxCores < kMaxCpus);
 
 // All that is decided before anything runs.
 struct Setting {
@@ -63,14 +63,14 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         costs_(std::move(costs)),
         app_(setting_.app),
         first_controller_(static_cast<Cpus::Thread>(Nodes::threads_needed(app_, options_.machine.cores))),
-        housekeeper_(first_controller_ + static_cast<Cpus::Thread>(most_controllers())),
+        housekeeper_(first_controller_ + static_cast<Cpus::Thread>(max_controllers())),
         cpus_(options_.machine, speeds(app_, options_.machine), housekeeper_ + 1 + options_.machine.background.size(),
               *this),
         nodes_(app_, options_.machine, setting_.kinds, *costs_, cpus_, 0, *this),
         warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
         loop_(app_, planning_options(setting_, options_)),
-        journal_(app_, warm_from_, loop_),
-        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, journal_) {}
+        event_log_(app_, warm_from_, loop_),
+        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, event_log_) {}
 
   Status prepare() {
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
@@ -95,7 +95,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     totals.plans_made = loop_.budget().plans();
     totals.planning_cpu = options_.machine.costs.planning * static_cast<Nanos::rep>(totals.plans_made);
     totals.starved = cpus_.throttled();
-    return journal_.close(cpus_.now(), totals, host_facts());
+    return event_log_.close(cpus_.now(), totals, host_facts());
   }
 
   void run_for(Nanos duration) {
@@ -110,7 +110,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Outcome outcome() {
     const TimePoint now = cpus_.now();
-    Outcome outcome = journal_.gathering().outcome(now);
+    Outcome outcome = event_log_.collector().outcome(now);
     outcome.scheduler = options_.policy->name();
     const auto measured = static_cast<double>(std::max(now - warm_from_, Nanos{0}).count());
     for (int core = 0; core < options_.machine.cores; ++core) {
@@ -124,13 +124,13 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     if (!options_.policy->follows_plan() && !places.empty()) {
       outcome.source_hz = Rate::every(places.front().pacing.period).hertz();
     }
-    outcome.hangs = journal_.hangs();
+    outcome.hangs = event_log_.hangs();
     outcome.dropped = nodes_.dropped();
     outcome.throttled = cpus_.throttled();
     outcome.plans_made = loop_.budget().plans();
     outcome.plans_adopted = plans_adopted_;
     outcome.cost_changes = loop_.cost_changes();
-    outcome.notices = journal_.notices();
+    outcome.notices = event_log_.notices();
     return outcome;
   }
 
@@ -143,7 +143,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   Nanos begin(Cpus::Thread thread, int cpu) override {
     if (thread < first_controller_) return nodes_.begin(thread, cpu);
     if (thread < housekeeper_) return controllers_.begin(thread, cpu);
-    if (thread == housekeeper_) return keep_house();
+    if (thread == housekeeper_) return do_housekeeping();
     return options_.machine.background[thread - housekeeper_ - 1].busy;
   }
 
@@ -151,7 +151,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     if (thread < first_controller_) return nodes_.done(thread, cpu);
     if (thread < housekeeper_) return controllers_.done(thread);
     if (thread == housekeeper_) {
-      end_keeping_house();
+      end_housekeeping();
     } else {
       BackgroundState& load = background_[thread - housekeeper_ - 1];
       load.next = std::max(load.next + load.period, cpus_.now());
@@ -171,7 +171,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   int core_controllers() const {
     return options_.policy->follows_plan() && app_.graph.subchains().size() > 1 ? options_.machine.cores : 0;
   }
-  std::size_t most_controllers() const {
+  std::size_t max_controllers() const {
     return app_.graph.subchains().size() + static_cast<std::size_t>(core_controllers());
   }
 
@@ -195,23 +195,23 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   // --- What nodes tell ---
 
-  void run_ended(const record::Run& run) override { journal_.ended(run); }
+  void run_ended(const record::Run& run) override { event_log_.ended(run); }
 
-  void nudge(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
+  void wake(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
-  // --- Planning anew: the loop is turned in the housekeeper's thread ---
+  // --- Planning again: the loop is turned in the housekeeper's thread ---
 
-  Nanos keep_house() {
-    const Nanos gather = options_.machine.costs.gather;
+  Nanos do_housekeeping() {
+    const Nanos collect = options_.machine.costs.collect;
     if (options_.plans.empty())
-      return loop_.plan(cpus_.now(), *this) ? gather + options_.machine.costs.planning : gather;
+      return loop_.plan(cpus_.now(), *this) ? collect + options_.machine.costs.planning : collect;
     if (plans_followed_ < options_.plans.size() && TimePoint{} + options_.plans[plans_followed_].at <= cpus_.now()) {
       next_given_ = follow_next_plan(model::CostTable(app_.graph, Millis{0}));
     }
-    return gather;
+    return collect;
   }
 
-  void end_keeping_house() {
+  void end_housekeeping() {
     if (std::optional<policy::Decision> next = std::exchange(next_given_, std::nullopt)) {
       loop_.adopt(std::move(*next), policy::PlanReason::kStatic, *this);
     }
@@ -223,13 +223,13 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   os::PowerState power_state() override { return {}; }
   void cpus_changed(const os::CpuSet& /*cpus*/) override {}
   void notice(const std::string& kind, const std::string& detail) override {
-    journal_.notice({cpus_.now(), kind, detail});
+    event_log_.notice({cpus_.now(), kind, detail});
   }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override {
     if (started_) controllers_.publish(decision.assignment);
     if (!decision.plan) return;
     ++plans_adopted_;
-    journal_.plan_in_force(cpus_.now(), *decision.plan, policy::to_string(reason));
+    event_log_.plan_in_force(cpus_.now(), *decision.plan, policy::to_string(reason));
   }
 
   os::HostFacts host_facts() const {
@@ -254,7 +254,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     header.note = options_.recording->note;
     auto writer = record::Writer::create(options_.recording->path, app_, header);
     if (!writer) return writer.error();
-    journal_.record_to(std::move(*writer));
+    event_log_.record_to(std::move(*writer));
     return Done{};
   }
 
@@ -273,7 +273,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   Nodes nodes_;
   TimePoint warm_from_;
   driver::PlanningLoop loop_;
-  Journal journal_;
+  EventLog event_log_;
   Controllers controllers_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
@@ -286,9 +286,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, std::unique_ptr<RunCosts> costs,
                                                        Options options) {
   const Machine& machine = options.machine;
-  if (machine.cores < 1 || machine.cores > kMostCores) {
+  if (machine.cores < 1 || machine.cores > kMaxCores) {
     return Error::caller(fmt::format("{} cores cannot be simulated", machine.cores),
-                         fmt::format("choose from 1 to {}", kMostCores));
+                         fmt::format("choose from 1 to {}", kMaxCores));
   }
   const os::CpuSet cpus = first_cpus(machine.cores);
   if (Status fits = policy::CpuKinds::fits(app, cpus); !fits) return fits.error();

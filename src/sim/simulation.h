@@ -41,7 +41,7 @@
 namespace ctn::sim {
 
 // One CPU more is for what is not the app's.
-constexpr int kMostCores = 127;
+constexpr int kMaxCores = 127;
 
 // A plan, in force from so long after the start.
 struct TimedPlan {

@@ -141,9 +141,9 @@ class PlansOnce : public policy::Policy {
   Result<policy::Decision> decide(const policy::Situation& situation) const override {
     return real_->decide(situation);
   }
-  Result<std::optional<policy::Decision>> decide_anew(const policy::Situation& /*situation*/,
-                                                      const policy::Decision& /*in_force*/,
-                                                      double /*to_beat*/) const override {
+  Result<std::optional<policy::Decision>> decide_again(const policy::Situation& /*situation*/,
+                                                       const policy::Decision& /*in_force*/,
+                                                       double /*to_beat*/) const override {
     return Error::caller("there is no plan", "ask for less");
   }
 
@@ -300,7 +300,7 @@ scheduler: { bootstrap: 1s }
 
   const auto record = record::Reader::open(path);
   ASSERT_TRUE(record.ok()) << record.error().message();
-  EXPECT_TRUE(record->ending().complete);
+  EXPECT_TRUE(record->ending().closed);
   EXPECT_EQ(record->header().scheduler, "catan");
   EXPECT_EQ(record->header().note, "a note");
   EXPECT_EQ(record->plans()->size(), outcome.plans_adopted);

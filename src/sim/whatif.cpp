@@ -13,7 +13,7 @@
 namespace ctn::sim {
 namespace {
 
-constexpr double kMostRatio = 64.0;
+constexpr double kMaxRatio = 64.0;
 constexpr double kAccuracy = 1.005;
 
 // Enough to tell plans apart; more is for those who wait for one plan only.
@@ -66,13 +66,13 @@ Answer answer_one(const graph::App& app, const model::Workload& work, const Hypo
 template <class Holds>
 std::optional<double> largest(const Holds& holds) {
   constexpr double kStep = 1.19;  // a quarter of an octave
-  double high = kMostRatio;
+  double high = kMaxRatio;
   if (holds(high)) return high;
   double low = high / kStep;
   while (!holds(low)) {
     high = low;
     low /= kStep;
-    if (low < 1.0 / kMostRatio) return std::nullopt;
+    if (low < 1.0 / kMaxRatio) return std::nullopt;
   }
   while (high / low > kAccuracy) {
     const double middle = std::sqrt(low * high);
@@ -132,16 +132,16 @@ Result<std::vector<Answer>> answer(const graph::App& app, const model::Workload&
 
 const Answer* cheapest(const std::vector<Answer>& answers) {
   const Answer* best = nullptr;
-  const auto price = [](const Answer& of) {
+  const auto capacity = [](const Answer& of) {
     return std::pair(static_cast<double>(of.asked.cores) * of.asked.speed, of.asked.cores);
   };
   for (const Answer& each : answers) {
-    if (each.holds() && (best == nullptr || price(each) < price(*best))) best = &each;
+    if (each.holds() && (best == nullptr || capacity(each) < capacity(*best))) best = &each;
   }
   return best;
 }
 
-std::optional<double> least_speed(const graph::App& app, const model::Workload& work, int cores) {
+std::optional<double> min_speed(const graph::App& app, const model::Workload& work, int cores) {
   const std::optional<double> slowness = largest([&](double ratio) {
     const auto plan = plan_for(app, work_under(app, work, {.cores = cores, .speed = 1.0 / ratio}), cores);
     return plan.ok() && plan->relax_factor <= 1.0;
@@ -149,7 +149,7 @@ std::optional<double> least_speed(const graph::App& app, const model::Workload& 
   return slowness ? std::optional(1.0 / *slowness) : std::nullopt;
 }
 
-std::optional<double> most_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node) {
+std::optional<double> max_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node) {
   asked.node = node;
   return largest([&](double factor) {
     asked.factor = factor;

@@ -80,8 +80,8 @@ const Answer* cheapest(const std::vector<Answer>& answers);
 
 // Where the app breaks, as promised: the least speed of `cores` cores (found to one part in 200, between 1/64 and 64)
 // at which a plan meets all bounds; none if there is none.
-std::optional<double> least_speed(const graph::App& app, const model::Workload& work, int cores);
+std::optional<double> min_speed(const graph::App& app, const model::Workload& work, int cores);
 // The most that a node's runs may cost, as a factor (same range and accuracy), on hardware as `asked` says.
-std::optional<double> most_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node);
+std::optional<double> max_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node);
 
 }  // namespace ctn::sim

@@ -65,15 +65,15 @@ TEST_F(WhatIfTest, FasterCoresAnswerSoonerAndTheCheapestThatHoldsIsFound) {
 }
 
 TEST_F(WhatIfTest, LimitsLieWherePlansStopHolding) {
-  const auto speed = least_speed(app, work, 1);
+  const auto speed = min_speed(app, work, 1);
   ASSERT_TRUE(speed);
   EXPECT_TRUE(plan_holds({.speed = *speed * 1.001}));
   EXPECT_FALSE(plan_holds({.speed = *speed / 1.02}));
-  const auto factor = most_factor(app, work, {.cores = 1}, id("slow"));
+  const auto factor = max_factor(app, work, {.cores = 1}, id("slow"));
   ASSERT_TRUE(factor);
   EXPECT_TRUE(plan_holds({.node = id("slow"), .factor = *factor / 1.001}));
   EXPECT_FALSE(plan_holds({.node = id("slow"), .factor = *factor * 1.02}));
-  EXPECT_LT(*least_speed(app, work, 2), *speed);
+  EXPECT_LT(*min_speed(app, work, 2), *speed);
 }
 
 TEST_F(WhatIfTest, SaysTheSameHoweverManyThreadsAsk) {

@@ -108,7 +108,7 @@ int report_lies(os::Os& os, const std::string& socket, unsigned seed) {
     reports.push(words);
     signal.completed.store(random() % 2 == 0 ? signal.completed.load() + 1000 : random());
     const std::uint32_t listener = signal.listener.load();
-    if (listener != 0 && listener <= region->attentions()) region->attention(listener - 1).nudge(os);
+    if (listener != 0 && listener <= region->controller_cells()) region->controller_cell(listener - 1).wake(os);
   }
   return 0;
 }
@@ -146,8 +146,8 @@ int fork_and_end(const std::string& socket, const os::Baton& answered, const os:
 
 // ---- Faults
 
-Nanos some_time(int round, Nanos most) {
-  return most * ((round * 37 + 11) % 100) / 100;  // at all times of a frame and of what the server does in turn
+Nanos some_time(int round, Nanos max) {
+  return max * ((round * 37 + 11) % 100) / 100;  // at all times of a frame and of what the server does in turn
 }
 
 void kill_server(Injection& in) {
@@ -255,10 +255,10 @@ void hang(Injection& in) {
   in.must(p.until(all_told).has_value(), "hangs are reported");
   in.watch();
   in.others_run({kEye, kHand}, milliseconds{100});
-  const TimePoint mended = p.os().now();
+  const TimePoint repaired = p.os().now();
   for (const std::size_t node : kThree) p.state(node).hang = 0;
   in.recovers(
-      1, [&] { return p.all_ran_since(mended); }, mended);
+      1, [&] { return p.all_ran_since(repaired); }, repaired);
   in.must(p.settle(), "all run as before");
   const auto before = p.runs();
   const auto ran_enough = [&] {
@@ -332,7 +332,7 @@ void write_anything(Injection& in) {
     in.must(vandal.join() == 0, "it could write");
   }
   const TimePoint end = p.os().now();
-  in.must(p.server_lives(), "the server lives");
+  in.must(p.server_alive(), "the server lives");
   in.may_recover(
       0, [&] { return p.all_ran_since(end); }, end);
   p.pass(milliseconds{50});
@@ -354,7 +354,7 @@ void fork_client(Injection& in) {
   const os::Baton answered;
   const os::Baton end;
   os::ForkedProcess client([&] { return fork_and_end(p.socket(), answered, end); });
-  in.must(p.until([&] { return p.said_since(mark, "subchain talk is whole"); }).has_value(), "it registers");
+  in.must(p.until([&] { return p.said_since(mark, "subchain talk runs"); }).has_value(), "it registers");
   in.must(answered.await() == 1, "its child is refused");
   const TimePoint ended = p.os().now();
   end.pass();
@@ -373,7 +373,7 @@ void flood_server(Injection& in) {
   in.others_run({kEye, kHand, kMap, kLog, kVoice}, kAttack + milliseconds{20});
   in.must(flooding.join() == 0, "it ends");
   const TimePoint end = p.os().now();
-  in.must(p.server_lives(), "the server lives");
+  in.must(p.server_alive(), "the server lives");
   in.recovers(
       0, [&] { return p.open_files() <= files; }, end);
 }
@@ -394,7 +394,7 @@ bool Injection::must(bool holds, const std::string& what) {
 }
 
 bool Injection::recovers(std::size_t recovery, const std::function<bool()>& holds, TimePoint since) {
-  const bool recovered = p.until(holds, patience_).has_value();
+  const bool recovered = p.until(holds, timeout_).has_value();
   Recovery& to = report_.recoveries.at(recovery);
   if (recovered) to.ms.push_back(to_millis(p.os().now() - since).count());
   return must(recovered, recovered ? to.until : to.until + "; " + p.describe());
@@ -422,7 +422,7 @@ void Injection::judge_record(bool in_order, TimePoint killed) {
 }
 
 void Injection::may_recover(std::size_t recovery, const std::function<bool()>& holds, TimePoint since) {
-  if (p.until(holds, patience_)) {
+  if (p.until(holds, timeout_)) {
     report_.recoveries.at(recovery).ms.push_back(to_millis(p.os().now() - since).count());
   } else {
     report_.recoveries.at(recovery).all = false;
@@ -444,7 +444,7 @@ void Injection::others_run(const std::vector<std::size_t>& others, Nanos meanwhi
     double expected;
   };
   std::vector<Kept> kept;
-  const auto enough = [&](const Kept& node) { return node.runs + 1.0 >= least_ * node.expected; };
+  const auto enough = [&](const Kept& node) { return node.runs + 1.0 >= min_ * node.expected; };
   for (TimePoint end = then_ + meanwhile; end <= then_ + meanwhile + kStolen; end += kPause) {
     p.os().sleep_until(end);
     const auto after = p.runs();
@@ -488,21 +488,21 @@ FaultReport inject(const Fault& fault, int times, const Place& place) {
   while (report.injected < times && place.go_on()) {
     Injection in(p, injections++, report);
     in.usual_ = usual;
-    in.patience_ = fault.patience;
-    in.least_ = fault.others_least;
+    in.timeout_ = fault.timeout;
+    in.min_ = fault.others_min;
     in.gaps_ = fault.untrue ? ~std::uint64_t{0} : 0;
     fault.inject(in);
     runs += in.runs_;
     expected += in.expected_;
     report.injected += fault.at_once;
     if (in.survived()) report.survived += fault.at_once;
-    if (!p.server_lives()) return fail("the server is gone: " + p.all_said()), report;
+    if (!p.server_alive()) return fail("the server is gone: " + p.all_said()), report;
   }
   if (expected > 0.0) report.others = runs / expected;
   p.until([&] { return static_cast<int>(p.open_files()) <= files; }, seconds{1});
   report.files_left = static_cast<int>(p.open_files()) - files;
   for (std::size_t node = 0; node < kNodes.size(); ++node) {
-    if (p.state(node).went_back != 0) fail(fmt::format("{}'s runs were numbered anew", kNodes.at(node)));
+    if (p.state(node).went_back != 0) fail(fmt::format("{}'s runs were numbered from the beginning", kNodes.at(node)));
   }
   if (p.end_server(SIGTERM) != os::Exit{}) fail("the server did not end in order");
   report.raised_left = p.raised();
@@ -532,7 +532,7 @@ const std::vector<Fault>& all_faults() {
        .recoveries = {"the server says so", "it is back: it runs"},
        .inject = kill_node,
        .gaps = 1},
-      {.name = "node hangs", .recoveries = {"it is contained", "it ends: all run again"}, .inject = hang, .at_once = 3},
+      {.name = "node hangs", .recoveries = {"it is suspended", "it ends: all run again"}, .inject = hang, .at_once = 3},
       {.name = "program stopped",
        .recoveries = {"the server says so", "it goes on: all run again"},
        .inject = stop_program,
@@ -541,18 +541,18 @@ const std::vector<Fault>& all_faults() {
        .recoveries = {"every node has run again"},
        .inject = overrun,
        .steals = true,
-       .others_least = 0.25},
+       .others_min = 0.25},
       {.name = "client lies",
        .recoveries = {"the server drops it", "every node has run again"},
        .inject = lie,
-       .others_least = 0.2,  // it wakes the dispatcher without end
+       .others_min = 0.2,  // it wakes the dispatcher without end
        .absent = {kVoice}},
       {.name = "client writes garbage",
        .recoveries = {"every node has run again", "the next server: all nodes scheduled"},
        .inject = write_anything,
        .with_server = false,
        .untrue = true,
-       .patience = seconds{3}},
+       .timeout = seconds{3}},
       {.name = "client forks and ends",
        .recoveries = {"the server says so"},
        .inject = fork_client,

@@ -59,7 +59,7 @@ class Injection {
   bool recovers(std::size_t recovery, const std::function<bool()>& holds, TimePoint since);
   // The same, but it need not.
   void may_recover(std::size_t recovery, const std::function<bool()>& holds, TimePoint since);
-  // From watch() on others run at `others_least` of their rate at least, for so long.
+  // From watch() on others run at `others_min` of their rate at least, for so long.
   void watch();
   void others_run(const std::vector<std::size_t>& others, Nanos meanwhile);
   // That of the server that has just ended, in order or killed.
@@ -73,8 +73,8 @@ class Injection {
   friend FaultReport inject(const Fault& fault, int times, const Place& place);
   FaultReport& report_;
   bool survived_ = true;
-  Nanos patience_{};
-  double least_ = 0.0;
+  Nanos timeout_{};
+  double min_ = 0.0;
   std::array<std::uint64_t, kNodes.size()> runs_then_{};  // at watch()
   TimePoint then_{};
   std::uint64_t gaps_ = 0;                     // runs that may be missing in the record
@@ -87,14 +87,14 @@ struct Fault {
   std::string name;
   std::vector<std::string> recoveries;
   std::function<void(Injection&)> inject;
-  int at_once = 1;                            // faults in one injection
-  bool with_server = true;                    // the server lives through it: rates of others are compared
-  bool untrue = false;                        // what is reported meanwhile need not be true, so records may have gaps
-  int gaps = 0;                               // runs that an injection breaks off
-  bool steals = false;                        // some subchain steals
-  Nanos patience = std::chrono::seconds{20};  // for each recovery
-  double others_least = 0.5;                  // of the rate that others had before
-  std::vector<std::size_t> absent{};          // nodes that no program of ours plays
+  int at_once = 1;                           // faults in one injection
+  bool with_server = true;                   // the server lives through it: rates of others are compared
+  bool untrue = false;                       // what is reported meanwhile need not be true, so records may have gaps
+  int gaps = 0;                              // runs that an injection breaks off
+  bool steals = false;                       // some subchain steals
+  Nanos timeout = std::chrono::seconds{20};  // for each recovery
+  double others_min = 0.5;                   // of the rate that others had before
+  std::vector<std::size_t> absent{};         // nodes that no program of ours plays
 };
 
 }  // namespace ctn::faults

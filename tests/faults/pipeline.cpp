@@ -60,7 +60,7 @@ RecordFacts read_record(const std::string& path) {
   });
   const Status steals = reader->each_steal([&](const record::Steal&) { ++facts.steals; });
   facts.readable = runs.ok() && steals.ok();
-  facts.complete = reader->ending().complete;
+  facts.complete = reader->ending().closed;
   return facts;
 }
 

@@ -51,7 +51,7 @@ class Pipeline {
   void signal_server(int number);
   std::optional<os::Exit> end_server(int number);  // and waits for its end
   os::ProcessId server() const { return server_->process(); }
-  bool server_lives() { return server_ && !server_->wait(); }
+  bool server_alive() { return server_ && !server_->wait(); }
   // The server's guardian; 0: it has none.
   pid_t guardian() const;
   const std::string& record() const { return record_; }

@@ -58,7 +58,7 @@ int play(const std::string& socket, const std::string& file, std::size_t node, c
     if (text.find("it is gone") != std::string::npos || text.find("does nothing") != std::string::npos) {
       state.served = 0;
     }
-    if (text.find("in its hands") != std::string::npos) state.served = 1;
+    if (text.find("it schedules the nodes") != std::string::npos) state.served = 1;
   };
   auto client = ctn::Client::connect(options);
   if (!client) return std::fprintf(stderr, "%s\n", client.error().message().c_str()), 1;

@@ -111,7 +111,7 @@ class Milp {
   std::size_t count() const { return instance_.members.size(); }
 
   Timing shared(const Member& member, int sharing) const {
-    double period = std::max(sharing * member.on[0].cost / instance_.usable, member.least_period);
+    double period = std::max(sharing * member.on[0].cost / instance_.usable, member.min_period);
     if (member.exact_period > 0.0) {
       period = period <= member.exact_period * (1.0 + kRounding) ? member.exact_period : kInfinity;
     }

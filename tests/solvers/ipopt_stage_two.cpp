@@ -165,7 +165,7 @@ class Relaxation {
 
   void add_period(std::size_t i, const std::vector<double>& load) {
     const Member& member = instance_.members[i];
-    double least = std::max(member.least_period, 1e-6 * member.on[0].cost);
+    double least = std::max(member.min_period, 1e-6 * member.on[0].cost);
     double most = kNone;
     double start = 0.0;
     double execution = -1.0;
@@ -178,7 +178,7 @@ class Relaxation {
     } else {
       const double equal =
           load[static_cast<std::size_t>(allocation_.core_of[i])] * member.on[0].cost / instance_.usable;
-      start = std::max(1.1 * equal, member.least_period);
+      start = std::max(1.1 * equal, member.min_period);
     }
     periods_.push_back(program_.add(least, most, start, 0.0));
     executions_.push_back(execution);

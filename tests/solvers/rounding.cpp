@@ -36,7 +36,7 @@ void round_core(const Instance& instance, const std::vector<std::size_t>& member
     const double n = timings[i].period / chosen;
     every.push_back(member.queue ? n : std::clamp(std::round(n), 1.0, member.on[0].most_every));
     busy += member.on[0].cost / every.back();
-    least = std::max(least, member.least_period / every.back());
+    least = std::max(least, member.min_period / every.back());
   }
   const double made = std::max(busy / instance.usable, least);
   for (std::size_t m = 0; m < members.size(); ++m) timings[members[m]] = {made * every[m], made * every[m]};

@@ -42,7 +42,7 @@ void add_threads(Instance& instance) {
     member.on[0].owned.resize(static_cast<std::size_t>(instance.cores()), member.on[0].owned.front());
     for (std::size_t k = 1; k < member.on[0].owned.size(); ++k) {
       const double speed = 1.0 + worth * static_cast<double>(k);
-      member.on[0].owned[k].period = std::max(member.on[0].owned.front().period / speed, member.least_period);
+      member.on[0].owned[k].period = std::max(member.on[0].owned.front().period / speed, member.min_period);
       member.on[0].owned[k].execution = member.on[0].owned.front().execution / speed;
     }
   }

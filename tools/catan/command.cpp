@@ -23,8 +23,8 @@ std::string shown(const Problem& problem, bool colours) {
   if (!colours) return (placed ? "" : "catan: ") + to_string(problem);
   const std::string where = placed ? to_string(Problem{problem.place, {}, {}, {}}) : "catan: ";
   const std::string key = problem.key.empty() ? "" : problem.key + ": ";
-  const std::string mend = problem.mend.empty() ? "" : fmt::format("; \x1b[32m{}\x1b[0m", problem.mend);
-  return fmt::format("\x1b[1m{}\x1b[0m{}\x1b[31m{}\x1b[0m{}", where, key, problem.what, mend);
+  const std::string hint = problem.hint.empty() ? "" : fmt::format("; \x1b[32m{}\x1b[0m", problem.hint);
+  return fmt::format("\x1b[1m{}\x1b[0m{}\x1b[31m{}\x1b[0m{}", where, key, problem.what, hint);
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ std::string scheduler_text(const App& app) {
       "  slack           {}\n"
       "  frames          {}, slices of {} or more\n"
       "  estimates       percentile {:.6g} of the last {} runs; {} until measured, for {}\n"
-      "  planned anew    every {}\n",
+      "  re-planned      every {}\n",
       names(app.graph, app.order), names(app.graph, app.steal.priority),
       off.empty() ? "" : "; never: " + names(app.graph, off),
       options.slack ? config::format_percentage(*options.slack) : "auto",

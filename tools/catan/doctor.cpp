@@ -29,7 +29,7 @@ double micros(Nanos duration) { return static_cast<double>(duration.count()) / 1
 Json finding_json(const doctor::Finding& finding) {
   return {{"check", finding.check}, {"verdict", to_string(finding.verdict)},
           {"found", finding.found}, {"meaning", finding.meaning},
-          {"mend", finding.mend},   {"lines", finding.lines}};
+          {"mend", finding.hint},   {"lines", finding.lines}};
 }
 
 Json wake_ups_json(const std::vector<doctor::WakeUps>& each, os::Level level) {
@@ -73,7 +73,7 @@ std::string advice(const doctor::Finding& finding, bool colours) {
   const std::string head =
       coloured(fmt::format("{} ({})", finding.check, to_string(finding.verdict)), finding.verdict, colours);
   std::string text =
-      fmt::format("\n{}: {}\n  For Catan: {}.\n  To do: {}.\n", head, finding.found, finding.meaning, finding.mend);
+      fmt::format("\n{}: {}\n  For Catan: {}.\n  To do: {}.\n", head, finding.found, finding.meaning, finding.hint);
   for (const std::string& line : finding.lines) text += fmt::format("    {}\n", line);
   return text;
 }
@@ -84,7 +84,7 @@ std::string summary(const std::vector<doctor::Finding>& findings, bool colours) 
   const std::string said =
       coloured(counts[3] > 0 ? "Something hinders real-time scheduling" : "Nothing hinders real-time scheduling",
                counts[3] > 0 ? doctor::Verdict::kProblem : doctor::Verdict::kOk, colours);
-  return fmt::format("\n{}: {} ok, {} to note, {} to be warned of, {} to be mended.\n", said, counts[0], counts[1],
+  return fmt::format("\n{}: {} ok, {} to note, {} to be warned of, {} to be fixed.\n", said, counts[0], counts[1],
                      counts[2], counts[3]);
 }
 

@@ -122,7 +122,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--cores", options->cores, "How many cores the app gets; else those that it lists, or 1")
-      ->check(CLI::Range(1, planner::kMostCores));
+      ->check(CLI::Range(1, planner::kMaxCores));
   command->add_option("--costs", options->costs, "Compute times (docs/cost-file.md); else scheduler.bootstrap_cost")
       ->type_name("FILE");
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")

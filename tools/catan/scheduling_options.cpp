@@ -12,13 +12,13 @@
 
 namespace ctn::tool {
 
-CLI::Validator within(double least, double most) {
+CLI::Validator within(double min, double max) {
   const auto check = [=](const std::string& text) -> std::string {
     double value = 0.0;
-    if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
-    return fmt::format("{} is no number from {} to {}", quote(text), least, most);
+    if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max) return {};
+    return fmt::format("{} is no number from {} to {}", quote(text), min, max);
   };
-  return {check, fmt::format("from {} to {}", least, most)};
+  return {check, fmt::format("from {} to {}", min, max)};
 }
 
 Error about_option(const Error& error, const char* option) {

@@ -43,6 +43,6 @@ Result<double> percentage_of(const std::string& text, const char* option);
 std::optional<graph::FrameMode> frame_mode(const std::string& text);
 
 // As CLI::Range, which lets NaN through.
-CLI::Validator within(double least, double most);
+CLI::Validator within(double min, double max);
 
 }  // namespace ctn::tool

@@ -24,9 +24,9 @@ namespace {
 
 constexpr std::chrono::milliseconds kProgress{500};
 // With programs that are asked to end, before they are made to.
-constexpr std::chrono::seconds kPatience{3};
+constexpr std::chrono::seconds kTimeout{3};
 // With those that were made to, before they are left to the system.
-constexpr std::chrono::seconds kLastPatience{2};
+constexpr std::chrono::seconds kLastTimeout{2};
 constexpr std::chrono::milliseconds kLook{5};
 
 Result<std::vector<std::uint32_t>> user_numbers(const std::vector<std::string>& users) {
@@ -52,7 +52,7 @@ Result<std::vector<std::uint32_t>> user_numbers(const std::vector<std::string>& 
   return numbers;
 }
 
-// One serving, from the first signal that is caught to the last thread that is given back.
+// One serving, from the first signal that is caught to the last thread that is restored.
 class Serving {
  public:
   Serving(const ServingOptions& options, os::Os& os, runtime::Server& server, os::SignalWatch& signals)
@@ -117,10 +117,10 @@ void Serving::end_commands() {
   if (commands_.empty()) return;
   ending_ = true;
   for (const os::ProcessId process : os::descendants()) static_cast<void>(::kill(static_cast<int>(process), SIGTERM));
-  const TimePoint deadline = os_.now() + kPatience;
+  const TimePoint deadline = os_.now() + kTimeout;
   while (!all_ended() && os_.now() < deadline) server_.run();
   // Who is killed takes a moment to be gone, and may have started another just before.
-  const TimePoint gone_by = os_.now() + kLastPatience;
+  const TimePoint gone_by = os_.now() + kLastTimeout;
   for (auto left = os::descendants(); !left.empty() && os_.now() < gone_by; left = os::descendants()) {
     for (const os::ProcessId process : left) static_cast<void>(::kill(static_cast<int>(process), SIGKILL));
     os_.sleep_until(os_.now() + kLook);

@@ -247,7 +247,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
                    "same again")
       ->type_name("FILE");
   command->add_option("--cores", options->cores, "How many cores the app gets; else those that it lists, or 1")
-      ->check(CLI::Range(1, sim::kMostCores));
+      ->check(CLI::Range(1, sim::kMaxCores));
   command
       ->add_option("--scheduler", options->scheduler,
                    "As catan run has them: catan, default, fifo, rate:HZ, static:PLAN.json; picas, deadline, davare, "

@@ -42,7 +42,7 @@ Result<std::vector<std::string>> apps_in(const std::string& folder) {
 }
 
 // How many apps the file has already; what is left of it ends with a whole line.
-Result<std::size_t> take_up(const Sweep& what, const std::vector<std::string>& names) {
+Result<std::size_t> resume(const Sweep& what, const std::vector<std::string>& names) {
   std::ifstream file(what.out, std::ios::binary);
   if (!file) return std::size_t{0};
   std::vector<std::string> lines;
@@ -105,7 +105,7 @@ class Lines {
 Result<Swept> sweep(const Sweep& what) {
   const auto names = apps_in(what.folder);
   if (!names) return names.error();
-  const auto done = take_up(what, *names);
+  const auto done = resume(what, *names);
   if (!done) return done.error();
   Swept swept{.apps = names->size(), .found_done = *done, .failed = 0};
   std::error_code none;

@@ -67,7 +67,7 @@ class FirstDue {
     if (sooner < kLatest) sooner_ = std::max(sooner_, sooner);
   }
   // 0: it never ran.
-  Nanos estimate(Nanos least_late) const { return std::max(first_ - sooner_ - least_late, Nanos{0}); }
+  Nanos estimate(Nanos min_late) const { return std::max(first_ - sooner_ - min_late, Nanos{0}); }
 
  private:
   static constexpr int kRuns = 100;
@@ -80,7 +80,7 @@ class FirstDue {
 };
 
 // When each unscheduled node and each subchain was to begin first; timers are so late at least.
-Result<sim::Phases> phases_of(const record::Reader& record, Nanos least_late) {
+Result<sim::Phases> phases_of(const record::Reader& record, Nanos min_late) {
   const graph::Graph& graph = record.app().graph;
   const TimePoint started = record.header().started;
   std::vector<std::optional<FirstDue>> nodes(graph.nodes().size());
@@ -100,7 +100,7 @@ Result<sim::Phases> phases_of(const record::Reader& record, Nanos least_late) {
   });
   if (!read) return read.error();
   for (std::size_t index = 0; index < nodes.size(); ++index) {
-    if (nodes[index]) phases.nodes[index] = nodes[index]->estimate(least_late);
+    if (nodes[index]) phases.nodes[index] = nodes[index]->estimate(min_late);
   }
   std::replace(phases.subchains.begin(), phases.subchains.end(), never, Nanos{0});
   return phases;
@@ -139,7 +139,7 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
   options.slack = header.slack;
   const sim::MachineCosts& costs_of = options.machine.costs;
   const bool ordinary = !header.real_time || !options.policy->raises();
-  auto phases = phases_of(record, costs_of.timer_latency + (ordinary ? costs_of.ordinary_timer_least : Nanos{0}));
+  auto phases = phases_of(record, costs_of.timer_latency + (ordinary ? costs_of.ordinary_timer_min : Nanos{0}));
   if (!phases) return phases.error();
   options.phases = std::move(*phases);
   auto costs = std::make_unique<sim::RecordedCosts>(

@@ -22,7 +22,7 @@ constexpr int kManySteps = 10'000;
 constexpr int kFewSteps = 500;
 
 // A session takes no more for a node.
-constexpr int kMostThreads = 64;
+constexpr int kMaxThreads = 64;
 
 void compute(int steps) {
   volatile std::uint64_t result = 1;
@@ -107,7 +107,7 @@ Status SyntheticLoad::add_threads(Host& host) {
   for (const auto& node : nodes_) {
     const graph::Node& described = app_.graph.node(node->id);
     if (!node->here) continue;
-    const int threads = std::min({described.max_threads, static_cast<int>(cpus->size()), kMostThreads});
+    const int threads = std::min({described.max_threads, static_cast<int>(cpus->size()), kMaxThreads});
     if (threads < 2) continue;
     node->workers = std::make_unique<Workers>(
         os_, threads - 1, [&] { return host.adopt_this_thread(described.name); },
@@ -129,8 +129,8 @@ void SyntheticLoad::run(Node& node, Run& run) {
     }
   }
   Workers* const workers = node.at_work.load(std::memory_order_acquire);
-  const int most = workers != nullptr ? std::min(run.threads(), workers->count() + 1) : 1;
-  const int threads = work_[node.id].cost.threads_used(most);
+  const int max = workers != nullptr ? std::min(run.threads(), workers->count() + 1) : 1;
+  const int threads = work_[node.id].cost.threads_used(max);
   const model::RunDraw draw = work_.draw(seed_, node.id, run.number(), os_.now() - begun_, threads);
   run.set_mode(static_cast<std::uint32_t>(draw.mode));
   if (threads > 1) workers->begin(threads - 1, draw.cpu);

@@ -43,18 +43,18 @@ struct WhatifOptions {
   bool json = false;
 };
 
-Error mistake(const std::string& what, const std::string& mend) { return Error::caller(what, mend); }
+Error mistake(const std::string& what, const std::string& hint) { return Error::caller(what, hint); }
 
 // "NAME=0.5,1,2"
 struct Values {
   std::string name;
   std::vector<double> values;
 };
-Result<Values> parse_values(const std::string& text, const char* option, double least) {
-  const std::string mend = fmt::format("write {} NAME=0.5,1,2", option);
+Result<Values> parse_values(const std::string& text, const char* option, double min) {
+  const std::string hint = fmt::format("write {} NAME=0.5,1,2", option);
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0)
-    return mistake(fmt::format("{}: '{}' has no values", option, text), mend);
+    return mistake(fmt::format("{}: '{}' has no values", option, text), hint);
   Values values{text.substr(0, equals), {}};
   std::string rest = text.substr(equals + 1) + ",";
   for (std::size_t comma = rest.find(','); comma != std::string::npos; comma = rest.find(',')) {
@@ -62,8 +62,8 @@ Result<Values> parse_values(const std::string& text, const char* option, double 
     rest.erase(0, comma + 1);
     char* end = nullptr;
     const double value = std::strtod(item.c_str(), &end);
-    if (item.empty() || *end != '\0' || !(value >= least) || value > 1e6) {
-      return mistake(fmt::format("{}: '{}' is not a number of at least {}", option, item, least), mend);
+    if (item.empty() || *end != '\0' || !(value >= min) || value > 1e6) {
+      return mistake(fmt::format("{}: '{}' is not a number of at least {}", option, item, min), hint);
     }
     values.values.push_back(value);
   }
@@ -72,7 +72,7 @@ Result<Values> parse_values(const std::string& text, const char* option, double 
 
 Result<std::vector<int>> parse_cores(const std::string& text) {
   const auto counts = os::parse_cpu_list(text);
-  if (!counts || counts->empty() || counts->cpus().front() < 1 || counts->cpus().back() > sim::kMostCores) {
+  if (!counts || counts->empty() || counts->cpus().front() < 1 || counts->cpus().back() > sim::kMaxCores) {
     return mistake(fmt::format("--cores: '{}' are not numbers of cores", text), "write --cores 1-6, or 1,2,4");
   }
   return counts->cpus();
@@ -161,11 +161,11 @@ int ask(const WhatifOptions& options) {
   result.nodes.assign(at(hardware), at(until_weights));
   result.weights.assign(at(until_weights), answers->end());
   if (policy->policy->follows_plan() && has_bounds(*app)) {
-    for (const int count : *cores) result.limits.push_back({count, sim::least_speed(*app, *work, count)});
+    for (const int count : *cores) result.limits.push_back({count, sim::min_speed(*app, *work, count)});
     std::set<NodeId> varied;
     for (const sim::Answer& each : result.nodes) varied.insert(*each.asked.node);
     for (const NodeId node : varied) {
-      result.node_limits.push_back({node, sim::most_factor(*app, *work, {.cores = cores->front()}, node)});
+      result.node_limits.push_back({node, sim::max_factor(*app, *work, {.cores = cores->front()}, node)});
     }
   }
   if (!options.svg.empty()) {

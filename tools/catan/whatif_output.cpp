@@ -95,9 +95,9 @@ std::string conclusions(const WhatIf& result) {
     return "\nThe app has no bounds (max, min_rate), so nothing says which hardware is enough.\n";
   }
   std::string text = "\n";
-  if (const Answer* least = sim::cheapest(result.hardware)) {
-    text += fmt::format("Cheapest of these that meets all bounds: {} of speed {}.\n", cores_text(least->asked.cores),
-                        number(least->asked.speed));
+  if (const Answer* min = sim::cheapest(result.hardware)) {
+    text += fmt::format("Cheapest of these that meets all bounds: {} of speed {}.\n", cores_text(min->asked.cores),
+                        number(min->asked.speed));
   } else {
     text += "None of these meets all bounds.\n";
   }
@@ -200,7 +200,7 @@ std::string whatif_text(const WhatIf& result) {
 }
 
 std::string whatif_json(const WhatIf& result) {
-  const Answer* least = has_bounds(result.app) ? sim::cheapest(result.hardware) : nullptr;
+  const Answer* min = has_bounds(result.app) ? sim::cheapest(result.hardware) : nullptr;
   Json limits = Json::array();
   for (const auto& [cores, speed] : result.limits) {
     limits.push_back({{"cores", cores}, {"least_speed", speed ? Json(*speed) : Json(nullptr)}});
@@ -220,7 +220,7 @@ std::string whatif_json(const WhatIf& result) {
             {"cheapest", nullptr},
             {"limits", limits},
             {"node_limits", node_limits}};
-  if (least != nullptr) json["cheapest"] = {{"cores", least->asked.cores}, {"speed", least->asked.speed}};
+  if (min != nullptr) json["cheapest"] = {{"cores", min->asked.cores}, {"speed", min->asked.speed}};
   return json.dump(2) + "\n";
 }
 

@@ -17,11 +17,11 @@ namespace ctn::tool {
 
 struct CoreLimit {
   int cores = 1;
-  std::optional<double> least_speed;  // none: no speed is enough
+  std::optional<double> min_speed;  // none: no speed is enough
 };
 struct NodeLimit {
   NodeId node;
-  std::optional<double> most_factor;  // none: it does not fit at any cost
+  std::optional<double> max_factor;  // none: it does not fit at any cost
 };
 
 struct WhatIf {

@@ -35,13 +35,13 @@ bool of_the_sweep(const Trial& trial) { return trial.scheduler.starts_with("rate
 // A hand-set rate's response time shows in a few seconds; how well a face that turns round at random moments is kept in
 // view takes many turns.
 void share_time(const Setting& setting, std::vector<Trial>& trials) {
-  const double least = kMeasureMin * setting.slowdown;  // a slower board takes longer for as many pictures
+  const double min = kMeasureMin * setting.slowdown;  // a slower board takes longer for as many pictures
   const auto sweep = static_cast<double>(std::count_if(trials.begin(), trials.end(), of_the_sweep));
   const double others = static_cast<double>(trials.size()) - sweep;
-  const double left = setting.budget - setting.overhead * (sweep + others) - least * sweep;
-  const double measured = std::clamp(left / std::max(1.0, others), least, 5.0 * least);
+  const double left = setting.budget - setting.overhead * (sweep + others) - min * sweep;
+  const double measured = std::clamp(left / std::max(1.0, others), min, 5.0 * min);
   for (Trial& trial : trials) {
-    trial.seconds = setting.quick ? setting.slowdown : of_the_sweep(trial) ? least : std::floor(measured * 10.0) / 10.0;
+    trial.seconds = setting.quick ? setting.slowdown : of_the_sweep(trial) ? min : std::floor(measured * 10.0) / 10.0;
   }
 }
 

@@ -13,7 +13,7 @@ namespace {
 std::string cores_text(std::size_t cores) { return cores == 1 ? "1 core" : fmt::format("{} cores", cores); }
 
 std::string shown(const Spread& spread, int digits) {
-  return fmt::format("{:.{}f} ({:.{}f} to {:.{}f})", spread.median, digits, spread.least, digits, spread.most, digits);
+  return fmt::format("{:.{}f} ({:.{}f} to {:.{}f})", spread.median, digits, spread.min, digits, spread.max, digits);
 }
 
 std::string scheduler_text(const Row& row) {
@@ -31,7 +31,7 @@ std::vector<std::size_t> core_counts(const Summary& summary) {
 }
 
 report::Point point_of(const Row& row, const Spread& value) {
-  return {.x = row.source_hz.median, .y = value.median, .low = value.least, .high = value.most};
+  return {.x = row.source_hz.median, .y = value.median, .low = value.min, .high = value.max};
 }
 
 report::Panel panel_of(const Summary& summary, std::size_t cores, double speed, Spread Row::*value,

@@ -12,8 +12,8 @@
 namespace ctn::demo {
 namespace {
 
-constexpr double kLonger = 4.0;     // how much, where a trial brought nothing
-constexpr double kPatience = 60.0;  // seconds beyond what a trial measures, at slowdown 1
+constexpr double kLonger = 4.0;    // how much, where a trial brought nothing
+constexpr double kTimeout = 60.0;  // seconds beyond what a trial measures, at slowdown 1
 
 std::string quoted(const std::string& text) {
   std::string out = "'";
@@ -28,7 +28,7 @@ std::string quoted(const std::string& text) {
 }
 
 Result<Measured> run_once(const std::string& program, const Trial& trial, double slowdown, const std::string& log) {
-  const double limit = trial.seconds + slowdown * kPatience;
+  const double limit = trial.seconds + slowdown * kTimeout;
   const std::string by_hand = command_line(program, trial, slowdown);
   const std::string command =
       fmt::format("exec timeout --foreground -k 5 {:.0f} {} 2>>{}", limit, by_hand, quoted(log));

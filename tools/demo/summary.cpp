@@ -65,18 +65,18 @@ void claim_response(Summary& summary, std::size_t cores, double speed) {
   if (catan == nullptr) return;
   const double ours = catan->response_ms.median;
   if (best != nullptr) {
-    const double least = best->response_ms.median;
+    const double min = best->response_ms.median;
     summary.claims.push_back({cores, "Response time within 5 % of the best hand-set rate, found by trying",
-                              fmt::format("{:.1f} ms beside {:.1f} ms at {:.1f} Hz ({:+.1f} %)", ours, least,
-                                          best->source_hz.median, 100.0 * (ours / least - 1.0)),
-                              ours <= kNearBest * least});
+                              fmt::format("{:.1f} ms beside {:.1f} ms at {:.1f} Hz ({:+.1f} %)", ours, min,
+                                          best->source_hz.median, 100.0 * (ours / min - 1.0)),
+                              ours <= kNearBest * min});
   }
   if (standard != nullptr) {
     const double theirs = standard->response_ms.median;
     summary.claims.push_back(
         {cores, "Response time clearly below the default's",
          fmt::format("{:.1f} ms beside {:.1f} ms ({:+.1f} %)", ours, theirs, 100.0 * (ours / theirs - 1.0)),
-         ours <= kClearlyBelow * theirs && catan->response_ms.most < standard->response_ms.least});
+         ours <= kClearlyBelow * theirs && catan->response_ms.max < standard->response_ms.min});
   }
   if (catan->predicted_ms) {
     const double predicted = catan->predicted_ms->median;

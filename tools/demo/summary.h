@@ -12,8 +12,8 @@ namespace ctn::demo {
 // Median, least and greatest over the rounds.
 struct Spread {
   double median = 0.0;
-  double least = 0.0;
-  double most = 0.0;
+  double min = 0.0;
+  double max = 0.0;
 };
 Spread spread_of(std::vector<double> values);  // precondition: not empty
 

@@ -12,8 +12,8 @@ namespace {
 TEST(SpreadOf, IsMedianAndEnds) {
   const Spread odd = spread_of({3.0, 1.0, 2.0});
   EXPECT_EQ(odd.median, 2.0);
-  EXPECT_EQ(odd.least, 1.0);
-  EXPECT_EQ(odd.most, 3.0);
+  EXPECT_EQ(odd.min, 1.0);
+  EXPECT_EQ(odd.max, 3.0);
   EXPECT_EQ(spread_of({1.0, 2.0}).median, 1.5);
 }
 
@@ -23,8 +23,8 @@ TEST(Summarise, TakesTheMedianOverRounds) {
   ASSERT_NE(row, nullptr);
   EXPECT_EQ(row->rounds, 3U);
   EXPECT_EQ(row->response_ms.median, 252.0);
-  EXPECT_EQ(row->response_ms.least, 251.0);
-  EXPECT_EQ(row->response_ms.most, 253.0);
+  EXPECT_EQ(row->response_ms.min, 251.0);
+  EXPECT_EQ(row->response_ms.max, 253.0);
   EXPECT_FALSE(row->predicted_ms.has_value());
   EXPECT_EQ(find_row(summary, 2, "catan", 1.0)->predicted_ms->median, 150.0);
 }

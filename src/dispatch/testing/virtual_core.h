@@ -87,7 +87,7 @@ class VirtualCore {
   }
 
   void stop() {
-    obey(dispatcher.stop(now));
+    apply(dispatcher.stop(now));
     call_at_ = kNever;
   }
 
@@ -203,9 +203,9 @@ class VirtualCore {
 
   // As a driver does it: again and again while that is asked for.
   void call() {
-    constexpr int kMostSwapsAtOnce = 3;
+    constexpr int kMaxSwapsAtOnce = 3;
     for (int again = 0;; ++again) {
-      if (again > kMostSwapsAtOnce) throw Breach("the dispatcher asks for the present again and again");
+      if (again > kMaxSwapsAtOnce) throw Breach("the dispatcher asks for the present again and again");
       std::vector<std::uint64_t> completed;
       for (const SharedCoreSlot& slot : dispatcher.schedule().slots) {
         const auto found = threads.find(slot.subchain);
@@ -213,7 +213,7 @@ class VirtualCore {
       }
       ++calls;
       const SharedCoreDispatcher::Decision& decision = dispatcher.step(now, completed);
-      obey(decision);
+      apply(decision);
       wake_ = decision.wake_on_completion;
       call_at_ = decision.ask_at;
       if (call_at_ > now) break;
@@ -222,7 +222,7 @@ class VirtualCore {
     if (lateness_ && call_at_ != kNever) call_at_ += lateness_(calls);
   }
 
-  void obey(const SharedCoreDispatcher::Decision& decision) {
+  void apply(const SharedCoreDispatcher::Decision& decision) {
     for (const SharedCoreDispatcher::LevelChange& change : decision.levels) {
       if (threads.at(change.subchain).level == change.level) throw Breach("a level change that changes nothing");
       threads.at(change.subchain).level = change.level;

@@ -18,7 +18,7 @@ using dispatch::ms;
 inline policy::SubchainPlace paced(Nanos period, os::CpuSet cpus, Nanos hang_after = Nanos{0}) {
   policy::SubchainPlace place;
   place.cpus = std::move(cpus);
-  place.pacing = {.period = period, .in_flight_limit = 1, .hang_after = hang_after};
+  place.pacing = {.period = period, .max_in_flight = 1, .hang_after = hang_after};
   place.level = os::Level::kActive;
   return place;
 }

@@ -3,8 +3,8 @@
 // A claim is a thread that can run: with CPU time left to consume, or with none left, and then it only waits for a CPU
 // to go on to its next instruction. Each CPU serves one claim at a time:
 //   - Levels: a claim that finds no free CPU takes the CPU of one of a lower level: the lowest, and among those the one
-//     last in line. Of several free CPUs it takes the one it had last, else the least number. Who has a CPU never moves
-//     to make room, nor when a better CPU gets free.
+//     last in line. Of several free CPUs it takes the one it had last, else the lowest number. Who has a CPU never
+//     moves to make room, nor when a better CPU gets free.
 //   - The line: among equals, first come first served. Who is pre-empted keeps its place, so it is the first of those
 //     that wait for that CPU. As on Linux, a raised thread goes to the end of its new level's line, a lowered one to
 //     the front; lowered to the ordinary level, to the end.

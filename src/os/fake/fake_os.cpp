@@ -13,7 +13,7 @@ namespace ctn::os {
 namespace {
 
 constexpr ProcessId kProcess{1000};
-constexpr int kMaxHandOversInPlace = 1'000'000;
+constexpr int kMaxPassesInPlace = 1'000'000;
 
 }  // namespace
 
@@ -91,7 +91,7 @@ FakeOs::Task* FakeOs::next_by_time() {
   return next;
 }
 
-void FakeOs::wake_those_due() {
+void FakeOs::wake_due() {
   for (const auto& task : tasks_) {
     if (!task->ended && !cpus_.has(task->id) && task->wake_at <= now_) make_runnable(*task);
   }
@@ -112,7 +112,7 @@ void FakeOs::let_pass(Nanos duration) {
 
 FakeOs::Task* FakeOs::next_on_shared_cpus() {
   while (true) {
-    wake_those_due();
+    wake_due();
     cpus_.assign();
     if (const auto ready = cpus_.ready()) return find(*ready);
     const TimePoint deadline = next_deadline();
@@ -122,18 +122,18 @@ FakeOs::Task* FakeOs::next_on_shared_cpus() {
   }
 }
 
-void FakeOs::hand_over() {
+void FakeOs::pass_baton() {
   const TimePoint before = now_;
   Task* const next = shares_cpus_ ? next_on_shared_cpus() : next_by_time();
   if (!next) die("deadlock: no thread can run, and none has a deadline");
-  hand_overs_in_place_ = now_ > before ? 0 : hand_overs_in_place_ + 1;
-  if (hand_overs_in_place_ > kMaxHandOversInPlace) die("livelock: threads run without time going on");
+  passes_in_place_ = now_ > before ? 0 : passes_in_place_ + 1;
+  if (passes_in_place_ > kMaxPassesInPlace) die("livelock: threads run without time going on");
   running_ = next;
   next->baton.notify_one();
 }
 
-void FakeOs::give_up(Task& task, Lock& lock) {
-  hand_over();
+void FakeOs::yield_baton(Task& task, Lock& lock) {
+  pass_baton();
   task.baton.wait(lock, [&] { return running_ == &task; });
 }
 
@@ -142,7 +142,7 @@ void FakeOs::block_until(Task& task, TimePoint wake_at, Lock& lock) {
   task.yielded = wake_at > now_ ? 0 : ++yields_;
   if (shares_cpus_ && wake_at > now_) cpus_.remove(task.id);
   if (shares_cpus_ && wake_at <= now_) cpus_.to_the_end(task.id);
-  give_up(task, lock);
+  yield_baton(task, lock);
 }
 
 void FakeOs::run(Task& task, const std::function<void()>& body) {
@@ -159,7 +159,7 @@ void FakeOs::run(Task& task, const std::function<void()>& body) {
   for (const auto& other : tasks_) {
     if (other->joining == &task) make_runnable(*other);
   }
-  hand_over();
+  pass_baton();
 }
 
 void FakeOs::join(Task& target) {
@@ -199,7 +199,7 @@ void FakeOs::burn(Nanos duration) {
   Task& task = self("burn");
   if (shares_cpus_) {
     cpus_.consume(task.id, duration);
-    return give_up(task, lock);
+    return yield_baton(task, lock);
   }
   task.burning_since = now_;
   block_until(task, now_ + duration, lock);

@@ -47,12 +47,12 @@ class FakeOs : public Os {
     friend bool operator==(const Change&, const Change&) = default;
   };
 
-  // One call of a Guard that took effect.
-  struct GuardCall {
+  // One call of a Guardian that took effect.
+  struct GuardianCall {
     TimePoint at;
     ThreadId thread;
     std::optional<SavedScheduling> before;  // none: forget()
-    friend bool operator==(const GuardCall&, const GuardCall&) = default;
+    friend bool operator==(const GuardianCall&, const GuardianCall&) = default;
   };
 
   // Precondition: the topology has a CPU that is online.
@@ -79,12 +79,12 @@ class FakeOs : public Os {
   std::vector<Change> changes() const;
   // Does what the guardian would if the process were killed now; nobody is watched any more then.
   void restore_watched();
-  // Somebody ends the guardian: restore_watched() does nothing until tend() or watch() has replaced it.
+  // Somebody ends the guardian: restore_watched() does nothing until ensure_running() or watch() has replaced it.
   void end_guardian();
   // How many threads can be watched at once, 1024 at first.
-  void set_guard_room(std::size_t room);
+  void set_guardian_capacity(std::size_t room);
   std::vector<ThreadId> watched() const;
-  std::vector<GuardCall> guard_calls() const;
+  std::vector<GuardianCall> guardian_calls() const;
 
   TimePoint now() override;
   Nanos thread_cpu_time() override;
@@ -112,29 +112,29 @@ class FakeOs : public Os {
   int current_cpu() override;
   PowerState power_state(const CpuSet& cpus) override;
   std::map<int, Nanos> stolen_time() override;
-  // What is held lowers ready_cpus_held() when it is let go.
+  // The object lowers ready_cpus_held() when it is destroyed.
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
   int ready_cpus_held() const { return ready_cpus_held_->load(); }
   // Precondition: none lives yet.
-  Result<std::unique_ptr<Guard>> start_guard() override;
+  Result<std::unique_ptr<Guardian>> start_guardian() override;
 
  private:
   struct Task;
   class Handle;
-  class FakeGuard;
+  class FakeGuardian;
   using Lock = std::unique_lock<std::mutex>;
 
   Task& attach(std::string name);
   Task& self(const char* call);
   Task* find(ThreadId thread);
   // Gives the baton away; returns when it is back. The caller has set when, or on what, the task can run again.
-  void give_up(Task& task, Lock& lock);
-  void hand_over();
+  void yield_baton(Task& task, Lock& lock);
+  void pass_baton();
   // Who runs next, and time goes on until then. Null when nobody ever can.
   Task* next_by_time();
   Task* next_on_shared_cpus();
   void make_runnable(Task& task);
-  void wake_those_due();
+  void wake_due();
   TimePoint next_deadline() const;
   void let_pass(Nanos duration);
   std::string describe(const Task& task) const;
@@ -151,7 +151,7 @@ class FakeOs : public Os {
   std::map<std::thread::id, Task*> attached_;
   Task* running_ = nullptr;
   TimePoint now_{};
-  int hand_overs_in_place_ = 0;  // since time last went on
+  int passes_in_place_ = 0;  // since time last went on
   std::uint64_t yields_ = 0;
   bool shares_cpus_ = false;
   FakeCpus cpus_;  // has a claim for each thread that can run, where CPUs are shared
@@ -163,10 +163,10 @@ class FakeOs : public Os {
   std::shared_ptr<std::atomic<int>> ready_cpus_held_ = std::make_shared<std::atomic<int>>(0);
   std::vector<Change> changes_;
   std::map<ThreadId, SavedScheduling> watched_;
-  std::vector<GuardCall> guard_calls_;
-  std::size_t guard_room_ = 1024;
-  bool has_guard_ = false;
-  bool has_guardian_ = false;
+  std::vector<GuardianCall> guardian_calls_;
+  std::size_t guardian_capacity_ = 1024;
+  bool guardian_started_ = false;
+  bool guardian_running_ = false;
 };
 
 }  // namespace ctn::os

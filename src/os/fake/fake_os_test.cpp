@@ -175,11 +175,11 @@ TEST(FakeOs, RestoringToACpuThatWentAwayAllowsAll) {
   EXPECT_EQ(os.affinity(ThreadId{1}).value(), (CpuSet{0, 2}));
 }
 
-TEST(FakeOs, GuardianGivesBackWhatIsWatchedWhenTheProcessIsKilled) {
+TEST(FakeOs, GuardianRestoresWhatIsWatchedWhenTheProcessIsKilled) {
   FakeOs os;
   const ThreadId self = os.current_thread();
   const SavedScheduling before = os.save_scheduling(self).value();
-  const auto guard = os.start_guard().value();
+  const auto guard = os.start_guardian().value();
   ASSERT_TRUE(guard->watch(self, before));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   EXPECT_THAT(os.watched(), testing::ElementsAre(self));
@@ -189,22 +189,22 @@ TEST(FakeOs, GuardianGivesBackWhatIsWatchedWhenTheProcessIsKilled) {
   guard->forget(self);  // was not watched any more
   ASSERT_TRUE(guard->watch(self, before));
   guard->forget(self);
-  EXPECT_THAT(os.guard_calls(),
-              testing::ElementsAre(FakeOs::GuardCall{at(0ns), self, before}, FakeOs::GuardCall{at(0ns), self, before},
-                                   FakeOs::GuardCall{at(0ns), self, std::nullopt}));
+  EXPECT_THAT(os.guardian_calls(), testing::ElementsAre(FakeOs::GuardianCall{at(0ns), self, before},
+                                                        FakeOs::GuardianCall{at(0ns), self, before},
+                                                        FakeOs::GuardianCall{at(0ns), self, std::nullopt}));
 }
 
 TEST(FakeOs, GuardianThatIsEndedIsReplaced) {
   FakeOs os;
   const ThreadId self = os.current_thread();
-  const auto guard = os.start_guard().value();
+  const auto guard = os.start_guardian().value();
   ASSERT_TRUE(guard->watch(self, os.save_scheduling(self).value()));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   os.end_guardian();
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kActive);
   EXPECT_EQ(guard->replaced(), 0);
-  ASSERT_TRUE(guard->tend().ok());
+  ASSERT_TRUE(guard->ensure_running().ok());
   EXPECT_EQ(guard->replaced(), 1);
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
@@ -212,9 +212,9 @@ TEST(FakeOs, GuardianThatIsEndedIsReplaced) {
 
 TEST(FakeOs, GuardHasOnlySoMuchRoom) {
   FakeOs os;
-  os.set_guard_room(0);
+  os.set_guardian_capacity(0);
   const ThreadId self = os.current_thread();
-  const auto guard = os.start_guard().value();
+  const auto guard = os.start_guardian().value();
   EXPECT_FALSE(guard->watch(self, os.save_scheduling(self).value()));
 }
 

@@ -17,7 +17,7 @@ inline std::string show_time(TimePoint time) {
 
 inline Error gone(const std::string& what, ThreadId thread) {
   return Error::environment(fmt::format("cannot {} thread {}: it is gone", what, static_cast<int>(thread)),
-                            "threads that end while they are scheduled need no mending");
+                            "threads that end while they are scheduled need no action");
 }
 
 struct FakeOs::Task {

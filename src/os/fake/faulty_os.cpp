@@ -157,30 +157,30 @@ Result<std::unique_ptr<ReadyCpus>> FaultyOs::keep_cpus_ready() {
   return inner_.keep_cpus_ready();
 }
 
-class FaultyOs::FaultyGuard : public Guard {
+class FaultyOs::FaultyGuardian : public Guardian {
  public:
-  FaultyGuard(FaultyOs& os, std::unique_ptr<Guard> inner) : os_(os), inner_(std::move(inner)) {}
+  FaultyGuardian(FaultyOs& os, std::unique_ptr<Guardian> inner) : os_(os), inner_(std::move(inner)) {}
 
   bool watch(ThreadId thread, const SavedScheduling& before) override {
     return !os_.lost(thread) && !os_.next(Call::kWatch) && inner_->watch(thread, before);
   }
   void forget(ThreadId thread) override { inner_->forget(thread); }
-  Status tend() override {
-    if (const auto order = os_.next(Call::kTend)) return order->error.value_or(refused());
-    return inner_->tend();
+  Status ensure_running() override {
+    if (const auto order = os_.next(Call::kEnsureRunning)) return order->error.value_or(refused());
+    return inner_->ensure_running();
   }
   int replaced() const override { return inner_->replaced(); }
 
  private:
   FaultyOs& os_;
-  std::unique_ptr<Guard> inner_;
+  std::unique_ptr<Guardian> inner_;
 };
 
-Result<std::unique_ptr<Guard>> FaultyOs::start_guard() {
-  if (const auto order = next(Call::kStartGuard)) return order->error.value_or(refused());
-  Result<std::unique_ptr<Guard>> guard = inner_.start_guard();
+Result<std::unique_ptr<Guardian>> FaultyOs::start_guardian() {
+  if (const auto order = next(Call::kStartGuardian)) return order->error.value_or(refused());
+  Result<std::unique_ptr<Guardian>> guard = inner_.start_guardian();
   if (!guard.ok()) return guard;
-  return std::unique_ptr<Guard>(std::make_unique<FaultyGuard>(*this, std::move(*guard)));
+  return std::unique_ptr<Guardian>(std::make_unique<FaultyGuardian>(*this, std::move(*guard)));
 }
 
 Result<Topology> FaultyOs::topology() {

@@ -4,7 +4,7 @@
 //   os.fail_next(Call::kSetLevel, 2, refused());   // the next two calls, then all is as `inner` again
 //   os.ignore_next(Call::kSetLevel, 1);            // the system says yes and does nothing: read-back finds it
 //   os.delay_next(Call::kWait, 3, 5ms);            // the next three return 5 ms late
-//   os.lose_thread(thread); os.lose_cpu(1);        // for good
+//   os.lose_thread(thread); os.lose_cpu(1);        // permanently
 //
 // Orders for one call are met in the order given, each as often as said; without any, everything passes through.
 // Thread safety: as os.h, orders included.
@@ -34,9 +34,9 @@ enum class Call {
   kRestoreScheduling,
   kTopology,
   kKeepCpusReady,
-  kStartGuard,
-  kWatch,  // of a Guard: it returns false
-  kTend,
+  kStartGuardian,
+  kWatch,  // of a Guardian: it returns false
+  kEnsureRunning,
 };
 
 // What a system without the privilege answers.
@@ -86,10 +86,10 @@ class FaultyOs : public Os {
   PowerState power_state(const CpuSet& cpus) override { return inner_.power_state(cpus); }
   std::map<int, Nanos> stolen_time() override { return inner_.stolen_time(); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override;
-  Result<std::unique_ptr<Guard>> start_guard() override;
+  Result<std::unique_ptr<Guardian>> start_guardian() override;
 
  private:
-  class FaultyGuard;
+  class FaultyGuardian;
   struct Order {
     int count = 0;
     std::optional<Error> error;

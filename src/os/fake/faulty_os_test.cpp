@@ -62,16 +62,16 @@ TEST_F(FaultyOsTest, WhatDoesNotTakeIsFoundByReadingBack) {
 }
 
 TEST_F(FaultyOsTest, GuardsFailOnOrder) {
-  os_.fail_next(Call::kStartGuard, 1);
-  EXPECT_FALSE(os_.start_guard().ok());
-  const auto guard = os_.start_guard().value();
+  os_.fail_next(Call::kStartGuardian, 1);
+  EXPECT_FALSE(os_.start_guardian().ok());
+  const auto guard = os_.start_guardian().value();
   const auto saved = os_.save_scheduling(kMain).value();
   os_.fail_next(Call::kWatch, 1);
-  os_.fail_next(Call::kTend, 1);
+  os_.fail_next(Call::kEnsureRunning, 1);
   EXPECT_FALSE(guard->watch(kMain, saved));
   EXPECT_TRUE(guard->watch(kMain, saved));
-  EXPECT_FALSE(guard->tend().ok());
-  EXPECT_TRUE(guard->tend().ok());
+  EXPECT_FALSE(guard->ensure_running().ok());
+  EXPECT_TRUE(guard->ensure_running().ok());
   os_.lose_thread(kMain);
   EXPECT_FALSE(guard->watch(kMain, saved));
 }

@@ -134,10 +134,10 @@ Status ChildProcess::signal(int number) {
 }
 
 void ChildProcess::end() {
-  constexpr auto kPatience = std::chrono::seconds(2);
+  constexpr auto kTimeout = std::chrono::seconds(2);
   constexpr auto kPause = std::chrono::milliseconds(1);
   static_cast<void>(signal(SIGTERM));
-  for (auto waited = std::chrono::milliseconds(0); waited < kPatience && !wait(); waited += kPause) {
+  for (auto waited = std::chrono::milliseconds(0); waited < kTimeout && !wait(); waited += kPause) {
     std::this_thread::sleep_for(kPause);
   }
   if (wait()) return;

@@ -29,7 +29,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr Nanos kPatience = 60s;
+constexpr Nanos kTimeout = 60s;
 constexpr uid_t kNobody = 65534;
 
 std::size_t open_descriptors() {
@@ -54,7 +54,7 @@ class LocalSocket : public testing::Test {
   }
 
   // Waits for a client, or for its message.
-  Connection let_in() {
+  Connection accept_client() {
     wait_for(listener_->socket());
     auto found = listener_->accept();
     EXPECT_TRUE(found.ok() && found->has_value());
@@ -66,7 +66,7 @@ class LocalSocket : public testing::Test {
   }
   void wait_for(const Descriptor& descriptor) {
     ASSERT_TRUE(poller_->add(descriptor, 1).ok());
-    EXPECT_THAT(poller_->wait(os_->now() + kPatience), testing::ElementsAre(1));
+    EXPECT_THAT(poller_->wait(os_->now() + kTimeout), testing::ElementsAre(1));
     poller_->remove(descriptor);
   }
 
@@ -111,7 +111,7 @@ TEST_F(LocalSocket, MessagesArriveWholeBothWays) {
   EXPECT_FALSE(listener_->accept()->has_value());
   const auto client = Connection::connect(path_);
   ASSERT_TRUE(client.ok()) << client.error().message();
-  const Connection server = let_in();
+  const Connection server = accept_client();
   Message message;
   EXPECT_EQ(server.receive(message), Arrival::kNothing);
   ASSERT_TRUE(client->send("first").ok());
@@ -137,7 +137,7 @@ TEST_F(LocalSocket, BothEndsKnowWhoTheOtherIs) {
     const bool right = client->peer().process == ProcessId{::getppid()} && message.sender == client->peer();
     return client->process().valid() && right ? 0 : 1;
   });
-  const Connection server = let_in();
+  const Connection server = accept_client();
   EXPECT_EQ(server.peer(), (Peer{child.process(), ::getuid(), ::getgid()}));
   ASSERT_TRUE(server.send("hello").ok());
   EXPECT_EQ(child.join(), 0);
@@ -150,7 +150,7 @@ TEST_F(LocalSocket, EachMessageNamesItsSender) {
     ForkedProcess grandchild([&] { return client->send("from the grandchild").ok() ? 0 : 1; });
     return grandchild.join() + (client->send("from the child").ok() ? 0 : 1);
   });
-  const Connection server = let_in();
+  const Connection server = accept_client();
   Message message;
   ASSERT_EQ(receive(server, message), Arrival::kMessage);
   EXPECT_EQ(message.text, "from the grandchild");
@@ -166,7 +166,7 @@ TEST_F(LocalSocket, SharedMemoryIsHandedOver) {
   const auto memory = SharedMemory::create("catan-test", 4096);
   ASSERT_TRUE(memory.ok());
   const auto client = Connection::connect(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   ASSERT_TRUE(server.send("region", &memory->descriptor()).ok());
   Message message;
   ASSERT_EQ(client->receive(message), Arrival::kMessage);
@@ -181,7 +181,7 @@ TEST_F(LocalSocket, SharedMemoryIsHandedOver) {
 TEST_F(LocalSocket, TheEndIsToldAfterTheLastMessage) {
   listen();
   std::optional<Connection> client = *Connection::connect(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   ASSERT_TRUE(client->send("last").ok());
   client.reset();
   Message message;
@@ -205,7 +205,7 @@ TEST_F(LocalSocket, MessagesOfNoOrTooManyBytesAreTheCallersMistake) {
 TEST_F(LocalSocket, WhoDoesNotReadBlocksNobody) {
   listen();
   const auto client = Connection::connect(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   Status sent = Done{};
   int count = 0;
   while (sent.ok() && count < 100'000) {
@@ -224,7 +224,7 @@ TEST_F(LocalSocket, TenThousandMessagesArriveInOrder) {
     const Descriptor client = raw_connection(path_);
     for (int i = 0; i < kCount; ++i) EXPECT_EQ(::send(client.number(), &i, sizeof i, 0), static_cast<int>(sizeof i));
   });
-  const Connection server = let_in();
+  const Connection server = accept_client();
   Message message;
   for (int i = 0; i < kCount; ++i) {
     ASSERT_EQ(receive(server, message), Arrival::kMessage);
@@ -240,7 +240,7 @@ TEST_F(LocalSocket, TenThousandMessagesArriveInOrder) {
 TEST_F(LocalSocket, EmptyMessageIsNotTheEnd) {
   listen();
   const Descriptor client = raw_connection(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   ASSERT_EQ(::send(client.number(), "", 0, 0), 0);
   ASSERT_EQ(::send(client.number(), "x", 1, 0), 1);
   Message message;
@@ -253,7 +253,7 @@ TEST_F(LocalSocket, EmptyMessageIsNotTheEnd) {
 TEST_F(LocalSocket, TooLongAMessageIsReportedAsSuch) {
   listen();
   const Descriptor client = raw_connection(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   const std::string longer(kMaxMessage + 1, 'x');
   ASSERT_EQ(::send(client.number(), longer.data(), longer.size(), 0), static_cast<ssize_t>(longer.size()));
   ASSERT_EQ(::send(client.number(), "next", 4, 0), 4);
@@ -269,7 +269,7 @@ TEST_F(LocalSocket, TooLongAMessageIsReportedAsSuch) {
 TEST_F(LocalSocket, SurplusDescriptorsAreClosed) {
   listen();
   const Descriptor client = raw_connection(path_);
-  const Connection server = let_in();
+  const Connection server = accept_client();
   const std::size_t before = open_descriptors();
   for (const std::size_t count : {250U, 2U, 3U, 1U}) {
     ASSERT_EQ(send_descriptors(client, count, "x"), 1) << count;
@@ -278,7 +278,7 @@ TEST_F(LocalSocket, SurplusDescriptorsAreClosed) {
     EXPECT_EQ(message.surplus, count > 1);
     EXPECT_TRUE(message.descriptor.valid());
     EXPECT_EQ(open_descriptors(), before + 1);
-    EXPECT_EQ(server.receive(message), Arrival::kNothing);  // the next call lets go of it
+    EXPECT_EQ(server.receive(message), Arrival::kNothing);  // the next call releases it
     EXPECT_EQ(open_descriptors(), before);
   }
 }
@@ -293,14 +293,14 @@ TEST_F(LocalSocket, DeathIsNoticedEvenIfAChildKeepsTheSocket) {
     pid_of_keeper.pass(keeper);
     return ::pause();
   });
-  const Connection server = let_in();
+  const Connection server = accept_client();
   const auto keeper = pid_of_keeper.await();
   ASSERT_TRUE(keeper.has_value());
   CATAN_REQUIRE(server.process().valid(), "needs a kernel with pidfd_open (Linux 5.3)");
   ASSERT_TRUE(poller_->add(server.process(), 2).ok());
   EXPECT_THAT(poller_->wait(os_->now() + 2ms), testing::IsEmpty());
   client.end(SIGKILL);
-  EXPECT_THAT(poller_->wait(os_->now() + kPatience), testing::ElementsAre(2));
+  EXPECT_THAT(poller_->wait(os_->now() + kTimeout), testing::ElementsAre(2));
   Message message;
   EXPECT_EQ(server.receive(message), Arrival::kNothing);
   ::kill(*keeper, SIGKILL);

@@ -50,7 +50,7 @@ std::vector<std::string> mounts(const LinuxRoots& roots, const std::string& cont
 
 }  // namespace
 
-std::vector<std::string> group_folders(const LinuxRoots& roots, std::string_view controller) {
+std::vector<std::string> cgroup_folders(const LinuxRoots& roots, std::string_view controller) {
   const auto line = find_line(roots, controller);
   if (!line) return {};
   for (const std::string& mount : mounts(roots, line->controllers, controller)) {

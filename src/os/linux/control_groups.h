@@ -13,6 +13,6 @@ namespace ctn::os {
 
 // Folders of the groups, the top first, the own one last; empty where the kernel has no such hierarchy. Where the path
 // is the host's and not ours (in a container), the mount alone. `controller`: "cpu" for version 1, "" for version 2.
-std::vector<std::string> group_folders(const LinuxRoots& roots, std::string_view controller);
+std::vector<std::string> cgroup_folders(const LinuxRoots& roots, std::string_view controller);
 
 }  // namespace ctn::os

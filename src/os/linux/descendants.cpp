@@ -13,7 +13,7 @@
 namespace ctn::os {
 namespace {
 
-// As guardian.cpp calls itself.
+// As guardian_process.cpp calls itself.
 constexpr std::string_view kGuardianName = "(catan-guard";
 
 // By parent; those that have ended but were not collected, too.

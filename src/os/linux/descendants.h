@@ -1,7 +1,7 @@
 // What the programs that this process started have started in turn, for whoever is to end all of it.
 //
 // A process whose parent ends is given to the next of its ancestors that adopts orphans, so once this one does, nothing
-// below it is lost sight of, also what has put itself into the background. Guardians (guard.h) are not counted: they
+// below it is lost sight of, also what has put itself into the background. Guardians (guardian.h) are not counted: they
 // are to outlive this process.
 //
 // Thread safety: pure functions of the system; adopt_orphans() is for the whole process.

@@ -70,8 +70,8 @@ Reserve throttling(const LinuxRoots& roots) {
 }
 
 // A group with no time at all has no real-time threads to reserve anything from: `permitted` says so.
-Reserve group_throttling(const LinuxRoots& roots) {
-  const auto group = real_time_group(roots);
+Reserve cgroup_throttling(const LinuxRoots& roots) {
+  const auto group = real_time_cgroup(roots);
   if (!group || group->runtime_us <= 0) return {};
   return {unused_fraction(group->runtime_us, group->period_us), "throttling"};
 }
@@ -122,7 +122,7 @@ std::string wall_clock_utc() {
 Reserve read_reserve(const LinuxRoots& roots) {
   // The first of equals is named.
   Reserve largest = fair_server(roots);
-  for (Reserve other : {throttling(roots), group_throttling(roots)}) {
+  for (Reserve other : {throttling(roots), cgroup_throttling(roots)}) {
     if (other.fraction > largest.fraction) largest = std::move(other);
   }
   if (largest.fraction <= 0.0) return {0.0, "nothing"};

@@ -104,7 +104,7 @@ TEST(LinuxPrivilege, GroupOfAContainerIsItsMount) {
   FabricatedTree tree;
   tree.write("proc/self/cgroup", "1:cpu:/path/on/the/host\n");
   tree.write("sys/fs/cgroup/cpu/cpu.rt_runtime_us", "0\n");
-  const auto group = real_time_group(tree.roots());
+  const auto group = real_time_cgroup(tree.roots());
   ASSERT_TRUE(group);
   EXPECT_EQ(group->runtime_us, 0);
 }
@@ -112,9 +112,9 @@ TEST(LinuxPrivilege, GroupOfAContainerIsItsMount) {
 TEST(LinuxPrivilege, WithoutTheCapabilityItIsNamed) {
   FabricatedTree tree;
   tree.write("proc/self/status", "Name:\tx\nCapEff:\t0000000000000000\n");
-  const std::string mend = how_to_permit(tree.roots());
-  EXPECT_NE(mend.find("setcap cap_sys_nice+ep"), std::string::npos);
-  EXPECT_NE(mend.find("limits.conf"), std::string::npos);
+  const std::string hint = how_to_permit(tree.roots());
+  EXPECT_NE(hint.find("setcap cap_sys_nice+ep"), std::string::npos);
+  EXPECT_NE(hint.find("limits.conf"), std::string::npos);
 }
 
 TEST(LinuxPrivilege, WithTheCapabilitySomethingElseForbids) {

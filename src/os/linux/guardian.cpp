@@ -1,163 +1,228 @@
 #include "os/linux/guardian.h"
 
-#include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <sched.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-#include <sys/signalfd.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
-#include <ctime>
+#include <map>
+#include <mutex>
+#include <new>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
 
+#include "os/linux/descriptor.h"
+#include "os/linux/guardian_process.h"
 #include "os/linux/kernel_calls.h"
+#include "os/linux/monitored_thread.h"
 #include "os/linux/process.h"
 
 namespace ctn::os {
 namespace {
 
-using CpuBits = decltype(WatchedThread::cpus);
+constexpr int kTimeoutMs = 2000;
 
-void close_range(unsigned first, unsigned last) {
-  constexpr unsigned kMostByHand = 1U << 16;
-  if (first > last || ::syscall(SYS_close_range, first, last, 0U) == 0) return;
-  rlimit limit{};
-  ::getrlimit(RLIMIT_NOFILE, &limit);
-  const auto end = static_cast<unsigned>(std::min<rlim_t>(limit.rlim_cur, kMostByHand));
-  for (unsigned number = first; number < end && number <= last; ++number) ::close(static_cast<int>(number));
+Error cannot_start_guardian(int error, std::string hint) {
+  return Error::environment("cannot start a guardian: " + std::generic_category().message(error), std::move(hint));
 }
 
-// Standard input and output, too, are closed: whoever reads what the server writes is not to wait for us.
-void close_all_but(int one, int other) {
-  unsigned from = 0;
-  for (const int kept : {std::min(one, other), std::max(one, other)}) {
-    if (kept < 0) continue;
-    const auto number = static_cast<unsigned>(kept);
-    if (number > from) close_range(from, number - 1);
-    from = number + 1;
+// Memory that stays shared across a fork.
+class SharedTable {
+ public:
+  SharedTable() {
+    void* const memory = ::mmap(nullptr, sizeof(GuardianTable), PROT_READ | PROT_WRITE,
+                                MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+    if (memory != MAP_FAILED) table_ = new (memory) GuardianTable;
   }
-  close_range(from, ~0U);
-}
-
-// ---- Setting what was saved
-
-bool set_cpus(pid_t thread, const CpuBits& cpus) {
-  return ::syscall(SYS_sched_setaffinity, thread, sizeof cpus, cpus.data()) == 0;
-}
-
-// CPUs that are gone by now are left out; where all are, every CPU is allowed.
-void restore_cpus(pid_t thread, const CpuBits& cpus) {
-  if (std::all_of(cpus.begin(), cpus.end(), [](std::uint64_t bits) { return bits == 0; })) return;
-  if (set_cpus(thread, cpus) || errno != EINVAL) return;
-  CpuBits all{};
-  all.fill(~std::uint64_t{0});
-  set_cpus(thread, all);
-}
-
-void restore_policy(KernelCalls& kernel, const WatchedThread& watched) {
-  const SchedulingPolicy wanted{watched.policy, watched.priority, watched.reset_on_fork != 0};
-  SchedulingPolicy found;
-  if (kernel.get_policy(watched.thread, found) == 0 && found == wanted) return;
-  if (kernel.set_policy(watched.thread, wanted) != EPERM) return;
-  // Clearing the flag needs a privilege; without it the flag stays, which changes nothing for the thread itself.
-  kernel.set_policy(watched.thread, {wanted.policy, wanted.priority, true});
-}
-
-void restore(KernelCalls& kernel, const WatchedThread& watched) {
-  restore_policy(kernel, watched);
-  int nice = 0;
-  if (kernel.get_nice(watched.thread, nice) == 0 && nice != watched.nice) kernel.set_nice(watched.thread, watched.nice);
-  restore_cpus(watched.thread, watched.cpus);
-}
-
-void restore_all(const GuardTable& table, const char* procfs) {
-  KernelCalls kernel;
-  for (const WatchedThread& watched : table.threads) {
-    if (watched.published.load(std::memory_order_acquire) == 0) continue;
-    if (read_start_time(procfs, ThreadId{watched.thread}) == watched.started) restore(kernel, watched);
+  ~SharedTable() {
+    if (table_ != nullptr) ::munmap(table_, sizeof(GuardianTable));
   }
-}
+  SharedTable(const SharedTable&) = delete;
+  SharedTable& operator=(const SharedTable&) = delete;
 
-// ---- Waiting
+  GuardianTable* get() const { return table_; }
 
-// How often, and how many times, what was saved is set again while a server comes to its end.
-constexpr int kPassMs = 5;
-constexpr int kPasses = 2000;
-
-// The other end sends nothing: there is something to read when it is closed.
-bool server_has_ended(int lifeline) {
-  char byte = 0;
-  const ssize_t count = ::read(lifeline, &byte, 1);
-  return count == 0 || (count < 0 && errno != EINTR && errno != EAGAIN);
-}
-
-// What tells that the server ends. Negative ones are passed over.
-struct Signs {
-  int lifeline = -1;
-  int server = -1;  // pidfd
-  int death = -1;   // of the thread that forked us
+ private:
+  GuardianTable* table_ = nullptr;
 };
 
-enum class Seen { kNothing, kEnding, kEnded };
+bool fill(WatchedThread& entry, ThreadId thread, std::uint64_t started, const SavedScheduling& before) {
+  entry.thread = static_cast<std::int32_t>(thread);
+  entry.started = started;
+  entry.policy = before.policy;
+  entry.priority = before.priority;
+  entry.nice = before.nice;
+  entry.reset_on_fork = before.reset_on_fork ? 1 : 0;
+  entry.cpus = {};
+  for (const int cpu : before.affinity.cpus()) {
+    const auto number = static_cast<std::size_t>(cpu);
+    if (cpu < 0 || number >= kMaxGuardianCpu) return false;
+    entry.cpus.at(number / 64) |= std::uint64_t{1} << number % 64;
+  }
+  return true;
+}
 
-// kEnding: one thread of the server is gone; kEnded: all are, or the server lets go of us. kNothing: so long a time
-// has passed (ms; negative: any).
-Seen wait_for_end(Signs& signs, int patience) {
-  constexpr timespec kPause{0, 10'000'000};
-  while (true) {
-    std::array<pollfd, 3> sources = {
-        {{signs.lifeline, POLLIN, 0}, {signs.server, POLLIN, 0}, {signs.death, POLLIN, 0}}};
-    const int found = ::poll(sources.data(), sources.size(), patience);
-    if (found == 0) return Seen::kNothing;
-    if (found < 0) {
-      if (errno != EINTR) ::nanosleep(&kPause, nullptr);  // to spin up here would stop the machine
-      if (patience >= 0) return Seen::kNothing;
-      continue;
-    }
-    if ((sources[1].revents & POLLIN) != 0) return Seen::kEnded;
-    if (sources[0].revents != 0 && server_has_ended(signs.lifeline)) return Seen::kEnded;
-    if (sources[1].revents != 0) signs.server = -1;
-    if (sources[2].revents != 0) signs.death = -1;
-    if ((sources[2].revents & POLLIN) != 0) return Seen::kEnding;
+// By its parent, because on a busy machine it might not get so far by itself.
+void put_above_all(pid_t guardian) {
+  KernelCalls kernel;
+  for (const int priority : kPrioritiesAboveAll) {
+    if (kernel.set_policy(guardian, {SCHED_FIFO, priority, true}) == 0) return;
   }
 }
 
-// Readable once the thread that forked us is gone. The signal is one that nobody sends by chance.
-int watch_forker() {
-  const int number = SIGRTMAX;
-  sigset_t set{};
-  sigemptyset(&set);
-  sigaddset(&set, number);
-  ::prctl(PR_SET_PDEATHSIG, number);
-  return ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+class LinuxGuardian : public Guardian {
+ public:
+  explicit LinuxGuardian(LinuxRoots roots) : roots_(std::move(roots)) {}
+  ~LinuxGuardian() override {
+    if (!entries_.empty()) static_cast<void>(ensure_running_locked());
+    end_guardian();
+  }
+
+  // Once, before all else.
+  Status start();
+
+  bool watch(ThreadId thread, const SavedScheduling& before) override;
+  void forget(ThreadId thread) override;
+  Status ensure_running() override;
+  int replaced() const override;
+
+ private:
+  Status ensure_running_locked();
+  Status fork_guardian();
+  bool await_ready() const;
+  void end_guardian();
+
+  LinuxRoots roots_;
+  mutable std::mutex mutex_;
+  SharedTable table_;
+  std::map<ThreadId, std::size_t> entries_;
+  std::vector<std::size_t> free_entries_;
+  pid_t guardian_pid_ = 0;     // 0: none
+  Descriptor monitor_socket_;  // when it is closed, the guardian acts
+  int replaced_ = 0;
+  MonitoredThread monitored_thread_;  // forks the guardian
+};
+
+Status LinuxGuardian::start() {
+  if (table_.get() == nullptr) return cannot_start_guardian(ENOMEM, "free memory");
+  for (std::size_t place = kMaxWatched; place-- > 0;) free_entries_.push_back(place);
+  if (Status forked = fork_guardian(); !forked.ok()) return forked;
+  if (await_ready()) return Done{};
+  return Error::environment(
+      "a guardian was started but ended at once",
+      "let this process have children that outlive it (a container's filter or limit forbids it)");
+}
+
+Status LinuxGuardian::fork_guardian() {
+  std::array<int, 2> ends{-1, -1};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    return cannot_start_guardian(errno, "raise the limit of open files (`ulimit -n`)");
+  }
+  Descriptor ours(ends[0]);
+  const Descriptor theirs(ends[1]);
+  const Descriptor server = watch_process(ProcessId{::getpid()});
+  pid_t child = -1;
+  int error = 0;
+  monitored_thread_.call([&] {
+    child = ::fork();
+    if (child == 0) run_guardian(*table_.get(), roots_.procfs.c_str(), theirs.number(), server.number());
+    error = errno;
+    if (child > 0) put_above_all(child);
+  });
+  if (child < 0)
+    return cannot_start_guardian(error, "raise the limit of processes (`ulimit -u`, or the control group's)");
+  guardian_pid_ = child;
+  monitor_socket_ = std::move(ours);
+  return Done{};
+}
+
+// One that is only slow counts as ready: it acts when it gets there.
+bool LinuxGuardian::await_ready() const {
+  pollfd source{monitor_socket_.number(), POLLIN, 0};
+  if (::poll(&source, 1, kTimeoutMs) <= 0) return true;
+  char ready = 0;
+  return ::recv(monitor_socket_.number(), &ready, 1, MSG_DONTWAIT) == 1;
+}
+
+// Its end of the socket is closed when it is done. Before that, the byte that said it was ready may still be there.
+void LinuxGuardian::end_guardian() {
+  if (guardian_pid_ == 0) return;
+  ::shutdown(monitor_socket_.number(), SHUT_WR);
+  for (bool open = true; open;) {
+    pollfd source{monitor_socket_.number(), POLLIN, 0};
+    const int found = ::poll(&source, 1, kTimeoutMs);
+    if (found == 0) ::kill(guardian_pid_, SIGKILL);  // somebody has stopped it
+    char byte = 0;
+    if (found >= 0) open = ::recv(monitor_socket_.number(), &byte, 1, 0) == 1;
+  }
+  ::waitpid(guardian_pid_, nullptr, 0);
+  guardian_pid_ = 0;
+}
+
+Status LinuxGuardian::ensure_running() {
+  const std::lock_guard lock(mutex_);
+  return ensure_running_locked();
+}
+
+Status LinuxGuardian::ensure_running_locked() {
+  if (guardian_pid_ != 0 && ::waitpid(guardian_pid_, nullptr, WNOHANG) == 0) return Done{};
+  guardian_pid_ = 0;
+  Status forked = fork_guardian();
+  if (forked.ok()) ++replaced_;
+  return forked;
+}
+
+int LinuxGuardian::replaced() const {
+  const std::lock_guard lock(mutex_);
+  return replaced_;
+}
+
+// The new entry is published before an old one of the thread goes, so that there is always one.
+bool LinuxGuardian::watch(ThreadId thread, const SavedScheduling& before) {
+  const std::lock_guard lock(mutex_);
+  if (!ensure_running_locked().ok()) return false;
+  const auto started = start_time(thread, roots_);
+  if (!started || free_entries_.empty()) return false;
+  const std::size_t place = free_entries_.back();
+  WatchedThread& entry = table_.get()->threads.at(place);
+  if (!fill(entry, thread, *started, before)) return false;
+  entry.published.store(1, std::memory_order_release);
+  free_entries_.pop_back();
+  const auto [known, is_new] = entries_.try_emplace(thread, place);
+  if (!is_new) {
+    const std::size_t old = std::exchange(known->second, place);
+    table_.get()->threads.at(old).published.store(0, std::memory_order_release);
+    free_entries_.push_back(old);
+  }
+  return true;
+}
+
+void LinuxGuardian::forget(ThreadId thread) {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(thread);
+  if (found == entries_.end()) return;
+  table_.get()->threads.at(found->second).published.store(0, std::memory_order_release);
+  free_entries_.push_back(found->second);
+  entries_.erase(found);
 }
 
 }  // namespace
 
-void stand_guard(const GuardTable& table, const char* procfs, int lifeline, int server) {
-  ::prctl(PR_SET_NAME, "catan-guard");
-  ::setsid();
-  if (::chdir("/") != 0) ::_exit(1);  // holds no file system that someone may want to unmount
-  close_all_but(lifeline, server);
-  Signs signs{lifeline, server, watch_forker()};
-  CpuBits all{};
-  all.fill(~std::uint64_t{0});
-  set_cpus(0, all);
-  const char ready = 1;
-  ::send(lifeline, &ready, 1, MSG_NOSIGNAL);
-  Seen seen = wait_for_end(signs, -1);
-  restore_all(table, procfs);
-  // Its other threads may still be in calls that raise somebody, and come to their ends later than this one to its.
-  for (int pass = 0; seen != Seen::kEnded && pass < kPasses; ++pass) {
-    seen = wait_for_end(signs, kPassMs);
-    restore_all(table, procfs);
-  }
-  ::_exit(0);
+Result<std::unique_ptr<Guardian>> start_guardian(const LinuxRoots& roots) try {
+  auto guard = std::make_unique<LinuxGuardian>(roots);
+  if (Status started = guard->start(); !started.ok()) return started.error();
+  return std::unique_ptr<Guardian>(std::move(guard));
+} catch (const std::system_error& no_thread) {
+  return cannot_start_guardian(no_thread.code().value(),
+                               "raise the limit of threads (`ulimit -u`, or the control group's)");
 }
 
 }  // namespace ctn::os

@@ -21,7 +21,7 @@
 #include <utility>
 
 #include "os/linux/facts.h"
-#include "os/linux/guard.h"
+#include "os/linux/guardian.h"
 #include "os/linux/idle.h"
 #include "os/linux/power.h"
 #include "os/linux/scheduling.h"
@@ -136,7 +136,7 @@ class LinuxOs : public Os {
   PowerState power_state(const CpuSet& cpus) override { return read_power_state(roots_, cpus); }
   std::map<int, Nanos> stolen_time() override { return read_stolen_time(roots_); }
   Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready() override { return os::keep_cpus_ready(roots_); }
-  Result<std::unique_ptr<Guard>> start_guard() override { return os::start_guard(roots_); }
+  Result<std::unique_ptr<Guardian>> start_guardian() override { return os::start_guardian(roots_); }
 
  private:
   LinuxRoots roots_;
@@ -163,7 +163,7 @@ Result<Nanos> LinuxOs::thread_cpu_time(ThreadId thread) {
     if (const auto found = read_schedstat(roots_, thread)) return *found;
   }
   return Error::environment(fmt::format("cannot read the CPU time of thread {}: it is gone", static_cast<int>(thread)),
-                            "threads that end while they are scheduled need no mending");
+                            "threads that end while they are scheduled need no action");
 }
 
 WaitResult LinuxOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {

@@ -23,7 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kPatience = 60s;
+constexpr Nanos kTimeout = 60s;
 
 using Word = std::atomic<std::uint32_t>;
 
@@ -54,7 +54,7 @@ class SharedMemory {
 
 class LinuxOsTest : public testing::Test {
  protected:
-  TimePoint soon() { return os_->now() + kPatience; }
+  TimePoint soon() { return os_->now() + kTimeout; }
 
   std::unique_ptr<Os> os_ = make_linux_os();
 };
@@ -177,7 +177,7 @@ TEST_F(LinuxOsTest, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
     const Status raised = os->set_level(os->current_thread(), Level::kActive);
     if (facts.why_not.empty() || raised.ok()) return 3;
     const Error& error = raised.error();
-    if (error.kind() != ErrorKind::kEnvironment || error.problems().front().mend.empty()) return 4;
+    if (error.kind() != ErrorKind::kEnvironment || error.problems().front().hint.empty()) return 4;
     return os->level(os->current_thread()).value() == Level::kOrdinary ? 0 : 5;
   });
   const int exit_code = unprivileged.join();

@@ -24,8 +24,8 @@ constexpr int kWaiting = 128;  // clients that may wait to be let in
 
 std::string text_of(int error) { return std::generic_category().message(error); }
 
-Error cannot_listen(const std::string& path, const std::string& why, std::string mend) {
-  return Error::environment(fmt::format("cannot listen at {}: {}", path, why), std::move(mend));
+Error cannot_listen(const std::string& path, const std::string& why, std::string hint) {
+  return Error::environment(fmt::format("cannot listen at {}: {}", path, why), std::move(hint));
 }
 
 Error failed(const std::string& path, int error) {

@@ -14,7 +14,7 @@
 namespace ctn::os {
 namespace {
 
-constexpr int kMostAtOnce = 64;
+constexpr int kMaxAtOnce = 64;
 constexpr Poller::Key kTimerKey = Poller::kKeys;
 constexpr Poller::Key kEventKey = Poller::kKeys + 1;
 
@@ -27,7 +27,7 @@ Error cannot_wait(int error) {
 
 Poller::Poller(Descriptor set, Descriptor timer, Descriptor event)
     : set_(std::move(set)), timer_(std::move(timer)), event_(std::move(event)) {
-  ready_.reserve(kMostAtOnce);
+  ready_.reserve(kMaxAtOnce);
 }
 
 Result<std::unique_ptr<Poller>> Poller::make() {
@@ -69,10 +69,10 @@ void Poller::set_timer(TimePoint deadline) {
 const std::vector<Poller::Key>& Poller::wait(TimePoint deadline) {
   ready_.clear();
   set_timer(deadline);
-  std::array<epoll_event, kMostAtOnce> events{};
+  std::array<epoll_event, kMaxAtOnce> events{};
   int count = -1;
   do {
-    count = ::epoll_wait(set_.number(), events.data(), kMostAtOnce, -1);
+    count = ::epoll_wait(set_.number(), events.data(), kMaxAtOnce, -1);
   } while (count < 0 && errno == EINTR);
   for (int i = 0; i < count; ++i) {
     const Key key = events.at(static_cast<std::size_t>(i)).data.u64;

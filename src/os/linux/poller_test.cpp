@@ -22,13 +22,13 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr Nanos kPatience = 60s;
+constexpr Nanos kTimeout = 60s;
 
 Descriptor event(unsigned count) { return Descriptor(::eventfd(count, EFD_CLOEXEC | EFD_NONBLOCK)); }
 
 class PollerTest : public testing::Test {
  protected:
-  TimePoint soon() { return os_->now() + kPatience; }
+  TimePoint soon() { return os_->now() + kTimeout; }
 
   std::unique_ptr<Os> os_ = make_linux_os();
   std::unique_ptr<Poller> poller_ = Poller::make().value();

@@ -22,18 +22,18 @@ bool names_cpu_controller(std::string_view controllers) {
   return false;
 }
 
-std::optional<RealTimeGroup> read_group(const std::string& folder) {
+std::optional<RealTimeCgroup> read_cgroup(const std::string& folder) {
   const std::string file = folder + "/cpu.rt_runtime_us";
   const std::optional<std::int64_t> runtime = read_integer(file);
   if (!runtime) return std::nullopt;
-  RealTimeGroup group{file, *runtime};
+  RealTimeCgroup group{file, *runtime};
   const std::optional<std::int64_t> period = read_integer(folder + "/cpu.rt_period_us");
   if (period && *period > 0) group.period_us = *period;
   return group;
 }
 
 // Lines of /proc/self/cgroup: "number:controllers:path".
-std::optional<RealTimeGroup> group_of_line(const LinuxRoots& roots, std::string_view line) {
+std::optional<RealTimeCgroup> cgroup_of_line(const LinuxRoots& roots, std::string_view line) {
   const std::size_t first = line.find(':');
   const std::size_t second = first == std::string_view::npos ? first : line.find(':', first + 1);
   if (second == std::string_view::npos) return std::nullopt;
@@ -43,8 +43,8 @@ std::optional<RealTimeGroup> group_of_line(const LinuxRoots& roots, std::string_
   // In a container the path may be the host's, and the mount is the group itself.
   for (const std::string_view mount : {controllers, std::string_view("cpu"), std::string_view("cpu,cpuacct")}) {
     const std::string top = fmt::format("{}/fs/cgroup/{}", roots.sysfs, mount);
-    if (auto group = read_group(path == "/" ? top : fmt::format("{}{}", top, path))) return group;
-    if (auto group = read_group(top)) return group;
+    if (auto group = read_cgroup(path == "/" ? top : fmt::format("{}{}", top, path))) return group;
+    if (auto group = read_cgroup(top)) return group;
   }
   return std::nullopt;
 }
@@ -67,13 +67,13 @@ std::string program_path(const LinuxRoots& roots) {
   return {path.data(), static_cast<std::size_t>(length)};
 }
 
-std::optional<RealTimeGroup> real_time_group(const LinuxRoots& roots) {
+std::optional<RealTimeCgroup> real_time_cgroup(const LinuxRoots& roots) {
   const std::optional<std::string> groups = read_text(roots.procfs + "/self/cgroup");
   if (!groups) return std::nullopt;
   std::string_view rest = *groups;
   while (!rest.empty()) {
     const std::size_t end = rest.find('\n');
-    if (auto group = group_of_line(roots, rest.substr(0, end))) return group;
+    if (auto group = cgroup_of_line(roots, rest.substr(0, end))) return group;
     if (end == std::string_view::npos) break;
     rest.remove_prefix(end + 1);
   }
@@ -81,7 +81,7 @@ std::optional<RealTimeGroup> real_time_group(const LinuxRoots& roots) {
 }
 
 std::string how_to_permit(const LinuxRoots& roots) {
-  const std::optional<RealTimeGroup> group = real_time_group(roots);
+  const std::optional<RealTimeCgroup> group = real_time_cgroup(roots);
   if (group && group->runtime_us == 0) {
     return fmt::format(
         "this process is in a control group without time for real-time threads: set some, as in "

@@ -12,14 +12,14 @@
 
 namespace ctn::os {
 
-struct RealTimeGroup {
+struct RealTimeCgroup {
   std::string file;  // where the budget is set
   std::int64_t runtime_us = 0;
   std::int64_t period_us = 1'000'000;
 };
 
 // The group of this process, where the kernel budgets real-time threads by group.
-std::optional<RealTimeGroup> real_time_group(const LinuxRoots& roots);
+std::optional<RealTimeCgroup> real_time_cgroup(const LinuxRoots& roots);
 
 // Whether this process has the privilege that lets root set any scheduling.
 bool has_cap_sys_nice(const LinuxRoots& roots);

@@ -66,7 +66,7 @@ bool is_real_time(int policy) { return policy == SCHED_FIFO || policy == SCHED_R
 Error Scheduling::refused(ThreadId thread, const std::string& what, int error) const {
   const std::string place = fmt::format("cannot {} thread {}", what, static_cast<int>(thread));
   if (error == ESRCH) {
-    return Error::environment(place + ": it is gone", "threads that end while they are scheduled need no mending");
+    return Error::environment(place + ": it is gone", "threads that end while they are scheduled need no action");
   }
   if (error == EPERM) return Error::environment(place + ": not permitted", how_to_permit(roots_));
   return Error::environment(fmt::format("{}: {}", place, std::generic_category().message(error)),

@@ -26,8 +26,8 @@ constexpr unsigned kNoExecutableSeal = 0x0008U;  // MFD_NOEXEC_SEAL, since Linux
 
 std::string text_of(int error) { return std::generic_category().message(error); }
 
-Error cannot_create(std::size_t size, const std::string& why, std::string mend) {
-  return Error::environment(fmt::format("cannot make {} bytes of shared memory: {}", size, why), std::move(mend));
+Error cannot_create(std::size_t size, const std::string& why, std::string hint) {
+  return Error::environment(fmt::format("cannot make {} bytes of shared memory: {}", size, why), std::move(hint));
 }
 
 Error cannot_open(const std::string& why) {
@@ -112,7 +112,7 @@ Result<SharedMemory> SharedMemory::create(const std::string& name, std::size_t s
   return map(std::move(file), size);
 }
 
-Result<SharedMemory> SharedMemory::open(Descriptor descriptor, std::size_t least_size) {
+Result<SharedMemory> SharedMemory::open(Descriptor descriptor, std::size_t min_size) {
   if (!descriptor.valid()) return cannot_open("there is no descriptor");
   const int seals = ::fcntl(descriptor.number(), F_GET_SEALS);
   if (seals < 0) return cannot_open("it is not memory but another kind of file");
@@ -120,8 +120,8 @@ Result<SharedMemory> SharedMemory::open(Descriptor descriptor, std::size_t least
   struct stat file {};
   if (::fstat(descriptor.number(), &file) != 0) return cannot_open(text_of(errno));
   const auto size = static_cast<std::size_t>(file.st_size);
-  if (size == 0 || size < least_size) {
-    return cannot_open(fmt::format("it has {} bytes and needs {}", size, least_size));
+  if (size == 0 || size < min_size) {
+    return cannot_open(fmt::format("it has {} bytes and needs {}", size, min_size));
   }
   return map(std::move(descriptor), size);
 }

@@ -22,9 +22,9 @@ class SharedMemory {
   // New memory, all zero; `name` shows up in /proc/PID/maps. kCaller: size 0 or a name the kernel does not take.
   // kEnvironment: this system gives no such memory, or has less than twice that free.
   static Result<SharedMemory> create(const std::string& name, std::size_t size);
-  // Memory that another process made. kEnvironment: it is no memfd with a sealed size, is smaller than `least_size`, or
+  // Memory that another process made. kEnvironment: it is no memfd with a sealed size, is smaller than `min_size`, or
   // cannot be mapped.
-  static Result<SharedMemory> open(Descriptor descriptor, std::size_t least_size = 1);
+  static Result<SharedMemory> open(Descriptor descriptor, std::size_t min_size = 1);
 
   ~SharedMemory();
   SharedMemory(SharedMemory&& other) noexcept;

@@ -27,11 +27,11 @@ Descriptor plain_memory(off_t size, int seals) {
   return file;
 }
 
-std::string why(Descriptor descriptor, std::size_t least_size = 1) {
-  const auto opened = SharedMemory::open(std::move(descriptor), least_size);
+std::string why(Descriptor descriptor, std::size_t min_size = 1) {
+  const auto opened = SharedMemory::open(std::move(descriptor), min_size);
   if (opened.ok()) return "";
   EXPECT_EQ(opened.error().kind(), ErrorKind::kEnvironment);
-  EXPECT_FALSE(opened.error().problems().front().mend.empty());
+  EXPECT_FALSE(opened.error().problems().front().hint.empty());
   return opened.error().message();
 }
 

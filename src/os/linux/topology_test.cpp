@@ -49,7 +49,7 @@ TEST(LinuxTopology, CoreIdsServeWhereSiblingsAreNotListed) {
   EXPECT_FALSE(same_core(topology, 0, 2));
 }
 
-// ARM kernels count core_id anew in each cluster: CPUs 0 and 2 are no hardware threads of one core.
+// ARM kernels count core_id again in each cluster: CPUs 0 and 2 are no hardware threads of one core.
 TEST(LinuxTopology, CoreIdsThatRepeatByClusterMeanNothing) {
   FabricatedTree tree;
   tree.write("sys/devices/system/cpu/online", "0-3\n");

@@ -8,7 +8,7 @@ void GapLog::spin(os::Clock& clock, TimePoint until) {
   TimePoint before = clock.now();
   while (before < until) {
     const TimePoint now = clock.now();
-    if (now - before >= kShortest && gaps_.size() < kMost) gaps_.push_back({before, now});
+    if (now - before >= kShortest && gaps_.size() < kMax) gaps_.push_back({before, now});
     before = now;
   }
 }

@@ -21,10 +21,10 @@ struct Gap {
 
 class GapLog {
  public:
-  static constexpr std::size_t kMost = 100'000;
+  static constexpr std::size_t kMax = 100'000;
   static constexpr Nanos kShortest = std::chrono::microseconds{2};
 
-  GapLog() { gaps_.reserve(kMost); }
+  GapLog() { gaps_.reserve(kMax); }
 
   // Keeps the CPU busy until then, whatever its level: whoever calls it at a real-time level names a time that is near.
   void spin(os::Clock& os, TimePoint until);

@@ -95,7 +95,7 @@ struct Samples {
 
 class BareDispatcher {
  public:
-  BareDispatcher(os::Os& os, const BusyPair& pair) : os_(os), pair_(pair) { slice_ends_.reserve(GapLog::kMost); }
+  BareDispatcher(os::Os& os, const BusyPair& pair) : os_(os), pair_(pair) { slice_ends_.reserve(GapLog::kMax); }
 
   void run(TimePoint until) {
     TimePoint at = os_.now();

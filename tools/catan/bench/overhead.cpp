@@ -143,7 +143,8 @@ Status warm_up(os::Os& os, TakeSnapshot&& snapshot) {
   const TimePoint deadline = os.now() + kLongestWarmUp;
   while (!snapshot().warmed_up) {
     if (os.now() >= deadline) {
-      return Error::environment("the app did not warm up", "look whether another program keeps the CPU busy");
+      return Error::environment("the app did not finish its warm-up",
+                                "check whether another program keeps the CPU busy");
     }
     os.sleep_until(os.now() + std::chrono::milliseconds{50});
   }

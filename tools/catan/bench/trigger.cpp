@@ -13,11 +13,11 @@ namespace ctn::tool {
 namespace {
 
 // Nobody waits longer for the other process.
-constexpr Nanos kPatience = std::chrono::seconds{2};
+constexpr Nanos kTimeout = std::chrono::seconds{2};
 
 Error peer_is_gone() {
   return Error::environment("the other process of the measurement does not answer",
-                            "look what ends or stops processes");
+                            "check what ends or stops processes");
 }
 
 TimePoint first_instruction(const Agreement& agreement) { return TimePoint{Nanos{agreement.first.load()}}; }
@@ -28,7 +28,7 @@ void note_first_instruction(os::Os& os, Agreement& agreement) {
 
 // Waits until the other has changed the word. False: it did not in good time.
 bool await_change(os::Os& os, const std::atomic<std::uint32_t>& word, std::uint32_t from) {
-  return os.wait(word, from, os.now() + kPatience) == os::WaitResult::kChanged;
+  return os.wait(word, from, os.now() + kTimeout) == os::WaitResult::kChanged;
 }
 
 void set(os::Os& os, std::atomic<std::uint32_t>& word, std::uint32_t value) {
@@ -83,10 +83,10 @@ class Triggering {
   void pause(std::uint32_t turn) { os_.sleep_until(os_.now() + std::chrono::microseconds{400 + 37 * (turn % 16)}); }
 
   bool trigger_once(std::uint64_t number) {
-    const std::uint32_t seen = controller_.attention_now();
+    const std::uint32_t seen = controller_.wake_count();
     const TimePoint sent = os_.now();
     controller_.trigger(kSubchain, number, sent);
-    controller_.sleep(seen, sent + kPatience);
+    controller_.sleep(seen, sent + kTimeout);
     if (controller_.completed(kSubchain) < number) return false;
     measured.push_back(first_instruction(agreement_) - sent);
     return true;

@@ -1,4 +1,4 @@
-#include "os/linux/sentinel.h"
+#include "os/linux/monitored_thread.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -14,9 +14,9 @@ namespace ctn::os {
 const std::array<int, 2> kPrioritiesAboveAll = {static_cast<int>(fixed_level(kFixedLevels - 1)) + 1,
                                                 static_cast<int>(Level::kDispatcher)};
 
-Sentinel::Sentinel() : thread_([this] { serve(); }) {}
+MonitoredThread::MonitoredThread() : thread_([this] { serve(); }) {}
 
-Sentinel::~Sentinel() {
+MonitoredThread::~MonitoredThread() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -25,18 +25,18 @@ Sentinel::~Sentinel() {
   thread_.join();
 }
 
-void Sentinel::call(std::function<void()> task) {
+void MonitoredThread::call(std::function<void()> task) {
   std::unique_lock lock(mutex_);
   task_ = std::move(task);
   changed_.notify_all();
   changed_.wait(lock, [this] { return !task_; });
 }
 
-void Sentinel::serve() {
+void MonitoredThread::serve() {
   sigset_t all{};
   sigfillset(&all);  // handlers are other threads' business
   ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
-  ::pthread_setname_np(::pthread_self(), "catan-sentinel");
+  ::pthread_setname_np(::pthread_self(), "catan-monitored");
   KernelCalls kernel;
   for (const int priority : kPrioritiesAboveAll) {
     if (kernel.set_policy(0, {SCHED_FIFO, priority, true}) == 0) break;

@@ -1,4 +1,4 @@
-// The Guard of a FakeOs: the guardian is a promise, kept by restore_watched().
+// The Guardian of a FakeOs: the guardian is a promise, kept by restore_watched().
 #include <cassert>
 #include <utility>
 
@@ -7,34 +7,34 @@
 
 namespace ctn::os {
 
-class FakeOs::FakeGuard : public Guard {
+class FakeOs::FakeGuardian : public Guardian {
  public:
-  explicit FakeGuard(FakeOs& os) : os_(os) {}
-  ~FakeGuard() override {
-    static_cast<void>(FakeGuard::tend());
+  explicit FakeGuardian(FakeOs& os) : os_(os) {}
+  ~FakeGuardian() override {
+    static_cast<void>(FakeGuardian::ensure_running());
     os_.restore_watched();
     const Lock lock(os_.mutex_);
-    os_.has_guard_ = os_.has_guardian_ = false;
+    os_.guardian_started_ = os_.guardian_running_ = false;
   }
-  FakeGuard(const FakeGuard&) = delete;
-  FakeGuard& operator=(const FakeGuard&) = delete;
+  FakeGuardian(const FakeGuardian&) = delete;
+  FakeGuardian& operator=(const FakeGuardian&) = delete;
 
   bool watch(ThreadId thread, const SavedScheduling& before) override {
     const Lock lock(os_.mutex_);
     stand_in();
-    const bool room = os_.watched_.contains(thread) || os_.watched_.size() < os_.guard_room_;
+    const bool room = os_.watched_.contains(thread) || os_.watched_.size() < os_.guardian_capacity_;
     if (!room || os_.find(thread) == nullptr) return false;
     os_.watched_[thread] = before;
-    os_.guard_calls_.push_back({os_.now_, thread, before});
+    os_.guardian_calls_.push_back({os_.now_, thread, before});
     return true;
   }
 
   void forget(ThreadId thread) override {
     const Lock lock(os_.mutex_);
-    if (os_.watched_.erase(thread) > 0) os_.guard_calls_.push_back({os_.now_, thread, std::nullopt});
+    if (os_.watched_.erase(thread) > 0) os_.guardian_calls_.push_back({os_.now_, thread, std::nullopt});
   }
 
-  Status tend() override {
+  Status ensure_running() override {
     const Lock lock(os_.mutex_);
     stand_in();
     return Done{};
@@ -47,25 +47,25 @@ class FakeOs::FakeGuard : public Guard {
 
  private:
   void stand_in() {
-    if (!std::exchange(os_.has_guardian_, true)) ++replaced_;
+    if (!std::exchange(os_.guardian_running_, true)) ++replaced_;
   }
 
   FakeOs& os_;
   int replaced_ = 0;
 };
 
-Result<std::unique_ptr<Guard>> FakeOs::start_guard() {
+Result<std::unique_ptr<Guardian>> FakeOs::start_guardian() {
   const Lock lock(mutex_);
-  assert(!has_guard_);
-  has_guard_ = has_guardian_ = true;
-  return std::unique_ptr<Guard>(std::make_unique<FakeGuard>(*this));
+  assert(!guardian_started_);
+  guardian_started_ = guardian_running_ = true;
+  return std::unique_ptr<Guardian>(std::make_unique<FakeGuardian>(*this));
 }
 
 void FakeOs::restore_watched() {
   std::map<ThreadId, SavedScheduling> watched;
   {
     const Lock lock(mutex_);
-    if (!has_guardian_) return;
+    if (!guardian_running_) return;
     watched = std::exchange(watched_, {});
   }
   for (const auto& [thread, before] : watched) static_cast<void>(restore_scheduling(thread, before));
@@ -73,12 +73,12 @@ void FakeOs::restore_watched() {
 
 void FakeOs::end_guardian() {
   const Lock lock(mutex_);
-  has_guardian_ = false;
+  guardian_running_ = false;
 }
 
-void FakeOs::set_guard_room(std::size_t room) {
+void FakeOs::set_guardian_capacity(std::size_t room) {
   const Lock lock(mutex_);
-  guard_room_ = room;
+  guardian_capacity_ = room;
 }
 
 std::vector<ThreadId> FakeOs::watched() const {
@@ -89,9 +89,9 @@ std::vector<ThreadId> FakeOs::watched() const {
   return threads;
 }
 
-std::vector<FakeOs::GuardCall> FakeOs::guard_calls() const {
+std::vector<FakeOs::GuardianCall> FakeOs::guardian_calls() const {
   const Lock lock(mutex_);
-  return guard_calls_;
+  return guardian_calls_;
 }
 
 }  // namespace ctn::os

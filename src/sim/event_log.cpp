@@ -1,4 +1,4 @@
-#include "sim/journal.h"
+#include "sim/event_log.h"
 
 #include <utility>
 
@@ -6,7 +6,7 @@
 
 namespace ctn::sim {
 
-Status Journal::close(TimePoint now, const record::Totals& totals, const os::HostFacts& host) {
+Status EventLog::close(TimePoint now, const record::Totals& totals, const os::HostFacts& host) {
   if (!writer_) return Done{};
   writer_->set_totals(totals);
   Status closed = writer_->close(now, host);
@@ -14,29 +14,29 @@ Status Journal::close(TimePoint now, const record::Totals& totals, const os::Hos
   return closed;
 }
 
-void Journal::ended(const record::Run& run) {
-  gathering_.add(run);
+void EventLog::ended(const record::Run& run) {
+  collector_.add(run);
   if (writer_) writer_->add(run);
   if (!loop_.adapts()) return;
   const std::optional<record::CostChange> change = loop_.ran(run);
   if (change && writer_) writer_->add(*change);
 }
 
-void Journal::triggered(const record::Trigger& trigger) {
-  gathering_.triggered(trigger.sent);
+void EventLog::triggered(const record::Trigger& trigger) {
+  collector_.triggered(trigger.sent);
   if (writer_) writer_->add(trigger);
 }
 
-void Journal::slot_over(const record::SlotUse& slot) {
+void EventLog::slot_over(const record::SlotUse& slot) {
   if (writer_) writer_->add(slot);
 }
 
-void Journal::stole(const record::Steal& steal) {
-  gathering_.stole(steal.begin);
+void EventLog::stole(const record::Steal& steal) {
+  collector_.stole(steal.begin);
   if (writer_) writer_->add(steal);
 }
 
-void Journal::hang_changed(SubchainId subchain, bool began, TimePoint at) {
+void EventLog::hang_changed(SubchainId subchain, bool began, TimePoint at) {
   if (began) {
     ++hangs_;
     loop_.hang_began(subchain, at);
@@ -44,12 +44,12 @@ void Journal::hang_changed(SubchainId subchain, bool began, TimePoint at) {
   if (writer_) writer_->add(policy::notice_of_hang(app_.graph.subchain(subchain).name, began, at));
 }
 
-void Journal::plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason) {
-  gathering_.plan_in_force(at, plan);
+void EventLog::plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason) {
+  collector_.plan_in_force(at, plan);
   if (writer_) writer_->add(record::PlanChange{at, reason, plan::to_json(plan, app_)});
 }
 
-void Journal::notice(const record::Notice& notice) {
+void EventLog::notice(const record::Notice& notice) {
   notices_.push_back(notice.kind + ": " + notice.detail);
   if (writer_) writer_->add(notice);
 }

@@ -1,4 +1,4 @@
-// The thread of a server whose end a guardian waits for. Inside os/linux only.
+// The thread of a server that the guardian monitors: its end is the server's. Inside os/linux only.
 //
 // A process that is killed is gone only when each of its threads has had a CPU to end on, which takes an ordinary
 // thread a second where real-time threads of others keep all CPUs busy. This thread is above all levels, so it ends at
@@ -18,13 +18,13 @@ namespace ctn::os {
 // Above all levels of os.h; the second, for where the first is not permitted, with the highest of them.
 extern const std::array<int, 2> kPrioritiesAboveAll;
 
-class Sentinel {
+class MonitoredThread {
  public:
   // Throws std::system_error when the system has no thread left.
-  Sentinel();
-  ~Sentinel();
-  Sentinel(const Sentinel&) = delete;
-  Sentinel& operator=(const Sentinel&) = delete;
+  MonitoredThread();
+  ~MonitoredThread();
+  MonitoredThread(const MonitoredThread&) = delete;
+  MonitoredThread& operator=(const MonitoredThread&) = delete;
 
   // Has the thread do something, and waits for that.
   void call(std::function<void()> task);

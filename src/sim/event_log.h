@@ -18,11 +18,11 @@
 
 namespace ctn::sim {
 
-class Journal {
+class EventLog {
  public:
   // Both outlive it.
-  Journal(const graph::App& app, TimePoint warm_from, driver::PlanningLoop& loop)
-      : app_(app), gathering_(app, warm_from), loop_(loop) {}
+  EventLog(const graph::App& app, TimePoint warm_from, driver::PlanningLoop& loop)
+      : app_(app), collector_(app, warm_from), loop_(loop) {}
 
   // What comes from now on is recorded, too.
   void record_to(std::unique_ptr<record::Writer> writer) { writer_ = std::move(writer); }
@@ -38,14 +38,14 @@ class Journal {
   void plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason);
   void notice(const record::Notice& notice);
 
-  const Gathering& gathering() const { return gathering_; }
+  const OutcomeCollector& collector() const { return collector_; }
   std::uint64_t hangs() const { return hangs_; }
   // But for those of hangs, which are counted.
   const std::vector<std::string>& notices() const { return notices_; }
 
  private:
   const graph::App& app_;
-  Gathering gathering_;
+  OutcomeCollector collector_;
   driver::PlanningLoop& loop_;
   std::uint64_t hangs_ = 0;
   std::vector<std::string> notices_;

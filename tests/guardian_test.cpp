@@ -23,13 +23,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMostThreads = 64;
-constexpr Nanos kMostBusy = 3s;  // the machine comes back by itself, whatever happens
+constexpr std::size_t kMaxThreads = 64;
+constexpr Nanos kMaxBusy = 3s;  // the machine comes back by itself, whatever happens
 
 // What the processes of the test tell each other.
 struct Shared {
   std::atomic<int> count{0};
-  std::array<std::atomic<std::int32_t>, kMostThreads> threads{};
+  std::array<std::atomic<std::int32_t>, kMaxThreads> threads{};
   std::atomic<bool> spin{false};
   std::atomic<bool> raised{false};
 };
@@ -38,7 +38,7 @@ class BusyMachine : public testing::Test {
  protected:
   void SetUp() override {
     CATAN_REQUIRE_REAL_TIME(*os_);
-    cpus_ = static_cast<int>(std::min(os_->online_cpus().value().size(), kMostThreads));
+    cpus_ = static_cast<int>(std::min(os_->online_cpus().value().size(), kMaxThreads));
     shared_ = new (memory_.bytes().data()) Shared;
   }
 
@@ -52,7 +52,7 @@ class BusyMachine : public testing::Test {
         shared_->threads.at(static_cast<std::size_t>(i)) = static_cast<std::int32_t>(os_->current_thread());
         ++shared_->count;
         while (!shared_->spin) sleep_for(1ms);
-        for (const TimePoint end = os_->now() + kMostBusy; os_->now() < end;) continue;
+        for (const TimePoint end = os_->now() + kMaxBusy; os_->now() < end;) continue;
       });
     }
     for (std::thread& thread : threads) thread.join();
@@ -61,7 +61,7 @@ class BusyMachine : public testing::Test {
 
   // A server: raises all of them, and is killed.
   [[noreturn]] void be_server() {
-    const auto guard = os_->start_guard().value();
+    const auto guard = os_->start_guardian().value();
     for (int i = 0; i < cpus_; ++i) {
       const ThreadId thread = client_thread(i);
       if (!guard->watch(thread, os_->save_scheduling(thread).value())) ::_exit(1);
@@ -98,7 +98,7 @@ class BusyMachine : public testing::Test {
 // A server's end must not stop the machine. The best of three, because a virtual machine may itself be stopped.
 TEST_F(BusyMachine, IsGivenBackInWellUnderATenthOfASecond) {
   constexpr Nanos kLimit = 100ms;
-  Nanos best = kMostBusy;
+  Nanos best = kMaxBusy;
   for (int attempt = 0; attempt < 3 && best > kLimit; ++attempt) {
     shared_ = new (memory_.bytes().data()) Shared;
     const pid_t client = ::fork();

@@ -201,7 +201,7 @@ TEST_P(MembersTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
   pass(seconds{1});
   EXPECT_GE(front->runs, 15);
   EXPECT_NEAR(front->runs, back->runs, 1);
-  EXPECT_EQ(notices("is whole"), 2);
+  EXPECT_EQ(notices("have registered"), 2);
 }
 
 TEST_P(MembersTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
@@ -343,7 +343,7 @@ class SlowOs final : public os::FaultyOs {
 };
 
 // The level was set after the thread had been given back, and stayed.
-TEST(Members, AThreadThatIsGivenBackIsNotRaisedByADispatcherThatSawItBefore) {
+TEST(Members, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
   for (const bool all : {false, true}) {
     SCOPED_TRACE(all ? "release" : "leave");
     const graph::App app = two_chains();

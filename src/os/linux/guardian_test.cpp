@@ -1,6 +1,6 @@
 // The guardian on the machine as it is. What it is for, a server that is killed while other processes' threads are at
-// real-time levels, is tried with processes made for that; how fast, in tests/guard_test.cpp.
-#include "os/linux/guard.h"
+// real-time levels, is tried with processes made for that; how fast, in tests/guardian_test.cpp.
+#include "os/linux/guardian.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -24,7 +24,7 @@
 #include "os/linux/fabricated_tree.h"
 #include "os/linux/files.h"
 #include "os/linux/forked_process.h"
-#include "os/linux/guardian.h"
+#include "os/linux/guardian_process.h"
 #include "os/linux/kernel_calls.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
@@ -55,7 +55,7 @@ std::vector<pid_t> guardians_of(pid_t parent) {
 
 bool is_running(pid_t process) { return ::kill(process, 0) == 0; }
 
-class LinuxGuardTest : public testing::Test {
+class LinuxGuardianTest : public testing::Test {
  protected:
   // Patiently.
   bool becomes(const std::function<bool()>& condition) {
@@ -70,9 +70,9 @@ class LinuxGuardTest : public testing::Test {
   KernelCalls kernel_;
 };
 
-TEST_F(LinuxGuardTest, IsAProcessThatHoldsNothing) {
+TEST_F(LinuxGuardianTest, IsAProcessThatHoldsNothing) {
   const Descriptor ours(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-  const auto guard = start_guard();
+  const auto guard = start_guardian();
   ASSERT_TRUE(guard.ok()) << guard.error().message();
   const auto found = guardians_of(::getpid());
   ASSERT_EQ(found.size(), 1U);
@@ -81,16 +81,16 @@ TEST_F(LinuxGuardTest, IsAProcessThatHoldsNothing) {
   for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGTSTP}) ::kill(found[0], number);
   os_->sleep_until(os_->now() + 5ms);
   EXPECT_EQ(guardians_of(::getpid()), found);
-  EXPECT_TRUE((*guard)->tend().ok());
+  EXPECT_TRUE((*guard)->ensure_running().ok());
   EXPECT_EQ((*guard)->replaced(), 0);
 }
 
-TEST_F(LinuxGuardTest, EndsWithoutATraceWhenAllIsForgotten) {
+TEST_F(LinuxGuardianTest, EndsWithoutATraceWhenAllIsForgotten) {
   ForkedProcess client([] { return ::pause(); });
   const SavedScheduling before = scheduling(client.number());
   pid_t guardian = 0;
   {
-    const auto guard = start_guard().value();
+    const auto guard = start_guardian().value();
     guardian = guardians_of(::getpid()).at(0);
     ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
@@ -101,9 +101,9 @@ TEST_F(LinuxGuardTest, EndsWithoutATraceWhenAllIsForgotten) {
 }
 
 // A thread of a killed server may set something after another has ended already.
-TEST_F(LinuxGuardTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
+TEST_F(LinuxGuardianTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
   ForkedProcess client([] { return ::pause(); });
-  const auto table = std::make_unique<GuardTable>();  // the fork copies it
+  const auto table = std::make_unique<GuardianTable>();  // the fork copies it
   WatchedThread& watched = table->threads.at(0);
   watched.thread = client.number();
   watched.started = start_time(ThreadId{client.number()}, {}).value();
@@ -121,7 +121,7 @@ TEST_F(LinuxGuardTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
   pid_t guardian = 0;
   std::thread forker([&] {
     guardian = ::fork();
-    if (guardian == 0) stand_guard(*table, "/proc", theirs.number(), -1);
+    if (guardian == 0) run_guardian(*table, "/proc", theirs.number(), -1);
     while (!last) std::this_thread::sleep_for(1ms);
   });
   char ready = 0;
@@ -141,29 +141,29 @@ TEST_F(LinuxGuardTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
-TEST_F(LinuxGuardTest, OneThatIsStoppedIsNotWaitedForLong) {
+TEST_F(LinuxGuardianTest, OneThatIsStoppedIsNotWaitedForLong) {
   pid_t guardian = 0;
   {
-    const auto guard = start_guard().value();
+    const auto guard = start_guardian().value();
     guardian = guardians_of(::getpid()).at(0);
     ::kill(guardian, SIGSTOP);
   }
   EXPECT_FALSE(is_running(guardian));
 }
 
-TEST_F(LinuxGuardTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
+TEST_F(LinuxGuardianTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
   ForkedProcess client([] { return ::pause(); });
   const SavedScheduling before = scheduling(client.number());
   const CpuSet last{before.affinity.cpus().back()};
   pid_t second = 0;
   {
-    const auto guard = start_guard().value();
+    const auto guard = start_guardian().value();
     ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
     ASSERT_TRUE(os_->set_affinity(ThreadId{client.number()}, last).ok());
     const pid_t first = guardians_of(::getpid()).at(0);
     ::kill(first, SIGKILL);
     ASSERT_TRUE(becomes([&] {
-      EXPECT_TRUE(guard->tend().ok());
+      EXPECT_TRUE(guard->ensure_running().ok());
       return guard->replaced() == 1;
     }));
     EXPECT_FALSE(is_running(first));
@@ -175,11 +175,11 @@ TEST_F(LinuxGuardTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
   EXPECT_EQ(scheduling(client.number()), before);
 }
 
-TEST_F(LinuxGuardTest, HasRoomForAThousandAndSaysWhenItIsFull) {
+TEST_F(LinuxGuardianTest, HasRoomForAThousandAndSaysWhenItIsFull) {
   FabricatedTree tree;
   const std::string stat = read_text("/proc/self/stat").value();
   for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) tree.write(fmt::format("proc/{}/stat", 1'000'000'000 + i), stat);
-  const auto guard = start_guard(tree.roots()).value();
+  const auto guard = start_guardian(tree.roots()).value();
   const SavedScheduling before = scheduling(::getpid());
   const auto thread = [](std::size_t i) { return ThreadId{static_cast<std::int32_t>(1'000'000'000 + i)}; };
   for (std::size_t i = 1; i <= kMaxWatched; ++i) ASSERT_TRUE(guard->watch(thread(i), before));
@@ -189,15 +189,15 @@ TEST_F(LinuxGuardTest, HasRoomForAThousandAndSaysWhenItIsFull) {
   for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) guard->forget(thread(i));
 }
 
-TEST_F(LinuxGuardTest, WhatItCouldNotGiveBackIsNotWatched) {
-  const auto guard = start_guard().value();
+TEST_F(LinuxGuardianTest, WhatItCouldNotGiveBackIsNotWatched) {
+  const auto guard = start_guardian().value();
   SavedScheduling before = scheduling(::getpid());
-  before.affinity = CpuSet{static_cast<int>(kMaxGuardedCpu)};
+  before.affinity = CpuSet{static_cast<int>(kMaxGuardianCpu)};
   EXPECT_FALSE(guard->watch(ThreadId{::getpid()}, before));
 }
 
 // A number that has passed on to another thread is another's business.
-TEST_F(LinuxGuardTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
+TEST_F(LinuxGuardianTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
   ForkedProcess client([] { return ::pause(); });
   FabricatedTree tree;
   const std::string file = fmt::format("proc/{}/stat", client.number());
@@ -205,7 +205,7 @@ TEST_F(LinuxGuardTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
   tree.write(file, stat);
   const SavedScheduling before = scheduling(client.number());
   {
-    const auto guard = start_guard(tree.roots()).value();
+    const auto guard = start_guardian(tree.roots()).value();
     ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
     // Another start time: the 22nd field.
@@ -220,14 +220,14 @@ TEST_F(LinuxGuardTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
 
 // ---- A server that is killed
 
-class KilledServer : public LinuxGuardTest {
+class KilledServer : public LinuxGuardianTest {
  protected:
   // A server that watches the thread, changes it, and is killed at some time after that.
   template <class Change>
   void change_and_be_killed(pid_t thread, Change change) {
     const Baton ready;
     ForkedProcess server([&] {
-      const auto guard = os_->start_guard().value();
+      const auto guard = os_->start_guardian().value();
       const bool watched = guard->watch(ThreadId{thread}, os_->save_scheduling(ThreadId{thread}).value());
       if (!watched || !change()) return 1;
       ready.pass();
@@ -241,7 +241,7 @@ class KilledServer : public LinuxGuardTest {
   pid_t guardian_ = 0;
 };
 
-TEST_F(KilledServer, AllThatWasSetIsGivenBack) {
+TEST_F(KilledServer, AllThatWasSetIsRestored) {
   ForkedProcess client([] { return ::pause(); });
   const pid_t thread = client.number();
   ASSERT_EQ(kernel_.set_nice(thread, 3), 0);
@@ -298,7 +298,7 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
   for (int round = 0; round < 40; ++round) {
     const Baton ready;
     ForkedProcess server([&] {
-      const auto guard = os_->start_guard().value();
+      const auto guard = os_->start_guardian().value();
       for (bool said = false;; said = true) {
         // Either of these is what the thread had; a mixture is not.
         SavedScheduling other = before;
