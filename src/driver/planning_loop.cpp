@@ -103,7 +103,7 @@ bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
 void PlanningLoop::check_power(TimePoint now, PlanningHost& host) {
   if (now < next_power_check_) return;
   next_power_check_ = now + kPowerCheckPeriod;
-  const std::optional<PowerChange> change = power_.look(host.power_state());
+  const std::optional<PowerChange> change = power_.update(host.power_state());
   if (!change) return;
   for (std::size_t kind = 0; kind < change->factors.size(); ++kind) {
     const std::optional<double> factor = change->factors[kind];

@@ -6,39 +6,41 @@
 namespace ctn::runtime {
 
 void ClientMembers::add(NodeId node, os::ThreadId thread) {
-  Member member{node, thread, {}, scheduling_before(thread)};
+  RegisteredNode member{node, thread, {}, scheduling_before(thread)};
   members_.lock()->push_back(std::move(member));
 }
 
 void ClientMembers::remove(NodeId node, os::ThreadId thread) {
   const auto members = members_.lock();
-  const auto found = std::find_if(members->rbegin(), members->rend(),
-                                  [&](const Member& member) { return member.node == node && member.thread == thread; });
+  const auto found = std::find_if(members->rbegin(), members->rend(), [&](const RegisteredNode& member) {
+    return member.node == node && member.thread == thread;
+  });
   if (found != members->rend()) members->erase(std::next(found).base());
 }
 
 bool ClientMembers::has(NodeId node) const {
   const auto members = members_.lock();
-  return std::any_of(members->begin(), members->end(), [&](const Member& member) { return member.node == node; });
+  return std::any_of(members->begin(), members->end(),
+                     [&](const RegisteredNode& member) { return member.node == node; });
 }
 
 void ClientMembers::add_thread(NodeId node, os::ThreadId thread) {
   const auto members = members_.lock();
-  for (Member& member : *members) {
+  for (RegisteredNode& member : *members) {
     if (member.node == node) return member.others.push_back(thread);
   }
 }
 
 void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
   const auto members = members_.lock();
-  for (Member& member : *members) {
+  for (RegisteredNode& member : *members) {
     if (member.node == node) std::erase(member.others, thread);
   }
 }
 
 void ClientMembers::remember_again() {
   const auto members = members_.lock();
-  for (Member& member : *members) {
+  for (RegisteredNode& member : *members) {
     if (auto before = scheduling_before(member.thread)) member.before = std::move(before);
   }
 }
@@ -64,7 +66,7 @@ bool ClientMembers::any_raised(const Region& region) const {
   const auto raised = [&](os::ThreadId thread) {
     return std::binary_search(living->begin(), living->end(), thread) && raised_by_server(thread);
   };
-  for (const Member& member : all()) {
+  for (const RegisteredNode& member : all()) {
     if (raised(member.thread)) return true;
     for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
       if (raised(os::ThreadId{listed.load(std::memory_order_acquire)})) return true;
@@ -76,10 +78,10 @@ bool ClientMembers::any_raised(const Region& region) const {
 void ClientMembers::give_back(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
-  for (const Member& member : all()) give_back(member, *living, region);
+  for (const RegisteredNode& member : all()) give_back(member, *living, region);
 }
 
-void ClientMembers::give_back(const Member& member, const std::vector<os::ThreadId>& living,
+void ClientMembers::give_back(const RegisteredNode& member, const std::vector<os::ThreadId>& living,
                               const Region& region) const {
   const auto alive = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
   for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {

@@ -17,7 +17,7 @@ namespace ctn::runtime {
 
 class ClientMembers {
  public:
-  struct Member {
+  struct RegisteredNode {
     NodeId node;
     os::ThreadId thread;
     std::vector<os::ThreadId> others;  // that the program has named as the node's, too
@@ -36,7 +36,7 @@ class ClientMembers {
   // Nothing where the node is not there.
   void add_thread(NodeId node, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
-  std::vector<Member> all() const { return *members_.lock(); }
+  std::vector<RegisteredNode> all() const { return *members_.lock(); }
   // What threads were given while no server had them is theirs from now on.
   void remember_again();
 
@@ -51,10 +51,10 @@ class ClientMembers {
  private:
   std::optional<os::SavedScheduling> scheduling_before(os::ThreadId thread) const;
   bool raised_by_server(os::ThreadId thread) const;
-  void give_back(const Member& member, const std::vector<os::ThreadId>& living, const Region& region) const;
+  void give_back(const RegisteredNode& member, const std::vector<os::ThreadId>& living, const Region& region) const;
 
   os::Os& os_;
-  Guarded<std::vector<Member>> members_;
+  Guarded<std::vector<RegisteredNode>> members_;
 };
 
 }  // namespace ctn::runtime

@@ -84,7 +84,7 @@ void Collector::note_ignored_wakes() {
 void Collector::check_starvation() {
   starvation_.stolen_until_now(os_.stolen_time());
   from_.measurements.starved(starvation_.times(), starvation_.total());
-  if (const std::optional<std::string> news = starvation_.news(os_.now())) from_.notices.add("starved", *news);
+  if (const std::optional<std::string> news = starvation_.message(os_.now())) from_.notices.add("starved", *news);
 }
 
 void Collector::note_losses() {

@@ -59,7 +59,7 @@ class Collector : private ReportSink {
   void note_losses();
   void note_ignored_wakes();
   void check_starvation();
-  bool starvation_waits() const { return starvation_.waits(); }
+  bool has_pending_starvation() const { return starvation_.has_pending(); }
 
   // Writes what was recorded. About once a second.
   void flush();

@@ -59,7 +59,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
   loop_.adopt(*this);
   const bool time_to_flush = now >= next_flush;
-  if (time_to_flush || collector_.starvation_waits()) collector_.check_starvation();
+  if (time_to_flush || collector_.has_pending_starvation()) collector_.check_starvation();
   if (time_to_flush) {
     next_flush = now + kFlushEvery;
     collector_.note_losses();
