@@ -54,22 +54,6 @@ class SharedTable {
   GuardianTable* table_ = nullptr;
 };
 
-bool fill(WatchedThread& entry, ThreadId thread, std::uint64_t started, const SavedScheduling& before) {
-  entry.thread = static_cast<std::int32_t>(thread);
-  entry.started = started;
-  entry.policy = before.policy;
-  entry.priority = before.priority;
-  entry.nice = before.nice;
-  entry.reset_on_fork = before.reset_on_fork ? 1 : 0;
-  entry.cpus = {};
-  for (const int cpu : before.affinity.cpus()) {
-    const auto number = static_cast<std::size_t>(cpu);
-    if (cpu < 0 || number >= kMaxGuardianCpu) return false;
-    entry.cpus.at(number / 64) |= std::uint64_t{1} << number % 64;
-  }
-  return true;
-}
-
 // By its parent, because on a busy machine it might not get so far by itself.
 void put_above_all(pid_t guardian) {
   KernelCalls kernel;
@@ -193,7 +177,8 @@ bool LinuxGuardian::watch(ThreadId thread, const SavedScheduling& before) {
   if (!started || free_entries_.empty()) return false;
   const std::size_t place = free_entries_.back();
   WatchedThread& entry = table_.get()->threads.at(place);
-  if (!fill(entry, thread, *started, before)) return false;
+  entry.saved = to_saved_thread(thread, started, before);
+  if (to_cpu_set(entry.saved.cpus) != before.affinity) return false;
   entry.published.store(1, std::memory_order_release);
   free_entries_.pop_back();
   const auto [known, is_new] = entries_.try_emplace(thread, place);

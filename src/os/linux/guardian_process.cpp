@@ -16,12 +16,9 @@
 #include <ctime>
 
 #include "os/linux/kernel_calls.h"
-#include "os/linux/process.h"
 
 namespace ctn::os {
 namespace {
-
-using CpuBits = decltype(WatchedThread::cpus);
 
 void close_range(unsigned first, unsigned last) {
   constexpr unsigned kMaxByHand = 1U << 16;
@@ -44,42 +41,10 @@ void close_all_but(int one, int other) {
   close_range(from, ~0U);
 }
 
-// ---- Setting what was saved
-
-bool set_cpus(pid_t thread, const CpuBits& cpus) {
-  return ::syscall(SYS_sched_setaffinity, thread, sizeof cpus, cpus.data()) == 0;
-}
-
-// CPUs that are gone by now are left out; where all are, every CPU is allowed.
-void restore_cpus(pid_t thread, const CpuBits& cpus) {
-  if (std::all_of(cpus.begin(), cpus.end(), [](std::uint64_t bits) { return bits == 0; })) return;
-  if (set_cpus(thread, cpus) || errno != EINVAL) return;
-  CpuBits all{};
-  all.fill(~std::uint64_t{0});
-  set_cpus(thread, all);
-}
-
-void restore_policy(KernelCalls& kernel, const WatchedThread& watched) {
-  const SchedulingPolicy wanted{watched.policy, watched.priority, watched.reset_on_fork != 0};
-  SchedulingPolicy found;
-  if (kernel.get_policy(watched.thread, found) == 0 && found == wanted) return;
-  if (kernel.set_policy(watched.thread, wanted) != EPERM) return;
-  // Clearing the flag needs a privilege; without it the flag stays, which changes nothing for the thread itself.
-  kernel.set_policy(watched.thread, {wanted.policy, wanted.priority, true});
-}
-
-void restore(KernelCalls& kernel, const WatchedThread& watched) {
-  restore_policy(kernel, watched);
-  int nice = 0;
-  if (kernel.get_nice(watched.thread, nice) == 0 && nice != watched.nice) kernel.set_nice(watched.thread, watched.nice);
-  restore_cpus(watched.thread, watched.cpus);
-}
-
 void restore_all(const GuardianTable& table, const char* procfs) {
   KernelCalls kernel;
   for (const WatchedThread& watched : table.threads) {
-    if (watched.published.load(std::memory_order_acquire) == 0) continue;
-    if (read_start_time(procfs, ThreadId{watched.thread}) == watched.started) restore(kernel, watched);
+    if (watched.published.load(std::memory_order_acquire) != 0) restore(kernel, procfs, watched.saved);
   }
 }
 
@@ -145,9 +110,7 @@ void run_guardian(const GuardianTable& table, const char* procfs, int monitor_so
   if (::chdir("/") != 0) ::_exit(1);  // holds no file system that someone may want to unmount
   close_all_but(monitor_socket, server);
   EndSources signs{monitor_socket, server, watch_forker()};
-  CpuBits all{};
-  all.fill(~std::uint64_t{0});
-  set_cpus(0, all);
+  KernelCalls().set_affinity(0, all_cpus());
   const char ready = 1;
   ::send(monitor_socket, &ready, 1, MSG_NOSIGNAL);
   Seen seen = wait_for_end(signs, -1);

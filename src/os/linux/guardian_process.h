@@ -22,23 +22,20 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
+
+#include "os/linux/restore.h"
 
 namespace ctn::os {
 
 constexpr std::size_t kMaxWatched = 1024;
-constexpr std::size_t kMaxGuardianCpu = 1024;  // CPUs with larger numbers are not restored
 
 struct WatchedThread {
   std::atomic<std::uint32_t> published{0};
-  std::int32_t thread = 0;
-  std::uint64_t started = 0;  // clock ticks since the system's start
-  std::int32_t policy = 0;
-  std::int32_t priority = 0;
-  std::int32_t nice = 0;
-  std::uint32_t reset_on_fork = 0;
-  std::array<std::uint64_t, kMaxGuardianCpu / 64> cpus{};  // as the kernel has them, a bit a CPU
+  SavedThread saved;  // with its start time, always
 };
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+static_assert(std::is_trivially_copyable_v<SavedThread>);
 
 struct GuardianTable {
   std::array<WatchedThread, kMaxWatched> threads;

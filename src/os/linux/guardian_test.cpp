@@ -105,9 +105,9 @@ TEST_F(LinuxGuardianTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
   ForkedProcess client([] { return ::pause(); });
   const auto table = std::make_unique<GuardianTable>();  // the fork copies it
   WatchedThread& watched = table->threads.at(0);
-  watched.thread = client.number();
-  watched.started = start_time(ThreadId{client.number()}, {}).value();
-  watched.nice = 3;
+  watched.saved.thread = ThreadId{client.number()};
+  watched.saved.started = start_time(watched.saved.thread, {}).value();
+  watched.saved.nice = 3;
   watched.published = 1;
   std::array<int, 2> ends{-1, -1};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
@@ -192,7 +192,7 @@ TEST_F(LinuxGuardianTest, HasRoomForAThousandAndSaysWhenItIsFull) {
 TEST_F(LinuxGuardianTest, WhatItCouldNotGiveBackIsNotWatched) {
   const auto guard = start_guardian().value();
   SavedScheduling before = scheduling(::getpid());
-  before.affinity = CpuSet{static_cast<int>(kMaxGuardianCpu)};
+  before.affinity = CpuSet{static_cast<int>(kMaxCpus)};
   EXPECT_FALSE(guard->watch(ThreadId{::getpid()}, before));
 }
 

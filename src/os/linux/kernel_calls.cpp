@@ -5,24 +5,38 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cerrno>
-#include <memory>
 #include <utility>
 #include <vector>
 
 namespace ctn::os {
-namespace {
 
-// A kernel of any size answers within this.
-constexpr std::size_t kMaxCpus = std::size_t{1} << 17;
-constexpr std::size_t kUsualCpus = 1024;
+CpuMask to_mask(const CpuSet& cpus) {
+  CpuMask mask{};
+  for (const int cpu : cpus.cpus()) {
+    const auto number = static_cast<std::size_t>(cpu);
+    if (cpu >= 0 && number < kMaxCpus) mask.at(number / 64) |= std::uint64_t{1} << number % 64;
+  }
+  return mask;
+}
 
-struct FreeCpuMask {
-  void operator()(cpu_set_t* mask) const { CPU_FREE(mask); }
-};
-using CpuMask = std::unique_ptr<cpu_set_t, FreeCpuMask>;
+CpuSet to_cpu_set(const CpuMask& mask) {
+  std::vector<int> numbers;
+  // Dispatchers, which move threads, have no time to look at every bit.
+  for (std::size_t word = 0; word < mask.size(); ++word) {
+    for (std::uint64_t bits = mask.at(word); bits != 0; bits &= bits - 1) {
+      numbers.push_back(static_cast<int>(word) * 64 + std::countr_zero(bits));
+    }
+  }
+  return CpuSet(std::move(numbers));
+}
 
-}  // namespace
+CpuMask all_cpus() {
+  CpuMask mask;
+  mask.fill(~std::uint64_t{0});
+  return mask;
+}
 
 // The system calls themselves, because the C library's wrappers of that name need not be about threads (musl's refuse).
 int KernelCalls::set_policy(pid_t thread, const SchedulingPolicy& policy) {
@@ -54,33 +68,13 @@ int KernelCalls::get_nice(pid_t thread, int& nice) {
   return 0;
 }
 
-int KernelCalls::set_affinity(pid_t thread, const CpuSet& cpus) {
-  const std::size_t count = cpus.empty() ? 1 : static_cast<std::size_t>(cpus.cpus().back()) + 1;
-  const CpuMask mask(CPU_ALLOC(count));
-  if (!mask) return ENOMEM;
-  const std::size_t bytes = CPU_ALLOC_SIZE(count);
-  CPU_ZERO_S(bytes, mask.get());
-  for (const int cpu : cpus.cpus()) CPU_SET_S(static_cast<std::size_t>(cpu), bytes, mask.get());
-  return ::sched_setaffinity(thread, bytes, mask.get()) == 0 ? 0 : errno;
+int KernelCalls::set_affinity(pid_t thread, const CpuMask& cpus) {
+  return ::syscall(SYS_sched_setaffinity, thread, sizeof cpus, cpus.data()) == 0 ? 0 : errno;
 }
 
-int KernelCalls::get_affinity(pid_t thread, CpuSet& cpus) {
-  int error = EINVAL;
-  // The kernel says EINVAL when it has more CPUs than the mask has bits.
-  for (std::size_t count = kUsualCpus; error == EINVAL && count <= kMaxCpus; count *= 2) {
-    const CpuMask mask(CPU_ALLOC(count));
-    if (!mask) return ENOMEM;
-    const std::size_t bytes = CPU_ALLOC_SIZE(count);
-    CPU_ZERO_S(bytes, mask.get());
-    error = ::sched_getaffinity(thread, bytes, mask.get()) == 0 ? 0 : errno;
-    if (error != 0) continue;
-    std::vector<int> numbers;
-    for (std::size_t cpu = 0; cpu < count; ++cpu) {
-      if (CPU_ISSET_S(cpu, bytes, mask.get())) numbers.push_back(static_cast<int>(cpu));
-    }
-    cpus = CpuSet(std::move(numbers));
-  }
-  return error;
+int KernelCalls::get_affinity(pid_t thread, CpuMask& cpus) {
+  cpus = {};  // the kernel writes as many bits as it has CPUs
+  return ::syscall(SYS_sched_getaffinity, thread, sizeof cpus, cpus.data()) >= 0 ? 0 : errno;
 }
 
 }  // namespace ctn::os

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "os/linux/privilege.h"
+#include "os/linux/restore.h"
 
 namespace ctn::os {
 namespace {
@@ -76,6 +77,10 @@ Error Scheduling::refused(ThreadId thread, const std::string& what, int error) c
 Status Scheduling::set_policy(ThreadId thread, const SchedulingPolicy& policy, const std::string& what) {
   if (!is_number(thread)) return refused(thread, what, ESRCH);
   if (const int error = calls_.set_policy(kernel_number(thread), policy)) return refused(thread, what, error);
+  return check_policy(thread, policy, what);
+}
+
+Status Scheduling::check_policy(ThreadId thread, const SchedulingPolicy& policy, const std::string& what) {
   SchedulingPolicy found;
   if (const int error = calls_.get_policy(kernel_number(thread), found)) return refused(thread, what, error);
   if (found == policy) return Done{};
@@ -117,7 +122,7 @@ Status Scheduling::set_affinity(ThreadId thread, const CpuSet& cpus) {
   }
   const std::string what = fmt::format("bind to CPUs {}", to_string(cpus));
   if (!is_number(thread)) return refused(thread, what, ESRCH);
-  const int error = calls_.set_affinity(kernel_number(thread), cpus);
+  const int error = calls_.set_affinity(kernel_number(thread), to_mask(cpus));
   if (error != 0 && error != EINVAL) return refused(thread, what, error);
   const Result<CpuSet> found = affinity(thread);
   if (!found.ok()) return found.error();
@@ -132,9 +137,9 @@ Status Scheduling::set_affinity(ThreadId thread, const CpuSet& cpus) {
 Result<CpuSet> Scheduling::affinity(ThreadId thread) {
   const char* const what = "read the CPUs of";
   if (!is_number(thread)) return refused(thread, what, ESRCH);
-  CpuSet cpus;
+  CpuMask cpus{};
   if (const int error = calls_.get_affinity(kernel_number(thread), cpus)) return refused(thread, what, error);
-  return cpus;
+  return to_cpu_set(cpus);
 }
 
 Result<SavedScheduling> Scheduling::save(ThreadId thread) {
@@ -156,43 +161,13 @@ Result<SavedScheduling> Scheduling::save(ThreadId thread) {
 }
 
 Status Scheduling::restore(ThreadId thread, const SavedScheduling& saved) {
-  // Both are tried, so that one refusal leaves as little behind as can be.
-  const Status policy = restore_policy(thread, saved);
-  const Status cpus = restore_affinity(thread, saved.affinity);
-  return policy.ok() ? cpus : policy;
-}
-
-Status Scheduling::restore_policy(ThreadId thread, const SavedScheduling& saved) {
   const char* const what = "restore the scheduling of";
-  if (!is_number(thread)) return refused(thread, what, ESRCH);
-  SchedulingPolicy policy{saved.policy, saved.priority, saved.reset_on_fork};
-  SchedulingPolicy found;
-  if (const int error = calls_.get_policy(kernel_number(thread), found)) return refused(thread, what, error);
-  if (found != policy) {
-    const bool would_clear_flag = found.reset_on_fork && !policy.reset_on_fork;
-    if (would_clear_flag && calls_.set_policy(kernel_number(thread), policy) == EPERM) policy.reset_on_fork = true;
-    Status set = set_policy(thread, policy, what);
-    if (!set.ok()) return set;
+  const RestoreErrors errors = os::restore(calls_, roots_.procfs.c_str(), to_saved_thread(thread, std::nullopt, saved));
+  for (const int error : {errors.policy, errors.nice}) {
+    if (error != 0) return refused(thread, what, error);
   }
-  int nice = 0;
-  if (const int error = calls_.get_nice(kernel_number(thread), nice)) return refused(thread, what, error);
-  if (nice == saved.nice) return Done{};
-  const int error = calls_.set_nice(kernel_number(thread), saved.nice);
-  return error == 0 ? Status(Done{}) : refused(thread, what, error);
-}
-
-Status Scheduling::restore_affinity(ThreadId thread, const CpuSet& cpus) {
-  const char* const what = "restore the CPUs of";
-  if (!is_number(thread)) return refused(thread, what, ESRCH);
-  CpuSet found;
-  if (const int error = calls_.get_affinity(kernel_number(thread), found)) return refused(thread, what, error);
-  if (found == cpus || cpus.empty()) return Done{};
-  int error = calls_.set_affinity(kernel_number(thread), cpus);
-  if (error == EINVAL) {
-    const Result<CpuSet> online = parse_cpu_list(read_line(roots_.sysfs + "/devices/system/cpu/online").value_or(""));
-    if (online.ok() && !online->empty()) error = calls_.set_affinity(kernel_number(thread), *online);
-  }
-  return error == 0 ? Status(Done{}) : refused(thread, what, error);
+  if (Status given = check_policy(thread, errors.given, what); !given.ok()) return given;
+  return errors.cpus == 0 ? Status(Done{}) : refused(thread, "restore the CPUs of", errors.cpus);
 }
 
 }  // namespace ctn::os

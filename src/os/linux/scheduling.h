@@ -2,7 +2,7 @@
 //
 // kOrdinary is SCHED_OTHER with the nice value that the thread has; the others are SCHED_FIFO 1 to 4, in their order.
 // All carry SCHED_RESET_ON_FORK, so that what a thread makes starts ordinary. An unprivileged process can set that flag
-// but not clear it: restore() leaves it set then, which changes nothing for the thread itself.
+// but not clear it: restore() leaves it set then (restore.h).
 //
 // Thread safety: as that of the KernelCalls, which must outlive this.
 #pragma once
@@ -31,8 +31,8 @@ class Scheduling {
 
  private:
   Status set_policy(ThreadId thread, const SchedulingPolicy& policy, const std::string& what);
-  Status restore_policy(ThreadId thread, const SavedScheduling& saved);
-  Status restore_affinity(ThreadId thread, const CpuSet& cpus);
+  // Whether the thread has what the kernel was asked to give it.
+  Status check_policy(ThreadId thread, const SchedulingPolicy& policy, const std::string& what);
   // The error for an errno value of a call that was to do `what`.
   Error refused(ThreadId thread, const std::string& what, int error) const;
 

@@ -38,16 +38,16 @@ class PlayedKernel : public KernelCalls {
     found = nice;
     return 0;
   }
-  int set_affinity(pid_t thread, const CpuSet& wanted) override {
+  int set_affinity(pid_t thread, const CpuMask& wanted) override {
     if (thread != kNumber) return ESRCH;
-    std::vector<int> there = wanted.cpus();
+    std::vector<int> there = to_cpu_set(wanted).cpus();
     std::erase_if(there, [&](int cpu) { return cpu > last_cpu; });
     if (there.empty()) return EINVAL;
     if (!ignores) cpus = CpuSet(there);
     return 0;
   }
-  int get_affinity(pid_t thread, CpuSet& found) override {
-    found = cpus;
+  int get_affinity(pid_t thread, CpuMask& found) override {
+    found = to_mask(cpus);
     return thread == kNumber ? 0 : ESRCH;
   }
 
@@ -67,6 +67,13 @@ class LinuxScheduling : public testing::Test {
   PlayedKernel kernel_;
   Scheduling scheduling_{tree_.roots(), kernel_};
 };
+
+TEST(CpuMasks, HoldEveryCpuThatLinuxCanHave) {
+  const int last = static_cast<int>(kMaxCpus) - 1;
+  EXPECT_EQ(to_cpu_set(to_mask(CpuSet{0, 63, 64, last})), (CpuSet{0, 63, 64, last}));
+  EXPECT_EQ(to_mask(CpuSet{last + 1}), CpuMask{});
+  EXPECT_EQ(to_cpu_set(all_cpus()).size(), kMaxCpus);
+}
 
 TEST_F(LinuxScheduling, LevelsAreFifoPrioritiesThatChildrenDoNotInherit) {
   ASSERT_TRUE(scheduling_.set_level(kThread, Level::kBackground).ok());
