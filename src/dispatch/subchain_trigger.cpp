@@ -75,7 +75,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   }
   watch(now, completed, decision);
   if (paced_by_output) decision.ask_on_completion = true;
-  // Whoever hangs is watched for its end, to give it its level back.
+  // A run that hangs is watched for its end, to restore its level.
   if (hanging_) decision.ask_on_completion = true;
   asked_for_ = decision.ask_at;
   return decision;

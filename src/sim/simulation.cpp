@@ -193,7 +193,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     }
   }
 
-  // --- What nodes tell ---
+  // --- Events of nodes ---
 
   void run_ended(const record::Run& run) override { event_log_.ended(run); }
 
