@@ -60,7 +60,7 @@ class KilledTest : public ::testing::Test {
     return raised;
   }
 
-  // Four nodes and the trigger thread.
+  // Four nodes and the controller of their subchain.
   bool wait_until_scheduled() const {
     for (int tries = 0; tries < 600; ++tries) {
       if (raised().size() >= 5) return true;

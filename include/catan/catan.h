@@ -104,7 +104,7 @@ catan_session* catan_session_open(const char* app_file, const catan_session_opti
 /* Mistakes in it (a name that the app has not, a second function) are told by start, all at once. */
 void catan_session_node(catan_session* session, const char* name, catan_node_function function, void* user);
 catan_status catan_session_start(catan_session* session, catan_error** error);
-/* The calling thread works for the node from now on, beside the node's own. */
+/* The calling thread works for the node from now on, in addition to the node's own. */
 catan_status catan_session_adopt_this_thread(catan_session* session, const char* node, catan_error** error);
 /* What was measured so far, as one JSON object: the fields of ctn::Snapshot (snapshot.h) under their names. The caller
  * frees it with catan_free(). NULL on failure. */

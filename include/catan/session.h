@@ -77,9 +77,9 @@ class Session {
     return open_channel<QueueChannel<T>>(from, to, true);
   }
 
-  // Called by a thread that works for a node beside the node's own: from now on it runs at the node's level, on its
-  // cores, and its CPU time counts as the node's. Lasts until the thread ends. Errors: no such node; too many threads
-  // (64 a node).
+  // Called by a thread that works for a node in addition to the node's own: from now on it runs at the node's level, on
+  // its cores, and its CPU time counts as the node's. Lasts until the thread ends. Errors: no such node; too many
+  // threads (64 a node).
   Status adopt_this_thread(std::string_view node);
 
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function

@@ -1,7 +1,7 @@
 // An application in virtual time: the same functions as in a session, the same policies, planner and dispatchers, on a
 // machine that is a model. What a run costs is drawn from a cost file, whatever its function takes to compute, so that
-// a whole closed loop (robot, world, collisions) can be tried in any number of cores, slower or faster than life, with
-// the same result each time.
+// a whole closed loop (robot, world, collisions) can be tried in any number of cores, slower or faster than real time,
+// with the same result each time.
 //
 //   auto simulation = ctn::Simulation::open("app.yaml", {.costs = "costs.yaml", .cores = 2});
 //   auto& sights = simulation->channel<double>("look", "steer");
@@ -16,7 +16,7 @@
 // world that moves by itself is advanced to now() by the functions that look at it or act on it.
 //
 // The policies are those of session.h. The same app, costs and options give the same result to the bit, on every
-// machine, as far as the functions themselves do. How far the model is from life: docs/plants-in-the-loop.md.
+// machine, as far as the functions themselves do. How far the model is from real runs: docs/plants-in-the-loop.md.
 //
 // Thread safety: none: one thread uses it, and calls all functions. Several simulations may run at once, each in a
 // thread of its own. Units: virtual time since the start, which is 0, in nanoseconds.

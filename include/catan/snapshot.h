@@ -1,4 +1,4 @@
-// What a session measured so far, beside what was predicted. Times in milliseconds. Plain values.
+// What a session measured so far, next to what was predicted. Times in milliseconds. Plain values.
 #pragma once
 
 #include <cstdint>

@@ -4,7 +4,7 @@
 //   "catan", "default", "fifo", "rate:HZ"   Catan's own
 //   "static:FILE"                           a plan that `catan plan --json` wrote, which is followed and never revised
 //   "picas", "davare", "verucchi"           of others, which decide once, by compute times: NAME:FILE takes them from a
-//                                           cost file, NAME from what is known, which is nothing in life
+//                                           cost file, NAME from known costs, which only a simulation has
 //   "deadline"                              the same, with reservations of CPU time, which only a simulation has
 //
 // Files that a name mentions are read here, so that policies are pure.

@@ -231,7 +231,7 @@ std::optional<Millis> CostReader::read_typical(const Value* value, const std::st
 std::optional<model::NodeWork> CostReader::read_cost(const MapReader& map) {
   const auto cost = read_duration(*map.find("cost"), map.key_of("cost"), problems_);
   bool good = cost.has_value();
-  // Of a typical cost beside a cost that is wrong, only what is wrong with itself can be said.
+  // Where the cost is wrong, a typical cost is checked by itself, not against the cost.
   const Millis max = cost ? to_millis(cost->value) : Millis::max();
   const auto typical = read_typical(map.find("typical"), map.key_of("typical"), max, good);
   if (!good) return std::nullopt;

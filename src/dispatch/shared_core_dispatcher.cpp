@@ -229,7 +229,7 @@ bool SharedCoreDispatcher::thief_can_go_on() const {
   return thief.slot().may_steal && thief.may_still_steal() && !thief.hanging();
 }
 
-// A slot has come to which somebody who is late may have reached.
+// A slot has come that a late subchain may go on in.
 void SharedCoreDispatcher::check_thief() {
   if (!thief_) return;
   if (slot_->end <= now_) return;  // nothing to steal here

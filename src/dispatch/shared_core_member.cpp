@@ -7,7 +7,7 @@
 namespace ctn::dispatch {
 namespace {
 
-// What many additions of a share may lack of a whole run.
+// Many additions of a share may fall short of a whole run by this much.
 constexpr double kRounding = 1e-6;
 
 }  // namespace

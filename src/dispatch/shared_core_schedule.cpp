@@ -23,15 +23,15 @@ Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& optio
   return std::max(options.shortest_hang, to_nanos(planned.execution * options.hang_multiple));
 }
 
-// A run that is to end in its slot may be woken late by as much as no plan knows of; ended a little later it costs the
-// others that little, but deferred it is a whole frame late. A slot that ends with its run costs nobody more than it
-// uses.
+// A run may be woken later than any plan can know. If its slot is a little longer, the run still ends in it and the
+// others lose only that little; otherwise the run ends a whole frame later. A slot that ends with its run takes no more
+// than the run uses.
 Nanos elastic_slice(Nanos slice, std::optional<int> every) {
   return std::max(every == 1 ? slice + kHandOverAllowance : slice, kShortestSlice);
 }
 
-// In fixed frames idle time goes to the slots first: to be woken and handed over to takes some of a slot, of which no
-// plan knows, and a run that does not end in its slot is late for whoever comes next and uses its output.
+// In fixed frames idle time goes to the slots first: waking and the hand-over take a part of each slot that no plan
+// knows, and a run that does not end in its slot is late for the next subchain, which may use its output.
 void share_out_idle(Nanos idle, std::vector<SharedCoreSlot>& slots) {
   if (slots.empty()) return;
   const Nanos more = std::min(idle / static_cast<std::int64_t>(slots.size()), kHandOverAllowance);

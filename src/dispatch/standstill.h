@@ -1,6 +1,6 @@
 // How to tell that the process of a dispatcher was stopped (SIGSTOP, a debugger) and goes on: a call comes much later
-// than was asked for. Nothing of ours outranks who makes it, and the kernel keeps a CPU from real-time threads for 50
-// ms at a time. Nobody is charged for such a time: whoever dispatches did not give it to anybody.
+// than was asked for. Nothing of ours outranks the calling thread, and the kernel keeps a CPU from real-time threads
+// for only 50 ms at a time. Nobody is charged for such a time, since the dispatcher did not give it to anybody.
 #pragma once
 
 #include "base/time.h"

@@ -8,7 +8,7 @@ namespace ctn::dispatch {
 
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
   const Millis paced = std::max(period, Millis{kShortestPeriod});
-  // A run that is a hair longer than its period (rounding) does not need a second one beside it.
+  // A run that is a hair longer than its period (rounding) does not need a second one at the same time.
   const double overlap = std::ceil(execution / paced - 1e-9);
   return {.period = to_nanos(paced), .max_in_flight = std::max(1, static_cast<int>(overlap)), .hang_after = hang_after};
 }
@@ -75,7 +75,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   }
   watch(now, completed, decision);
   if (paced_by_output) decision.ask_on_completion = true;
-  // Whoever hangs is watched for its end, to give it its level back.
+  // A run that hangs is watched for its end, to restore its level.
   if (hanging_) decision.ask_on_completion = true;
   asked_for_ = decision.ask_at;
   return decision;

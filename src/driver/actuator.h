@@ -1,7 +1,7 @@
-// What a controller (controller.h) asks of the world. In life threads do it (runtime/controller.h), in the simulator
-// events (sim/controllers.h), in tests a fake that remembers what it was asked for (testing/fake_world.h).
+// What a controller (controller.h) needs from outside. In the runtime threads provide it (runtime/controller.h), in the
+// simulator events (sim/controllers.h), in tests a fake that remembers the calls (testing/fake_world.h).
 //
-// An actuator acts for one controller at a time. What it is asked for it does at once, and it never waits. Time is an
+// An actuator acts for one controller at a time. It carries out each call at once, and never waits. Time is an
 // argument of Controller::step(); an actuator has a clock of its own where it must say when something was done.
 //
 // Units: in the types. Thread safety: none; one owner, the controller's thread.
@@ -29,7 +29,7 @@ class Actuator {
   // A subchain that nobody holds, with the state of its runs; from now on this controller holds it. None: somebody else
   // still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever level they came.
   virtual std::optional<dispatch::RunState> take(SubchainId subchain) = 0;
-  // Releases it and its completions, and wakes whoever is to have it by the newest assignment.
+  // Releases it and its completions, and wakes the controller that is to have it by the newest assignment.
   virtual void hand_over(SubchainId subchain, const dispatch::RunState& state) = 0;
 
   // --- The threads of a subchain that is held ---
@@ -43,7 +43,7 @@ class Actuator {
   // --- Its runs ---
   // Triggers its head, and reports that; `due`: when that should have been.
   virtual void trigger(SubchainId subchain, std::uint64_t number, TimePoint due) = 0;
-  // The newest trigger whose run has ended. It may be any number: nodes say it, and are not trusted.
+  // The newest trigger whose run has ended. It may be any number: nodes write it, and are not trusted.
   virtual std::uint64_t completed(SubchainId subchain) const = 0;
   // Whether the controller is to step as soon as a run has ended. `known`: what completed() was when the controller
   // decided; if it is something else by now, the next step follows at once.

@@ -1,11 +1,11 @@
-// Who triggers subchains: the state machines of `dispatch`, carried out by an actuator (actuator.h). At any time one
-// controller holds a subchain, or none does; it passes from one to the other by a hand-over.
+// Controllers trigger subchains: they are the state machines of `dispatch`, carried out by an actuator (actuator.h). At
+// any time one controller holds a subchain, or none does; it passes from one to the other by a hand-over.
 //
 //   SubchainPacer  one a subchain (subchain_pacer.h): paces it while it has its CPUs to itself
 //   CoreDriver     one a core (core_driver.h): takes turns among those that share it
 //
-// Each is also the watchdog of what it holds: a run that hangs is suspended, so that it cannot take the machine with
-// it.
+// Each is also the watchdog of the subchains that it holds: a run that hangs is suspended, so that it cannot block the
+// machine.
 //
 // Units: in the types. Thread safety: none; each belongs to one thread, as its actuator does.
 #pragma once

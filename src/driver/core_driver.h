@@ -1,8 +1,8 @@
 // Takes turns among the subchains that share one core: the state machine of shared cores
 // (dispatch/shared_core_dispatcher.h), carried out. While nobody shares the core it has nothing to do.
 //
-// Who is to share the core by an assignment but has not come yet is absent: its slot is passed by until whoever has it
-// releases it. Those that an assignment leaves out are released at the end of the frame.
+// A subchain that is to share the core by an assignment, but is still held by another controller, is absent: its slot
+// is skipped until it is released there. Those that an assignment leaves out are released at the end of the frame.
 //
 // Thread safety: as controller.h says.
 #pragma once

@@ -120,7 +120,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   Result<std::optional<policy::Decision>> decision =
       policy::replacement(*options_.policy, situation(costs, typical), decision_, why);
   if (!decision) {
-    // Told once, not each time that it is tried again.
+    // One notice, not one for each attempt.
     if (!std::exchange(plan_failed_, true)) host.notice("replan-failed", decision.error().message());
     return;
   }

@@ -1,10 +1,11 @@
 // When a plan is made, what it is made from, and what comes into force: the one loop that the runtime (in a thread) and
-// the simulator (in virtual time) both turn. What it needs of the world it asks a PlanningHost.
+// the simulator (in virtual time) both turn. What it needs from outside it asks a PlanningHost.
 //
 // How a run's CPU time becomes a plan, in one direction:
-//   ran()     the run is weighed (one that hung alone says nothing), and estimated by node, mode and kind of core
-//   plan()    where a plan is due: the estimates become costs, the costs a decision, if it is worth a change
-//   adopt()   what was decided comes into force: PlanningHost::in_force()
+//   ran()     the run goes into the estimate of its node, mode and kind of core; one that hung does not, unless the
+//             node's run before it hung too
+//   plan()    where a plan is due, makes one at the estimated costs, and decides whether it is worth a change
+//   adopt()   brings what was decided into force: PlanningHost::in_force()
 //
 // A plan is due at the end of the bootstrap, every `replan`, and at once when compute times, power, clock limits or
 // CPUs have changed (policy/replan.h), within a budget of CPU time (policy/planning_budget.h).
@@ -36,12 +37,12 @@ namespace ctn::driver {
 // is collected in between.
 constexpr Nanos kPlanningTurn = std::chrono::milliseconds{50};
 
-// What a plan took to make: CPU time of who made it, and time.
+// What making a plan took: CPU time of the thread that made it, and elapsed time.
 struct PlanningTime {
   Nanos cpu{0};
   Nanos elapsed{0};
 };
-// Calls what it is given, and says what that took.
+// Calls the function that it is given, and returns what that took.
 using PlanningTimer = std::function<PlanningTime(const std::function<void()>& plan)>;
 
 struct PlanningOptions {
@@ -55,20 +56,20 @@ struct PlanningOptions {
   PlanningTimer timer;
 };
 
-// The world, as the loop sees it. It is called in plan() and adopt(), by who called these.
+// What the loop needs from outside. Called from within plan() and adopt() only.
 class PlanningHost {
  public:
   virtual ~PlanningHost() = default;
 
-  // Errors: they cannot be told; nothing changes then.
+  // Errors: they are not known; nothing changes then.
   virtual Result<os::CpuSet> online_cpus() = 0;
   virtual os::PowerState power_state() = 0;
 
-  // `decision` replaces the one before it: whoever carries it out is to be told. Its cores are those that were given.
+  // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
   virtual void in_force(const policy::Decision& decision, policy::PlanReason reason) = 0;
   // Of the CPUs that were given, these are left; what is in force takes account of it.
   virtual void cpus_changed(const os::CpuSet& cpus) = 0;
-  // What a user should hear of: a plan that could not be made, power or CPUs that have changed.
+  // What a user should be told: a plan that could not be made, power or CPUs that have changed.
   virtual void notice(const std::string& kind, const std::string& detail) = 0;
 };
 
@@ -100,7 +101,7 @@ class PlanningLoop {
   // The same of a decision that was made elsewhere.
   void adopt(policy::Decision decision, policy::PlanReason reason, PlanningHost& host);
 
-  // What a policy is asked with. Good until the loop's next turn, and as long as the tables.
+  // What a policy decides on. Valid until the loop's next turn, and as long as the tables.
   policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const;
 
   bool adapts() const { return options_.policy->adapts(); }

@@ -128,7 +128,8 @@ struct StealOptions {
   std::vector<SubchainId> off;       // those that never steal
 };
 
-// Cores that are alike. `speed` says how fast they are beside a core of speed 1, for which compute times are given.
+// Cores that are alike. `speed` says how fast they are, compared with a core of speed 1, for which compute times are
+// given.
 struct CoreKind {
   std::string name;
   int count = 1;

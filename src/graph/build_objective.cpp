@@ -130,9 +130,9 @@ std::vector<SubchainId> AppBuilder::by_weight() const {
   return ranking;
 }
 
-// What a subchain gives is up to a frame old when its user has had its slot before it. So givers come first: along the
-// chains of the objective, heavier ones before lighter ones where they disagree, and by weight where neither says
-// anything.
+// The output of a subchain is up to a frame old if the subchain that uses it has its slot earlier. So producers come
+// first: along the chains of the objective, heavier ones before lighter ones where they disagree, and by weight where
+// neither says anything.
 std::vector<SubchainId> AppBuilder::by_data_flow() const {
   const std::vector<SubchainId> ranking = by_weight();
   std::vector<std::set<SubchainId>> after(ranking.size());  // by subchain: those that must come later

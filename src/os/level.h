@@ -11,7 +11,7 @@ enum class Level { kOrdinary, kBackground, kActive, kUnscheduled, kDispatcher };
 const char* to_string(Level level);
 
 // Beyond these there are fixed priorities, a level a rank: for policies that give each part of an app one priority
-// permanently. Not to be used beside the levels above. Precondition: 0 <= rank < kFixedLevels.
+// permanently. Not to be used together with the levels above. Precondition: 0 <= rank < kFixedLevels.
 constexpr int kFixedLevels = 66;
 constexpr Level fixed_level(int rank) { return static_cast<Level>(static_cast<int>(Level::kDispatcher) + 1 + rank); }
 

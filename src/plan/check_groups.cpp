@@ -25,7 +25,7 @@ std::vector<Members> members_by_core(const Plan& plan) {
 
 bool is_shared(const Members& members) { return members.size() > 1; }
 
-// A core that nobody shares is no turn-taking: its frame is empty.
+// On a core that nobody shares there are no turns to take: its frame is empty.
 void check_no_frame(Check& check, std::size_t number) {
   const CorePlan& core = check.plan.cores[number];
   if (!core.slots.empty()) check.problem(Check::core_key(number, "slots"), "a core that is not shared has no slots");

@@ -115,7 +115,7 @@ struct Plan {
   std::vector<CorePlan> cores;          // by core number
   std::vector<ChainPlan> chains;
   std::vector<NodePlan> nodes;
-  std::optional<Expectation> expected;  // where typical compute times are known beside the percentile
+  std::optional<Expectation> expected;  // where typical compute times are known as well as the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;
 };

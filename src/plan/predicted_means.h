@@ -1,5 +1,5 @@
-// What plans promise, averaged over the time that each was in force: to stand beside what was measured in that time. A
-// plan that says what it expects is taken by that, since means are compared with means.
+// What plans promise, averaged over the time that each was in force: to be compared with what was measured in that
+// time. A plan that says what it expects is taken by that, since means are compared with means.
 //
 // Units: milliseconds and hertz, as the names say. Thread safety: none; one owner.
 #pragma once
@@ -14,8 +14,8 @@
 
 namespace ctn::plan {
 
-// Expected: at typical compute times, to stand beside measured means. Promised: the plan's worst case, at the
-// percentile that it was made with, to stand beside the measured tail.
+// Expected: at typical compute times, to be compared with measured means. Promised: the plan's worst case, at the
+// percentile that it was made with, to be compared with the measured tail.
 struct ChainPrediction {
   double response_ms = 0.0;  // expected
   double latency_ms = 0.0;   // expected

@@ -56,7 +56,7 @@ constexpr Nanos kSettle = std::chrono::milliseconds{500};
 enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus };
 const char* to_string(PlanReason reason);
 
-// The plan in force, when another is made beside it.
+// The plan in force, when another is made that may replace it.
 class Incumbent {
  public:
   // At the compute times of the other, which is made for `why`. `plan` outlives it.

@@ -2,7 +2,7 @@
 // killed. It trusts nothing in the file: what no writer writes is an error, never a crash.
 //
 // The file is not changed, with one exception: where a kill hit the writer in the middle of a flush, a journal lies
-// beside it, and opening the record takes the half-written batch back out of the file.
+// next to it, and opening the record takes the half-written batch back out of the file.
 //
 // Units: nanoseconds of the monotonic clock of the machine that ran. Thread safety: none; one owner.
 #pragma once

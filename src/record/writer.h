@@ -2,7 +2,7 @@
 // level that may block on the disk; nodes never do.
 //
 // Events are collected in memory, and `flush` writes them in one transaction: a process that is killed loses at most
-// what came since, and leaves one readable file unless the kill hit a flush; then a journal lies beside it, from which
+// what came since, and leaves one readable file unless the kill hit a flush; then a journal lies next to it, from which
 // the first reader puts the file in order (reader.h). Other programs may read the file meanwhile; one that holds it for
 // long delays a flush, and the events wait in memory.
 //

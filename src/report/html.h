@@ -1,7 +1,7 @@
 // Pages as self-contained HTML: one file with its style and figures inside, no scripts, nothing fetched. Light or dark
 // as the reader's system is; prints well.
 //
-//   report::Page page("Face tracking", "How fast Catan reacts, beside hand-set rates.");
+//   report::Page page("Face tracking", "How fast Catan reacts, next to hand-set rates.");
 //   page.section("Response time").figure(svg, "Lower is better.").table({{"rate", "mean"}, {{"30 Hz", "52 ms"}}});
 //   file << page.html();
 //

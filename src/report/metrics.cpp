@@ -16,7 +16,7 @@ double seconds(const record::Interval& interval) {
   return std::chrono::duration<double>(interval.end - interval.begin).count();
 }
 
-// All of them, as figures are told of a whole run.
+// Keeps all samples, since figures are of the whole run.
 class AllSamples {
  public:
   void add(Nanos duration) { samples_.push_back(ms(duration)); }

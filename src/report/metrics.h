@@ -1,4 +1,4 @@
-// What a run of an app came to: from its record to figures, predicted beside measured.
+// What a run of an app came to: from its record to figures, predictions next to measurements.
 //
 // Measured is what happened between the end of the warm-up (`Header::warm_up`, which the runtime states whatever the
 // scheduler) and the end of the run: a figure counts if all that it spans lies in that interval. Predicted is what the

@@ -196,7 +196,7 @@ class PanelScript {
     script_ += "unset label\nunset arrow\n";
   }
 
-  // Entries beside each other, in as many rows as they need. Returns where it ends.
+  // Entries side by side, in as many rows as they need. Returns where it ends.
   double write_legend(double top) {
     double x = area_.left;
     double y = top;

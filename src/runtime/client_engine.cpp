@@ -92,7 +92,7 @@ Status ClientEngine::start() {
   return Done{};
 }
 
-// It is a member before it is asked for, so that it gets back what it had whatever becomes of the answer.
+// The thread is registered here before the server is asked, so that its scheduling is restored whatever the answer is.
 Status ClientEngine::join(NodeId node, os::ThreadId thread) {
   const Conversation conversation = link_.converse();
   registered_.add(node, thread);
@@ -138,7 +138,7 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
   const Conversation conversation = link_.converse();
   const Status added = conversation.call(
       {.kind = Request::Kind::kAdd, .node = std::string(name), .thread = static_cast<std::int32_t>(thread)});
-  // Where there is no server at this moment, the next is told.
+  // Where there is no server at this moment, the next one is told when nodes register with it.
   const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && registered_.has(*node);
   if (!added && !later) return added;
   registered_.add_thread(*node, thread);
@@ -151,7 +151,7 @@ void ClientEngine::stop() {
   link_.wake();
   watcher_->join();
   watcher_.reset();
-  // First they get their scheduling back, then they end.
+  // First the scheduling of the threads is restored, then they end.
   bool all_left = true;
   {
     const Conversation conversation = link_.converse();
@@ -191,7 +191,8 @@ bool ClientEngine::server_alive(TimePoint now) {
                                  Nanos{heartbeat.max_heartbeat_gap.load(std::memory_order_acquire)});
 }
 
-// `gone`: it has ended or hung up, or did not answer. Else it does nothing any more, but holds the connection.
+// `gone`: it has ended, has closed the connection, or did not answer. Otherwise its heartbeat has ceased, but the
+// connection is there.
 void ClientEngine::lose_server(TimePoint now, bool gone) {
   const bool was_served = served_.exchange(false, std::memory_order_acq_rel);
   watch_->silent = !gone;
@@ -244,7 +245,7 @@ TimePoint ClientEngine::serve_nodes(TimePoint now) {
 
 // True: there is a server again, and it has all nodes.
 bool ClientEngine::reconnect() {
-  const Dialled dialled = dial_and_join();  // notices are given when the conversation is over, for they may want one
+  const Dialled dialled = dial_and_join();  // notices follow after the conversation, since a callback may start one
   if (dialled.done) {
     watch_->refusal.clear();
     watch_->redial.not_now();

@@ -5,13 +5,14 @@
 //   while there is one     it looks at the server's heartbeat (heartbeat_watch.h). A server that is stopped has none,
 //                          and counts as gone until it goes on
 //   while there is none    it runs the subchains whose heads are this process's at their own rates (unserved_pacer.h),
-//                          gives threads back what they had (client_members.h), and dials again (redial.h)
+//                          restores the scheduling of threads (client_members.h), and connects again (redial.h)
 //   when one is back       it registers all nodes again, all or none, and moves them to the server's region
 //                          (served_regions.h)
 //
-// Threads get back what they had here although the server's guardian does the same: it may have been killed with the
-// server, and it does nothing for one that is only stopped. A call of such a server that raises somebody may outlast
-// the stop; so whether somebody is raised is looked at again for some seconds.
+// The program restores the scheduling of its threads although the server's guardian does the same: the guardian may
+// have been killed with the server, and it does nothing while the server is only stopped. A stopped server may have
+// been in a call that raises a thread, which takes effect later; so for some seconds the program checks again whether a
+// thread is raised.
 //
 // Units: Nanos. Thread safety: as include/catan/client.h says.
 #pragma once
@@ -86,8 +87,8 @@ class ClientEngine {
     bool silent = false;  // connected to a server that has no heartbeat any more
     Redial redial;
     UnservedPacer pacer;
-    TimePoint find_raised{};  // whether a server that is away has raised somebody all the same,
-    TimePoint wait_until{};   // and how long that is looked at
+    TimePoint find_raised{};  // when to check again whether a server that is away has raised a thread,
+    TimePoint wait_until{};   // and until when to check
     std::string refusal;      // why the newest server is not this program's
   };
   void watch();

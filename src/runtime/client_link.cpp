@@ -51,7 +51,7 @@ class ClientLink::Line {
     return state->connection->send(text);
   }
 
-  // For who waits for an answer.
+  // For the thread that waits for an answer.
   os::Arrival receive(os::Message& answer) {
     const auto state = state_.lock();
     read_in(*state);
@@ -65,7 +65,7 @@ class ClientLink::Line {
   }
   void wait_for_answer(TimePoint deadline) { answers_->wait(deadline); }
 
-  // For who watches.
+  // For the thread that watches the connection.
   bool has_ended() {
     const auto state = state_.lock();
     read_in(*state);

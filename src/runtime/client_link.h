@@ -1,9 +1,8 @@
 // A process's connection to its server (server.h), of which there may be several one after the other.
 //
-// Who wants to say something to the server takes the conversation, which one thread has at a time and keeps for as long
-// as it waits for answers. Who only watches whether the server is there, or hangs up, never waits for that: hang_up()
-// ends whatever is being waited for. An answer that does not come in time ends the connection, or it might be taken for
-// the answer to the next question.
+// To send requests, a thread takes the Conversation, which one thread has at a time, and keeps it while it waits for
+// answers. wait() and hang_up() never wait for that: hang_up() ends whatever is being waited for. If an answer does not
+// come in time, the connection is ended, since the answer could be taken for that to the next request.
 //
 // Thread safety: wait() from one thread; the rest from any.
 #pragma once
@@ -34,7 +33,7 @@ class ClientLink {
   ClientLink(os::Os& os, std::vector<std::string> sockets) : os_(os), sockets_(std::move(sockets)) {}
   ~ClientLink();
 
-  // What the caller has to do while it waits for an answer; says when it is to be called again. None: give up waiting.
+  // What the caller has to do while it waits for an answer; says when it is to be called again. None: stop waiting.
   using Meanwhile = std::function<std::optional<TimePoint>()>;
 
   class Conversation {

@@ -1,9 +1,9 @@
-// Gathers what nodes and controllers reported, and hands it on, each run to three: the record, the measurements that
-// snapshots show, and the planning loop.
+// Collects what nodes and controllers have reported. Each run is passed on to the record, to the measurements that
+// snapshots show, and to the planning loop.
 //
-// How it collects: it drains the rings of successors before those of their predecessors, then hands the runs on in the
-// other order. A node reports a run before its successors can consume it, so whatever a run consumed has been handed on
-// before the run itself.
+// How it collects: it drains the rings of successors before those of their predecessors, then passes the runs on in the
+// opposite order. A node reports a run before its successors can consume it, so whatever a run consumed has been passed
+// on before the run itself.
 //
 // Units: in the types. Thread safety: none; the housekeeping thread's (housekeeping.h).
 #pragma once

@@ -111,7 +111,7 @@ bool Controller::threads_joined() {
 // --- Runs ---
 
 void Controller::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
-  // What has not begun has not ended, whatever is written there; else this run would count as ended at once.
+  // A run that has not begun has not ended, whatever the region says; otherwise this run would count as ended at once.
   if (completed(id) >= number) signal(id).completed.store(number - 1, std::memory_order_seq_cst);
   subchains_[id.index()].nodes.front()->trigger(number);
   report(Report::kTrigger, id, number, to_word(due), to_word(controls_.os.now()));
@@ -122,7 +122,7 @@ void Controller::listen(SubchainId id) const {
 }
 
 void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
-  // Says again where, as others may have written there.
+  // Writes the listener again, since other processes may have overwritten it.
   if (wanted) listen(id);
   signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
   if (wanted && completed(id) != known) completion_came_ = true;

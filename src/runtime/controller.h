@@ -1,8 +1,8 @@
 // The thread of a controller (driver/controller.h): it looks at the board, lets its driver step, and sleeps until the
 // driver is to step again. What the driver decides it carries out with system calls and cells of the region; what was
-// done leaves through a ring. It runs at the dispatcher level and never waits for anybody below it. A core's thread is
-// bound to its core's CPU, so that nothing of the core runs while it decides. Timers are absolute: what it is late by
-// does not add up.
+// done leaves through a ring. It runs at the dispatcher level and never waits for a thread below it. The thread of a
+// core's controller is bound to that core's CPU, so that no node of the core runs while it decides. Timers are
+// absolute, so delays do not add up.
 //
 // Units: in the types. Thread safety: run() is the thread's body, and what an actuator does belongs to it; the rest may
 // be called from one other thread.
@@ -38,7 +38,7 @@ struct Controls {
   // Controllers are numbered as their cells in the region, on which they sleep: those of subchains, then those of
   // cores.
   std::size_t number_of_core(int core) const { return handovers.size() + static_cast<std::size_t>(core); }
-  // Whoever is to have a subchain by an assignment.
+  // The controller that is to have a subchain by an assignment.
   std::size_t holder_of(const policy::SubchainPlace& place, SubchainId subchain) const {
     return place.core >= 0 ? number_of_core(place.core) : subchain.index();
   }
@@ -67,7 +67,7 @@ class ReportSink {
 
 class Controller final : public driver::Actuator {
  public:
-  // By its number it is a subchain's or a core's. All references outlive it.
+  // Its number tells which subchain or core it is for. All references outlive it.
   Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number);
 
   void run();
@@ -76,13 +76,13 @@ class Controller final : public driver::Actuator {
   // All since the last call.
   void drain(ReportSink& sink);
   std::uint64_t lost_reports() const { return reports_.lost(); }
-  // How often it would not be woken, as it had been too often.
+  // How often it ignored a wake, because there had been too many.
   std::uint64_t ignored_wakes() const { return wakes_.ignored_wakes(); }
 
   // Counts what it is woken for; to be read before looking at what there is to do.
   std::uint32_t wake_count() const { return cell_.word.load(std::memory_order_acquire); }
   // Until it is woken (its wake count is no longer `seen`) or `until` has come; not at all if a completion that it
-  // asked for has come already. Who is woken without end sleeps all the same (wake_budget.h).
+  // asked for has come already. A controller that is woken without end sleeps all the same (wake_budget.h).
   void sleep(std::uint32_t seen, TimePoint until);
 
   // --- driver::Actuator ---

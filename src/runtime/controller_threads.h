@@ -25,7 +25,7 @@ using Controllers = std::vector<std::unique_ptr<Controller>>;
 
 class ControllerThreads {
  public:
-  // `cpus`: those that were given, one core thread each. References outlive it.
+  // `cpus`: those that the session was given; each has one controller of a core. References outlive it.
   ControllerThreads(const graph::App& app, os::Os& os, Enforcer& enforcer, const Region& region, const Links& links,
                     os::CpuSet cpus);
   ~ControllerThreads() { stop(); }

@@ -1,8 +1,8 @@
-// Tells whether a server still does something: by its heartbeat (region.h), at which a program looks now and then. It
-// counts looks, not time, so that a machine that stood still as a whole is not taken for a server that does.
+// Tells whether a server still runs, by its heartbeat (region.h), which a program checks now and then. It counts
+// checks, not time: when the whole machine stood still, the server is not taken to be stopped.
 //
-// A server that has ceased is taken for alive again only when its heartbeat has gone on since; until then it may be
-// looked at as often as one likes, so that it is seen soon.
+// Once the heartbeat has ceased, the server counts as running again only when the heartbeat goes on. Until then it may
+// be checked as often as the caller likes.
 //
 // Pure. Units: Nanos. Thread safety: none; one owner.
 #pragma once
@@ -17,10 +17,10 @@ namespace ctn::runtime {
 class HeartbeatWatch {
  public:
   static constexpr Nanos kCheckPeriod = std::chrono::milliseconds{50};
-  // How often to look at a server that has ceased.
+  // How often to check a server whose heartbeat has ceased.
   static constexpr Nanos kResumeCheckPeriod = std::chrono::milliseconds{10};
 
-  // Of a new server, or one that is to be judged again.
+  // For a new server, or to start again with the same one.
   void begin(TimePoint now, std::uint32_t beats) {
     beats_seen_ = beats;
     missed_ = 0;
@@ -28,7 +28,8 @@ class HeartbeatWatch {
     next_check_ = now + kCheckPeriod;
   }
   TimePoint next_check() const { return next_check_; }
-  // False: it has ceased. `max_heartbeat_gap`: as the server says, which need not be sensible; 0: it has no heartbeat.
+  // False: the heartbeat has ceased. `max_heartbeat_gap`: what the server wrote, which may be any number; 0: it has no
+  // heartbeat.
   bool alive(TimePoint now, std::uint32_t beats, Nanos max_heartbeat_gap) {
     if (now < next_check_ && !stopped_) return true;
     if (stopped_ && beats == beats_seen_) {
@@ -49,7 +50,7 @@ class HeartbeatWatch {
   static constexpr Nanos kLongest = std::chrono::seconds{10};
 
   std::uint32_t beats_seen_ = 0;
-  int missed_ = 0;  // looks since the last beat
+  int missed_ = 0;  // checks since the last beat
   bool stopped_ = false;
   TimePoint next_check_{};
 };

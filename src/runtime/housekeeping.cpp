@@ -132,15 +132,15 @@ void Housekeeping::update_membership() {
   }
 }
 
-// False: whoever held it has not released it yet. What was under way when it was left counts as ended. While this
-// process was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has ended: the
-// next number is beyond that, since a node does not see a trigger of the number that it is at.
+// False: the controller that held it has not released it yet. Runs that were under way when a node left count as ended.
+// While this process was stopped its nodes may have paced themselves, and are at most one trigger ahead of what has
+// ended: the next number is beyond that, since a node does not see a trigger of the number that it is at.
 bool Housekeeping::prepare_restart(SubchainId subchain) {
   Handover& handover = controllers_.handover(subchain);
   std::optional<dispatch::RunState> state = handover.take();
   if (!state) return false;
   constexpr std::uint64_t kAhead = 8;
-  constexpr std::uint64_t kMaxLocalTriggers = 1U << 30;  // more is what nobody of ours has written
+  constexpr std::uint64_t kMaxLocalTriggers = 1U << 30;  // no program of ours writes more
   const std::uint64_t ended = region_.signal(subchain).completed.load(std::memory_order_seq_cst);
   if (ended > state->sent && ended - state->sent < kMaxLocalTriggers) state->sent = ended;
   state->sent += kAhead;

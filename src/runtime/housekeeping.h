@@ -1,9 +1,10 @@
 // The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
-// (collector.h), settles who is there (membership.h), turns the planning loop (driver/planning_loop.h), delivers
-// notices and writes the record. Nothing on the hot path ever waits for it.
+// (collector.h), updates which nodes are registered (membership.h), turns the planning loop (driver/planning_loop.h),
+// delivers notices and writes the record. Nothing on the hot path ever waits for it.
 //
-// All that this class holds is its thread's from start() to stop(), and before and after its caller's, who is one.
-// Other threads only wake() it; what they tell it lies in Membership and Notices, what they read in Measurements.
+// From start() to stop(), its thread owns all that this class holds; before and after, the one thread that calls these.
+// Other threads only wake() it: what they tell it goes through Membership and Notices, and what they read is in
+// Measurements.
 //
 // Units: in the types. Thread safety: wake() from any thread; the rest as above.
 #pragma once
@@ -36,7 +37,7 @@ class Housekeeping : private driver::PlanningHost {
 
   // The first decision is in force: it is published and recorded.
   void begin(TimePoint start);
-  // Whoever is there now is paced. Before controllers run.
+  // The subchains whose nodes have all registered are paced. To be called before controllers run.
   void pace_members();
   void start();
   // It takes its turn at once.
@@ -73,7 +74,7 @@ class Housekeeping : private driver::PlanningHost {
   const os::CpuSet cpus_;  // that were given
   driver::PlanningLoop loop_;
   Collector collector_;
-  std::vector<bool> paced_;  // by subchain: all of its nodes are there, and a controller is to hold it
+  std::vector<bool> paced_;  // by subchain: all of its nodes are registered, and a controller is to hold it
 
   std::unique_ptr<os::Thread> thread_;
   std::atomic<bool> stopping_{false};

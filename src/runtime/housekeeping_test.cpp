@@ -76,7 +76,7 @@ class HousekeepingTest : public ::testing::Test {
     return reasons;
   }
 
-  // Its own file for each process: tests run beside each other.
+  // Its own file for each process: tests run at the same time.
   const std::string path = testing::TempDir() + "catan_housekeeping_" + std::to_string(::getpid()) + ".catan";
   os::FakeOs fake{os::fake_topology(2)};
   std::map<std::string, Nanos> costs{{"fast", milliseconds{4}}, {"slow", milliseconds{10}}};

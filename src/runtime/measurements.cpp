@@ -68,7 +68,7 @@ void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double>
   snapshot.starved = totals_.starved;
   snapshot.starved_ms = to_millis(totals_.starved_for).count();
 
-  // Before anything is measured, the plan in force is told.
+  // Before anything is measured, the predictions are those of the plan in force.
   plan::Predictions predicted = predicted_.until(now);
   if (predicted.plans == 0) predicted = predicted_.current().value_or(std::move(predicted));
   snapshot.source_hz = hand_set_hz.value_or(predicted.source_hz.value_or(0.0));

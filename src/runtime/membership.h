@@ -1,9 +1,9 @@
-// Who is there: nodes join with their first thread and may leave again, at any time. A subchain that misses one of its
-// nodes is left out, and nobody waits for it; the plan still has its place, so that the others' rates stay what they
-// are. Whoever plans and paces learns of it by settle() and take_joined().
+// Which nodes are registered. A node joins with its first thread, and may leave again, at any time. A subchain that
+// misses one of its nodes is not triggered, and no other waits for it; it keeps its place in the plan, so that the
+// rates of the others stay what they are. The housekeeping thread learns of changes by settle() and take_joined().
 //
-// Thread safety: all calls from any thread that is not a node's or a dispatcher's; what it must keep together is under
-// its lock, which is not held while threads are placed or restored.
+// Thread safety: all calls from any thread that is not a node's or a dispatcher's; its lock guards what must change
+// together, and is not held while threads are placed or restored.
 #pragma once
 
 #include <mutex>
@@ -39,19 +39,19 @@ class Membership {
   Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
   // Another thread that works for the node. Errors: no room.
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
-  // A thread that has ended, or works for it no more; it gets back what it had.
+  // A thread that has ended, or works for the node no more; its scheduling is restored.
   void remove_thread(NodeId node, os::ThreadId thread);
   // With all its threads. `why`: for the notice. False: it was not there.
   bool leave(NodeId node, const std::string& why);
-  // The session ends: nodes that leave from now on are no news.
+  // The session ends: no notice is given of nodes that leave from now on.
   void release();
 
   // --- the housekeeping thread's ---
-  // All nodes of the subchain are there.
+  // All nodes of the subchain are registered.
   bool has_all_of(const graph::Subchain& subchain) const;
   struct Change {
     std::vector<SubchainId> left;  // of those that were paced: a node was missing, if only for a while
-    std::vector<SubchainId> back;  // of the others: all nodes are there
+    std::vector<SubchainId> back;  // of the others: all nodes are registered
   };
   // Since it was last called. `paced`: by subchain.
   Change settle(const std::vector<bool>& paced);

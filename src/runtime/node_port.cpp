@@ -20,8 +20,8 @@ void complete(os::Threads& threads, const Region& region, SignalCell& signal, st
   std::uint64_t before = signal.completed.load(std::memory_order_relaxed);
   while (before < token && !signal.completed.compare_exchange_weak(before, token, std::memory_order_seq_cst)) {
   }
-  // Sequentially consistent on both sides: either this sees the wish, or the holder sees the completion before it
-  // sleeps.
+  // Sequentially consistent on both sides: either this thread sees that the controller wants to be woken, or the
+  // controller sees the completion before it sleeps.
   if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
   const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
   if (holder != 0 && holder <= region.controller_cells()) region.controller_cell(holder - 1).wake(threads);
@@ -80,7 +80,7 @@ void NodePort::add_binding(const Region& region) {
   newest_binding_.store(bindings_.back().get(), std::memory_order_release);
 }
 
-// In the region before, the node may be another process's, which nobody may wake.
+// In the old region, the node may belong to another process, which must not be woken.
 void NodePort::bind_to(const Region& region) {
   add_binding(region);
   bind(*newest_binding_.load(std::memory_order_acquire));
@@ -95,7 +95,7 @@ void NodePort::bind(const Binding& binding) {
   std::fill(taken_.begin(), taken_.end(), 0);
   number_ = std::max(number_, binding.own->number.load(std::memory_order_acquire));
   if (follows_) {
-    // What was given before the node was there is past; what was given where it is moved to waits for it.
+    // Outputs given before the node was there are past; those given in the region that it moves to wait for it.
     const bool moves = binding_.load(std::memory_order_relaxed) != nullptr;
     token_ = moves ? 0 : binding.own->word.load(std::memory_order_acquire);
     binding_.store(&binding, std::memory_order_release);
@@ -130,7 +130,7 @@ bool NodePort::wait_for_trigger() {
   if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
   for (;;) {
     if (stopping()) {
-      // As if stop() had not touched it: whoever is this node next goes by it.
+      // Restores the word that stop() changed, since the next program that runs this node goes by it.
       binding().own->word.store(low(token_), std::memory_order_release);
       return false;
     }
@@ -143,8 +143,8 @@ bool NodePort::wait_for_trigger() {
       continue;
     }
     if (stopping() || newest_binding_.load(std::memory_order_acquire) != &binding()) continue;
-    // The low half tells how far. Back, too: a scheduler that was stopped while its nodes paced themselves goes on with
-    // the tokens that it had.
+    // The low half tells the difference, which may be negative: a scheduler that was stopped while its nodes paced
+    // themselves goes on with the tokens that it had.
     token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));
     has_waited_ = true;
     return true;

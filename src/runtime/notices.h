@@ -1,5 +1,6 @@
-// What a user should hear of. Anybody may say it, at any time and under any lock, because here it is only put down:
-// kept for the snapshot and the record, and queued for the user's callback, which deliver() calls with no lock held.
+// What a user should be told. Any thread may add a notice, at any time and under any lock, because add() only stores
+// it: for the snapshot and the record, and in the queue for the user's callback, which deliver() calls with no lock
+// held.
 //
 // Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: the
 // housekeeping thread while it runs, before and after whoever starts and stops the session.
@@ -30,7 +31,8 @@ class Notices {
   // The newest, oldest first, as a user reads them.
   std::vector<std::string> newest() const;
 
-  // Tells the callback all that it was not told yet, in order. What the callback itself adds is told, too.
+  // Calls the callback with all notices that it has not had yet, in order, those included that the callback itself
+  // adds.
   void deliver();
   std::vector<record::Notice> take_unrecorded();
 
@@ -38,7 +40,7 @@ class Notices {
   os::Os& os_;
   const Callback on_notice_;
   const bool recorded_;
-  mutable std::mutex mutex_;  // held for as long as it takes to put something down; guards what follows
+  mutable std::mutex mutex_;  // held only while a notice is stored or copied; guards what follows
   std::deque<std::string> newest_;
   std::deque<std::string> undelivered_;
   std::vector<record::Notice> unrecorded_;

@@ -1,13 +1,13 @@
-// The memory through which nodes and their scheduler speak: triggers, ends of runs, reports of runs. One region an app.
-// In one process it lies on the heap; between processes it is a shared mapping, and all that is said on the hot path is
-// said through it, without a call to anybody but the kernel's futex.
+// The memory through which nodes and their scheduler communicate: triggers, ends of runs, reports of runs. Each app has
+// one region. In one process it lies on the heap; between processes it is a shared mapping. On the hot path all
+// communication goes through it, with no system call but the futex.
 //
-// Laid out in one block, in this order, by rules that depend on the app alone, so that whoever has read the app finds
-// everything by itself:
+// One block, laid out in this order by rules that depend on the app alone, so that every process that has read the app
+// knows where everything is:
 //   RegionHeader
 //   the app file's text
 //   Heartbeat
-//   ControllerCell  one a subchain (its trigger thread sleeps there), then one a core (its core thread)
+//   ControllerCell  one a subchain, then one a core: the controller sleeps on it
 //   SignalCell      one a subchain
 //   NodeCell        one a node
 //   a ring          one a node that is not external: RingHeader, then kReports reports (report.h)

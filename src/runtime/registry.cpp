@@ -92,7 +92,7 @@ void Registry::find_threads() {
 void Registry::find_threads(Program& program) {
   if (program.nodes.empty()) return;
   const Result<std::vector<os::ThreadId>> living = threads_.threads(program.process);
-  if (!living) return;  // it is ending: its connection will say so
+  if (!living) return;  // it is ending, and its connection will be closed
   for (const NodeId node : program.nodes) {
     for (const os::ThreadId thread : scheduler_.threads(node)) {
       if (!std::binary_search(living->begin(), living->end(), thread)) scheduler_.remove_thread(node, thread);

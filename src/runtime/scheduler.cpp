@@ -7,7 +7,7 @@
 namespace ctn::runtime {
 namespace {
 
-// More than the kernel keeps for ordinary threads, so that it never has to take it by force.
+// A little more than the kernel keeps for ordinary threads, so that the kernel never has to enforce it.
 constexpr double kSlackMargin = 0.01;
 
 }  // namespace

@@ -3,14 +3,14 @@
 // (region.h) alone, so it is the same for nodes of its own process (engine.h) and for those of others (server.h).
 //
 // What it is made of, and which thread owns what:
-//   controller_threads.h   one a subchain, and one a core (policies that follow a plan), level dispatcher
-//   housekeeping.h         one thread, level ordinary: all that is planned and recorded is its own
-//   membership.h           who is there: any thread, locks
-//   enforcer.h             what threads had before: any thread, locks
+//   controller_threads.h   one thread a subchain, and one a core (policies that follow a plan), at level dispatcher
+//   housekeeping.h         one thread, at level ordinary, which owns all that is planned and recorded
+//   membership.h           which nodes are registered: any thread, locks
+//   enforcer.h             the scheduling that threads had before: any thread, locks
 //   measurements.h, notices.h   from the housekeeping thread to whoever reads: lock
-// Here they are put together, started and stopped.
+// This class puts them together, starts and stops them.
 //
-// Threads of nodes, which are others' to make, it places:
+// It places the threads of nodes, which are made elsewhere:
 //   of a scheduled node        on its subchain's cores, active or, where they are shared, as their dispatcher says
 //                              (policies that follow a plan); ordinary, on all CPUs (hand-set rates)
 //   of an unscheduled node     level unscheduled
@@ -83,7 +83,7 @@ class Scheduler {
   // Restores the scheduling of all threads; nodes may still be running. They are to end next, before finish() is
   // called.
   void release();
-  // Gathers what was reported last, closes the record. The first error of the record.
+  // Collects the last reports and closes the record. Returns the first error of the record.
   Status finish();
 
   // As membership.h has them; nodes join and leave from prepare() on.
@@ -93,7 +93,7 @@ class Scheduler {
   void leave(NodeId node, const std::string& why);
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
-  // Makes sure that there is still a guard; to be called about every second.
+  // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
   // Cheap, unlike snapshot(), which sorts all that was measured.

@@ -13,7 +13,7 @@ namespace ctn::runtime {
 namespace {
 
 constexpr os::Poller::Key kListener = 0;
-// Of one client in one turn: then it is the others' turn.
+// Messages that are read from one client before the next has its turn.
 constexpr int kMessagesATurn = 16;
 constexpr Nanos kThreadSearchPeriod = std::chrono::milliseconds{100};
 constexpr Nanos kGuardianCheckPeriod = std::chrono::seconds{1};

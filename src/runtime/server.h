@@ -33,7 +33,7 @@ namespace ctn::runtime {
 struct ServerOptions {
   SchedulerOptions scheduler;
   std::string socket;                // empty: socket_to_serve()
-  std::vector<std::uint32_t> users;  // who may register beside root and the server's own user
+  std::vector<std::uint32_t> users;  // who may register, besides root and the server's own user
 };
 
 class Server {
@@ -58,7 +58,7 @@ class Server {
   void run();
   void release() { scheduler_->release(); }
   void stop();
-  // Gives everything back. The first error of the record.
+  // Restores the scheduling of all threads. Returns the first error of the record.
   Status finish();
 
   bool warmed_up() const { return scheduler_->warmed_up(); }

@@ -1,9 +1,9 @@
 // Detects that the kernel kept a CPU from real-time threads: its fair server or its throttling gave the CPU to ordinary
 // threads, as happens when plans leave too little slack. Pure.
 //
-// What it goes by: a thread at the dispatcher level, which nothing of ours outranks, asked to be woken at an instant
-// and woke much later. A hypervisor can do the same; what it says it took of the CPU meanwhile is taken off. Where it
-// does not say, the two cannot be told apart.
+// The sign: a thread at the dispatcher level, which nothing of ours outranks, woke much later than it had asked for. A
+// hypervisor can cause the same; the time that it reports as taken from the CPU is subtracted. Where it reports none,
+// the two cannot be told apart.
 //
 // Units: Nanos. Thread safety: none; one owner.
 #pragma once

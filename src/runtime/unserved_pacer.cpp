@@ -10,7 +10,7 @@ namespace {
 constexpr Nanos kUnknownPeriod = std::chrono::milliseconds{100};
 constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 constexpr Nanos kLongestPeriod = std::chrono::seconds{100};
-// A run that has not ended after so many periods, and a second, has nobody left to end it.
+// A run that has not ended after so many periods, and a second, counts as ended.
 constexpr int kLostPeriods = 10;
 constexpr Nanos kLostAfter = std::chrono::seconds{1};
 

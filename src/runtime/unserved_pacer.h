@@ -1,6 +1,6 @@
 // Runs subchains at their own rates while there is no server: the heads of those whose head is this program's are
-// triggered every period, when the run before has ended. One that has not for ten periods and a second has nobody left
-// to end it, and counts as ended.
+// triggered every period, when the run before has ended. A run that has not ended after ten periods and a second counts
+// as ended: whoever was to end it is gone.
 //
 // Units: Nanos. Thread safety: none; one owner, which is not a node's thread.
 #pragma once
@@ -35,7 +35,7 @@ class UnservedPacer {
   std::vector<Paced> paced_;
 };
 
-// At which period a subchain is to go on alone: what the server wrote down last, within reason; else the head's
+// The period of a subchain without a server: what the server wrote last, within reason; else the head's
 // fallback rate, else ten times a second.
 Nanos period_without_server(const graph::Graph& graph, SubchainId subchain, const Region& region);
 

@@ -397,7 +397,8 @@ std::int64_t Cpus::virtual_time(int number) {
   return cpu.virtual_time;
 }
 
-// Comes with what it lacked, or had too much of, when it last left; what was too much is forgotten as others catch up.
+// It keeps the lag that it had when it last left the queue; if it had more than its part, that is forgotten as others
+// catch up.
 void Cpus::join_fair(Thread thread, int number) {
   account(number);
   Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
@@ -431,7 +432,7 @@ void Cpus::leave_fair(Thread thread) {
   entity.competes = false;
 }
 
-// Who runs alone goes from slice to slice unasked.
+// A thread that runs alone goes on from slice to slice.
 void Cpus::begin_slices_until_now(Entity& entity) const {
   const std::int64_t slice = fair_.slice.count();
   if (entity.deadline <= entity.vruntime) {

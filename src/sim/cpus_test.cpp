@@ -126,7 +126,7 @@ TEST_F(CpusTest, WhoWakesWaitsForTheEndOfTheFirstSlice) {
   EXPECT_EQ(log, "1@0:4 0@0:21");
 }
 
-// As measured on Linux 6.18: beside one that has run for longer than a slice, who wakes waits for nothing.
+// As measured on Linux 6.18: where a thread has run for longer than a slice, one that wakes takes its place at once.
 TEST_F(CpusTest, WhoHasHadASliceGivesWayToWhoWakes) {
   make(ideal(1), {milliseconds{20}, milliseconds{1}});
   wake(0);

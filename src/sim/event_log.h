@@ -1,5 +1,5 @@
-// What happens in a simulation, told once to all who want it: what it comes to (outcome.h), what is planned with
-// (driver/planning_loop.h), and the record, where one is written.
+// What happens in a simulation is reported here once, and passed on to the outcome (outcome.h), to the planning loop
+// (driver/planning_loop.h), and to the record, where one is written.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once

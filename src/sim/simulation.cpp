@@ -54,7 +54,7 @@ driver::PlanningOptions planning_options(const Setting& setting, const Options& 
 
 }  // namespace
 
-// Threads: of nodes, of controllers, the housekeeper's, background loads.
+// Threads: of nodes, of controllers, of housekeeping, of background loads.
 class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private driver::PlanningHost {
  public:
   Impl(Setting setting, std::unique_ptr<RunCosts> costs, Options options)
@@ -193,13 +193,13 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     }
   }
 
-  // --- What nodes tell ---
+  // --- Events of nodes ---
 
   void run_ended(const record::Run& run) override { event_log_.ended(run); }
 
   void wake(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
-  // --- Planning again: the loop is turned in the housekeeper's thread ---
+  // --- Re-planning: the loop is turned in the housekeeping thread ---
 
   Nanos do_housekeeping() {
     const Nanos collect = options_.machine.costs.collect;

@@ -14,8 +14,9 @@
 //   outcome.h       what it came to
 // Here they are put together, and the planning loop (driver/planning_loop.h) is turned as the runtime turns it.
 //
-// What is left out: runs do not slow each other down through caches and memory; threads that the app has beside its
-// nodes; CPUs that come, go or change their speed; nodes that fail. docs/simulation.md says how far it is from life.
+// What is left out: runs do not slow each other down through caches and memory; threads that the app has besides those
+// of its nodes; CPUs that come, go or change their speed; nodes that fail. docs/simulation.md says how far it is from
+// real runs.
 //
 // Units: in the types; time begins at 0. Memory: bounded, however long it runs. Thread safety: none; one owner; several
 // simulations may run at once.

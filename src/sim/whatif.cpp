@@ -61,8 +61,8 @@ Answer answer_one(const graph::App& app, const model::Workload& work, const Hypo
 }
 
 // The largest x in [1/64, 64] for which `holds` is true, to one part in 200; none if there is none. Looked for from
-// above in steps, since what holds need not hold for all that is less: cores may be too fast for a rate cap beside
-// others.
+// above in steps, since what holds for one value need not hold for all smaller ones: cores may be too fast for a rate
+// cap.
 template <class Holds>
 std::optional<double> largest(const Holds& holds) {
   constexpr double kStep = 1.19;  // a quarter of an octave

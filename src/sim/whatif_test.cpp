@@ -8,7 +8,7 @@
 namespace ctn::sim {
 namespace {
 
-// A loop that must answer within 40 ms, and a long node beside it.
+// A loop that must answer within 40 ms, and a long node that is not part of it.
 class WhatIfTest : public ::testing::Test {
  protected:
   WhatIfTest() {

@@ -1,4 +1,4 @@
-// catan bench: what the runtime costs on this machine, each figure beside the least that it could be.
+// catan bench: what the runtime costs on this machine, each figure next to the minimum that the machine allows.
 #include <fmt/format.h>
 
 #include <functional>

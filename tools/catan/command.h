@@ -22,7 +22,7 @@ constexpr int kMistake = 2;  // the user's mistake
 // Prints every problem on stderr, one a line, and gives the exit code of its kind.
 int report_error(const Error& error);
 
-// For what the user should know but need not mend; on stderr.
+// For what the user should know but need not correct; on stderr.
 void note(std::string_view text);
 
 // Prints on stdout. Whether all of it could be written is checked once, by main.

@@ -16,7 +16,7 @@ struct ServingOptions {
   std::string app;
   runtime::SchedulerOptions scheduler;
   std::string socket;                              // empty: the usual one
-  std::vector<std::string> users;                  // that may register beside, by number
+  std::vector<std::string> users;                  // that may register in addition, by number
   std::vector<std::vector<std::string>> commands;  // started with CATAN_SOCKET set; serving ends when all have ended
   std::optional<double> seconds;  // to serve after the warm-up; else until a signal or the commands end it
   std::function<void(const Snapshot&, double measured_s)> on_progress;  // if given, called twice a second

@@ -1,7 +1,7 @@
 // `catan sim --sweep FOLDER --out FILE`: simulates every app of a folder, on all CPUs, into one file that a stopped
 // sweep goes on with.
 //
-// An app is NAME.yaml with NAME.costs.yaml beside it. FILE has one JSON document a line: first what was asked, then an
+// An app is NAME.yaml with NAME.costs.yaml next to it. FILE has one JSON document a line: first what was asked, then an
 // app a line, by name: {"app": NAME, "result": ...} or {"app": NAME, "error": ...}. A line is written once all before
 // it are, so the same sweep makes the same bytes, with any number of threads, stopped and gone on with or not. A last
 // line that a stop cut short is dropped and done again.

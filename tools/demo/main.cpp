@@ -172,7 +172,7 @@ int run(Options& options) {
   return options.check && !held ? kFailure : 0;
 }
 
-// Beside this program in the build tree, or where both were installed to.
+// Next to this program in the build tree, or where both were installed to.
 std::string find_program() {
   std::error_code error;
   const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

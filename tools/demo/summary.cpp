@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNearBest = 1.05;       // Catan's response time over the best of the sweep
 constexpr double kClearlyBelow = 0.95;   // and over the default's
-constexpr double kPredictionOff = 0.10;  // measured beside predicted
+constexpr double kPredictionOff = 0.10;  // measured, compared with predicted
 
 using Key = std::tuple<std::size_t, double, int, double, std::string>;  // in the order of Summary::rows
 

@@ -8,8 +8,7 @@
 
 namespace ctn::os {
 
-// ---- Claims
-// ----------------------------------------------------------------------------------------------------------
+// --- Claims ---
 
 void FakeCpus::add(ThreadId thread, Level level, const CpuSet& usable) {
   assert(!has(thread) && !usable.empty());
@@ -57,8 +56,7 @@ void FakeCpus::set_usable(ThreadId thread, const CpuSet& usable) {
   if (std::any_of(before.cpus().begin(), before.cpus().end(), lost)) to_the_end(thread);
 }
 
-// ---- Who gets which CPU
-// ----------------------------------------------------------------------------------------------
+// --- Who gets which CPU ---
 
 FakeCpus::Claim* FakeCpus::holder(int cpu) {
   for (auto& [thread, claim] : claims_) {
@@ -125,8 +123,7 @@ void FakeCpus::assign() {
   while (place_first()) continue;
 }
 
-// ---- Time
-// ------------------------------------------------------------------------------------------------------------
+// --- Time ---
 
 std::optional<ThreadId> FakeCpus::ready() const {
   const auto rank = [](const Claim& claim) { return std::tuple(-static_cast<int>(claim.level), claim.place); };

@@ -14,8 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 
-// ---- Levels
-// ----------------------------------------------------------------------------------------------------------
+// --- Levels ---
 
 TEST_F(SharedCpus, AHigherLevelPreemptsAtOnce) {
   burner("low", Level::kBackground, {0}, 1ms, 4ms);
@@ -61,8 +60,7 @@ TEST_F(SharedCpus, SwappingTwoLevelsInOneInstantSwapsWhoBurns) {
   EXPECT_THAT(turns(), ElementsAre("0 first 1-3", "0 second 3-8", "0 first 8-11"));
 }
 
-// ---- The line of equals
-// ----------------------------------------------------------------------------------------------
+// --- The line of equals ---
 
 TEST_F(SharedCpus, EqualsAreServedInTheOrderInWhichTheyCame) {
   burner("third", Level::kActive, {0}, 3ms, 2ms);
@@ -134,8 +132,7 @@ TEST_F(SharedCpus, ManyShortBurnsAreNoWayAroundTheSlice) {
   EXPECT_EQ(os.thread_cpu_time(ThreadId{3}).value(), 30ms);
 }
 
-// ---- Waking
-// ----------------------------------------------------------------------------------------------------------
+// --- Waking ---
 
 TEST_F(SharedCpus, AWokenThreadGoesOnOnlyWhenItHasItsCpu) {
   std::atomic<std::uint32_t> word{0};
@@ -254,8 +251,7 @@ TEST_F(SharedCpus, PollingLetsAnEqualRun) {
   EXPECT_LT(polls, 10);
 }
 
-// ---- Accounts, and the end
-// -------------------------------------------------------------------------------------------
+// --- Accounts, and the end ---
 
 TEST_F(SharedCpus, CpuTimeCountsOnlyWhatAThreadHad) {
   const ThreadId low = burner("low", Level::kBackground, {0}, 1ms, 5ms);

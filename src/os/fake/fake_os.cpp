@@ -49,8 +49,7 @@ FakeOs::~FakeOs() {
   }
 }
 
-// ---- The kernel: who has the baton
-// -----------------------------------------------------------------------------------
+// --- The kernel: who has the baton ---
 
 FakeOs::Task& FakeOs::attach(std::string name) {
   tasks_.push_back(std::make_unique<Task>());
@@ -185,8 +184,7 @@ void FakeOs::die(const std::string& why) const {
   std::abort();
 }
 
-// ---- Time, waiting, threads
-// ------------------------------------------------------------------------------------------
+// --- Time, waiting, threads ---
 
 TimePoint FakeOs::now() {
   const Lock lock(mutex_);

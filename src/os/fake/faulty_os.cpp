@@ -10,8 +10,7 @@ namespace ctn::os {
 
 Error refused() { return Error::environment("not permitted (on order of a test)", "order less"); }
 
-// ---- Orders
-// ----------------------------------------------------------------------------------------------------------
+// --- Orders ---
 
 void FaultyOs::add(Call call, Order order) {
   assert(order.count > 0);
@@ -67,8 +66,7 @@ std::optional<Error> FaultyOs::lost(const CpuSet& cpus) const {
   return Error::environment(fmt::format("CPU {} is gone (on order of a test)", *gone), "order less");
 }
 
-// ---- Calls
-// -----------------------------------------------------------------------------------------------------------
+// --- Calls ---
 
 void FaultyOs::be_late(Call call) {
   if (const auto order = next(call)) inner_.sleep_until(inner_.now() + order->late);

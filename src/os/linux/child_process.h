@@ -28,9 +28,9 @@ struct Exit {
 
 class ChildProcess {
  public:
-  // Looks the first argument up in PATH. `environment`: "NAME=value" entries beside ours, and instead of ours of the
-  // same name. kCaller: no argument, a program that is not there or may not be executed, an entry without a name.
-  // kEnvironment: the system has no process left.
+  // Looks the first argument up in PATH. `environment`: "NAME=value" entries in addition to ours, or in place of ours
+  // of the same name. kCaller: no argument, a program that is not there or may not be executed, an entry without a
+  // name. kEnvironment: the system has no process left.
   static Result<ChildProcess> start(const std::vector<std::string>& arguments,
                                     const std::vector<std::string>& environment = {});
   ~ChildProcess();

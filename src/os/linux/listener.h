@@ -53,7 +53,7 @@ class Listener {
 
   std::string path_;
   Descriptor socket_;
-  Descriptor spare_;  // given up for the moment in which a client is turned away for want of descriptors
+  Descriptor spare_;  // closed while a client is turned away because there are no descriptors left
   FileIdentity identity_;
 };
 

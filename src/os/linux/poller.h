@@ -1,7 +1,7 @@
 // Waits for whatever comes first: one of a set of descriptors has something to read, a deadline, or a call of wake().
 //
-// A descriptor is told again and again until it is read, none is starved by others. A socket whose other end is closed
-// and the pidfd of a process that has ended count as readable.
+// A descriptor is reported again and again until it is read, and none is starved by others. A socket whose other end is
+// closed and the pidfd of a process that has ended count as readable.
 //
 // Units: TimePoint as os.h. Thread safety: wait() from one thread at a time, everything else from any.
 #pragma once

@@ -53,8 +53,8 @@ std::uint64_t free_memory() {
   return ::sysinfo(&system) == 0 ? std::uint64_t{system.freeram} * system.mem_unit : 0;
 }
 
-// Who asks the kernel for more than there is gets no error: the kernel kills processes, whosever they are, until there
-// is enough. So it is never asked for more than this.
+// The kernel reports no error when more memory is asked for than there is: it kills processes, of anybody, until there
+// is enough. So no more than this is asked for.
 bool may_have(std::size_t size) { return size <= free_memory() / 2; }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// One figure of `catan bench`: what was measured, beside its bare baseline from the same run, and the goal.
+// One figure of `catan bench`: what was measured, its bare baseline from the same run, and the goal.
 //
 // Units: as `unit` says. Thread safety: plain values and pure functions.
 #pragma once

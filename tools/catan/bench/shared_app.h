@@ -1,5 +1,5 @@
-// An app of one node in memory that two processes share, with some words beside it through which they agree what to do
-// next. To be made before the other process is.
+// An app of one node in memory that two processes share, and some words through which they agree what to do next. To be
+// made before the other process is.
 //
 // Thread safety: as that of a region.
 #pragma once
