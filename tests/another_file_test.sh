@@ -30,9 +30,9 @@ eventually "it is gone" said
 echo "# changed" >>app.yaml
 "$catan" serve app.yaml --socket ./socket 2>second &
 server=$!
-eventually "nodes stay by themselves" said
+eventually "nodes go on without it" said
 sleep 1
-[ "$(grep -c "nodes stay by themselves" said)" = 1 ]
+[ "$(grep -c "nodes go on without it" said)" = 1 ]
 if grep -q "have registered" second; then exit 1; fi
 kill $node
 wait $node
