@@ -129,13 +129,13 @@ std::optional<plan::Plan> planned(const RandomCase& any, planner::Method method,
 // ---- 1. Goals
 
 struct Goal {
-  double most_ms = 0.0;
-  double most_gap = 0.0;  // 0: proven optimal
+  double max_ms = 0.0;
+  double max_gap = 0.0;  // 0: proven optimal
 
   std::string text() const {
-    if (most_ms <= 0.0) return "-";
-    return most_gap > 0.0 ? fmt::format("gap <= {:g} %, {:g} ms", 100.0 * most_gap, most_ms)
-                          : fmt::format("optimal, {:g} ms", most_ms);
+    if (max_ms <= 0.0) return "-";
+    return max_gap > 0.0 ? fmt::format("gap <= {:g} %, {:g} ms", 100.0 * max_gap, max_ms)
+                         : fmt::format("optimal, {:g} ms", max_ms);
   }
 };
 
@@ -143,9 +143,9 @@ void print_case(const std::string& name, std::size_t apps, const Goal& goal, dou
                 std::size_t optimal, double gap, bool met) {
   fmt::print("{:<40} {:>4} {:>20} {:>9.3f} {:>9.3f} {:>7} {:>8.3g} % {:>7}\n", name, apps, goal.text(), typical,
              slowest, fmt::format("{}/{}", optimal, apps), 100.0 * gap,
-             goal.most_ms <= 0.0 ? "-"
-             : met               ? "met"
-                                 : "MISSED");
+             goal.max_ms <= 0.0 ? "-"
+             : met              ? "met"
+                                : "MISSED");
   std::fflush(stdout);
 }
 
@@ -165,7 +165,7 @@ void plan_case(const std::string& name, const Goal& goal, const std::vector<Rand
   }
   if (took.empty()) return;
   const double typical = median(took);
-  const bool met = typical <= goal.most_ms && (goal.most_gap > 0.0 ? gap <= goal.most_gap : optimal == apps.size());
+  const bool met = typical <= goal.max_ms && (goal.max_gap > 0.0 ? gap <= goal.max_gap : optimal == apps.size());
   print_case(name, apps.size(), goal, typical, *std::max_element(took.begin(), took.end()), optimal, gap, met);
 }
 
@@ -181,7 +181,7 @@ void shares_case(const std::string& name, const Goal& goal, const RandomCase& an
   });
   const double gap = std::max(0.0, 1.0 - planned.bound / planned.shares.value);
   const bool optimal = gap <= kSame;
-  print_case(name, 1, goal, took, took, optimal ? 1 : 0, gap, optimal && took <= goal.most_ms);
+  print_case(name, 1, goal, took, took, optimal ? 1 : 0, gap, optimal && took <= goal.max_ms);
 }
 
 void goals() {

@@ -52,11 +52,11 @@ class Davare {
       task.cost = stretched_[0][i];
       program_.tasks.push_back(task);
     }
-    double dearest = 0.0;
+    double max_cost = 0.0;
     for (const auto& of_kind : stretched_) {
-      dearest = std::max(dearest, std::accumulate(of_kind.begin(), of_kind.end(), 0.0));
+      max_cost = std::max(max_cost, std::accumulate(of_kind.begin(), of_kind.end(), 0.0));
     }
-    for (PeriodTask& task : program_.tasks) task.max_period = 100.0 * std::max(dearest, task.min_period);
+    for (PeriodTask& task : program_.tasks) task.max_period = 100.0 * std::max(max_cost, task.min_period);
     make_sums(costs);
   }
 

@@ -29,7 +29,7 @@ struct SavedScheduling {
 // together with this process. Thread safety: every call from any thread.
 class Guardian {
  public:
-  // Ends the guardian, which gives back what has not been forgotten.
+  // Ends the guardian, which restores what has not been forgotten.
   virtual ~Guardian() = default;
 
   // From now on the thread would get back `before`; of several calls the last counts. False, and then it would not:

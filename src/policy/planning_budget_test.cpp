@@ -63,7 +63,7 @@ struct Spent {
 RC_GTEST_PROP(PlanningBudget, UsesItsShareAndTwoPlansAtMost, ()) {
   PlanningBudget budget;
   std::vector<Spent> spent;
-  Nanos dearest{0};
+  Nanos most_expensive{0};
   TimePoint now{};
   const int asked = *rc::gen::inRange(1, 200);
   for (int i = 0; i < asked; ++i) {
@@ -73,14 +73,15 @@ RC_GTEST_PROP(PlanningBudget, UsesItsShareAndTwoPlansAtMost, ()) {
     const Nanos cpu{*rc::gen::inRange(0, 50'000'000)};
     budget.spend(now, cpu);
     spent.push_back({now, cpu});
-    dearest = std::max(dearest, cpu);
+    most_expensive = std::max(most_expensive, cpu);
   }
   for (std::size_t from = 0; from < spent.size(); ++from) {
     Nanos used{0};
     for (std::size_t to = from; to < spent.size(); ++to) {
       used += spent[to].cpu;
       const double share = kPlanningShare * static_cast<double>((spent[to].at - spent[from].at).count());
-      RC_ASSERT(static_cast<double>(used.count()) <= share + 2.0 * static_cast<double>(dearest.count()) + 1000.0);
+      RC_ASSERT(static_cast<double>(used.count()) <=
+                share + 2.0 * static_cast<double>(most_expensive.count()) + 1000.0);
     }
   }
 }

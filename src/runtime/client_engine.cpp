@@ -160,7 +160,7 @@ void ClientEngine::stop() {
       all_left = conversation.call({.kind = Request::Kind::kLeave, .node = name}).ok() && all_left;
     }
   }
-  if (!all_left) registered_.give_back(watch_->regions.newest());
+  if (!all_left) registered_.restore_threads(watch_->regions.newest());
   link_.hang_up();
   served_.store(false);
   for (const ClientMembers::RegisteredNode& registered : registered_.all()) wiring_->port(registered.node)->stop();
@@ -198,7 +198,7 @@ void ClientEngine::lose_server(TimePoint now, bool gone) {
   watch_->silent = !gone;
   gone ? watch_->redial.at_once(now) : watch_->redial.not_now();
   if (was_served) {
-    give_back(now);
+    restore_threads(now);
     std::vector<UnservedPacer::Head> heads;
     for (const ClientMembers::RegisteredNode& registered : registered_.all()) {
       const std::optional<SubchainId> id = app_->graph.node(registered.node).subchain;
@@ -212,8 +212,8 @@ void ClientEngine::lose_server(TimePoint now, bool gone) {
   notice((gone ? "server: it is gone" : "server: it does nothing any more") + (was_served ? rates : ""));
 }
 
-void ClientEngine::give_back(TimePoint now) {
-  registered_.give_back(watch_->regions.newest());
+void ClientEngine::restore_threads(TimePoint now) {
+  registered_.restore_threads(watch_->regions.newest());
   watch_->find_raised = now + kRaisedSearchPeriod;
   watch_->wait_until = now + kLongestCall;
 }
@@ -238,7 +238,7 @@ TimePoint ClientEngine::serve_nodes(TimePoint now) {
   if (now >= watch_->find_raised) {
     watch_->find_raised = now + kRaisedSearchPeriod;
     const Region& region = watch_->regions.newest();
-    if (registered_.any_raised(region)) registered_.give_back(region);
+    if (registered_.any_raised(region)) registered_.restore_threads(region);
   }
   return std::min(wake, watch_->find_raised);
 }
@@ -255,7 +255,7 @@ bool ClientEngine::reconnect() {
   }
   link_.hang_up();
   const TimePoint now = os_.now();
-  if (dialled.may_have_raised) give_back(now);
+  if (dialled.may_have_raised) restore_threads(now);
   if (dialled.done.error().kind() == ErrorKind::kEnvironment && (!dialled.answered || dialled.known)) {
     watch_->redial.unanswered(now);
   } else {

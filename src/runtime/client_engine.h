@@ -95,7 +95,7 @@ class ClientEngine {
   bool server_alive(TimePoint now);
   void begin_heartbeat();
   void lose_server(TimePoint now, bool gone);
-  void give_back(TimePoint now);
+  void restore_threads(TimePoint now);
   TimePoint go_on_alone(TimePoint now);
   TimePoint serve_nodes(TimePoint now);
   struct Dialled {

@@ -75,14 +75,14 @@ bool ClientMembers::any_raised(const Region& region) const {
   return false;
 }
 
-void ClientMembers::give_back(const Region& region) const {
+void ClientMembers::restore_threads(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
-  for (const RegisteredNode& member : all()) give_back(member, *living, region);
+  for (const RegisteredNode& member : all()) restore_threads(member, *living, region);
 }
 
-void ClientMembers::give_back(const RegisteredNode& member, const std::vector<os::ThreadId>& living,
-                              const Region& region) const {
+void ClientMembers::restore_threads(const RegisteredNode& member, const std::vector<os::ThreadId>& living,
+                                    const Region& region) const {
   const auto alive = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
   for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
     const os::ThreadId thread{listed.load(std::memory_order_acquire)};

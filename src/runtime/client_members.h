@@ -44,14 +44,15 @@ class ClientMembers {
   // them in the region, which it has found by itself. The region may hold anything, so only threads of this process are
   // touched; those of whom nobody here knows what they had become ordinary, and else stay as the server's guardian left
   // them.
-  void give_back(const Region& region) const;
+  void restore_threads(const Region& region) const;
   // Whether a server has raised one of them.
   bool any_raised(const Region& region) const;
 
  private:
   std::optional<os::SavedScheduling> scheduling_before(os::ThreadId thread) const;
   bool raised_by_server(os::ThreadId thread) const;
-  void give_back(const RegisteredNode& member, const std::vector<os::ThreadId>& living, const Region& region) const;
+  void restore_threads(const RegisteredNode& member, const std::vector<os::ThreadId>& living,
+                       const Region& region) const;
 
   os::Os& os_;
   Guarded<std::vector<RegisteredNode>> members_;

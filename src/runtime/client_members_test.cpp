@@ -49,7 +49,7 @@ TEST_F(ClientMembersTest, GetBackWhatTheyHadWhenTheyRegistered) {
   const os::CpuSet before = *fake.affinity(other_id);
   raise(other_id);
   EXPECT_TRUE(members.any_raised(region));
-  members.give_back(region);
+  members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), before);
   EXPECT_FALSE(members.any_raised(region));
@@ -59,10 +59,10 @@ TEST_F(ClientMembersTest, GetBackWhatTheyHadWhenTheyRegistered) {
 TEST_F(ClientMembersTest, ThatAreRaisedOnceMoreGetItBackOnceMore) {
   members.add(node, other_id);
   raise(other_id);
-  members.give_back(region);
+  members.restore_threads(region);
   raise(other_id);
   ASSERT_TRUE(members.any_raised(region));
-  members.give_back(region);
+  members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
@@ -72,7 +72,7 @@ TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerFoundBecomeOrdinary) {
   EXPECT_FALSE(members.any_raised(region));
   raise(other_id);
   EXPECT_TRUE(members.any_raised(region));
-  members.give_back(region);
+  members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), *fake.affinity(fake.current_thread()));
 }
@@ -86,16 +86,16 @@ TEST_F(ClientMembersTest, WhatAServerDidIsNotRememberedAsTheirs) {
   ASSERT_TRUE(members.all().front().before);
   raise(other_id);
   members.remember_again();
-  members.give_back(region);
+  members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
 TEST_F(ClientMembersTest, NonsenseInTheRegionTouchesNobody) {
   members.add(node, other_id);
   list(os::ThreadId{-7});
-  members.give_back(region);
+  members.restore_threads(region);
   list(os::ThreadId{12345});
-  members.give_back(region);
+  members.restore_threads(region);
   EXPECT_FALSE(members.any_raised(region));
   EXPECT_TRUE(fake.changes().empty());
 }

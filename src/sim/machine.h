@@ -64,7 +64,7 @@ struct Machine {
   std::vector<BackgroundLoad> background{};
   bool real_time = true;  // false: levels are not permitted, so all threads stay ordinary
   // Where the runtime's own ordinary thread runs: on a CPU that is not the app's (true), or on the app's cores.
-  bool housekeeper_elsewhere = true;
+  bool housekeeping_elsewhere = true;
 };
 
 }  // namespace ctn::sim

@@ -25,7 +25,7 @@ std::vector<double> speeds(const graph::App& app, const Machine& machine) {
   for (int core = 0; core < machine.cores; ++core) {
     speeds.push_back(app.core_kinds.empty() ? 1.0 : app.core_kinds[app.kind_of(core)].speed);
   }
-  if (machine.housekeeper_elsewhere) speeds.push_back(1.0);
+  if (machine.housekeeping_elsewhere) speeds.push_back(1.0);
   return speeds;
 }
 
@@ -63,8 +63,8 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         costs_(std::move(costs)),
         app_(setting_.app),
         first_controller_(static_cast<Cpus::Thread>(Nodes::threads_needed(app_, options_.machine.cores))),
-        housekeeper_(first_controller_ + static_cast<Cpus::Thread>(max_controllers())),
-        cpus_(options_.machine, speeds(app_, options_.machine), housekeeper_ + 1 + options_.machine.background.size(),
+        housekeeping_(first_controller_ + static_cast<Cpus::Thread>(max_controllers())),
+        cpus_(options_.machine, speeds(app_, options_.machine), housekeeping_ + 1 + options_.machine.background.size(),
               *this),
         nodes_(app_, options_.machine, setting_.kinds, *costs_, cpus_, 0, *this),
         warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
@@ -142,18 +142,18 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Nanos begin(Cpus::Thread thread, int cpu) override {
     if (thread < first_controller_) return nodes_.begin(thread, cpu);
-    if (thread < housekeeper_) return controllers_.begin(thread, cpu);
-    if (thread == housekeeper_) return do_housekeeping();
-    return options_.machine.background[thread - housekeeper_ - 1].busy;
+    if (thread < housekeeping_) return controllers_.begin(thread, cpu);
+    if (thread == housekeeping_) return do_housekeeping();
+    return options_.machine.background[thread - housekeeping_ - 1].busy;
   }
 
   bool done(Cpus::Thread thread, int cpu) override {
     if (thread < first_controller_) return nodes_.done(thread, cpu);
-    if (thread < housekeeper_) return controllers_.done(thread);
-    if (thread == housekeeper_) {
+    if (thread < housekeeping_) return controllers_.done(thread);
+    if (thread == housekeeping_) {
       end_housekeeping();
     } else {
-      BackgroundState& load = background_[thread - housekeeper_ - 1];
+      BackgroundState& load = background_[thread - housekeeping_ - 1];
       load.next = std::max(load.next + load.period, cpus_.now());
       if (load.next <= cpus_.now()) return true;
       cpus_.wake_at(thread, load.next);
@@ -183,10 +183,11 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
                  raises ? decision.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
     controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
     const Machine& machine = options_.machine;
-    cpus_.set_cpus(housekeeper_, machine.housekeeper_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
-    if (loop_.adapts()) cpus_.wake_at(housekeeper_, TimePoint{} + driver::kPlanningTurn);
+    cpus_.set_cpus(housekeeping_,
+                   machine.housekeeping_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
+    if (loop_.adapts()) cpus_.wake_at(housekeeping_, TimePoint{} + driver::kPlanningTurn);
     for (const BackgroundLoad& load : machine.background) {
-      const Cpus::Thread thread = housekeeper_ + 1 + static_cast<Cpus::Thread>(background_.size());
+      const Cpus::Thread thread = housekeeping_ + 1 + static_cast<Cpus::Thread>(background_.size());
       background_.push_back({std::max(load.period, Nanos{1}), TimePoint{}});
       cpus_.set_cpus(thread, CpuMask::only(load.core));
       cpus_.wake(thread, -1);
@@ -216,7 +217,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       loop_.adopt(std::move(*next), policy::PlanReason::kStatic, *this);
     }
     loop_.adopt(*this);
-    cpus_.wake_at(housekeeper_, cpus_.now() + driver::kPlanningTurn);
+    cpus_.wake_at(housekeeping_, cpus_.now() + driver::kPlanningTurn);
   }
 
   Result<os::CpuSet> online_cpus() override { return setting_.cpus; }
@@ -268,7 +269,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   std::unique_ptr<RunCosts> costs_;
   const graph::App& app_;
   Cpus::Thread first_controller_;
-  Cpus::Thread housekeeper_;
+  Cpus::Thread housekeeping_;
   Cpus cpus_;
   Nodes nodes_;
   TimePoint warm_from_;
