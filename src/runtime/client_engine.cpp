@@ -109,10 +109,9 @@ Status ClientEngine::request_join(const Conversation& conversation, const Client
   };
   if (Status joined = ask(Request::Kind::kJoin, registered.thread); !joined) return joined;
   for (const os::ThreadId other : registered.others) {
-    const Status added = ask(Request::Kind::kAdd, other);
-    if (added) continue;
-    if (added.error().kind() != ErrorKind::kCaller) return added;
-    registered_.remove_thread(registered.node, other);  // it has ended meanwhile
+    Status added = ask(Request::Kind::kAdd, other);
+    if (!added && added.error().kind() != ErrorKind::kCaller) return added;
+    if (!added) registered_.remove_thread(registered.node, other);  // it has ended meanwhile
   }
   return Done{};
 }

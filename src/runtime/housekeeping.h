@@ -31,7 +31,7 @@ class Housekeeping : private driver::PlanningHost {
   // `loop` has decided. References outlive it.
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
                ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
-  ~Housekeeping() { stop(); }
+  ~Housekeeping() override { stop(); }
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
 
