@@ -105,9 +105,7 @@ class VirtualCore {
   // Who had the CPU, in order.
   std::vector<Ran> trace() const {
     std::vector<Ran> trace;
-    for (const os::FakeCpus::Turn& turn : cpus_.turns()) {
-      trace.push_back({subchain_of(turn.thread), level_of(turn.level), turn.begin, turn.end});
-    }
+    for (const os::FakeCpus::Turn& turn : cpus_.turns()) trace.push_back(ran_in(turn));
     return trace;
   }
 
@@ -115,7 +113,8 @@ class VirtualCore {
   Nanos cpu_time(std::optional<SubchainId> subchain, TimePoint begin, TimePoint end,
                  std::optional<Level> level = {}) const {
     Nanos sum{0};
-    for (const Ran& ran : trace()) {
+    for (const os::FakeCpus::Turn& turn : cpus_.turns()) {
+      const Ran ran = ran_in(turn);
       if (ran.subchain != subchain || (level && ran.level != *level)) continue;
       sum += std::max(Nanos{0}, std::min(ran.end, end) - std::max(ran.begin, begin));
     }
@@ -170,6 +169,10 @@ class VirtualCore {
   static Level level_of(os::Level level) {
     if (level == os::Level::kOrdinary) return Level::kOrdinary;
     return level == os::Level::kActive ? Level::kActive : Level::kBackground;
+  }
+
+  static Ran ran_in(const os::FakeCpus::Turn& turn) {
+    return {subchain_of(turn.thread), level_of(turn.level), turn.begin, turn.end};
   }
 
   // Who competes for the CPU: those that have a run under way and are raised.
