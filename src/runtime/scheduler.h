@@ -91,6 +91,7 @@ class Scheduler {
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   void leave(NodeId node, const std::string& why);
+  // Of a node that is not external.
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
   // Makes sure that the guardian still runs; to be called about every second.
