@@ -22,16 +22,6 @@
 
 namespace ctn::planner {
 
-// How many of `cases` random ones a test tries: all, to see that plans are right, but a tenth under sanitizers, to see
-// that no memory is misused on the way.
-constexpr std::uint64_t tried(std::uint64_t cases) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return (cases + 9) / 10;
-#else
-  return cases;
-#endif
-}
-
 struct RandomCase {
   graph::App app;
   model::CostTable costs;

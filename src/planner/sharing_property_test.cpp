@@ -29,7 +29,7 @@ plan::Plan proven_plan(const RandomCase& any, Request request) {
 void compare(const RandomLimits& limits, double tolerance, std::uint64_t apps) {
   std::uint64_t sharing = 0;
   std::uint64_t relaxed = 0;
-  for (std::uint64_t seed = 1; seed <= tried(apps); ++seed) {
+  for (std::uint64_t seed = 1; seed <= apps; ++seed) {
     RandomLimits some = limits;
     some.subchains = 2 + static_cast<int>(seed % static_cast<std::uint64_t>(limits.subchains - 1));
     const RandomCase any = random_case(seed, some, 1 + static_cast<int>(seed % 3));
@@ -93,7 +93,7 @@ void expect_no_worse(const plan::Plan& a, const plan::Plan& b) {
 constexpr RandomLimits kMixed{.subchains = 6, .chains = 5, .dearest = 40.0, .queue = true, .caps = true, .pairs = true};
 
 TEST(SharingProperty, ACoreMoreIsNeverWorse) {
-  for (std::uint64_t seed = 1; seed <= tried(30); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE(seed);
     RandomCase any = random_case(seed, kMixed, 1);
     plan::Plan fewer = proven_plan(any, {});
@@ -119,7 +119,7 @@ RandomCase with_counts(RandomCase any, const std::vector<int>& counts) {
 }
 
 TEST(SharingProperty, ACoreMoreOfAnyKindIsNeverWorse) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     const RandomCase any = random_case(seed, kOnKinds, 1 + static_cast<int>(seed % 4));
     const plan::Plan fewer = proven_plan(any, {});
@@ -132,7 +132,7 @@ TEST(SharingProperty, ACoreMoreOfAnyKindIsNeverWorse) {
 }
 
 TEST(SharingProperty, KindsThatAreAlikeAreLikeOne) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     const RandomCase one = random_case(seed, kMixed, 3);
     RandomCase two = one;
@@ -143,7 +143,7 @@ TEST(SharingProperty, KindsThatAreAlikeAreLikeOne) {
 }
 
 TEST(SharingProperty, TwiceTheSpeedIsHalfTheCost) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     RandomCase fast = random_case(seed, kMixed, 2);
     RandomCase cheap = fast;
@@ -157,7 +157,7 @@ TEST(SharingProperty, TwiceTheSpeedIsHalfTheCost) {
 }
 
 TEST(SharingProperty, ACoreThatIsFarTooSlowIsLeftAlone) {
-  for (std::uint64_t seed = 1; seed <= tried(20); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     RandomLimits limits = kMixed;
     limits.caps = false;
@@ -172,7 +172,7 @@ TEST(SharingProperty, ACoreThatIsFarTooSlowIsLeftAlone) {
 }
 
 TEST(SharingProperty, ManySubchainsArePlannedOnCoresThatDiffer) {
-  for (std::uint64_t seed = 1; seed <= tried(6); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
     RandomLimits many = kOnKinds;
     many.subchains = seed % 2 == 0 ? 20 : 40;
@@ -190,7 +190,7 @@ TEST(SharingProperty, ManySubchainsArePlannedOnCoresThatDiffer) {
 }
 
 TEST(SharingProperty, ACheaperNodeIsNeverWorse) {
-  for (std::uint64_t seed = 1; seed <= tried(60); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     const RandomCase any = random_case(seed, kMixed, 1 + static_cast<int>(seed % 3));
     RandomCase cheaper = any;
@@ -212,7 +212,7 @@ TEST(SharingProperty, ACheaperNodeIsNeverWorse) {
 }
 
 TEST(SharingProperty, TenTimesTheTimeIsTenTimesThePlan) {
-  for (std::uint64_t seed = 1; seed <= tried(60); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomLimits limits = kMixed;
     limits.caps = false;
@@ -229,7 +229,7 @@ TEST(SharingProperty, TenTimesTheTimeIsTenTimesThePlan) {
 }
 
 TEST(SharingProperty, TheOrderInWhichAnAppIsWrittenDoesNotMatter) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     RandomLimits limits = kMixed;
     const int cores = 1 + static_cast<int>(seed % 3);
@@ -241,14 +241,14 @@ TEST(SharingProperty, TheOrderInWhichAnAppIsWrittenDoesNotMatter) {
 }
 
 TEST(SharingProperty, TheSameInputGivesTheSamePlan) {
-  for (std::uint64_t seed = 1; seed <= tried(20); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const RandomCase any = random_case(seed, kMixed, 2);
     EXPECT_EQ(proven_plan(any, {}), proven_plan(any, {}));
   }
 }
 
 TEST(SharingProperty, EveryPlanSurvivesJson) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const RandomCase any = random_case(seed, kMixed, 1 + static_cast<int>(seed % 4));
     const plan::Plan plan = proven_plan(any, {});
     const auto read = plan::from_json(plan::to_json(plan, any.app), any.app, "plan.json");
@@ -258,7 +258,7 @@ TEST(SharingProperty, EveryPlanSurvivesJson) {
 }
 
 TEST(SharingProperty, AWarmStartFindsTheSame) {
-  for (std::uint64_t seed = 1; seed <= tried(40); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
     const RandomCase any = random_case(seed, kMixed, 2);
     const plan::Plan cold = proven_plan(any, {});
@@ -273,7 +273,7 @@ TEST(SharingProperty, AWarmStartFindsTheSame) {
 TEST(SharingProperty, ALimitFindsThePlanThatIsBelowItAndNoneThatIsNot) {
   int bounds_met = 0;
   int bounds_missed = 0;
-  for (std::uint64_t seed = 1; seed <= tried(60); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     const int cores = 1 + static_cast<int>(seed % 3);
     RandomLimits limits = kMixed;
@@ -305,7 +305,7 @@ TEST(SharingProperty, ALimitFindsThePlanThatIsBelowItAndNoneThatIsNot) {
 
 TEST(SharingProperty, TwoStageIsNeverBetterThanJoint) {
   int worse = 0;
-  for (std::uint64_t seed = 1; seed <= tried(100); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     SCOPED_TRACE(seed);
     RandomLimits limits = kMixed;
     limits.caps = false;
@@ -320,7 +320,7 @@ TEST(SharingProperty, TwoStageIsNeverBetterThanJoint) {
 }
 
 TEST(SharingProperty, ExtremesArePlanned) {
-  for (std::uint64_t seed = 1; seed <= tried(12); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     const int cores = 1 + static_cast<int>(seed % 4);
     proven_plan(random_case(seed,
@@ -351,7 +351,7 @@ TEST(SharingProperty, LargeAppsArePlannedWithAProvenGap) {
 }
 
 TEST(SharingProperty, WithoutAnyEffortThereIsAPlanAllTheSame) {
-  for (std::uint64_t seed = 1; seed <= tried(20); ++seed) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     proven_plan(random_case(seed, kMixed, 1 + static_cast<int>(seed % 3)), {.effort = 1});
   }
