@@ -111,9 +111,7 @@ bool Controller::threads_joined() {
 // --- Runs ---
 
 void Controller::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
-  // A run that has not begun has not ended, whatever the region says; otherwise this run would count as ended at once.
-  if (completed(id) >= number) signal(id).completed.store(number - 1, std::memory_order_seq_cst);
-  subchains_[id.index()].nodes.front()->trigger(number);
+  subchains_[id.index()].trigger(number);
   report(Report::kTrigger, id, number, to_word(due), to_word(controls_.os.now()));
 }
 

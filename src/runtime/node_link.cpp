@@ -73,6 +73,19 @@ void NodeLink::trigger(std::uint64_t token) {
   os_.wake(cell_.word);
 }
 
+bool NodeLink::is_triggered(std::uint64_t token) const {
+  return cell_.word.load(std::memory_order_acquire) == static_cast<std::uint32_t>(token);
+}
+
+// The order of the two reads matters: a program that triggers the run itself writes the token before the run can end.
+void SubchainLinks::trigger(std::uint64_t number) const {
+  NodeLink& head = *nodes.front();
+  if (signal->completed.load(std::memory_order_seq_cst) >= number && !head.is_triggered(number)) {
+    signal->completed.store(number - 1, std::memory_order_seq_cst);
+  }
+  head.trigger(number);
+}
+
 Links links_of(os::Os& os, const graph::Graph& graph, const Region& region) {
   Links links;
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {

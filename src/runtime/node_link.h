@@ -56,6 +56,8 @@ class NodeLink {
 
   // --- triggers ---
   void trigger(std::uint64_t token);
+  // Whether this is the node's newest trigger. The node may have written it.
+  bool is_triggered(std::uint64_t token) const;
 
   // --- reports ---
   // Calls take(record::Run) for each run reported so far, oldest first.
@@ -86,6 +88,12 @@ class NodeLink {
 struct SubchainLinks {
   std::vector<NodeLink*> nodes;  // in the order they run
   SignalCell* signal = nullptr;
+
+  // Triggers the head with this number. A run that has not begun has not ended, whatever the region says; otherwise this
+  // run would count as ended at once. But a program that triggers its nodes itself, as long as it does not know that the
+  // server goes on, may have used the number just before: that run counts as this one, since the node does not see a
+  // trigger of the number that it is at.
+  void trigger(std::uint64_t number) const;
 };
 
 // By NodeId; null for an external node.

@@ -113,7 +113,11 @@ bool NodePort::trigger_locally() {
   const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
   const std::uint64_t completed = binding.signal->completed.load(std::memory_order_acquire);
   std::uint32_t word = binding.own->word.load(std::memory_order_acquire);
-  if (token_near(completed, word) > completed) return false;
+  if (token_near(completed, word) > completed) {
+    // A server that is stopped, or killed, between a trigger and its wake leaves the node asleep.
+    os_.wake(binding.own->word);
+    return false;
+  }
   if (!binding.own->word.compare_exchange_strong(word, low(completed + 1), std::memory_order_acq_rel)) return false;
   os_.wake(binding.own->word);
   return true;

@@ -68,7 +68,8 @@ class NodePort {
   void wake_if_moved() const;
   // The same at once, while no thread runs the node.
   void bind_to(const Region& region);
-  // Triggers the node, which is its subchain's head. False: the run before has not ended yet.
+  // Triggers the node, which is its subchain's head. False: the run before has not ended yet; the node is woken all the
+  // same, in case that whoever triggered that run is gone and did not wake it.
   bool trigger_locally();
   // The run under way counts as ended: who was to end it is gone.
   void abandon_run();

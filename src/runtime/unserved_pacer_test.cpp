@@ -6,6 +6,7 @@
 #include "base/run_access.h"
 #include "os/fake/fake_os.h"
 #include "policy/test_app.h"
+#include "runtime/node_link.h"
 
 namespace ctn::runtime {
 namespace {
@@ -70,6 +71,55 @@ TEST_F(UnservedPacerTest, GivesUpARunThatNobodyWillEnd) {
   while (fake.now() < begin + milliseconds{1100}) fake.sleep_until(pacer.pace_heads(fake.now()));
   EXPECT_EQ(region.signal(subchain).completed.load(), 1U);
   EXPECT_EQ(region.node(node).word.load(), 2U) << "and the next is triggered";
+}
+
+TEST_F(UnservedPacerTest, WakesANodeThatAServerTriggeredAndDidNotWake) {
+  bool has_run = false;
+  const auto thread = fake.spawn("node", [&] { has_run = port.wait_for_trigger(); });
+  fake.sleep_until(fake.now() + milliseconds{1});
+  region.node(node).word.store(1);  // and the server is killed here
+  fake.sleep_until(fake.now() + milliseconds{1});
+  EXPECT_FALSE(has_run);
+  pacer.pace_heads(fake.now());
+  thread->join();
+  EXPECT_TRUE(has_run);
+}
+
+class ServerGoesOnTest : public UnservedPacerTest {
+ protected:
+  std::uint64_t completed() const { return region.signal(subchain).completed.load(); }
+
+  Links links = links_of(fake, app.graph, region);
+  SubchainLinks server = subchain_links(app.graph, links, region).front();
+};
+
+// The program goes on to trigger its nodes until the server has answered that all have registered.
+TEST_F(ServerGoesOnTest, ARunThatTheProgramTriggeredWithTheServersNextNumberCountsAsTheServers) {
+  pacer.pace_heads(fake.now());
+  ASSERT_TRUE(run_if_triggered());
+  ASSERT_EQ(completed(), 1U);
+  server.trigger(1);
+  EXPECT_FALSE(run_if_triggered()) << "the node does not see it";
+  EXPECT_EQ(completed(), 1U) << "or the server would wait for its end without end";
+  server.trigger(2);
+  EXPECT_TRUE(run_if_triggered());
+  EXPECT_EQ(completed(), 2U);
+}
+
+TEST_F(ServerGoesOnTest, ARunThatTheProgramTriggeredAndThatIsUnderWayCountsAsTheServers) {
+  pacer.pace_heads(fake.now());
+  server.trigger(1);
+  EXPECT_EQ(completed(), 0U);
+  EXPECT_TRUE(run_if_triggered());
+  EXPECT_EQ(completed(), 1U);
+}
+
+TEST_F(ServerGoesOnTest, ARunThatHasNotBegunHasNotEndedWhateverTheRegionSays) {
+  region.signal(subchain).completed.store(7);
+  server.trigger(3);
+  EXPECT_EQ(completed(), 2U);
+  EXPECT_TRUE(run_if_triggered());
+  EXPECT_EQ(completed(), 3U);
 }
 
 TEST_F(UnservedPacerTest, TakesThePeriodOfThePlanWithinReason) {
