@@ -38,7 +38,7 @@ void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
-void ClientMembers::remember_again() {
+void ClientMembers::update_saved_scheduling() {
   const auto members = members_.lock();
   for (RegisteredNode& member : *members) {
     if (auto before = scheduling_before(member.thread)) member.before = std::move(before);

@@ -225,15 +225,15 @@ class KilledServer : public LinuxGuardianTest {
   // A server that watches the thread, changes it, and is killed at some time after that.
   template <class Change>
   void change_and_be_killed(pid_t thread, Change change) {
-    const Baton ready;
+    const SyncPipe ready;
     ForkedProcess server([&] {
       const auto guard = os_->start_guardian().value();
       const bool watched = guard->watch(ThreadId{thread}, os_->save_scheduling(ThreadId{thread}).value());
       if (!watched || !change()) return 1;
-      ready.pass();
+      ready.send();
       return ::pause();
     });
-    ASSERT_TRUE(ready.await().has_value());
+    ASSERT_TRUE(ready.receive().has_value());
     guardian_ = guardians_of(server.number()).at(0);
     EXPECT_EQ(server.end(SIGKILL), -SIGKILL);
   }
@@ -275,14 +275,14 @@ TEST_F(KilledServer, ChildThatKeepsEverythingOpenChangesNothing) {
   ForkedProcess client([] { return ::pause(); });
   const pid_t thread = client.number();
   const SavedScheduling before = scheduling(thread);
-  const Baton kept;
+  const SyncPipe kept;
   change_and_be_killed(thread, [&] {
     const pid_t keeper = ::fork();
     if (keeper == 0) ::_exit(::pause());
-    kept.pass(keeper);
+    kept.send(keeper);
     return os_->set_affinity(ThreadId{thread}, CpuSet{before.affinity.cpus().back()}).ok();
   });
-  const auto keeper = kept.await();
+  const auto keeper = kept.receive();
   ASSERT_TRUE(keeper.has_value());
   EXPECT_TRUE(becomes([&] { return scheduling(thread) == before; }));
   ::kill(*keeper, SIGKILL);
@@ -296,7 +296,7 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
   CATAN_REQUIRE(before.affinity.size() >= 2, "needs two CPUs: let it use more (taskset)");
   CATAN_REQUIRE_REAL_TIME(*os_);  // with it comes the one to lower nice values
   for (int round = 0; round < 40; ++round) {
-    const Baton ready;
+    const SyncPipe ready;
     ForkedProcess server([&] {
       const auto guard = os_->start_guardian().value();
       for (bool said = false;; said = true) {
@@ -307,11 +307,11 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
         guard->watch(ThreadId{thread}, other);
         guard->forget(ThreadId{thread});
         guard->watch(ThreadId{thread}, before);
-        if (!said) ready.pass();
+        if (!said) ready.send();
       }
       return 0;
     });
-    ASSERT_TRUE(ready.await().has_value());
+    ASSERT_TRUE(ready.receive().has_value());
     const pid_t guardian = guardians_of(server.number()).at(0);
     std::this_thread::sleep_for(std::chrono::microseconds(37 * round));
     server.end(SIGKILL);

@@ -82,13 +82,13 @@ TEST_F(ListenerTest, RemovesItsSocketAndNoOthers) {
 }
 
 TEST_F(ListenerTest, TakesThePlaceOfOneThatWasKilled) {
-  const Baton ready;
+  const SyncPipe ready;
   ForkedProcess killed([&] {
     const auto listener = Listener::open(path_, 0600);
-    ready.pass();
+    ready.send();
     return ::pause();
   });
-  ASSERT_TRUE(ready.await());
+  ASSERT_TRUE(ready.receive());
   const Error running = error_at(path_);
   EXPECT_EQ(running.kind(), ErrorKind::kEnvironment);
   EXPECT_THAT(running.message(), HasSubstr("another server is running there"));
