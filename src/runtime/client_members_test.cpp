@@ -5,8 +5,8 @@
 
 #include <memory>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {
