@@ -90,6 +90,18 @@ TEST_F(ClientMembersTest, TheSchedulingThatAServerGaveIsNotSaved) {
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
+TEST_F(ClientMembersTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
+  members.add(node, other_id);
+  fake.reuse_number(other_id);
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{1}).ok());
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1});
+  members.update_saved_scheduling();
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
+}
+
 TEST_F(ClientMembersTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
   members.add(node, other_id);
   list(os::ThreadId{-7});
