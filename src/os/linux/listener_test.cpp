@@ -143,6 +143,18 @@ TEST_F(ListenerTest, LeavesAloneWhatIsNoSocketOfItsKind) {
   EXPECT_TRUE(is_there(path_));
 }
 
+// Guards: the advice was to name another path.
+TEST_F(ListenerTest, WithoutAFileDescriptorLeftItSaysToRaiseTheLimit) {
+  ForkedProcess limited([&] {
+    const rlimit none{0, 0};
+    if (::setrlimit(RLIMIT_NOFILE, &none) != 0) return 2;
+    const Error error = error_at(path_);
+    const bool advised = error.message().find("raise the limit of open files (`ulimit -n`)") != std::string::npos;
+    return advised && error.kind() == ErrorKind::kEnvironment ? 0 : 1;
+  });
+  EXPECT_EQ(limited.join(), 0);
+}
+
 TEST_F(ListenerTest, PlacesWhereItCannotBeSaySo) {
   EXPECT_THAT(error_at(folder_ + "/none/below/app").message(), HasSubstr("is missing"));
   std::ofstream(folder_ + "/file") << "x";
