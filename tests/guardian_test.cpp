@@ -64,7 +64,7 @@ class BusyMachine : public testing::Test {
     const auto guard = os_->start_guardian().value();
     for (int i = 0; i < cpus_; ++i) {
       const ThreadId thread = client_thread(i);
-      if (!guard->watch(thread, os_->save_scheduling(thread).value())) ::_exit(1);
+      if (!guard->watch(os_->save_scheduling(thread).value())) ::_exit(1);
       if (!os_->set_level(thread, Level::kActive).ok()) ::_exit(2);
     }
     shared_->raised = true;

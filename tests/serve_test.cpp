@@ -2,6 +2,7 @@
 // machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -31,6 +32,10 @@ class ServeTest : public ServedAppTest {
       return nullptr;
     }
     return std::make_unique<CountingNodes>(std::move(*client), *os_, nodes);
+  }
+  std::unique_ptr<CountingNodes> run_fast() { return run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}}); }
+  bool raises(os::ProcessId process) {
+    return eventually([&] { return raised_threads(process) > 0; });
   }
   // A connection of our own, to say to the server what no client of ours says.
   Result<os::Connection> dial(const std::string& socket = "socket") {
@@ -62,15 +67,34 @@ class ServeTest : public ServedAppTest {
 TEST_F(ServeTest, SchedulesProgramsOfTheirOwn) {
   serve();
   play({"map"});
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast);
   EXPECT_TRUE(fast->runs_on(100)) << said();
   EXPECT_TRUE(says("subchain slow runs"));
-  if (has_real_time()) {
-    EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) > 0; }));
-  }
   EXPECT_EQ(kill_server(SIGTERM), os::Exit{});
-  EXPECT_EQ(raised_threads(os_->current_process()), 0);
+}
+
+TEST_F(ServeTest, RaisesThreadsOfProgramsAndRestoresThemWhenItEnds) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  serve();
+  const os::ProcessId map = play({"map"}).process();
+  const auto fast = run_fast();
+  ASSERT_TRUE(fast);
+  EXPECT_TRUE(raises(os_->current_process())) << said();
+  EXPECT_TRUE(raises(map)) << said();
+  EXPECT_EQ(kill_server(SIGTERM), os::Exit{});
+  EXPECT_EQ(raised_threads(os_->current_process()) + raised_threads(map), 0);
+}
+
+// Guards: the file was read once by the command and once by the server. What has come out of a pipe does not come
+// again.
+TEST_F(ServeTest, ReadsItsAppFileOnce) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  serve("socket", "pipe");
+  std::thread([&] { std::ofstream(path("pipe")) << kServedApp; }).join();
+  const auto fast = run_fast();
+  ASSERT_TRUE(fast) << said();
+  EXPECT_TRUE(fast->runs_on(10)) << said();
 }
 
 TEST_F(ServeTest, ANodeOfTwoProcessesOfASubchainTriggersTheNext) {
@@ -84,7 +108,7 @@ TEST_F(ServeTest, ANodeOfTwoProcessesOfASubchainTriggersTheNext) {
 TEST_F(ServeTest, KilledItLeavesNobodyRaisedNodesGoOnAndAnotherTakesOver) {
   serve();
   os::ChildProcess& map = play({"map"});
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(50)) << said();
   ASSERT_TRUE(says("subchain slow runs"));
   for (int round = 0; round < 3; ++round) {
@@ -100,11 +124,20 @@ TEST_F(ServeTest, KilledItLeavesNobodyRaisedNodesGoOnAndAnotherTakesOver) {
     serve();
     EXPECT_TRUE(eventually([&] { return fast->client().served(); }));
     EXPECT_TRUE(fast->runs_on(20)) << said();
-    if (has_real_time()) {
-      EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; }));
-      EXPECT_TRUE(eventually([&] { return raised_threads(os_->current_process()) > 0; }));
-    }
   }
+}
+
+TEST_F(ServeTest, TheNextServerRaisesThreadsOfProgramsAgain) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  serve();
+  const os::ProcessId map = play({"map"}).process();
+  const auto fast = run_fast();
+  ASSERT_TRUE(fast && raises(map) && raises(os_->current_process())) << said();
+  kill_server(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return raised_threads(os_->current_process()) + raised_threads(map) == 0; }));
+  serve();
+  EXPECT_TRUE(raises(map)) << said();
+  EXPECT_TRUE(raises(os_->current_process())) << said();
 }
 
 // A driver of two processes. Without a server, too, and without its feeder it waits.
@@ -143,7 +176,7 @@ scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
 
 TEST_F(ServeTest, ANodeThatDiesIsNoticedAndMayComeBack) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast);
   for (int round = 1; round <= 5; ++round) {
     os::ChildProcess& map = play({"map"});
@@ -158,7 +191,7 @@ TEST_F(ServeTest, ANodeThatDiesIsNoticedAndMayComeBack) {
 
 TEST_F(ServeTest, AStoppedProgramIsSuspendedAndGoesOn) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   os::ChildProcess& map = play({"map"});
   ASSERT_TRUE(fast && says("subchain slow runs"));
   std::this_thread::sleep_for(milliseconds{300});
@@ -172,7 +205,7 @@ TEST_F(ServeTest, AStoppedProgramIsSuspendedAndGoesOn) {
 
 TEST_F(ServeTest, WhoForksAndDiesIsGone) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast);
   const os::ForkedProcess child([&] {
     Result<os::Connection> connection = dial();
@@ -250,7 +283,7 @@ TEST_F(ServeTest, SurvivesAProgramThatWritesAnythingAnywhere) {
 
 TEST_F(ServeTest, SurvivesFloods) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(10)) << said();
   const os::ForkedProcess flood([&] {
     std::vector<os::Connection> kept;
@@ -295,7 +328,7 @@ TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();
   os::ChildProcess& map = play({"map"});
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(50)) << said();
   ASSERT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; }));
   const pid_t guardian = guardian_of_server();
@@ -314,7 +347,7 @@ TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
 TEST_F(ServeTest, StoppedProgramsGoOnByThemselvesUntilItGoesOn) {
   serve();
   os::ChildProcess& map = play({"map"});
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(50)) << said();
   for (int round = 0; round < 3; ++round) {
     ASSERT_TRUE(server_->signal(SIGSTOP).ok());
@@ -325,14 +358,25 @@ TEST_F(ServeTest, StoppedProgramsGoOnByThemselvesUntilItGoesOn) {
     ASSERT_TRUE(server_->signal(SIGCONT).ok());
     EXPECT_TRUE(eventually([&] { return fast->client().served(); }));
     EXPECT_TRUE(fast->runs_on(20)) << said();
-    if (has_real_time()) {
-      EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; })) << said();
-    }
   }
   ASSERT_TRUE(server_->signal(SIGSTOP).ok());
   EXPECT_TRUE(eventually([&] { return !fast->client().served(); }));
   kill_server(SIGKILL);
   EXPECT_TRUE(fast->runs_on(20)) << "killed while it was stopped";
+}
+
+TEST_F(ServeTest, StoppedAndGoingOnItRaisesThreadsOfProgramsAgain) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  serve();
+  const os::ProcessId map = play({"map"}).process();
+  const auto fast = run_fast();
+  ASSERT_TRUE(fast && raises(map)) << said();
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(server_->signal(SIGSTOP).ok());
+    ASSERT_TRUE(eventually([&] { return raised_threads(map) == 0; }));
+    ASSERT_TRUE(server_->signal(SIGCONT).ok());
+    EXPECT_TRUE(raises(map)) << said();
+  }
 }
 
 // It was told so ten times a second, and had the subchain's head triggered in the new server's memory.
@@ -372,7 +416,7 @@ TEST_F(ServeTest, WhoIsRefusedByTheNextServerStaysByItselfAndLeavesItAlone) {
 // For two seconds each time, while it waited for the answer.
 TEST_F(ServeTest, WhoWaitsForAServerThatDoesNotAnswerGoesOnByItself) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(10)) << said();
   kill_server(SIGKILL);
   ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
@@ -386,19 +430,28 @@ TEST_F(ServeTest, WhoWaitsForAServerThatDoesNotAnswerGoesOnByItself) {
   EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
 }
 
-TEST_F(ServeTest, AThreadThatIsNamedWhileThereIsNoServerIsTheNextOnes) {
+TEST_F(ServeTest, AThreadCanBeNamedWhileThereIsNoServer) {
   serve();
-  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+  const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(10)) << said();
   kill_server(SIGKILL);
   ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
   EXPECT_TRUE(fast->client().adopt_this_thread("eye").ok());
   EXPECT_FALSE(fast->client().adopt_this_thread("map").ok()) << "it is not this program's";
   serve();
-  ASSERT_TRUE(eventually([&] { return fast->client().served(); }));
-  if (has_real_time()) {
-    EXPECT_TRUE(eventually([&] { return *os_->level(os_->current_thread()) != os::Level::kOrdinary; }));
-  }
+  EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
+}
+
+TEST_F(ServeTest, AThreadThatWasNamedWithoutAServerIsRaisedByTheNext) {
+  CATAN_REQUIRE_REAL_TIME(*os_);
+  serve();
+  const auto fast = run_fast();
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  kill_server(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return !fast->client().served(); }));
+  ASSERT_TRUE(fast->client().adopt_this_thread("eye").ok());
+  serve();
+  EXPECT_TRUE(eventually([&] { return *os_->level(os_->current_thread()) != os::Level::kOrdinary; })) << said();
   kill_server(SIGTERM);
   EXPECT_EQ(*os_->level(os_->current_thread()), os::Level::kOrdinary);
 }

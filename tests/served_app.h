@@ -70,16 +70,15 @@ class ServedAppTest : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  bool has_real_time() const { return os_->real_time_facts().permitted; }
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
 
   // On one CPU, so that both subchains share it. The socket is in the test's folder.
-  void serve(const std::string& socket = "socket") {
+  void serve(const std::string& socket = "socket", const std::string& app = "app.yaml") {
     std::vector<std::string> arguments{"/bin/sh",
                                        "-c",
                                        "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" 2>>\"$4\"",
                                        CATAN_COMMAND,
-                                       path("app.yaml"),
+                                       path(app),
                                        path(socket),
                                        std::to_string(os_->online_cpus()->cpus().front()),
                                        path("said")};

@@ -3,75 +3,43 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <map>
 #include <memory>
 #include <string>
-#include <vector>
+#include <utility>
 
-#include "config/cost_file.h"
-#include "os/fake/fake_os.h"
-#include "policy/test_app.h"
-#include "runtime/engine.h"
+#include "config/testing/apps.h"
+#include "runtime/testing/virtual_session.h"
 #include "sim/simulation.h"
+#include "sim/testing/outcomes.h"
 
 namespace ctn {
 namespace {
 
 using std::chrono::seconds;
 
-const char* const kRobot = R"(
-catan: 1
-app: robot
-nodes:
-  scan: { fallback_rate: 50Hz }
-  steer: {}
-  map: { fallback_rate: 5Hz }
-  log: { input: queue, fallback_rate: 20Hz }
-edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
-subchains: { fast: [scan, steer] }
-objective:
-  - { response_time: [scan, steer], weight: 1 }
-  - { response_time: [map, steer], weight: 0.05 }
-  - { period: log, weight: 0.05 }
-scheduler: { bootstrap: 1s }
-)";
 const char* const kCosts =
     "scan: { cost: 2ms, typical: 1.7ms }\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.01, 3ms] }\n"
     "map: { cost: 40ms, typical: 30ms }\nlog: { cost: 3ms, typical: 2ms }\n";
 constexpr std::uint64_t kSeed = 3;
 constexpr Nanos kMeasured = seconds{30};
 
-class Agreement : public ::testing::TestWithParam<std::pair<const char*, int>> {
+class Agreement : public runtime::VirtualSession, public ::testing::WithParamInterface<std::pair<const char*, int>> {
  protected:
-  const graph::App app = parse(kRobot);
-  const model::Workload work = *config::parse_workload(kCosts, "costs.yaml", app);
+  const graph::App app = robot_app();
+  const model::Workload work = parse_costs(app, kCosts);
   const std::shared_ptr<const policy::Policy> policy = *policy::make_policy(GetParam().first);
   const int cores = GetParam().second;
 
-  Snapshot run() const {
-    os::FakeOs fake{os::fake_topology(2)};
-    fake.share_cpus(true);
-    std::vector<int> cpus{0};
-    if (cores == 2) cpus.push_back(1);
-    auto engine = runtime::Engine::create(
-        app, fake, {.policy = policy, .cpus = os::CpuSet(cpus), .record = {}, .note = {}, .on_notice = {}});
-    EXPECT_TRUE(engine.ok());
-    for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
-      (*engine)->wiring().set_body(app.graph.nodes()[index].name, [&, index](ctn::Run& run) {
-        fake.burn(work.draw(kSeed, NodeId(index), run.number(), Nanos{0}).cpu);
-      });
-    }
-    EXPECT_TRUE((*engine)->start().ok());
-    fake.sleep_until(fake.now() + app.scheduler.bootstrap + policy::kSettle + kMeasured);
-    Snapshot snapshot = (*engine)->snapshot();
-    EXPECT_TRUE((*engine)->stop().ok());
-    return snapshot;
+  Snapshot run() {
+    cost = [this](const std::string& node, std::uint64_t number) {
+      return work.draw(kSeed, *app.graph.find_node(node), number, Nanos{0}).cpu;
+    };
+    open(app, policy, cores);
+    return run_for(app.scheduler.bootstrap + policy::kSettle + kMeasured);
   }
 
   sim::Outcome simulate() const {
-    sim::Options options{.policy = policy};
-    options.machine.cores = cores;
-    options.machine.costs = sim::MachineCosts::none();
+    sim::Options options = sim::on_ideal_machine(policy, cores);
     options.machine.limit.reset();
     auto simulation =
         *sim::Simulation::create(app, std::make_unique<sim::DrawnCosts>(app, work, kSeed), std::move(options));

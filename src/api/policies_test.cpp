@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "config/testing/apps.h"
 #include "plan/json.h"
-#include "policy/test_app.h"
 
 namespace ctn::api {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "baselines/policies.h"
-#include "config/cost_file.h"
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 #include "sim/simulation.h"
+#include "sim/testing/outcomes.h"
 #include "sim/whatif.h"
 
 namespace ctn::baselines {
@@ -16,37 +16,21 @@ namespace {
 
 using std::chrono::seconds;
 
-const char* const kTwo = R"(
-catan: 1
-app: two
-nodes: { a: { fallback_rate: 100Hz }, b: { fallback_rate: 50Hz } }
-edges: [ a -> b ]
-objective:
-  - { response_time: [a], weight: 1 }
-  - { response_time: [b], weight: 0.1 }
-scheduler: { slack: 0%, bootstrap: 1s }
-)";
 const char* const kReserved = "a: 3ms\nb: 4ms\n";
 
-const sim::NodeOutcome& node(const sim::Outcome& outcome, const std::string& name) {
-  for (const sim::NodeOutcome& each : outcome.nodes) {
-    if (each.name == name) return each;
-  }
-  ADD_FAILURE() << name;
-  std::abort();
-}
+using sim::node;
 
 sim::Options options_for(const Baseline& baseline) {
-  sim::Options options{.policy = baseline.policy, .reserve = baseline.reserve};
-  options.machine.costs = sim::MachineCosts::none();
+  sim::Options options = sim::on_ideal_machine(baseline.policy);
+  options.reserve = baseline.reserve;
   return options;
 }
 
 // Runs cost as `costs` says; reservations are for what kReserved says.
 sim::Outcome simulate(const std::string& costs) {
-  const graph::App app = parse(kTwo);
-  const model::Workload work = *config::parse_workload(costs, "costs.yaml", app);
-  const model::CostTable known = config::parse_workload(kReserved, "costs.yaml", app)->costs(app.graph);
+  const graph::App app = two_rates_app();
+  const model::Workload work = parse_costs(app, costs);
+  const model::CostTable known = parse_costs(app, kReserved).costs(app.graph);
   return *sim::simulate(app, std::make_unique<sim::DrawnCosts>(app, work, 1),
                         options_for(make_baseline("deadline", "deadline", known)), seconds{20});
 }
@@ -71,8 +55,8 @@ TEST(SimulatedReservations, KeepAnOverrunToItself) {
 
 TEST(SimulatedReservations, NeedCosts) {
   sim::Options options = options_for(make_baseline("deadline", "deadline", {}));
-  const graph::App app = parse(kTwo);
-  const model::Workload work = *config::parse_workload(kReserved, "costs.yaml", app);
+  const graph::App app = two_rates_app();
+  const model::Workload work = parse_costs(app, kReserved);
   const auto run = [&] {
     return sim::simulate(app, std::make_unique<sim::DrawnCosts>(app, work, 1), options, seconds{5});
   };
@@ -86,8 +70,8 @@ TEST(SimulatedReservations, NeedCosts) {
 }
 
 TEST(WhatIf, GivesPoliciesThatDecideByCostsThoseOfTheHypothesis) {
-  const graph::App app = parse(kTwo);
-  const model::Workload work = *config::parse_workload(kReserved, "costs.yaml", app);
+  const graph::App app = two_rates_app();
+  const model::Workload work = parse_costs(app, kReserved);
   sim::WhatIfOptions options;
   options.policy = make_baseline("davare", "davare", {}).policy;
   options.seconds = 5.0;

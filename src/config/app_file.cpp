@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "config/app_reader.h"
 #include "config/problems.h"
@@ -28,9 +29,17 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
 }
 
 Result<graph::App> load_app(const std::string& path) {
-  const auto text = read_text(path);
+  Result<AppFile> file = load_app_file(path);
+  if (!file) return file.error();
+  return std::move(file->app);
+}
+
+Result<AppFile> load_app_file(const std::string& path) {
+  Result<std::string> text = read_text(path);
   if (!text) return text.error();
-  return parse_app(*text, path);
+  Result<graph::App> app = parse_app(*text, path);
+  if (!app) return app.error();
+  return AppFile{std::move(*text), std::move(*app)};
 }
 
 Result<std::string> read_text(const std::string& path) {

@@ -16,6 +16,13 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file);
 // Reads and parses. A file that is not there or cannot be read is kCaller too: the caller named it.
 Result<graph::App> load_app(const std::string& path);
 
+// The same for who passes the text on, too: what it says is what `app` is, even if the file changes later.
+struct AppFile {
+  std::string text;
+  graph::App app;
+};
+Result<AppFile> load_app_file(const std::string& path);
+
 // Whole text of a file, at most 1 MiB. kCaller.
 Result<std::string> read_text(const std::string& path);
 

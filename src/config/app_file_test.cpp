@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "config/yaml.h"
 
@@ -122,6 +126,16 @@ TEST(AppFile, TakesByteOrderMarksAndWindowsLineEnds) {
   EXPECT_TRUE(parse_app(text, "app.yaml").ok());
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.replace(at, 1, "\r\n");
   EXPECT_TRUE(parse_app(text, "app.yaml").ok());
+}
+
+TEST(AppFile, LoadsTheTextTogetherWithTheAppThatItSays) {
+  const std::string path = testing::TempDir() + "catan_app_file_" + std::to_string(::getpid()) + ".yaml";
+  std::ofstream(path) << kNavigation;
+  const auto file = load_app_file(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(file.ok()) << file.error().message();
+  EXPECT_EQ(file->text, kNavigation);
+  EXPECT_EQ(file->app.name, "navigation");
 }
 
 TEST(AppFile, SaysWhichFileCannotBeRead) {

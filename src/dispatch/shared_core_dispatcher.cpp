@@ -196,7 +196,7 @@ void SharedCoreDispatcher::finish_slots() {
     const double slack = schedule_.slack * static_cast<double>(frame_length().count());
     idle = frame_due_ - now_ - Nanos{std::llround(slack)};
   } else {
-    slack_.owe_for(now_ - busy_since_);
+    slack_.charge(now_ - busy_since_);
     busy_since_ = now_;
     idle = slack_.busy_part(std::max(frame_due_ - now_, Nanos{0}));
   }
@@ -207,8 +207,8 @@ void SharedCoreDispatcher::finish_slots() {
 bool SharedCoreDispatcher::end_idle() {
   if (now_ < idle_end_) return false;
   if (!fixed()) {
-    slack_.owe_for(now_ - busy_since_);
-    frame_due_ = std::max(frame_due_, now_ + slack_.payable());
+    slack_.charge(now_ - busy_since_);
+    frame_due_ = std::max(frame_due_, now_ + slack_.debt_due());
   }
   slack_since_ = now_;
   phase_ = Phase::kSlack;

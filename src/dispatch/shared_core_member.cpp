@@ -61,7 +61,7 @@ void SharedCoreMember::begin_frame(std::uint64_t number, TimePoint start) {
 }
 
 void SharedCoreMember::begin_slot(TimePoint planned) {
-  if (under_way()) ++state_.slots_had;
+  if (under_way()) ++state_.slots_used;
   if (wants_trigger() && !state_.due_at) state_.due_at = planned;
 }
 
@@ -70,7 +70,7 @@ TimePoint SharedCoreMember::trigger(TimePoint now, bool at_slot_begin) {
   const TimePoint due_at = state_.due_at.value_or(now);
   ++state_.sent;
   state_.triggered_at = now;
-  state_.slots_had = at_slot_begin ? 1 : 0;  // what is left of a slot is no slot
+  state_.slots_used = at_slot_begin ? 1 : 0;  // only whole slots count
   state_.due = false;
   state_.due_at.reset();
   if (is_queue()) {

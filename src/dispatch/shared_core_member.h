@@ -19,7 +19,7 @@ struct RunState {
   std::uint64_t completed = 0;                     // the newest of them whose run has ended
   TimePoint triggered_at{};                        // the newest
   bool hanging = false;                            // the run under way, as has been reported
-  int slots_had = 0;                               // by the run under way, its first whole one included
+  int slots_used = 0;                              // whole slots, by the run under way
   bool due = false;                                // a trigger is owed: every n frames
   std::optional<std::int64_t> frames_since_due{};  // none: not due yet since it came
   double credit = 0.0;                             // triggers owed to a queue node
@@ -52,11 +52,11 @@ class SharedCoreMember {
   bool hanging() const { return state_.hanging; }
   // Real-time work that would starve ordinary threads.
   bool competes() const { return present_ && under_way() && !state_.hanging; }
-  // The run under way has had all the slots in which it was planned to end.
-  bool late() const { return under_way() && state_.slots_had >= planned_slots(); }
-  // Late, but not by more than a run that cost more than most; one that has had many more slots than planned may no
+  // The run under way has used all the slots in which it was planned to end.
+  bool late() const { return under_way() && state_.slots_used >= planned_slots(); }
+  // Late, but not by more than a run that cost more than most; one that has used many more slots than planned may no
   // longer take those of others.
-  bool may_still_steal() const { return late() && state_.slots_had < kStealingEnds * planned_slots(); }
+  bool may_still_steal() const { return late() && state_.slots_used < kStealingEnds * planned_slots(); }
 
   void begin_frame(std::uint64_t number, TimePoint start);
   void begin_slot(TimePoint planned);

@@ -18,9 +18,9 @@ void SlackAccount::set_slack(double slack) {
   slack_ = slack;
 }
 
-Nanos SlackAccount::owed_for(Nanos busy) const { return scaled(busy, slack_ / (1.0 - slack_)); }
+Nanos SlackAccount::slack_for(Nanos busy) const { return scaled(busy, slack_ / (1.0 - slack_)); }
 
-void SlackAccount::owe_for(Nanos busy) { debt_ += owed_for(busy); }
+void SlackAccount::charge(Nanos busy) { debt_ += slack_for(busy); }
 
 void SlackAccount::pay(Nanos given) { debt_ = std::max(debt_ - given, Nanos{0}); }
 

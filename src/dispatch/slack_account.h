@@ -21,18 +21,20 @@ class SlackAccount {
   // Precondition: 0 <= slack < 1. What is owed stays owed.
   void set_slack(double slack);
 
-  void owe_for(Nanos busy);
+  // Real-time levels had `busy`: the debt grows by the slack that belongs to it.
+  void charge(Nanos busy);
+  // Ordinary threads were given so much. What is beyond the debt is not kept as a credit.
   void pay(Nanos given);
 
-  // What is to be paid now: all that is owed, or nothing while it is too little.
-  Nanos payable() const { return debt_ >= kSmallestSlack ? debt_ : Nanos{0}; }
+  // What is to be paid now: the whole debt, or nothing while it is less than kSmallestSlack.
+  Nanos debt_due() const { return debt_ >= kSmallestSlack ? debt_ : Nanos{0}; }
 
   // Of a time that is to be waited anyway: the part that may go to real-time levels before ordinary threads get the
   // rest, so that nothing is owed at its end. None of less than kSmallestSlack, which is not worth dividing.
   Nanos busy_part(Nanos wait) const;
 
  private:
-  Nanos owed_for(Nanos busy) const;
+  Nanos slack_for(Nanos busy) const;
 
   double slack_ = 0.0;
   Nanos debt_{0};  // < kSmallestSlack between frames

@@ -10,32 +10,32 @@ namespace {
 
 using std::chrono::microseconds;
 
-TEST(SlackAccount, SavesUpWhatIsTooLittle) {
+TEST(SlackAccount, ADebtIsDueOnceItIsWorthTheSwitches) {
   SlackAccount account;
   account.set_slack(0.2);
-  account.owe_for(microseconds{796});
-  EXPECT_EQ(account.payable(), Nanos{0});
-  account.owe_for(microseconds{4});
-  EXPECT_EQ(account.payable(), microseconds{200});
+  account.charge(microseconds{796});
+  EXPECT_EQ(account.debt_due(), Nanos{0});
+  account.charge(microseconds{4});
+  EXPECT_EQ(account.debt_due(), microseconds{200});
   account.pay(microseconds{150});
-  EXPECT_EQ(account.payable(), Nanos{0});
-  account.owe_for(microseconds{600});
-  EXPECT_EQ(account.payable(), microseconds{200});
+  EXPECT_EQ(account.debt_due(), Nanos{0});
+  account.charge(microseconds{600});
+  EXPECT_EQ(account.debt_due(), microseconds{200});
 }
 
-TEST(SlackAccount, WhatWasGivenBeyondIsNotKept) {
+TEST(SlackAccount, WhatIsPaidBeyondTheDebtIsNotKept) {
   SlackAccount account;
   account.set_slack(0.5);
   account.pay(microseconds{1000});
-  account.owe_for(microseconds{300});
-  EXPECT_EQ(account.payable(), microseconds{300});
+  account.charge(microseconds{300});
+  EXPECT_EQ(account.debt_due(), microseconds{300});
 }
 
 TEST(SlackAccount, DividesAWaitSoThatNothingIsOwedAtItsEnd) {
   SlackAccount account;
   account.set_slack(0.2);
   EXPECT_EQ(account.busy_part(microseconds{1000}), microseconds{800});
-  account.owe_for(microseconds{2000});
+  account.charge(microseconds{2000});
   EXPECT_EQ(account.busy_part(microseconds{1000}), microseconds{400}) << "500 owed, and 100 for these 400";
   EXPECT_EQ(account.busy_part(microseconds{400}), Nanos{0}) << "more is owed than is to be waited";
 }
@@ -49,8 +49,8 @@ TEST(SlackAccount, DoesNotDivideAShortWait) {
 
 TEST(SlackAccount, WithoutSlackNothingIsOwed) {
   SlackAccount account;
-  account.owe_for(std::chrono::hours{1});
-  EXPECT_EQ(account.payable(), Nanos{0});
+  account.charge(std::chrono::hours{1});
+  EXPECT_EQ(account.debt_due(), Nanos{0});
   EXPECT_EQ(account.busy_part(microseconds{500}), microseconds{500});
   EXPECT_EQ(account.busy_part(microseconds{5}), microseconds{5});
 }
@@ -67,11 +67,11 @@ RC_GTEST_PROP(SlackAccountProperty, FramesAreNoLongerThanPlannedAndOrdinaryThrea
   for (int frames = 1; frames <= 200; ++frames) {
     const Nanos max = to_nanos(to_millis(frame) * (1.0 - slack));
     const Nanos used = max * *rc::gen::inRange(0, 101) / 100;
-    account.owe_for(used);
+    account.charge(used);
     const Nanos wait = std::max(min - used, Nanos{0});
     const Nanos busy = account.busy_part(wait);
-    account.owe_for(busy);
-    const Nanos given = std::max(wait - busy, account.payable());
+    account.charge(busy);
+    const Nanos given = std::max(wait - busy, account.debt_due());
     account.pay(given);
     now += used + busy + given;
     ordinary += given;

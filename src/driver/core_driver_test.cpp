@@ -19,11 +19,23 @@ using testing::IsEmpty;
 constexpr SubchainId kFirst{std::size_t{0}};
 constexpr SubchainId kSecond{std::size_t{1}};
 
-// Two that take turns on core 0, 4 ms each.
+// Turns of 4 ms each.
+dispatch::SharedCoreSchedule two_slots() { return elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}, 0.0); }
+dispatch::SharedCoreSchedule one_slot(int subchain) { return elastic({every(1, subchain, ms(4))}, 0.0); }
+
+// Both take turns on core 0.
 policy::Assignment both_share(Nanos hang_after = Nanos{0}) {
-  dispatch::SharedCoreSchedule schedule = elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}, 0.0);
+  dispatch::SharedCoreSchedule schedule = two_slots();
   for (dispatch::SharedCoreSlot& slot : schedule.slots) slot.hang_after = hang_after;
   return assignment({shares(0), shares(0)}, {schedule, {}});
+}
+// The first alone on core 0, the second on a CPU that it owns.
+policy::Assignment second_owns_a_cpu(Nanos period, Nanos hang_after = Nanos{0}) {
+  return assignment({shares(0), paced(period, CpuSet{1}, hang_after)}, {one_slot(0), {}});
+}
+
+FakeWorld::Cost second_takes(Nanos cost) {
+  return [cost](SubchainId id, std::uint64_t) { return id == kSecond ? cost : ms(3); };
 }
 
 TEST(CoreDriver, MembersTakeTurns) {
@@ -42,17 +54,16 @@ TEST(CoreDriver, MembersTakeTurns) {
 
 TEST(CoreDriver, TellsOfItsOwnCore) {
   FakeWorld world(2, 2, each_takes(ms(3)));
-  const dispatch::SharedCoreSchedule schedule = elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}, 0.0);
-  world.publish(assignment({shares(1), shares(1)}, {{}, schedule}));
+  world.publish(assignment({shares(1), shares(1)}, {{}, two_slots()}));
   world.run_until(at(ms(4)));
   ASSERT_EQ(world.slots.size(), 1U);
   EXPECT_EQ(world.slots[0].core, 1);
 }
 
 TEST(CoreDriver, AStealIsToldOnceItIsOver) {
-  FakeWorld world(2, 1,
+  FakeWorld world(2, 2,
                   [](SubchainId id, std::uint64_t number) { return id == kFirst && number == 1 ? ms(5) : ms(3); });
-  world.publish(assignment({shares(0), shares(0)}, {elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}, 0.0)}));
+  world.publish(both_share());
   world.run_until(at(ms(4.5)));
   EXPECT_THAT(world.steals, IsEmpty());
   EXPECT_THAT(world.of(kFirst).levels, Each(Level::kActive)) << "in the other's slot";
@@ -70,7 +81,7 @@ TEST(CoreDriver, ARunThatEndsWhileItDecidesEndsItsSlot) {
 
 TEST(CoreDriver, WhoeverComesFromItsOwnCoreIsAbsentUntilItIsLetGo) {
   FakeWorld world(2, 2, each_takes(ms(3)));
-  world.publish(assignment({shares(0), paced(ms(10), CpuSet{1})}, {elastic({every(1, 0, ms(4))}, 0.0), {}}));
+  world.publish(second_owns_a_cpu(ms(10)));
   world.run_until(at(ms(13)));
   ASSERT_EQ(world.of(kSecond).triggers.size(), 2U);
   world.publish(both_share());
@@ -84,7 +95,7 @@ TEST(CoreDriver, WhoeverLeavesDoesSoAtTheEndOfTheFrame) {
   FakeWorld world(2, 2, each_takes(ms(3)));
   world.publish(both_share());
   world.run_until(at(ms(7)));
-  world.publish(assignment({shares(0), paced(ms(20), CpuSet{1})}, {elastic({every(1, 0, ms(4))}, 0.0), {}}));
+  world.publish(second_owns_a_cpu(ms(20)));
   world.run_until(at(ms(11)));
   EXPECT_EQ(world.of(kSecond).holder, 2U) << "its slot of this frame is still to come";
   world.run_until(at(ms(13)));
@@ -96,11 +107,10 @@ TEST(CoreDriver, WhoeverLeavesDoesSoAtTheEndOfTheFrame) {
 }
 
 TEST(CoreDriver, FromCoreToCoreARunGoesOn) {
-  FakeWorld world(2, 2, [](SubchainId id, std::uint64_t) { return id == kSecond ? ms(11) : ms(3); });
-  dispatch::SharedCoreSchedule alone = elastic({every(1, 0, ms(4))}, 0.0);
+  FakeWorld world(2, 2, second_takes(ms(11)));
   world.publish(both_share());
   world.run_until(at(ms(5)));
-  world.publish(assignment({shares(0), shares(1)}, {alone, elastic({every(1, 1, ms(4))}, 0.0)}));
+  world.publish(assignment({shares(0), shares(1)}, {one_slot(0), one_slot(1)}));
   world.run_until(at(ms(30)));
   EXPECT_EQ(world.of(kSecond).holder, 3U);
   EXPECT_EQ(world.of(kSecond).cpus, CpuSet{1});
@@ -131,7 +141,7 @@ TEST(CoreDriver, ThreadsThatJoinGetTheLevelAndTheCpuOfNow) {
   world.join(kFirst);
   world.join(kSecond);
   // It leaves at the end of the frame only.
-  world.publish(assignment({shares(0), paced(ms(20), CpuSet{1})}, {elastic({every(1, 0, ms(4))}, 0.0), {}}));
+  world.publish(second_owns_a_cpu(ms(20)));
   world.run_until(at(ms(8)));
   EXPECT_THAT(world.of(kFirst).levels, Each(Level::kActive));
   EXPECT_THAT(world.of(kSecond).levels, Each(Level::kBackground));
@@ -139,7 +149,7 @@ TEST(CoreDriver, ThreadsThatJoinGetTheLevelAndTheCpuOfNow) {
 }
 
 TEST(CoreDriver, AHungRunIsSuspendedOutsideItsSlots) {
-  FakeWorld world(2, 2, [](SubchainId id, std::uint64_t) { return id == kSecond ? kNeverEnds : ms(3); });
+  FakeWorld world(2, 2, second_takes(kNeverEnds));
   world.publish(both_share(ms(30)));
   world.run_until(at(ms(40)));
   EXPECT_THAT(world.hangs, ElementsAre(FakeWorld::Hang{kSecond, true, at(ms(33))}));
@@ -157,10 +167,10 @@ TEST(CoreDriver, AHungRunIsSuspendedOutsideItsSlots) {
 }
 
 TEST(CoreDriver, AHungRunStaysSuspendedWhereItGoes) {
-  FakeWorld world(2, 2, [](SubchainId id, std::uint64_t) { return id == kSecond ? kNeverEnds : ms(3); });
+  FakeWorld world(2, 2, second_takes(kNeverEnds));
   world.publish(both_share(ms(30)));
   world.run_until(at(ms(40)));
-  world.publish(assignment({shares(0), paced(ms(20), CpuSet{1}, ms(30))}, {elastic({every(1, 0, ms(4))}, 0.0), {}}));
+  world.publish(second_owns_a_cpu(ms(20), ms(30)));
   world.run_until(at(ms(100)));
   EXPECT_EQ(world.of(kSecond).holder, kSecond.index());
   EXPECT_THAT(world.of(kSecond).levels, Each(Level::kOrdinary));

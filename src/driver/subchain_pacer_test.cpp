@@ -16,6 +16,20 @@ using testing::IsEmpty;
 
 constexpr SubchainId kOnly{std::size_t{0}};
 
+// Every 10 ms on a CPU of its own.
+policy::Assignment every_10ms(int cpu = 0, Nanos hang_after = Nanos{0}) {
+  return assignment({paced(ms(10), CpuSet{cpu}, hang_after)});
+}
+policy::Assignment absent() {
+  policy::Assignment made = every_10ms();
+  policy::remove_absent(made, {false});
+  return made;
+}
+
+FakeWorld::Cost hangs_in_run(std::uint64_t hung) {
+  return [hung](SubchainId, std::uint64_t number) { return number == hung ? kNeverEnds : ms(1); };
+}
+
 TEST(SubchainPacer, TriggersEveryPeriodAtTheLevelAndOnTheCpusOfItsPlace) {
   FakeWorld world(1, 0, each_takes(ms(4)), 2);
   policy::SubchainPlace place = paced(ms(10), CpuSet{1, 2});
@@ -31,7 +45,7 @@ TEST(SubchainPacer, TriggersEveryPeriodAtTheLevelAndOnTheCpusOfItsPlace) {
 
 TEST(SubchainPacer, TheEndOfALongRunIsWhatTriggersTheNext) {
   FakeWorld world(1, 0, each_takes(ms(13)));
-  world.publish(assignment({paced(ms(10), CpuSet{0})}));
+  world.publish(every_10ms());
   world.run_until(at(ms(40)));
   EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 13, 26, 39));
 }
@@ -48,7 +62,7 @@ TEST(SubchainPacer, ARunThatEndsWhileItDecidesIsNotMissed) {
 
 TEST(SubchainPacer, ANewPlaceChangesNothingButWhatIsNewInIt) {
   FakeWorld world(1, 0, each_takes(ms(1)));
-  world.publish(assignment({paced(ms(10), CpuSet{0})}));
+  world.publish(every_10ms());
   world.run_until(at(ms(15)));
   world.publish(assignment({paced(ms(4), CpuSet{0})}));
   world.run_until(at(ms(19)));
@@ -63,16 +77,13 @@ TEST(SubchainPacer, ANewPlaceChangesNothingButWhatIsNewInIt) {
 
 TEST(SubchainPacer, WhoeverIsNotPresentIsNobodysUntilItComesBack) {
   FakeWorld world(1, 0, each_takes(ms(1)));
-  policy::SubchainPlace place = paced(ms(10), CpuSet{0});
-  world.publish(assignment({place}));
+  world.publish(every_10ms());
   world.run_until(at(ms(12)));
-  place.present = false;
-  world.publish(assignment({place}));
+  world.publish(absent());
   world.run_until(at(ms(50)));
   EXPECT_FALSE(world.of(kOnly).holder);
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
-  place.present = true;
-  world.publish(assignment({place}));
+  world.publish(every_10ms());
   world.run_until(at(ms(65)));
   EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 10, 50, 60));
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kActive));
@@ -80,21 +91,18 @@ TEST(SubchainPacer, WhoeverIsNotPresentIsNobodysUntilItComesBack) {
 
 TEST(SubchainPacer, WhoeverIsBackSoonKeepsItsDistanceToTheTriggerBefore) {
   FakeWorld world(1, 0, each_takes(ms(1)));
-  policy::SubchainPlace place = paced(ms(10), CpuSet{0});
-  world.publish(assignment({place}));
+  world.publish(every_10ms());
   world.run_until(at(ms(12)));
-  place.present = false;
-  world.publish(assignment({place}));
+  world.publish(absent());
   world.run_until(at(ms(13)));
-  place.present = true;
-  world.publish(assignment({place}));
+  world.publish(every_10ms());
   world.run_until(at(ms(25)));
   EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 10, 20));
 }
 
 TEST(SubchainPacer, AHungRunIsSuspendedUntilItEnds) {
-  FakeWorld world(1, 0, [](SubchainId, std::uint64_t number) { return number == 2 ? kNeverEnds : ms(1); });
-  world.publish(assignment({paced(ms(10), CpuSet{0}, ms(30))}));
+  FakeWorld world(1, 0, hangs_in_run(2));
+  world.publish(every_10ms(0, ms(30)));
   world.run_until(at(ms(39)));
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kActive));
   EXPECT_THAT(world.hangs, IsEmpty());
@@ -109,8 +117,8 @@ TEST(SubchainPacer, AHungRunIsSuspendedUntilItEnds) {
 }
 
 TEST(SubchainPacer, ANewPlaceDoesNotRaiseAHungRun) {
-  FakeWorld world(1, 0, [](SubchainId, std::uint64_t number) { return number == 1 ? kNeverEnds : ms(1); });
-  world.publish(assignment({paced(ms(10), CpuSet{0}, ms(30))}));
+  FakeWorld world(1, 0, hangs_in_run(1));
+  world.publish(every_10ms(0, ms(30)));
   world.run_until(at(ms(40)));
   policy::SubchainPlace place = paced(ms(10), CpuSet{1}, ms(30));
   place.level = Level::kBackground;
@@ -125,7 +133,7 @@ TEST(SubchainPacer, ANewPlaceDoesNotRaiseAHungRun) {
 
 TEST(SubchainPacer, ThreadsThatJoinGetWhatTheOthersHave) {
   FakeWorld world(1, 0, each_takes(ms(1)));
-  world.publish(assignment({paced(ms(10), CpuSet{3})}));
+  world.publish(every_10ms(3));
   world.run_until(at(ms(15)));
   world.join(kOnly);
   world.run_until(at(ms(20)));
@@ -135,10 +143,10 @@ TEST(SubchainPacer, ThreadsThatJoinGetWhatTheOthersHave) {
 
 TEST(SubchainPacer, ThreadsThatJoinAHungRunAreNotRaised) {
   FakeWorld world(1, 0, each_takes(kNeverEnds));
-  world.publish(assignment({paced(ms(10), CpuSet{3}, ms(30))}));
+  world.publish(every_10ms(3, ms(30)));
   world.run_until(at(ms(35)));
   world.join(kOnly);
-  world.publish(assignment({paced(ms(10), CpuSet{3}, ms(30))}));
+  world.publish(every_10ms(3, ms(30)));
   world.run_until(at(ms(36)));
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
   EXPECT_EQ(world.of(kOnly).cpus, CpuSet{3});

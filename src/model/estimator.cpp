@@ -12,7 +12,8 @@ namespace ctn::model {
 namespace {
 
 constexpr std::size_t kFrequencyWindows = 10;
-constexpr std::size_t kEnoughToGoBy = 5;
+// So many runs of a mode suffice after invalidate(); then what was seen before is forgotten.
+constexpr std::size_t kMinSamples = 5;
 
 // Returns what it replaced; `value` itself while there is room.
 template <class Ring, class T>
@@ -51,7 +52,7 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   assert(cpu.count() >= 0);
   if (mode >= names_.size()) mode = 0;
   push(runs_[mode], cpu, window_);
-  if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kEnoughToGoBy);
+  if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kMinSamples);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
   const bool full = recent_modes_.values.size() == capacity;
@@ -84,7 +85,7 @@ void Estimator::rescale(double factor, std::size_t mode) {
   for (Nanos& run : runs_[mode].values) run = Nanos{std::llround(static_cast<double>(run.count()) * factor)};
 }
 
-void Estimator::invalidate() { invalidated_.assign(invalidated_.size(), kEnoughToGoBy); }
+void Estimator::invalidate() { invalidated_.assign(invalidated_.size(), kMinSamples); }
 
 CostProfile Estimator::profile(double percentile) const {
   assert(count_ > 0);

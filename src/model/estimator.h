@@ -36,7 +36,7 @@ class Estimator {
   // All runs, or those of one mode, would have taken `factor` (> 0) times as long.
   void rescale(double factor);
   void rescale(double factor, std::size_t mode);
-  // What was seen so far may not hold any more, and nobody knows what does: it serves until five more runs of the mode.
+  // What was seen so far may not hold any more: it is used only until the mode has run five more times.
   void invalidate();
 
   // How many runs it has seen in all, since the start.
@@ -62,7 +62,7 @@ class Estimator {
   double percentile_;
   std::vector<std::string> names_;
   std::vector<Ring<Nanos>> runs_;         // by mode
-  std::vector<std::size_t> invalidated_;  // by mode: so many runs, and what was before them goes; 0: nothing is doubted
+  std::vector<std::size_t> invalidated_;  // by mode: so many runs until all before them are forgotten; 0: all count
   Ring<std::size_t> recent_modes_;
   std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_
   std::size_t count_ = 0;

@@ -11,12 +11,12 @@ namespace {
 
 constexpr double kZ95 = 1.6448536269514722;  // 95 % of a standard normal variable are below it
 
-// One number for each (seed, node, run, purpose), without a state to carry from run to run.
-class Luck {
+// The random numbers of one run: the same for the same seed, node and run, so no state is carried from run to run.
+class RandomDraws {
  public:
   enum class Purpose : std::uint64_t { kMode = 1, kTime = 2, kSpike = 3 };
 
-  Luck(std::uint64_t seed, NodeId node, std::uint64_t run) : state_(mixed_of(seed, node.index(), run)) {}
+  RandomDraws(std::uint64_t seed, NodeId node, std::uint64_t run) : state_(mixed_of(seed, node.index(), run)) {}
 
   // Uniform in (0, 1), both ends excluded.
   double uniform(Purpose purpose) const {
@@ -28,23 +28,23 @@ class Luck {
   std::uint64_t state_;
 };
 
-std::size_t drawn_mode(const std::vector<ModeCost>& modes, double luck) {
+std::size_t drawn_mode(const std::vector<ModeCost>& modes, double uniform) {
   std::size_t likely = 0;  // rounding may leave a sum just below 1: then the last mode that happens at all
   double sum = 0.0;
   for (std::size_t mode = 0; mode < modes.size(); ++mode) {
     if (modes[mode].probability <= 0.0) continue;
     likely = mode;
     sum += modes[mode].probability;
-    if (luck < sum) break;
+    if (uniform < sum) break;
   }
   return likely;
 }
 
-// By how much a run differs from the cost; log-normal.
-double drawn_factor(Millis cost, std::optional<Millis> typical, double luck) {
+// By how much a run differs from the cost; log-normal. `uniform`: a random number in (0, 1).
+double drawn_factor(Millis cost, std::optional<Millis> typical, double uniform) {
   if (!typical || *typical >= cost) return 1.0;
   const double spread = portable_log(cost / *typical);
-  const double exponent = spread * (inverse_normal(luck) / kZ95 - 1.0);
+  const double exponent = spread * (inverse_normal(uniform) / kZ95 - 1.0);
   return portable_exp(std::clamp(exponent, -700.0, 700.0));
 }
 
@@ -86,17 +86,17 @@ CostTable Workload::costs(const graph::Graph& graph) const {
 RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Nanos since_start, int threads) const {
   assert(threads >= 1);
   const NodeWork& work = nodes_[node.index()];
-  const Luck luck(seed, node, number);
-  const std::size_t mode = drawn_mode(work.cost.modes(), luck.uniform(Luck::Purpose::kMode));
+  const RandomDraws draws(seed, node, number);
+  const std::size_t mode = drawn_mode(work.cost.modes(), draws.uniform(RandomDraws::Purpose::kMode));
   const Millis alone = work.cost.modes()[mode].cost;
   const int max = max_threads_[node.index()];
   const Millis shared = work.cost.by_threads().empty() ? alone / std::min(threads, max)
                                                        : work.cost.with_threads(std::min(threads, max), max);
   const std::optional<Millis> typical = mode < work.typical.size() ? work.typical[mode] : std::nullopt;
 
-  Millis cpu = shared * drawn_factor(alone, typical, luck.uniform(Luck::Purpose::kTime));
+  Millis cpu = shared * drawn_factor(alone, typical, draws.uniform(RandomDraws::Purpose::kTime));
   cpu *= 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
-  if (luck.uniform(Luck::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
+  if (draws.uniform(RandomDraws::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
   return {mode, to_nanos(std::min(cpu, kLongestRun))};
 }
 

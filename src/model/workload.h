@@ -71,7 +71,7 @@ class Workload {
   CostTable costs(const graph::Graph& graph) const;
 
   // Run `number` of a node, begun `since_start` after the start, on `threads` threads (>= 1; of more than the node's
-  // max_threads, so many count). A run's mode and luck are the same whatever `threads` and `since_start`.
+  // max_threads, so many count). Its random draws are the same whatever `threads` and `since_start`.
   RunDraw draw(std::uint64_t seed, NodeId node, std::uint64_t number, Nanos since_start, int threads = 1) const;
 
  private:

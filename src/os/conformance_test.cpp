@@ -256,7 +256,7 @@ TEST_P(OsConformance, JoiningTwiceIsHarmless) {
 }
 
 TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
-  const auto saved = os().save_scheduling(os().current_thread());
+  auto saved = os().save_scheduling(os().current_thread());
   const auto cpus = os().affinity(os().current_thread());
   ASSERT_TRUE(saved.ok() && cpus.ok());
   for (const ThreadId gone : {gone_thread(), ThreadId{0}, ThreadId{-1}, ThreadId{0x3fffffff}}) {
@@ -267,7 +267,8 @@ TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
     EXPECT_ENVIRONMENT_ERROR(os().set_affinity(gone, *cpus));
     EXPECT_ENVIRONMENT_ERROR(os().affinity(gone));
     EXPECT_ENVIRONMENT_ERROR(os().save_scheduling(gone));
-    EXPECT_ENVIRONMENT_ERROR(os().restore_scheduling(gone, *saved));
+    saved->thread = gone;
+    EXPECT_ENVIRONMENT_ERROR(os().restore_scheduling(*saved));
   }
 }
 
@@ -355,6 +356,19 @@ TEST_P(RealTimeConformance, SavedSchedulingComesBack) {
   EXPECT_EQ(after, *before);
 }
 
+TEST_P(OsConformance, AnotherThreadWithTheSameNumberIsNotRestored) {
+  Parked parked(os());
+  SavedScheduling saved = os().save_scheduling(parked.id()).value();
+  const CpuSet first{saved.affinity.cpus().front()};
+  ASSERT_TRUE(os().set_affinity(parked.id(), first).ok());
+  ++saved.started;
+  EXPECT_ENVIRONMENT_ERROR(os().restore_scheduling(saved));
+  EXPECT_EQ(os().affinity(parked.id()).value(), first);
+  --saved.started;
+  EXPECT_TRUE(os().restore_scheduling(saved).ok());
+  EXPECT_EQ(os().affinity(parked.id()).value(), saved.affinity);
+}
+
 TEST_P(OsConformance, SchedulingGuardRestoresOnce) {
   Parked parked(os());
   const CpuSet before = os().affinity(parked.id()).value();
@@ -386,7 +400,7 @@ TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsRestoredWhenTheGuardianEnds)
     auto guard = os().start_guardian();
     ASSERT_TRUE(guard.ok()) << guard.error().message();
     for (const ThreadId thread : {watched.id(), forgotten.id()}) {
-      ASSERT_TRUE((*guard)->watch(thread, before));
+      ASSERT_TRUE((*guard)->watch(os().save_scheduling(thread).value()));
       ASSERT_TRUE(os().set_affinity(thread, first).ok());
       if (os().real_time_facts().permitted) {
         ASSERT_TRUE(os().set_level(thread, Level::kActive).ok());
@@ -412,12 +426,17 @@ TEST_P(OsConformance, GuardKeepsTheLastOfSeveralAndNothingOfWhoIsGone) {
   {
     auto guard = os().start_guardian();
     ASSERT_TRUE(guard.ok()) << guard.error().message();
-    EXPECT_FALSE((*guard)->watch(gone, before));
-    EXPECT_FALSE((*guard)->watch(ThreadId{0}, before));
-    EXPECT_FALSE((*guard)->watch(ThreadId{-1}, before));
+    for (const ThreadId nobody : {gone, ThreadId{0}, ThreadId{-1}}) {
+      SavedScheduling of_nobody = before;
+      of_nobody.thread = nobody;
+      EXPECT_FALSE((*guard)->watch(of_nobody)) << static_cast<int>(nobody);
+    }
+    SavedScheduling of_another = before;
+    ++of_another.started;
+    EXPECT_FALSE((*guard)->watch(of_another)) << "another thread with the number";
     (*guard)->forget(gone);
-    for (int i = 0; i < 3000; ++i) ASSERT_TRUE((*guard)->watch(parked.id(), before));  // takes no room
-    ASSERT_TRUE((*guard)->watch(parked.id(), last));
+    for (int i = 0; i < 3000; ++i) ASSERT_TRUE((*guard)->watch(before));  // takes no room
+    ASSERT_TRUE((*guard)->watch(last));
   }
   EXPECT_EQ(os().affinity(parked.id()).value(), last.affinity);
 }

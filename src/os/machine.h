@@ -53,7 +53,7 @@ struct HostFacts {
 struct PowerState {
   struct Cpu {
     int number = 0;
-    std::optional<long> limit_khz;  // no faster than this, for now
+    std::optional<long> limit_khz;  // the fastest that is allowed at present
     std::string governor;
     friend bool operator==(const Cpu&, const Cpu&) = default;
   };

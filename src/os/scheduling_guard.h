@@ -18,7 +18,7 @@ class SchedulingGuard {
  public:
   // `scheduling` outlives the guard.
   SchedulingGuard(ThreadScheduling& scheduling, ThreadId thread)
-      : scheduling_(scheduling), thread_(thread), saved_(scheduling.save_scheduling(thread)) {}
+      : scheduling_(scheduling), saved_(scheduling.save_scheduling(thread)) {}
   ~SchedulingGuard() { static_cast<void>(restore()); }
   SchedulingGuard(const SchedulingGuard&) = delete;
   SchedulingGuard& operator=(const SchedulingGuard&) = delete;
@@ -29,12 +29,11 @@ class SchedulingGuard {
   // Restores now; the destructor then does nothing. Does nothing the second time.
   Status restore() {
     if (!saved_.ok() || std::exchange(restored_, true)) return Done{};
-    return scheduling_.restore_scheduling(thread_, saved_.value());
+    return scheduling_.restore_scheduling(saved_.value());
   }
 
  private:
   ThreadScheduling& scheduling_;
-  ThreadId thread_;
   Result<SavedScheduling> saved_;
   bool restored_ = false;
 };

@@ -3,6 +3,7 @@
 // Thread safety: any thread at any time. Cost: shift_level() is one system call.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "base/result.h"
@@ -12,13 +13,17 @@
 
 namespace ctn::os {
 
-// A thread's scheduling as it was before Catan touched it. Only the implementation that made it can read it.
+// A thread, and its scheduling as it was before Catan touched it. Only the implementation that made it can read it.
 struct SavedScheduling {
+  ThreadId thread{};
+  std::uint64_t started = 0;  // when: tells the thread from a later one that has its number
   int policy = 0;
   int priority = 0;
   int nice = 0;
   bool reset_on_fork = false;
   CpuSet affinity;
+
+  bool same_thread(const SavedScheduling& other) const { return thread == other.thread && started == other.started; }
   friend bool operator==(const SavedScheduling&, const SavedScheduling&) = default;
 };
 
@@ -34,7 +39,7 @@ class Guardian {
 
   // From now on the thread would get back `before`; of several calls the last counts. False, and then it would not:
   // the thread is gone, too many are watched (1024), or no guardian can be had.
-  virtual bool watch(ThreadId thread, const SavedScheduling& before) = 0;
+  virtual bool watch(const SavedScheduling& before) = 0;
   // For a thread that got its scheduling back, or ended. Nothing happens where it is not watched.
   virtual void forget(ThreadId thread) = 0;
 
@@ -59,7 +64,8 @@ class ThreadScheduling {
   virtual Status set_affinity(ThreadId thread, const CpuSet& cpus) = 0;
   virtual Result<CpuSet> affinity(ThreadId thread) = 0;
   virtual Result<SavedScheduling> save_scheduling(ThreadId thread) = 0;
-  virtual Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) = 0;
+  // kEnvironment: something was refused, or the thread is gone. Another that has its number by now is not touched.
+  virtual Status restore_scheduling(const SavedScheduling& saved) = 0;
 
   // kEnvironment where the system has no process left, or forbids what a guardian needs. Ended before this object.
   virtual Result<std::unique_ptr<Guardian>> start_guardian() = 0;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 
 namespace ctn::policy {
 namespace {

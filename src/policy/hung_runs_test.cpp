@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 
 namespace ctn::policy {
 namespace {

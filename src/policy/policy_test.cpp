@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "policy/planned.h"
-#include "policy/test_app.h"
 
 namespace ctn::policy {
 namespace {

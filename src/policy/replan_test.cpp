@@ -7,9 +7,9 @@
 #include <random>
 #include <string>
 
+#include "config/testing/apps.h"
 #include "plan/predict.h"
 #include "planner/planner.h"
-#include "policy/test_app.h"
 
 namespace ctn::policy {
 namespace {

@@ -176,7 +176,7 @@ void ClientEngine::watch() {
     const TimePoint now = os_.now();
     if (*gone || (served() && !server_alive(now))) lose_server(now, *gone);
     if (served()) watch_->regions.drop_old(*wiring_, running());
-    wake = served() ? watch_->heartbeat.next_check() : go_on_alone(now);
+    wake = served() ? watch_->heartbeat.next_check() : run_without_server(now);
   }
 }
 
@@ -217,9 +217,9 @@ void ClientEngine::restore_threads(TimePoint now) {
   watch_->wait_until = now + kLongestCall;
 }
 
-// Returns when it is to be called again.
-TimePoint ClientEngine::go_on_alone(TimePoint now) {
-  TimePoint wake = serve_nodes(now);
+// While no server schedules the nodes. Returns when it is to be called again.
+TimePoint ClientEngine::run_without_server(TimePoint now) {
+  TimePoint wake = pace_and_restore(now);
   if (watch_->silent) {
     if (!server_alive(now)) return std::min(wake, watch_->heartbeat.next_check());
     link_.hang_up();
@@ -230,8 +230,9 @@ TimePoint ClientEngine::go_on_alone(TimePoint now) {
   return std::min(wake, watch_->redial.due());
 }
 
-// What nodes need while there is no server. Returns when it is to be called again.
-TimePoint ClientEngine::serve_nodes(TimePoint now) {
+// Triggers nodes that are due, and restores threads that a server has raised all the same. Returns when it is to be
+// called again.
+TimePoint ClientEngine::pace_and_restore(TimePoint now) {
   const TimePoint wake = watch_->pacer.pace_heads(now);
   if (now >= watch_->wait_until) return wake;
   if (now >= watch_->find_raised) {
@@ -272,7 +273,7 @@ ClientEngine::Dialled ClientEngine::dial_and_join() {
   // It may be one that never answers.
   const Meanwhile meanwhile = [this]() -> std::optional<TimePoint> {
     if (stopping_.load()) return std::nullopt;
-    return serve_nodes(os_.now());
+    return pace_and_restore(os_.now());
   };
   Result<os::SharedMemory> memory = conversation.dial(os::ThreadId{service_.load()}, meanwhile);
   if (!memory) return {.done = memory.error(), .answered = memory.error().kind() == ErrorKind::kCaller};
@@ -302,7 +303,7 @@ Status ClientEngine::rejoin(const Conversation& conversation) {
     if (!server_alive(now)) return std::nullopt;
     return std::min(watch_->pacer.pace_heads(now), watch_->heartbeat.next_check());
   };
-  registered_.remember_again();
+  registered_.update_saved_scheduling();
   for (const ClientMembers::RegisteredNode& registered : registered_.all()) {
     if (Status joined = request_join(conversation, registered, meanwhile); !joined) return joined;
   }

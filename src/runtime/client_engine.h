@@ -96,8 +96,8 @@ class ClientEngine {
   void begin_heartbeat();
   void lose_server(TimePoint now, bool gone);
   void restore_threads(TimePoint now);
-  TimePoint go_on_alone(TimePoint now);
-  TimePoint serve_nodes(TimePoint now);
+  TimePoint run_without_server(TimePoint now);
+  TimePoint pace_and_restore(TimePoint now);
   struct Dialled {
     Status done;
     bool answered = false;         // a server was there

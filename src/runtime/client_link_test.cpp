@@ -1,4 +1,4 @@
-// With real sockets: a server that is this test.
+// With real sockets; the test itself is the server.
 #include "runtime/client_link.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ class ClientLinkTest : public ::testing::Test {
   Request leave{.kind = Request::Kind::kLeave, .node = "node"};
 };
 
-TEST_F(ClientLinkTest, AsksAndIsAnswered) {
+TEST_F(ClientLinkTest, ACallReturnsTheAnswerOfTheServer) {
   const os::Connection server = dialled();
   std::thread answering([&] {
     EXPECT_EQ(hear(server), to_text(leave));
@@ -68,23 +68,24 @@ TEST_F(ClientLinkTest, AsksAndIsAnswered) {
   EXPECT_EQ(answer.error().kind(), ErrorKind::kCaller);
 }
 
-// The answer came with the next question, and was taken for its.
-TEST_F(ClientLinkTest, AnAnswerThatDoesNotComeInTimeEndsTheConnection) {
+// Guards: a late answer was taken for that to the next request.
+TEST_F(ClientLinkTest, ACallWithoutAnAnswerInTimeEndsTheConnection) {
   const os::Connection server = dialled();
   const Status first = link.converse().call(leave, [] { return std::nullopt; });
   ASSERT_FALSE(first.ok());
   EXPECT_EQ(first.error().kind(), ErrorKind::kEnvironment);
   static_cast<void>(server.send(to_text(Status(Done{}))));
   EXPECT_FALSE(link.converse().call(leave).ok()) << "there is no connection any more";
-  EXPECT_EQ(*link.wait(os->now() + seconds{5}), true) << "who watches is told";
+  EXPECT_EQ(*link.wait(os->now() + seconds{5}), true) << "wait() reports it";
   EXPECT_EQ(*link.wait(os->now()), false) << "once";
   os::Message message;
   while (server.receive(message) == os::Arrival::kMessage) continue;
   EXPECT_EQ(server.receive(message), os::Arrival::kClosed);
 }
 
-// Who watched the server could neither tell that it was gone nor run nodes while somebody else waited for an answer.
-TEST_F(ClientLinkTest, WhoWatchesDoesNotWaitForWhoAsks) {
+// Guards: while one thread waited for an answer, the one that watches the server could neither notice that it was gone
+// nor run nodes.
+TEST_F(ClientLinkTest, WaitDoesNotBlockOnACallUnderWay) {
   std::optional<os::Connection> server = dialled();
   std::atomic<bool> asking{false};
   std::thread asks([&] {
@@ -101,7 +102,7 @@ TEST_F(ClientLinkTest, WhoWatchesDoesNotWaitForWhoAsks) {
   EXPECT_LT(os->now() - begin, milliseconds{1500}) << "hanging up ends the waiting, which would last two seconds";
 }
 
-TEST_F(ClientLinkTest, TellsThatTheServerHasHungUp) {
+TEST_F(ClientLinkTest, WaitReportsOnceThatTheServerHasClosedTheConnection) {
   std::optional<os::Connection> server = dialled();
   EXPECT_EQ(*link.wait(os->now()), false);
   server.reset();
@@ -110,7 +111,7 @@ TEST_F(ClientLinkTest, TellsThatTheServerHasHungUp) {
   EXPECT_FALSE(link.converse().call(leave).ok());
 }
 
-TEST_F(ClientLinkTest, WhatIsSaidUnaskedIsDropped) {
+TEST_F(ClientLinkTest, AMessageThatNobodyAskedForIsDropped) {
   const os::Connection server = dialled();
   ASSERT_TRUE(server.send(to_text(Status(Error::caller("unasked", "nothing")))).ok());
   EXPECT_EQ(*link.wait(os->now() + milliseconds{50}), false);
@@ -122,7 +123,7 @@ TEST_F(ClientLinkTest, WhatIsSaidUnaskedIsDropped) {
   answering.join();
 }
 
-TEST_F(ClientLinkTest, NobodyThereIsToldAtOnce) {
+TEST_F(ClientLinkTest, DialFailsAtOnceWhereNoServerListens) {
   listener.reset();
   const auto dialled = link.converse().dial(os->current_thread());
   ASSERT_FALSE(dialled.ok());

@@ -38,10 +38,12 @@ void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
-void ClientMembers::remember_again() {
+void ClientMembers::update_saved_scheduling() {
   const auto members = members_.lock();
   for (RegisteredNode& member : *members) {
-    if (auto before = scheduling_before(member.thread)) member.before = std::move(before);
+    auto before = scheduling_before(member.thread);
+    const bool reused = before && member.before && !before->same_thread(*member.before);
+    if (before && !reused) member.before = std::move(before);
   }
 }
 
@@ -92,7 +94,7 @@ void ClientMembers::restore_threads(const RegisteredNode& member, const std::vec
   }
   if (!alive(member.thread)) return;
   if (member.before) {
-    static_cast<void>(os_.restore_scheduling(member.thread, *member.before));
+    static_cast<void>(os_.restore_scheduling(*member.before));
   } else if (raised_by_server(member.thread)) {
     static_cast<void>(os_.set_level(member.thread, os::Level::kOrdinary));
   }

@@ -37,8 +37,8 @@ class ClientMembers {
   void add_thread(NodeId node, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   std::vector<RegisteredNode> all() const { return *members_.lock(); }
-  // What threads were given while no server had them is theirs from now on.
-  void remember_again();
+  // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
+  void update_saved_scheduling();
 
   // Restores the scheduling of threads that a server has raised or moved: the members', and those that it lists beside
   // them in the region, which it has found by itself. The region may hold anything, so only threads of this process are

@@ -1,12 +1,12 @@
-// In virtual time: what threads get back, and when somebody raises them after that.
+// In virtual time, with the fake OS.
 #include "runtime/client_members.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {
@@ -44,7 +44,7 @@ class ClientMembersTest : public ::testing::Test {
   ClientMembers members{fake};
 };
 
-TEST_F(ClientMembersTest, GetBackWhatTheyHadWhenTheyRegistered) {
+TEST_F(ClientMembersTest, ThreadsGetBackTheSchedulingThatTheyRegisteredWith) {
   members.add(node, other_id);
   const os::CpuSet before = *fake.affinity(other_id);
   raise(other_id);
@@ -55,8 +55,8 @@ TEST_F(ClientMembersTest, GetBackWhatTheyHadWhenTheyRegistered) {
   EXPECT_FALSE(members.any_raised(region));
 }
 
-// A call of a server that is stopped may be carried out after the program gave everything back: nobody looked again.
-TEST_F(ClientMembersTest, ThatAreRaisedOnceMoreGetItBackOnceMore) {
+// Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
+TEST_F(ClientMembersTest, AThreadThatIsRaisedAfterItWasRestoredIsRestoredAgain) {
   members.add(node, other_id);
   raise(other_id);
   members.restore_threads(region);
@@ -66,7 +66,7 @@ TEST_F(ClientMembersTest, ThatAreRaisedOnceMoreGetItBackOnceMore) {
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
-TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerFoundBecomeOrdinary) {
+TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerKnewBecomeOrdinary) {
   members.add(node, fake.current_thread());
   list(other_id);
   EXPECT_FALSE(members.any_raised(region));
@@ -77,20 +77,32 @@ TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerFoundBecomeOrdinary) {
   EXPECT_EQ(*fake.affinity(other_id), *fake.affinity(fake.current_thread()));
 }
 
-TEST_F(ClientMembersTest, WhatAServerDidIsNotRememberedAsTheirs) {
+TEST_F(ClientMembersTest, TheSchedulingThatAServerGaveIsNotSaved) {
   raise(other_id);
   members.add(node, other_id);
   EXPECT_FALSE(members.all().front().before) << "a server had raised it by then";
   ASSERT_TRUE(fake.set_level(other_id, os::Level::kOrdinary).ok());
-  members.remember_again();
+  members.update_saved_scheduling();
   ASSERT_TRUE(members.all().front().before);
   raise(other_id);
-  members.remember_again();
+  members.update_saved_scheduling();
   members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
-TEST_F(ClientMembersTest, NonsenseInTheRegionTouchesNobody) {
+TEST_F(ClientMembersTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
+  members.add(node, other_id);
+  fake.reuse_number(other_id);
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{1}).ok());
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1});
+  members.update_saved_scheduling();
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
+}
+
+TEST_F(ClientMembersTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
   members.add(node, other_id);
   list(os::ThreadId{-7});
   members.restore_threads(region);
@@ -100,7 +112,7 @@ TEST_F(ClientMembersTest, NonsenseInTheRegionTouchesNobody) {
   EXPECT_TRUE(fake.changes().empty());
 }
 
-TEST_F(ClientMembersTest, ComeAndGo) {
+TEST_F(ClientMembersTest, NodesAndTheirThreadsCanBeAddedAndRemoved) {
   EXPECT_FALSE(members.has(node));
   members.add_thread(node, other_id);
   members.add(node, fake.current_thread());

@@ -1,8 +1,6 @@
 #include "runtime/enforcer.h"
 
-#include <algorithm>
 #include <utility>
-#include <vector>
 
 namespace ctn::runtime {
 
@@ -15,17 +13,18 @@ void Enforcer::tell(const std::string& kind, const std::string& detail) {
 
 Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner) {
   const std::lock_guard lock(mutex_);
-  if (!saved_.contains(thread)) {
-    Result<os::SavedScheduling> before = os_.save_scheduling(thread);
-    if (!before) return Done{};  // gone
+  Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+  if (!now) return Done{};  // gone
+  // One that has the number of a thread that ended has a scheduling of its own.
+  if (const auto known = saved_.find(thread); known == saved_.end() || !known->second.same_thread(*now)) {
     // Whom nobody watches is left alone: it would stay as it is put if this process were killed.
-    if (owner != os_.current_process() && !(guardian_ && guardian_->watch(thread, *before))) {
+    if (owner != os_.current_process() && !(guardian_ && guardian_->watch(*now))) {
       if (!os_.affinity(thread)) return Done{};  // gone meanwhile
       return Error::environment(
           "there is no guardian for threads of other processes",
           "check whether this system lets the server start processes, and schedule fewer threads");
     }
-    saved_.emplace(thread, Saved{owner, std::move(*before)});
+    saved_.insert_or_assign(thread, std::move(*now));
   }
   if (Status placed = os_.set_affinity(thread, cpus); !placed) {
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
@@ -50,17 +49,10 @@ void Enforcer::refuse(const std::string& why) {
   real_time_.store(false, std::memory_order_release);
   for (const auto& [thread, saved] : saved_) {
     const Result<os::CpuSet> cpus = os_.affinity(thread);
-    static_cast<void>(os_.restore_scheduling(thread, saved.before));
+    static_cast<void>(os_.restore_scheduling(saved));
     if (cpus) static_cast<void>(os_.set_affinity(thread, *cpus));
   }
   tell("rates-only", why);
-}
-
-// The number of a thread that has ended may be another process's by now.
-void Enforcer::restore(os::ThreadId thread, const Saved& saved) {
-  const Result<std::vector<os::ThreadId>> living = os_.threads(saved.owner);
-  if (!living || !std::binary_search(living->begin(), living->end(), thread)) return;
-  static_cast<void>(os_.restore_scheduling(thread, saved.before));
 }
 
 void Enforcer::check_guardian() {
@@ -82,20 +74,20 @@ void Enforcer::release(os::ThreadId thread) {
   const std::lock_guard lock(mutex_);
   const auto saved = saved_.find(thread);
   if (saved == saved_.end()) return;
-  restore(thread, saved->second);
+  static_cast<void>(os_.restore_scheduling(saved->second));
   if (guardian_) guardian_->forget(thread);
   saved_.erase(saved);
 }
 
 void Enforcer::restore_all() {
   const std::lock_guard lock(mutex_);
-  for (const auto& [thread, saved] : saved_) restore(thread, saved);
+  for (const auto& [thread, saved] : saved_) static_cast<void>(os_.restore_scheduling(saved));
 }
 
 void Enforcer::release_all() {
   const std::lock_guard lock(mutex_);
   for (const auto& [thread, saved] : saved_) {
-    restore(thread, saved);
+    static_cast<void>(os_.restore_scheduling(saved));
     if (guardian_) guardian_->forget(thread);
   }
   saved_.clear();

@@ -53,20 +53,14 @@ class Enforcer {
   void check_guardian();
 
  private:
-  struct Saved {
-    os::ProcessId owner;
-    os::SavedScheduling before;
-  };
-
   void tell(const std::string& kind, const std::string& detail);
   void refuse(const std::string& why);
-  void restore(os::ThreadId thread, const Saved& saved);
 
   os::Os& os_;
   std::atomic<bool> real_time_;
   Notices* const notices_;
   std::mutex mutex_;  // guards what follows
-  std::map<os::ThreadId, Saved> saved_;
+  std::map<os::ThreadId, os::SavedScheduling> saved_;
   std::unique_ptr<os::Guardian> guardian_;
   int guardians_replaced_ = 0;
   bool guardian_missing_ = false;

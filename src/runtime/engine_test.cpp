@@ -7,9 +7,9 @@
 #include <chrono>
 #include <set>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
-#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {

@@ -10,7 +10,7 @@ using std::chrono::seconds;
 
 constexpr Nanos kPause = milliseconds{250};
 
-TEST(HeartbeatWatch, CeasesAfterThePauseThatIsNamed) {
+TEST(HeartbeatWatch, AServerCountsAsStoppedOnceItsHeartbeatHasPausedForTheGivenTime) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
@@ -20,21 +20,21 @@ TEST(HeartbeatWatch, CeasesAfterThePauseThatIsNamed) {
   EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 8, kPause)) << "it is back";
 }
 
-// A stopped server was taken for one that goes on, was dialled, and kept its program waiting for an answer.
-TEST(HeartbeatWatch, OneThatHasCeasedLivesOnlyWhenItsHeartGoesOn) {
+// Guards: a stopped server was taken for a running one, was dialled, and kept its program waiting for an answer.
+TEST(HeartbeatWatch, AStoppedServerCountsAsRunningOnlyWhenItsHeartbeatGoesOn) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
   while (watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, kPause)) continue;
   for (int check = 0; check < 100; ++check) {
-    EXPECT_FALSE(watch.alive(now += milliseconds{1}, 7, kPause)) << "between two looks, too";
+    EXPECT_FALSE(watch.alive(now += milliseconds{1}, 7, kPause)) << "between two checks, too";
     EXPECT_LE(watch.next_check(), now + HeartbeatWatch::kResumeCheckPeriod);
   }
   EXPECT_TRUE(watch.alive(now += milliseconds{1}, 8, kPause)) << "seen at once";
   EXPECT_TRUE(watch.alive(now += milliseconds{1}, 8, kPause));
 }
 
-TEST(HeartbeatWatch, LooksTooSoonDoNotCount) {
+TEST(HeartbeatWatch, ChecksBeforeTheNextIsDueDoNotCount) {
   HeartbeatWatch watch;
   const TimePoint now{seconds{1}};
   watch.begin(now, 7);
@@ -42,7 +42,7 @@ TEST(HeartbeatWatch, LooksTooSoonDoNotCount) {
   EXPECT_EQ(watch.next_check(), now + HeartbeatWatch::kCheckPeriod);
 }
 
-TEST(HeartbeatWatch, AMachineThatStoodStillIsNoServerThatDoes) {
+TEST(HeartbeatWatch, APauseOfTheWholeMachineIsNotTakenForAStoppedServer) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
@@ -50,14 +50,14 @@ TEST(HeartbeatWatch, AMachineThatStoodStillIsNoServerThatDoes) {
   EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 8, kPause));
 }
 
-TEST(HeartbeatWatch, TakesNoNonsense) {
+TEST(HeartbeatWatch, TheGapThatAServerAsksForIsKeptWithinLimits) {
   HeartbeatWatch watch;
   TimePoint now{seconds{1}};
   watch.begin(now, 7);
-  EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{1})) << "not so fast";
+  EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{1})) << "a single missed beat is not enough";
   for (int check = 0; check < 1000; ++check)
-    EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{0})) << "no heartbeat";
-  EXPECT_FALSE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos::max())) << "not for ever";
+    EXPECT_TRUE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos{0})) << "0: it has no heartbeat";
+  EXPECT_FALSE(watch.alive(now += HeartbeatWatch::kCheckPeriod, 7, Nanos::max())) << "ten seconds at most";
 }
 
 }  // namespace

@@ -13,13 +13,14 @@
 #include <string>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
 #include "plan/json.h"
 #include "policy/replan.h"
-#include "policy/test_app.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
+#include "runtime/testing/virtual_session.h"
 
 namespace ctn::runtime {
 namespace {
@@ -38,30 +39,16 @@ objective:
 scheduler: { bootstrap: 1s, replan: 1000s }
 )";
 
-class HousekeepingTest : public ::testing::Test {
+class HousekeepingTest : public VirtualSession {
  protected:
-  HousekeepingTest() { fake.share_cpus(true); }
+  HousekeepingTest() { costs = {{"fast", milliseconds{4}}, {"slow", milliseconds{10}}}; }
   ~HousekeepingTest() override { std::remove(path.c_str()); }
 
-  void open(graph::App app, int cpus) {
+  void start(graph::App app, int cpus) {
     std::remove(path.c_str());
-    std::vector<int> numbers;
-    for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
-    Result<std::unique_ptr<Engine>> made =
-        Engine::create(std::move(app), fake,
-                       {.policy = *policy::make_policy("catan"),
-                        .cpus = os::CpuSet(numbers),
-                        .record = path,
-                        .note = {},
-                        .on_notice = [this](const std::string& notice) { on_notice(notice); }});
-    ASSERT_TRUE(made.ok()) << made.error().message();
-    engine = std::move(*made);
-    for (const graph::Node& node : engine->app().graph.nodes()) {
-      engine->wiring().set_body(node.name, [this, name = node.name](ctn::Run&) { fake.burn(cost(name)); });
-    }
-    ASSERT_TRUE(engine->start().ok());
+    open(std::move(app), *policy::make_policy("catan"), cpus, path);
+    VirtualSession::start();
   }
-  void pass(Nanos duration) { fake.sleep_until(fake.now() + duration); }
 
   // The record, once the session has stopped.
   record::Reader finished() {
@@ -78,15 +65,10 @@ class HousekeepingTest : public ::testing::Test {
 
   // Its own file for each process: tests run at the same time.
   const std::string path = testing::TempDir() + "catan_housekeeping_" + std::to_string(::getpid()) + ".catan";
-  os::FakeOs fake{os::fake_topology(2)};
-  std::map<std::string, Nanos> costs{{"fast", milliseconds{4}}, {"slow", milliseconds{10}}};
-  std::function<Nanos(const std::string&)> cost = [this](const std::string& node) { return costs.at(node); };
-  std::function<void(const std::string&)> on_notice = [](const std::string&) {};
-  std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
 
 TEST_F(HousekeepingTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
-  open(parse(kTwoLoops), 1);
+  start(parse(kTwoLoops), 1);
   pass(seconds{5});
   costs["fast"] = milliseconds{8};
   const TimePoint changed = fake.now();
@@ -106,12 +88,12 @@ TEST_F(HousekeepingTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
 
 TEST_F(HousekeepingTest, NoiseAndSpikesAreNotPlannedFor) {
   std::uint64_t run = 0;
-  cost = [&](const std::string& node) {
+  cost = [&](const std::string& node, std::uint64_t /*run*/) {
     ++run;
     return costs.at(node) + Nanos{static_cast<Nanos::rep>((run * 2654435761U >> 8U) % 1000000)} +
            (run % 40 == 0 ? Nanos{milliseconds{10}} : Nanos{0});
   };
-  open(parse(kTwoLoops), 1);
+  start(parse(kTwoLoops), 1);
   pass(seconds{30});
   EXPECT_EQ(engine->snapshot().cost_changes, 0U);
   EXPECT_EQ(engine->snapshot().plans, 2U);
@@ -119,7 +101,7 @@ TEST_F(HousekeepingTest, NoiseAndSpikesAreNotPlannedFor) {
 }
 
 TEST_F(HousekeepingTest, AStormOfChangesMakesNoStormOfPlans) {
-  open(parse(R"(
+  start(parse(R"(
 catan: 1
 app: quick
 nodes: { fast: {}, slow: { max_rate: 5Hz } }
@@ -128,13 +110,13 @@ objective:
   - { response_time: [slow], weight: 0.1 }
 scheduler: { bootstrap: 1s, replan: 1000s }
 )"),
-       2);
+        2);
   costs["fast"] = milliseconds{1};
   pass(seconds{3});
   ASSERT_EQ(engine->snapshot().plans, 2U);
   // Four times as expensive for 100 ms, then as before, over and over. Each owns a core, so each change calls for
   // another pace, and is noticed within some twelve runs.
-  cost = [this](const std::string& node) {
+  cost = [this](const std::string& node, std::uint64_t /*run*/) {
     const auto turn = fake.now().time_since_epoch() / milliseconds{100};
     return costs.at(node) * (node == "fast" && turn % 2 == 0 ? 4 : 1);
   };
@@ -159,7 +141,7 @@ os::PowerState clocked(long khz) {
 
 TEST_F(HousekeepingTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
   fake.set_power_state(clocked(2000000));
-  open(parse(kTwoLoops), 1);
+  start(parse(kTwoLoops), 1);
   pass(seconds{5});
   fake.set_power_state(clocked(1000000));
   on_notice = [this](const std::string&) { costs = {{"fast", milliseconds{8}}, {"slow", milliseconds{20}}}; };
@@ -176,7 +158,7 @@ TEST_F(HousekeepingTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
 
 // What the kernel's fair server does, by a thread above all of ours: 50 ms in each second.
 TEST_F(HousekeepingTest, WhatTheKernelTakesIsRecorded) {
-  open(parse(kTwoLoops), 1);
+  start(parse(kTwoLoops), 1);
   const std::unique_ptr<os::Thread> server = fake.spawn("server", [this] {
     ASSERT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{0}).ok());
     ASSERT_TRUE(fake.set_level(fake.current_thread(), os::fixed_level(0)).ok());
@@ -209,8 +191,10 @@ scheduler: { bootstrap: 1s }
 
 TEST_F(HousekeepingTest, KindsOfCoresAreMeasuredApart) {
   // What the app says of the little core is not true: it is four times as slow.
-  cost = [this](const std::string& node) { return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1); };
-  open(parse(kBigAndLittle), 2);
+  cost = [this](const std::string& node, std::uint64_t /*run*/) {
+    return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1);
+  };
+  start(parse(kBigAndLittle), 2);
   pass(seconds{10});
   const record::Reader reader = finished();
   const plan::Plan plan = *plan::from_json(reader.plans()->back().json, reader.app(), "plan");
@@ -227,11 +211,11 @@ TEST_F(HousekeepingTest, ABigCoreThatGoesLeavesTheLittleOne) {
     int cpu;
   };
   std::vector<Begun> begun;
-  cost = [&](const std::string& node) {
+  cost = [&](const std::string& node, std::uint64_t /*run*/) {
     begun.push_back({node, fake.now(), fake.current_cpu()});
     return costs.at(node) * (fake.current_cpu() == 1 ? 4 : 1);
   };
-  open(parse(kBigAndLittle), 2);
+  start(parse(kBigAndLittle), 2);
   pass(seconds{5});
   fake.set_cpu_online(0, false);
   const TimePoint went = fake.now();
@@ -277,11 +261,9 @@ nodes: { solve: { max_threads: 2, fallback_rate: 10Hz } }
 objective: [ { response_time: [solve], weight: 1 } ]
 scheduler: { bootstrap: 1s }
 )");
-  std::vector<int> numbers;
-  for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
   auto made = Engine::create(
       app, machine,
-      {.policy = *policy::make_policy(policy), .cpus = os::CpuSet(numbers), .record = {}, .note = {}, .on_notice = {}});
+      {.policy = *policy::make_policy(policy), .cpus = first_cpus(cpus), .record = {}, .note = {}, .on_notice = {}});
   EXPECT_TRUE(made.ok());
   int threads = 0;
   (*made)->wiring().set_body("solve", [&](ctn::Run& run) {

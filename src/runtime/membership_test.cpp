@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
-#include "policy/test_app.h"
 #include "runtime/scheduler.h"
 #include "runtime/wiring.h"
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
-#include "policy/test_app.h"
 #include "runtime/scheduler.h"
 
 namespace ctn::runtime {

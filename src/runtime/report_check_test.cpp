@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 
 namespace ctn::runtime {
 namespace {

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "base/run_access.h"
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 
 namespace ctn::runtime {
 namespace {

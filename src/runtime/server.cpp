@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/app_file.h"
 #include "os/linux/process.h"
 #include "runtime/socket_path.h"
 
@@ -32,17 +31,13 @@ constexpr unsigned kAnyUser = 0666;  // each is asked who it is
 
 }  // namespace
 
-Result<std::unique_ptr<Server>> Server::open(const std::string& app_file, os::Os& os, ServerOptions options) {
-  const Result<std::string> text = config::read_text(app_file);
-  if (!text) return text.error();
-  Result<graph::App> app = config::parse_app(*text, app_file);
-  if (!app) return app.error();
+Result<std::unique_ptr<Server>> Server::open(config::AppFile file, os::Os& os, ServerOptions options) {
   Result<os::CpuSet> cpus = choose_cpus(os, options.scheduler.cpus);
   if (!cpus) return cpus.error();
 
   std::string path = options.socket;
   if (path.empty()) {
-    const Result<std::string> usual = socket_to_serve(app->name);
+    const Result<std::string> usual = socket_to_serve(file.app.name);
     if (!usual) return usual.error();
     path = *usual;
   }
@@ -52,11 +47,11 @@ Result<std::unique_ptr<Server>> Server::open(const std::string& app_file, os::Os
   Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
   if (!poller) return poller.error();
   Result<os::SharedMemory> memory =
-      os::SharedMemory::create("catan", Region::size_for(app->graph, cpus->size(), *text));
+      os::SharedMemory::create("catan", Region::size_for(file.app.graph, cpus->size(), file.text));
   if (!memory) return memory.error();
-  Region region = Region::create(app->graph, cpus->size(), *text, memory->bytes());
+  Region region = Region::create(file.app.graph, cpus->size(), file.text, memory->bytes());
 
-  std::unique_ptr<Server> server(new Server(std::move(*app), os, std::move(options.users), std::move(*memory),
+  std::unique_ptr<Server> server(new Server(std::move(file.app), os, std::move(options.users), std::move(*memory),
                                             std::move(region), std::move(*listener), std::move(*poller)));
   options.scheduler.guard = true;
   server->has_heartbeat_ = options.scheduler.policy->follows_plan();

@@ -20,6 +20,7 @@
 
 #include "base/result.h"
 #include "catan/snapshot.h"
+#include "config/app_file.h"
 #include "os/linux/connection.h"
 #include "os/linux/listener.h"
 #include "os/linux/poller.h"
@@ -38,9 +39,8 @@ struct ServerOptions {
 
 class Server {
  public:
-  // Errors: all that is wrong with the app file, CPUs that are not there (kCaller); no shared memory, another server at
-  // the socket (kEnvironment).
-  static Result<std::unique_ptr<Server>> open(const std::string& app_file, os::Os& os, ServerOptions options);
+  // Errors: CPUs that are not there (kCaller); no shared memory, another server at the socket (kEnvironment).
+  static Result<std::unique_ptr<Server>> open(config::AppFile file, os::Os& os, ServerOptions options);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

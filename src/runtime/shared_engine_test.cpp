@@ -10,14 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
 #include "planner/planner.h"
 #include "policy/planned.h"
-#include "policy/test_app.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
 #include "runtime/testing/planned_rates.h"
+#include "runtime/testing/virtual_session.h"
 
 namespace ctn::runtime {
 namespace {
@@ -26,87 +27,13 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// A fast loop, a slow one that feeds it, and a node that takes batches.
-graph::App robot_app(const std::string& of_scan = "", const std::string& of_map = "") {
-  return parse(R"(
-catan: 1
-app: robot
-nodes:
-  scan: { fallback_rate: 50Hz)" +
-               of_scan + R"( }
-  steer: {}
-  map: { fallback_rate: 5Hz)" +
-               of_map + R"( }
-  log: { input: queue, fallback_rate: 20Hz }
-edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
-subchains: { fast: [scan, steer] }
-objective:
-  - { response_time: [scan, steer], weight: 1 }
-  - { response_time: [map, steer], weight: 0.05 }
-  - { period: log, weight: 0.05 }
-scheduler: { bootstrap: 1s }
-)");
-}
-
-class SharedTest : public ::testing::Test {
+class SharedTest : public VirtualSession {
  protected:
-  SharedTest() { fake.share_cpus(true); }
+  SharedTest() { costs = robot_costs(); }
 
   void open(graph::App app, const std::string& policy, int cpus, const std::string& record = {}) {
-    std::vector<int> numbers;
-    for (int cpu = 0; cpu < cpus; ++cpu) numbers.push_back(cpu);
-    Result<std::unique_ptr<Engine>> made = Engine::create(std::move(app), fake,
-                                                          {.policy = *policy::make_policy(policy),
-                                                           .cpus = os::CpuSet(numbers),
-                                                           .record = record,
-                                                           .note = {},
-                                                           .on_notice = {}});
-    ASSERT_TRUE(made.ok()) << made.error().message();
-    engine = std::move(*made);
-    for (const graph::Node& node : engine->app().graph.nodes()) {
-      if (node.external) continue;
-      engine->wiring().set_body(node.name, [this, name = node.name](ctn::Run& run) {
-        fake.burn(cost(name, run.number()));
-        if (silent(name, run.number())) run.skip_output();
-      });
-    }
+    VirtualSession::open(std::move(app), *policy::make_policy(policy), cpus, record);
   }
-
-  Snapshot run_for(Nanos duration) {
-    const Status started = engine->start();
-    EXPECT_TRUE(started.ok()) << started.error().message();
-    fake.sleep_until(fake.now() + duration);
-    Snapshot snapshot = engine->snapshot();
-    EXPECT_TRUE(engine->stop().ok());
-    return snapshot;
-  }
-
-  static double rate(const Snapshot& snapshot, const std::string& node) {
-    for (const NodeSnapshot& each : snapshot.nodes) {
-      if (each.name == node) return each.rate_hz;
-    }
-    return 0.0;
-  }
-
-  model::CostTable planned_costs() const {
-    const graph::App& app = engine->app();
-    model::CostTable table(app.graph, Millis{0});
-    for (const auto& [name, each] : costs) {
-      table.set(*app.graph.find_node(name), model::CostProfile::constant(to_millis(each)));
-    }
-    return table;
-  }
-
-  os::FakeOs fake{os::fake_topology(2)};
-  std::map<std::string, Nanos> costs{
-      {"scan", milliseconds{2}}, {"steer", milliseconds{4}}, {"map", milliseconds{40}}, {"log", milliseconds{3}}};
-  std::function<Nanos(const std::string&, std::uint64_t)> cost = [this](const std::string& node, std::uint64_t) {
-    return costs.at(node);
-  };
-  std::function<bool(const std::string&, std::uint64_t)> silent = [](const std::string&, std::uint64_t) {
-    return false;
-  };
-  std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
 
 // By the formulas a run in two slices once a second makes frames of half a second. Its trigger is deferred instead.
@@ -141,7 +68,7 @@ TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
     EXPECT_LE(chain.response_ms.max, *chain.predicted_response_ms * 1.1);
     EXPECT_GT(chain.response_ms.count, 20U);
   }
-  const plan::Plan plan = *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06});
+  const plan::Plan plan = *planner::make_plan(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06});
   for (const char* node : {"scan", "map", "log"}) {
     const SubchainId id = *engine->app().graph.node(*engine->app().graph.find_node(node)).subchain;
     const double planned = 1000.0 / plan.subchains[id.index()].period.count();
@@ -225,7 +152,8 @@ TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
   // Without levels, turns on the core are not as planned to the last run.
   expect_planned_rates(engine->app(), snapshot,
-                       *planner::make_plan(engine->app(), planned_costs(), {.cores = 1, .slack = 0.06}), 0.02);
+                       *planner::make_plan(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06}),
+                       0.02);
 }
 
 TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "dispatch/standstill.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -16,7 +18,12 @@ void Starvation::woke_late(int cpu, TimePoint due, TimePoint woke) {
   TimePoint& counted_until = counted_until_[cpu];
   const TimePoint begin = std::max(due, counted_until);
   counted_until = std::max(counted_until, woke);
-  if (woke - begin >= kStarvedAfter) late_.push_back({cpu, begin, woke});
+  if (dispatch::stood_still(begin, woke)) {
+    stopped_ = begin;
+    resumed_ = woke;
+  } else if (woke - begin >= kStarvedAfter) {
+    late_.push_back({cpu, begin, woke});
+  }
 }
 
 void Starvation::stolen_until_now(std::map<int, Nanos> stolen) {
@@ -27,7 +34,8 @@ void Starvation::stolen_until_now(std::map<int, Nanos> stolen) {
   }
   stolen_ = std::move(stolen);
   for (const Late& late : std::exchange(late_, {})) {
-    const Nanos slept = late.woke - late.due;
+    const bool stopped = stopped_ <= late.due && late.due < resumed_;
+    const Nanos slept = std::max(late.woke - (stopped ? resumed_ : late.due), Nanos{0});
     const Nanos excused = std::min(slept, std::max(taken[late.cpu], Nanos{0}));
     taken[late.cpu] -= excused;
     const Nanos starved = slept - excused;

@@ -3,7 +3,8 @@
 //
 // The sign: a thread at the dispatcher level, which nothing of ours outranks, woke much later than it had asked for. A
 // hypervisor can cause the same; the time that it reports as taken from the CPU is subtracted. Where it reports none,
-// the two cannot be told apart.
+// the two cannot be told apart. A process that was stopped (dispatch/standstill.h) wakes late on all CPUs, and that is
+// left out.
 //
 // Units: Nanos. Thread safety: none; one owner.
 #pragma once
@@ -54,6 +55,9 @@ class Starvation {
   Nanos total_{0};
   Nanos longest_{0};
   int last_cpu_ = 0;
+  // The newest time in which this process was stopped.
+  TimePoint stopped_{};
+  TimePoint resumed_{};
   std::uint64_t reported_ = 0;
   TimePoint reported_at_{};
 };

@@ -54,6 +54,30 @@ TEST(Starvation, ThreadsThatSeeTheSameCountOnce) {
   EXPECT_EQ(starvation.total(), milliseconds{90});
 }
 
+// The kernel keeps a CPU from real-time threads for 50 ms at a time.
+TEST(Starvation, AProcessThatWasStoppedIsNotStarved) {
+  Starvation starvation;
+  starvation.woke_late(0, at(milliseconds{1000}), at(milliseconds{4000}));
+  EXPECT_FALSE(starvation.has_pending());
+  starvation.woke_late(0, at(milliseconds{5000}), at(milliseconds{5249}));
+  starvation.stolen_until_now({});
+  EXPECT_EQ(starvation.times(), 1U) << "250 ms and more are a stop";
+  EXPECT_EQ(starvation.total(), milliseconds{249});
+}
+
+// A thread that was to wake shortly before the process went on has waited only for that, whoever reports first.
+TEST(Starvation, ThreadsThatWereDueWhileTheProcessWasStoppedAreNotStarved) {
+  Starvation starvation;
+  starvation.woke_late(1, at(milliseconds{3900}), at(milliseconds{4000}));
+  starvation.woke_late(0, at(milliseconds{1000}), at(milliseconds{4001}));
+  starvation.woke_late(2, at(milliseconds{3950}), at(milliseconds{4002}));
+  starvation.stolen_until_now({});
+  EXPECT_EQ(starvation.times(), 0U);
+  starvation.woke_late(2, at(milliseconds{4002}), at(milliseconds{4051}));
+  starvation.stolen_until_now({});
+  EXPECT_EQ(starvation.total(), milliseconds{49}) << "the kernel kept the CPU after the process went on";
+}
+
 TEST(Starvation, WhatTheHostTookIsNotTheKernels) {
   Starvation starvation;
   starvation.stolen_until_now({{0, milliseconds{500}}, {1, milliseconds{0}}});

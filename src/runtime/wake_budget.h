@@ -20,7 +20,7 @@ class WakeBudget {
   static constexpr Nanos kRefill = std::chrono::microseconds{100};
   static constexpr Nanos kPause = std::chrono::milliseconds{1};
 
-  // Called before waiting for a wake, or acting on one at once. False: ignore wakes for now.
+  // Called before waiting for a wake, or acting on one at once. False: ignore wakes until kPause has passed.
   bool take(TimePoint now) {
     const std::int64_t earned = std::max<std::int64_t>((now - filled_) / kRefill, 0);
     filled_ += earned * kRefill;

@@ -48,11 +48,11 @@ TEST(EventQueue, AgreesWithASearch) {
   const auto next = [&] { return state = state * 6364136223846793005U + 1442695040888963407U, state >> 33U; };
   for (int step = 0; step < 20'000; ++step) {
     const auto source = static_cast<std::uint32_t>(next() % kSources);
-    const std::uint64_t luck = next() % 100;
-    const TimePoint time = luck < 20 ? kNever : at(static_cast<int>(luck));
+    const std::uint64_t random = next() % 100;
+    const TimePoint time = random < 20 ? kNever : at(static_cast<int>(random));
     queue.set(source, time);
     times[source] = time;
-    if (luck % 3 != 0) continue;
+    if (random % 3 != 0) continue;
     const auto min = std::min_element(times.begin(), times.end());
     ASSERT_EQ(queue.next(), *min);
     if (*min == kNever) continue;

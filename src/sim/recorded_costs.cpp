@@ -44,8 +44,8 @@ RecordedCosts::RecordedCosts(const graph::App& app, std::shared_ptr<const Record
 
 model::RunDraw RecordedCosts::draw(NodeId node, std::uint64_t number, Nanos, int threads, std::size_t kind) {
   const std::vector<RecordedRuns::Cost>& runs = runs_->by_node[node.index()];
-  const std::uint64_t luck = order_ == Order::kAsRecorded ? number - 1 : mixed_of(seed_, node.index(), number);
-  const RecordedRuns::Cost& cost = runs[luck % runs.size()];
+  const std::uint64_t index = order_ == Order::kAsRecorded ? number - 1 : mixed_of(seed_, node.index(), number);
+  const RecordedRuns::Cost& cost = runs[index % runs.size()];
   const Nanos share = std::max(cost.cpu / threads - overhead_, Nanos{0});
   return {cost.mode, Nanos{std::llround(static_cast<double>(share.count()) / speeds_[kind])}};
 }

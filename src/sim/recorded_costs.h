@@ -29,7 +29,7 @@ struct RecordedRuns {
 class RecordedCosts : public RunCosts {
  public:
   // A node's n-th run costs what its n-th in the record did, from the beginning again when these are used up; or what
-  // any of them did, by the seed's luck.
+  // any of them did, drawn at random from the seed.
   enum class Order { kAsRecorded, kDrawn };
 
   // `overhead`: what of a recorded run's CPU time the simulated machine adds by itself. What was recorded is taken to

@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 
 namespace ctn::sim {
 namespace {

@@ -9,17 +9,22 @@ using namespace std::chrono_literals;
 
 TimePoint at(Nanos time) { return TimePoint{} + 1s + time; }
 
-TEST(ReservationServer, BeginsAPeriodWhenItsThreadWakes) {
+// 3 ms in each 10 ms, the first of which begins at 0.
+ReservationServer woken_server() {
   ReservationServer server(3ms, 10ms);
   server.wake(at(0ms));
+  return server;
+}
+
+TEST(ReservationServer, BeginsAPeriodWhenItsThreadWakes) {
+  const ReservationServer server = woken_server();
   EXPECT_TRUE(server.may_run());
   EXPECT_EQ(server.deadline(), at(10ms));
   EXPECT_EQ(server.budget(), 3ms);
 }
 
 TEST(ReservationServer, WaitsForTheEndOfItsPeriodWhenItsBudgetIsSpent) {
-  ReservationServer server(3ms, 10ms);
-  server.wake(at(0ms));
+  ReservationServer server = woken_server();
   EXPECT_FALSE(server.ran(2ms));
   EXPECT_TRUE(server.ran(1ms));
   EXPECT_FALSE(server.may_run());
@@ -33,8 +38,7 @@ TEST(ReservationServer, WaitsForTheEndOfItsPeriodWhenItsBudgetIsSpent) {
 }
 
 TEST(ReservationServer, WhatItRanTooLongIsTakenOff) {
-  ReservationServer server(3ms, 10ms);
-  server.wake(at(0ms));
+  ReservationServer server = woken_server();
   EXPECT_TRUE(server.ran(4ms));
   server.replenish(at(10ms));
   EXPECT_EQ(server.budget(), 2ms);
@@ -44,8 +48,7 @@ TEST(ReservationServer, WhatItRanTooLongIsTakenOff) {
 // 2 of 3 ms are left. At 3 ms, with 7 to go, that is less than 3 in 10: it may go on. At 4 ms, with 6 to go, it is
 // more.
 TEST(ReservationServer, KeepsWhatIsLeftOnlyWithinItsBandwidth) {
-  ReservationServer server(3ms, 10ms);
-  server.wake(at(0ms));
+  ReservationServer server = woken_server();
   server.ran(1ms);
   ReservationServer other = server;
   server.wake(at(3ms));

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "config/cost_file.h"
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 #include "record/reader.h"
 #include "sim/batch.h"
 #include "sim/json.h"
+#include "sim/testing/outcomes.h"
 
 namespace ctn::sim {
 namespace {
@@ -23,21 +23,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-model::Workload work_of(const graph::App& app, const std::string& costs) {
-  Result<model::Workload> work = config::parse_workload(costs, "test.costs.yaml", app);
-  if (!work) {
-    ADD_FAILURE() << work.error().message();
-    std::abort();
-  }
-  return std::move(*work);
-}
-
 std::unique_ptr<Simulation> simulation_of(const graph::App& app, const std::string& costs, const std::string& policy,
                                           int cores = 1, std::uint64_t seed = 1, bool ideal = true) {
-  Options options{.policy = *policy::make_policy(policy)};
-  options.machine.cores = cores;
-  if (ideal) options.machine.costs = MachineCosts::none();
-  auto made = Simulation::create(app, std::make_unique<DrawnCosts>(app, work_of(app, costs), seed), options);
+  Options options = on_ideal_machine(*policy::make_policy(policy), cores);
+  if (!ideal) options.machine.costs = {};
+  auto made = Simulation::create(app, std::make_unique<DrawnCosts>(app, parse_costs(app, costs), seed), options);
   if (!made) {
     ADD_FAILURE() << made.error().message();
     std::abort();
@@ -49,14 +39,6 @@ Outcome simulate(const graph::App& app, const std::string& costs, const std::str
   auto simulation = simulation_of(app, costs, policy, cores);
   simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{20});
   return simulation->outcome();
-}
-
-const NodeOutcome& node(const Outcome& outcome, const std::string& name) {
-  for (const NodeOutcome& each : outcome.nodes) {
-    if (each.name == name) return each;
-  }
-  ADD_FAILURE() << name;
-  std::abort();
 }
 
 // camera 2, detect 10, motor 1: one subchain, one after the other on one core.
@@ -95,7 +77,6 @@ TEST(Simulation, OneSubchainUnderCatan) {
   EXPECT_NEAR(outcome.cores.front().real_time, 1.0, 0.001);
 }
 
-// On two cores that it owns, detect works on one frame while the camera takes the next: every 10 ms, latency 13 ms.
 // Run `number` of a node takes two seconds if the number is in the list, else 10 ms.
 class SometimesHangs : public RunCosts {
  public:
@@ -120,8 +101,7 @@ objective: [ { response_time: [lone], weight: 1 } ]
 scheduler: { slack: 0%, bootstrap: 1s }
 )");
   const auto outcome_of = [&](std::vector<std::uint64_t> hung) {
-    Options options{.policy = *policy::make_policy("catan")};
-    options.machine.costs = MachineCosts::none();
+    const Options options = on_ideal_machine(*policy::make_policy("catan"));
     return *sim::simulate(app, std::make_unique<SometimesHangs>(std::move(hung)), options, seconds{20});
   };
   const Outcome alone = outcome_of({600, 620, 640});
@@ -155,7 +135,7 @@ TEST(Simulation, APlanThatCannotBeMadeIsToldAsInLife) {
   const graph::App app = parse(kRow);
   Options options{.policy = std::make_shared<PlansOnce>()};
   const Outcome outcome =
-      *sim::simulate(app, std::make_unique<DrawnCosts>(app, work_of(app, kRowCosts), 1), options, seconds{20});
+      *sim::simulate(app, std::make_unique<DrawnCosts>(app, parse_costs(app, kRowCosts), 1), options, seconds{20});
   ASSERT_EQ(outcome.notices.size(), 1U);
   EXPECT_EQ(outcome.notices.front().find("replan-failed: "), 0U) << outcome.notices.front();
   EXPECT_EQ(outcome.plans_adopted, 1U);
@@ -163,6 +143,7 @@ TEST(Simulation, APlanThatCannotBeMadeIsToldAsInLife) {
   EXPECT_NE(to_json({{1, outcome}}, 1).find("replan-failed"), std::string::npos);
 }
 
+// On two cores that it owns, detect works on one frame while the camera takes the next: every 10 ms, latency 13 ms.
 TEST(Simulation, ASubchainOverTwoCoresIsAPipeline) {
   const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan", 2);
   const ChainOutcome& chain = outcome.chains.front();
@@ -180,20 +161,8 @@ TEST(Simulation, WorkersShareARunOfAParallelNode) {
   EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0) << "all threads added up";
 }
 
-// a (high) 3 of every 10 ms, b 4 of every 20: b is pre-empted by nobody, as it fits between, a never waits.
-const char* const kTwo = R"(
-catan: 1
-app: two
-nodes: { a: { fallback_rate: 100Hz }, b: { fallback_rate: 50Hz } }
-edges: [ a -> b ]
-objective:
-  - { response_time: [a], weight: 1 }
-  - { response_time: [b], weight: 0.1 }
-scheduler: { slack: 0%, bootstrap: 1s }
-)";
-
 TEST(Simulation, FixedPrioritiesPreempt) {
-  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 12ms\n", "fifo");
+  const Outcome outcome = simulate(two_rates_app(), "a: 3ms\nb: 12ms\n", "fifo");
   EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 3.0);
   // b begins at 3, is pre-empted from 10 to 13, and has its last 5 ms until 18.
   EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 15.0);
@@ -202,13 +171,13 @@ TEST(Simulation, FixedPrioritiesPreempt) {
 }
 
 TEST(Simulation, AnOverloadedLowPriorityStarves) {
-  const Outcome outcome = simulate(parse(kTwo), "a: 9ms\nb: 10ms\n", "fifo");
+  const Outcome outcome = simulate(two_rates_app(), "a: 9ms\nb: 10ms\n", "fifo");
   EXPECT_NEAR(node(outcome, "a").rate_hz, 100.0, 0.1);
   EXPECT_NEAR(node(outcome, "b").rate_hz, 10.0, 0.2) << "1 of 10 ms is left";
 }
 
 TEST(Simulation, TwoNodesTakeTurnsOnOneCoreAsPlanned) {
-  const Outcome outcome = simulate(parse(kTwo), "a: 3ms\nb: 12ms\n", "catan");
+  const Outcome outcome = simulate(two_rates_app(), "a: 3ms\nb: 12ms\n", "catan");
   for (const ChainOutcome& chain : outcome.chains) {
     EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.02 * *chain.predicted_ms) << chain.path;
   }
@@ -264,11 +233,10 @@ objective: [ { response_time: [imu, look], weight: 1 } ]
 scheduler: { bootstrap: 1s }
 )");
   const auto latency = [&](milliseconds imu, milliseconds look) {
-    Options options{.policy = *policy::make_policy("default")};
-    options.machine.costs = MachineCosts::none();
+    Options options = on_ideal_machine(*policy::make_policy("default"));
     options.phases = {.nodes = {imu, Nanos{0}}, .subchains = {look}};
     const Outcome outcome = *sim::simulate(
-        app, std::make_unique<DrawnCosts>(app, work_of(app, "imu: 1ms\nlook: 2ms\n"), 1), options, seconds{5});
+        app, std::make_unique<DrawnCosts>(app, parse_costs(app, "imu: 1ms\nlook: 2ms\n"), 1), options, seconds{5});
     EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.mean, outcome.chains.front().latency_ms.max);
     return outcome.chains.front().latency_ms.mean;
   };
@@ -292,8 +260,8 @@ scheduler: { bootstrap: 1s }
   Options options{.policy = *policy::make_policy("catan")};
   options.recording = {.path = path, .note = "a note"};
   const auto costs = [&] {
-    return std::make_unique<DrawnCosts>(app,
-                                        work_of(app, "scan: 1ms\nlocal: { cost: 4ms, typical: 3ms }\nplan: 20ms\n"), 1);
+    return std::make_unique<DrawnCosts>(
+        app, parse_costs(app, "scan: 1ms\nlocal: { cost: 4ms, typical: 3ms }\nplan: 20ms\n"), 1);
   };
   const Outcome outcome = *sim::simulate(app, costs(), options, seconds{5});
   EXPECT_FALSE(sim::simulate(app, costs(), options, seconds{5}).ok()) << "nothing recorded is ever overwritten";
@@ -424,21 +392,7 @@ TEST(Simulation, BodiesRunAtTheirVirtualTime) {
 
 // Costs that vary, plans that follow: the whole of it, twice, and in any number of threads.
 TEST(Simulation, EqualSeedsGiveEqualBytes) {
-  const graph::App app = parse(R"(
-catan: 1
-app: robot
-nodes:
-  scan: { fallback_rate: 50Hz }
-  steer: {}
-  map: { fallback_rate: 5Hz }
-  log: { input: queue, fallback_rate: 20Hz }
-edges: [ scan -> steer, scan -> map -> steer, scan -> log ]
-subchains: { fast: [scan, steer] }
-objective:
-  - { response_time: [scan, steer], weight: 1 }
-  - { response_time: [map, steer], weight: 0.05 }
-  - { period: log, weight: 0.05 }
-)");
+  const graph::App app = robot_app();
   const std::string costs =
       "scan: 1ms\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.02, 5ms] }\nmap: { cost: 40ms, typical: 20ms }\n"
       "log: { cost: 3ms, typical: 1ms }\n";
@@ -468,7 +422,7 @@ objective: [ { response_time: [a], weight: 1 } ]
   const auto make = [&](const char* policy, int cores) {
     Options options{.policy = *policy::make_policy(policy)};
     options.machine.cores = cores;
-    return Simulation::create(app, std::make_unique<DrawnCosts>(app, work_of(app, "a: 1ms\n"), 1), options);
+    return Simulation::create(app, std::make_unique<DrawnCosts>(app, parse_costs(app, "a: 1ms\n"), 1), options);
   };
   EXPECT_FALSE(make("default", 1).ok()) << "no fallback_rate";
   EXPECT_FALSE(make("catan", 0).ok());

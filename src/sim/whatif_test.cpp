@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "config/testing/apps.h"
 #include "planner/planner.h"
-#include "policy/test_app.h"
 
 namespace ctn::sim {
 namespace {

@@ -130,17 +130,17 @@ int flood(os::Os& os, const std::string& socket) {
 }
 
 // It registers, forks, and ends when it is told to; its child says things in its name and holds the connection.
-int fork_and_end(const std::string& socket, const os::Baton& answered, const os::Baton& end) {
+int fork_and_end(const std::string& socket, const os::SyncPipe& answered, const os::SyncPipe& end) {
   const auto connection = os::Connection::connect(socket);
   if (!connection || !memory_of(*connection)) return 1;
   ask(*connection, request(runtime::Request::Kind::kJoin, kNodes[kVoice]));
   if (::fork() == 0) {
     const std::string answer = ask(*connection, request(runtime::Request::Kind::kLeave, kNodes[kVoice]));
-    answered.pass(answer.find("another process") != std::string::npos ? 1 : 0);
+    answered.send(answer.find("another process") != std::string::npos ? 1 : 0);
     ::usleep(200'000);
     ::_exit(0);
   }
-  end.await();
+  end.receive();
   return 0;
 }
 
@@ -351,13 +351,13 @@ void write_anything(Injection& in) {
 void fork_client(Injection& in) {
   Pipeline& p = in.p;
   const std::size_t mark = p.mark();
-  const os::Baton answered;
-  const os::Baton end;
+  const os::SyncPipe answered;
+  const os::SyncPipe end;
   os::ForkedProcess client([&] { return fork_and_end(p.socket(), answered, end); });
   in.must(p.until([&] { return p.said_since(mark, "subchain talk runs"); }).has_value(), "it registers");
-  in.must(answered.await() == 1, "its child is refused");
+  in.must(answered.receive() == 1, "its child is refused");
   const TimePoint ended = p.os().now();
-  end.pass();
+  end.send();
   in.recovers(
       0, [&] { return p.said_since(mark, "node voice is gone: its process has ended"); }, ended);
   in.must(client.join() == 0, "it ends");

@@ -145,12 +145,11 @@ std::vector<std::vector<std::string>> node_programs(const graph::App& app, const
 }
 
 // Serves the app to programs, which it starts.
-Result<Served> run_programs(const graph::App& app, const RunOptions& options, const std::string& record_path,
+Result<Served> run_programs(const config::AppFile& file, const RunOptions& options, const std::string& record_path,
                             const std::string& folder) {
-  auto scheduler = options.scheduling.for_scheduler(app, record_path);
+  auto scheduler = options.scheduling.for_scheduler(file.app, record_path);
   if (!scheduler) return scheduler.error();
   ServingOptions serving;
-  serving.app = options.app;
   serving.scheduler = std::move(*scheduler);
   serving.scheduler.on_notice = [](const std::string& text) { note(text); };
   serving.socket = folder + "/socket";
@@ -162,14 +161,14 @@ Result<Served> run_programs(const graph::App& app, const RunOptions& options, co
   }
   if (options.processes) {
     serving.scheduler.note = load_note(options);
-    serving.commands = node_programs(app, options);
+    serving.commands = node_programs(file.app, options);
     serving.seconds = options.seconds_to_measure();
   } else {
     serving.scheduler.note = fmt::format("{}", fmt::join(options.command, " "));
     serving.commands = {options.command};
     serving.seconds = options.seconds;
   }
-  return serve(serving);
+  return serve(file, serving);
 }
 
 Status check_combination(const RunOptions& options) {
@@ -188,20 +187,20 @@ Status check_combination(const RunOptions& options) {
 
 int run(const RunOptions& options) {
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
-  const auto app = config::load_app(options.app);
-  if (!app) return report_error(app.error());
+  const auto file = config::load_app_file(options.app);
+  if (!file) return report_error(file.error());
   const auto folder = TemporaryFolder::make("catan-run");
   if (!folder) return report_error(folder.error());
   const std::string record_path =
       options.scheduling.record.empty() ? (*folder)->path() + "/run.catan" : options.scheduling.record;
   if (options.processes || !options.command.empty()) {
-    const auto served = run_programs(*app, options, record_path, (*folder)->path());
+    const auto served = run_programs(*file, options, record_path, (*folder)->path());
     if (!served) return report_error(served.error());
     if (const int shown = show(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
     return served->signal != 0 ? 128 + served->signal : served->exit_code;
   }
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, remember_signal);
-  const auto warm = run_synthetic(*app, options, record_path);
+  const auto warm = run_synthetic(file->app, options, record_path);
   if (!warm) return report_error(warm.error());
   if (const int shown = show(record_path, *warm, options.json); shown != kSuccess) return shown;
   return g_signal == 0 ? kSuccess : 128 + g_signal;

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -24,16 +25,15 @@ struct ServeOptions {
 
 int serve_app(const ServeOptions& options) {
   ServingOptions serving;
-  const auto app = config::load_app(options.app);
-  if (!app) return report_error(app.error());
-  auto scheduler = options.scheduling.for_scheduler(*app, options.scheduling.record);
+  auto file = config::load_app_file(options.app);
+  if (!file) return report_error(file.error());
+  auto scheduler = options.scheduling.for_scheduler(file->app, options.scheduling.record);
   if (!scheduler) return report_error(scheduler.error());
-  serving.app = options.app;
   serving.scheduler = std::move(*scheduler);
   serving.scheduler.on_notice = [](const std::string& text) { note(text); };
   serving.socket = options.socket;
   serving.users = options.users;
-  const auto served = serve(serving);
+  const auto served = serve(std::move(*file), serving);
   return served ? kSuccess : report_error(served.error());
 }
 

@@ -159,14 +159,14 @@ void Serving::look() {
 
 }  // namespace
 
-Result<Served> serve(const ServingOptions& options) {
+Result<Served> serve(config::AppFile file, const ServingOptions& options) {
   const Result<std::vector<std::uint32_t>> users = user_numbers(options.users);
   if (!users) return users.error();
   Result<os::SignalWatch> signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});
   if (!signals) return signals.error();
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   Result<std::unique_ptr<runtime::Server>> server = runtime::Server::open(
-      options.app, *os, {.scheduler = options.scheduler, .socket = options.socket, .users = *users});
+      std::move(file), *os, {.scheduler = options.scheduler, .socket = options.socket, .users = *users});
   if (!server) return server.error();
   return Serving(options, *os, **server, *signals).run();
 }

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "base/result.h"
+#include "config/app_file.h"
 #include "runtime/server.h"
 
 namespace ctn::tool {
 
 struct ServingOptions {
-  std::string app;
   runtime::SchedulerOptions scheduler;
   std::string socket;                              // empty: the usual one
   std::vector<std::string> users;                  // that may register in addition, by number
@@ -29,6 +29,6 @@ struct Served {
 };
 
 // Commands that still run at the end are asked to end (SIGTERM), and made to after two seconds.
-Result<Served> serve(const ServingOptions& options);
+Result<Served> serve(config::AppFile file, const ServingOptions& options);
 
 }  // namespace ctn::tool

@@ -275,7 +275,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
                    "On each core an ordinary thread of another program that would use so much of it, as in 50%")
       ->type_name("PCT");
   command->add_flag("--resample", options->resample,
-                    "With a record: each run costs what any of the node's did, by the seed's luck");
+                    "With a record: each run costs what one of the node's did, drawn at random from the seed");
   command->add_flag("--ideal", options->ideal, "A machine on which scheduling costs nothing");
   command->add_option("--validate", options->validated, "Simulate what a record ran, and show how far off that is")
       ->type_name("RECORD")

@@ -272,7 +272,9 @@ TEST_F(SharedCpus, RestoringSchedulingMidBurnTakesEffect) {
   const ThreadId first = burner("first", Level::kActive, {0}, 1ms, 4ms);
   burner("second", Level::kBackground, {0}, 1ms, 2ms);
   os.sleep_until(at(2ms));
-  ASSERT_TRUE(os.restore_scheduling(first, {static_cast<int>(Level::kOrdinary), 0, 0, false, {0}}).ok());
+  SavedScheduling saved = os.save_scheduling(first).value();
+  saved.policy = static_cast<int>(Level::kOrdinary);
+  ASSERT_TRUE(os.restore_scheduling(saved).ok());
   join();
   EXPECT_THAT(turns(), ElementsAre("0 first 1-2", "0 second 2-4", "0 first 4-7"));
 }

@@ -19,13 +19,13 @@ class FakeOs::FakeGuardian : public Guardian {
   FakeGuardian(const FakeGuardian&) = delete;
   FakeGuardian& operator=(const FakeGuardian&) = delete;
 
-  bool watch(ThreadId thread, const SavedScheduling& before) override {
+  bool watch(const SavedScheduling& before) override {
     const Lock lock(os_.mutex_);
     stand_in();
-    const bool room = os_.watched_.contains(thread) || os_.watched_.size() < os_.guardian_capacity_;
-    if (!room || os_.find(thread) == nullptr) return false;
-    os_.watched_[thread] = before;
-    os_.guardian_calls_.push_back({os_.now_, thread, before});
+    const bool room = os_.watched_.contains(before.thread) || os_.watched_.size() < os_.guardian_capacity_;
+    if (!room || os_.find(before) == nullptr) return false;
+    os_.watched_[before.thread] = before;
+    os_.guardian_calls_.push_back({os_.now_, before.thread, before});
     return true;
   }
 
@@ -68,7 +68,7 @@ void FakeOs::restore_watched() {
     if (!guardian_running_) return;
     watched = std::exchange(watched_, {});
   }
-  for (const auto& [thread, before] : watched) static_cast<void>(restore_scheduling(thread, before));
+  for (const auto& [thread, before] : watched) static_cast<void>(restore_scheduling(before));
 }
 
 void FakeOs::end_guardian() {

@@ -76,6 +76,8 @@ class FakeOs : public Os {
   void set_cpu_online(int cpu, bool online);
   void set_power_state(PowerState state);
   void set_stolen_time(std::map<int, Nanos> stolen);
+  // From now on the thread counts as another, which began just now and has the number of one that has ended.
+  void reuse_number(ThreadId thread);
   std::vector<Change> changes() const;
   // Does what the guardian would if the process were killed now; nobody is watched any more then.
   void restore_watched();
@@ -103,7 +105,7 @@ class FakeOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
-  Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override;
+  Status restore_scheduling(const SavedScheduling& saved) override;
   Result<Topology> topology() override;
   Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override;
@@ -127,6 +129,7 @@ class FakeOs : public Os {
   Task& attach(std::string name);
   Task& self(const char* call);
   Task* find(ThreadId thread);
+  Task* find(const SavedScheduling& saved);
   // Gives the baton away; returns when it is back. The caller has set when, or on what, the task can run again.
   void yield_baton(Task& task, Lock& lock);
   void pass_baton();

@@ -93,13 +93,26 @@ Result<SavedScheduling> FakeOs::save_scheduling(ThreadId thread) {
   const Lock lock(mutex_);
   const Task* const task = find(thread);
   if (!task) return gone("read the scheduling of", thread);
-  return SavedScheduling{static_cast<int>(task->level), 0, 0, task->reset_on_fork, usable(*task)};
+  return SavedScheduling{thread,       task->started, static_cast<int>(task->level), 0, 0, task->reset_on_fork,
+                         usable(*task)};
 }
 
-Status FakeOs::restore_scheduling(ThreadId thread, const SavedScheduling& saved) {
+FakeOs::Task* FakeOs::find(const SavedScheduling& saved) {
+  Task* const task = find(saved.thread);
+  return task && task->started == saved.started ? task : nullptr;
+}
+
+void FakeOs::reuse_number(ThreadId thread) {
   const Lock lock(mutex_);
   Task* const task = find(thread);
-  if (!task) return gone("restore the scheduling of", thread);
+  assert(task);
+  ++task->started;
+}
+
+Status FakeOs::restore_scheduling(const SavedScheduling& saved) {
+  const Lock lock(mutex_);
+  Task* const task = find(saved);
+  if (!task) return gone("restore the scheduling of", saved.thread);
   const auto level = static_cast<Level>(saved.policy);
   if (task->level != level) {
     Status set = apply_level(*task, level);

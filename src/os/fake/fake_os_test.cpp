@@ -171,8 +171,18 @@ TEST(FakeOs, RestoringToACpuThatWentAwayAllowsAll) {
   const auto saved = os.save_scheduling(ThreadId{1}).value();
   ASSERT_TRUE(os.set_affinity(ThreadId{1}, CpuSet{0}).ok());
   os.set_cpu_online(1, false);
-  EXPECT_TRUE(os.restore_scheduling(ThreadId{1}, saved).ok());
+  EXPECT_TRUE(os.restore_scheduling(saved).ok());
   EXPECT_EQ(os.affinity(ThreadId{1}).value(), (CpuSet{0, 2}));
+}
+
+TEST(FakeOs, AThreadWithTheNumberOfAnotherIsAnother) {
+  FakeOs os;
+  const SavedScheduling before = os.save_scheduling(ThreadId{1}).value();
+  os.reuse_number(ThreadId{1});
+  EXPECT_FALSE(before.same_thread(os.save_scheduling(ThreadId{1}).value()));
+  ASSERT_TRUE(os.set_affinity(ThreadId{1}, CpuSet{1}).ok());
+  EXPECT_FALSE(os.restore_scheduling(before).ok());
+  EXPECT_EQ(os.affinity(ThreadId{1}).value(), CpuSet{1});
 }
 
 TEST(FakeOs, GuardianRestoresWhatIsWatchedWhenTheProcessIsKilled) {
@@ -180,14 +190,14 @@ TEST(FakeOs, GuardianRestoresWhatIsWatchedWhenTheProcessIsKilled) {
   const ThreadId self = os.current_thread();
   const SavedScheduling before = os.save_scheduling(self).value();
   const auto guard = os.start_guardian().value();
-  ASSERT_TRUE(guard->watch(self, before));
+  ASSERT_TRUE(guard->watch(before));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   EXPECT_THAT(os.watched(), testing::ElementsAre(self));
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
   EXPECT_THAT(os.watched(), testing::IsEmpty());
   guard->forget(self);  // was not watched any more
-  ASSERT_TRUE(guard->watch(self, before));
+  ASSERT_TRUE(guard->watch(before));
   guard->forget(self);
   EXPECT_THAT(os.guardian_calls(), testing::ElementsAre(FakeOs::GuardianCall{at(0ns), self, before},
                                                         FakeOs::GuardianCall{at(0ns), self, before},
@@ -198,7 +208,7 @@ TEST(FakeOs, GuardianThatIsEndedIsReplaced) {
   FakeOs os;
   const ThreadId self = os.current_thread();
   const auto guard = os.start_guardian().value();
-  ASSERT_TRUE(guard->watch(self, os.save_scheduling(self).value()));
+  ASSERT_TRUE(guard->watch(os.save_scheduling(self).value()));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   os.end_guardian();
   os.restore_watched();
@@ -215,7 +225,7 @@ TEST(FakeOs, GuardHasOnlySoMuchRoom) {
   os.set_guardian_capacity(0);
   const ThreadId self = os.current_thread();
   const auto guard = os.start_guardian().value();
-  EXPECT_FALSE(guard->watch(self, os.save_scheduling(self).value()));
+  EXPECT_FALSE(guard->watch(os.save_scheduling(self).value()));
 }
 
 class FakeOsDeathTest : public testing::Test {

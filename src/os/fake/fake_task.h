@@ -23,6 +23,7 @@ inline Error gone(const std::string& what, ThreadId thread) {
 struct FakeOs::Task {
   ThreadId id{};
   std::string name;
+  std::uint64_t started = 0;  // how many threads have had its number before
   bool ended = false;
   TimePoint wake_at{};        // can run from then on; kNever: someone must wake it
   std::uint64_t yielded = 0;  // not 0: it could have gone on; the least has been waiting longest

@@ -144,10 +144,10 @@ Result<SavedScheduling> FaultyOs::save_scheduling(ThreadId thread) {
   return inner_.save_scheduling(thread);
 }
 
-Status FaultyOs::restore_scheduling(ThreadId thread, const SavedScheduling& saved) {
-  if (auto error = lost(thread)) return *error;
+Status FaultyOs::restore_scheduling(const SavedScheduling& saved) {
+  if (auto error = lost(saved.thread)) return *error;
   if (const auto order = next(Call::kRestoreScheduling)) return order->error.value_or(refused());
-  return inner_.restore_scheduling(thread, saved);
+  return inner_.restore_scheduling(saved);
 }
 
 Result<std::unique_ptr<ReadyCpus>> FaultyOs::keep_cpus_ready() {
@@ -159,8 +159,8 @@ class FaultyOs::FaultyGuardian : public Guardian {
  public:
   FaultyGuardian(FaultyOs& os, std::unique_ptr<Guardian> inner) : os_(os), inner_(std::move(inner)) {}
 
-  bool watch(ThreadId thread, const SavedScheduling& before) override {
-    return !os_.lost(thread) && !os_.next(Call::kWatch) && inner_->watch(thread, before);
+  bool watch(const SavedScheduling& before) override {
+    return !os_.lost(before.thread) && !os_.next(Call::kWatch) && inner_->watch(before);
   }
   void forget(ThreadId thread) override { inner_->forget(thread); }
   Status ensure_running() override {

@@ -77,7 +77,7 @@ class FaultyOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
-  Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override;
+  Status restore_scheduling(const SavedScheduling& saved) override;
   Result<Topology> topology() override;
   Result<CpuSet> online_cpus() override;
   RealTimeFacts real_time_facts() override { return inner_.real_time_facts(); }

@@ -45,7 +45,7 @@ TEST_F(FaultyOsTest, EveryCallThatCanFailDoes) {
     EXPECT_EQ(os_.set_affinity(kMain, CpuSet{0}).ok(), works);
     EXPECT_EQ(os_.affinity(kMain).ok(), works);
     EXPECT_EQ(os_.save_scheduling(kMain).ok(), works);
-    EXPECT_EQ(os_.restore_scheduling(kMain, saved).ok(), works);
+    EXPECT_EQ(os_.restore_scheduling(saved).ok(), works);
     EXPECT_EQ(os_.topology().ok(), works);
   }
 }
@@ -68,12 +68,12 @@ TEST_F(FaultyOsTest, GuardsFailOnOrder) {
   const auto saved = os_.save_scheduling(kMain).value();
   os_.fail_next(Call::kWatch, 1);
   os_.fail_next(Call::kEnsureRunning, 1);
-  EXPECT_FALSE(guard->watch(kMain, saved));
-  EXPECT_TRUE(guard->watch(kMain, saved));
+  EXPECT_FALSE(guard->watch(saved));
+  EXPECT_TRUE(guard->watch(saved));
   EXPECT_FALSE(guard->ensure_running().ok());
   EXPECT_TRUE(guard->ensure_running().ok());
   os_.lose_thread(kMain);
-  EXPECT_FALSE(guard->watch(kMain, saved));
+  EXPECT_FALSE(guard->watch(saved));
 }
 
 TEST_F(FaultyOsTest, IsLateOnOrder) {

@@ -285,16 +285,16 @@ TEST_F(LocalSocket, SurplusDescriptorsAreClosed) {
 
 TEST_F(LocalSocket, DeathIsNoticedEvenIfAChildKeepsTheSocket) {
   listen();
-  const Baton pid_of_keeper;
+  const SyncPipe pid_of_keeper;
   ForkedProcess client([&] {
     const auto connection = Connection::connect(path_);
     const pid_t keeper = ::fork();
     if (keeper == 0) return ::pause();
-    pid_of_keeper.pass(keeper);
+    pid_of_keeper.send(keeper);
     return ::pause();
   });
   const Connection server = accept_client();
-  const auto keeper = pid_of_keeper.await();
+  const auto keeper = pid_of_keeper.receive();
   ASSERT_TRUE(keeper.has_value());
   CATAN_REQUIRE(server.process().valid(), "needs a kernel with pidfd_open (Linux 5.3)");
   ASSERT_TRUE(poller_->add(server.process(), 2).ok());

@@ -28,17 +28,17 @@ TEST(Descendants, ReadsWhatTheKernelSays) {
 
 TEST(Descendants, OrphansAreAdoptedFoundAndCollected) {
   ASSERT_TRUE(adopt_orphans());
-  const Baton told;
+  const SyncPipe told;
   ForkedProcess child([&] {
     const pid_t grandchild = ::fork();
     if (grandchild == 0) {
       ::setsid();
       ::pause();
     }
-    told.pass(grandchild);
+    told.send(grandchild);
     return 0;
   });
-  const auto number = told.await();
+  const auto number = told.receive();
   ASSERT_TRUE(number);
   const ProcessId orphan{*number};
   EXPECT_EQ(child.join(), 0);

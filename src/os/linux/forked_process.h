@@ -44,22 +44,22 @@ class ForkedProcess {
   pid_t number_;
 };
 
-// Both ends of a pipe, for processes that wait for each other.
-class Baton {
+// A pipe by which one process waits for a value from another: made before the fork, so that both have it.
+class SyncPipe {
  public:
-  Baton() {
+  SyncPipe() {
     if (::pipe(ends_) != 0) ::abort();
   }
-  ~Baton() {
+  ~SyncPipe() {
     ::close(ends_[0]);
     ::close(ends_[1]);
   }
-  Baton(const Baton&) = delete;
-  Baton& operator=(const Baton&) = delete;
+  SyncPipe(const SyncPipe&) = delete;
+  SyncPipe& operator=(const SyncPipe&) = delete;
 
-  void pass(int value = 0) const { static_cast<void>(::write(ends_[1], &value, sizeof value) < 0); }
-  // Nothing after ten seconds.
-  std::optional<int> await() const {
+  void send(int value = 0) const { static_cast<void>(::write(ends_[1], &value, sizeof value) < 0); }
+  // Waits for a value, for ten seconds at most. None: no value came.
+  std::optional<int> receive() const {
     pollfd source{ends_[0], POLLIN, 0};
     int value = 0;
     if (::poll(&source, 1, 10'000) != 1 || ::read(ends_[0], &value, sizeof value) != sizeof value) return std::nullopt;

@@ -73,7 +73,7 @@ class LinuxGuardian : public Guardian {
   // Once, before all else.
   Status start();
 
-  bool watch(ThreadId thread, const SavedScheduling& before) override;
+  bool watch(const SavedScheduling& before) override;
   void forget(ThreadId thread) override;
   Status ensure_running() override;
   int replaced() const override;
@@ -170,18 +170,17 @@ int LinuxGuardian::replaced() const {
 }
 
 // The new entry is published before an old one of the thread goes, so that there is always one.
-bool LinuxGuardian::watch(ThreadId thread, const SavedScheduling& before) {
+bool LinuxGuardian::watch(const SavedScheduling& before) {
   const std::lock_guard lock(mutex_);
   if (!ensure_running_locked().ok()) return false;
-  const auto started = start_time(thread, roots_);
-  if (!started || free_entries_.empty()) return false;
+  if (start_time(before.thread, roots_) != before.started || free_entries_.empty()) return false;
   const std::size_t place = free_entries_.back();
   WatchedThread& entry = table_.get()->threads.at(place);
-  entry.saved = to_saved_thread(thread, started, before);
+  entry.saved = to_saved_thread(before);
   if (to_cpu_set(entry.saved.cpus) != before.affinity) return false;
   entry.published.store(1, std::memory_order_release);
   free_entries_.pop_back();
-  const auto [known, is_new] = entries_.try_emplace(thread, place);
+  const auto [known, is_new] = entries_.try_emplace(before.thread, place);
   if (!is_new) {
     const std::size_t old = std::exchange(known->second, place);
     table_.get()->threads.at(old).published.store(0, std::memory_order_release);

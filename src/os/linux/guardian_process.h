@@ -32,7 +32,7 @@ constexpr std::size_t kMaxWatched = 1024;
 
 struct WatchedThread {
   std::atomic<std::uint32_t> published{0};
-  SavedThread saved;  // with its start time, always
+  SavedThread saved;
 };
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 static_assert(std::is_trivially_copyable_v<SavedThread>);

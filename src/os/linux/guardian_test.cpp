@@ -92,7 +92,7 @@ TEST_F(LinuxGuardianTest, EndsWithoutATraceWhenAllIsForgotten) {
   {
     const auto guard = start_guardian().value();
     guardian = guardians_of(::getpid()).at(0);
-    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_TRUE(guard->watch(before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
     guard->forget(ThreadId{client.number()});
   }
@@ -158,7 +158,7 @@ TEST_F(LinuxGuardianTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
   pid_t second = 0;
   {
     const auto guard = start_guardian().value();
-    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_TRUE(guard->watch(before));
     ASSERT_TRUE(os_->set_affinity(ThreadId{client.number()}, last).ok());
     const pid_t first = guardians_of(::getpid()).at(0);
     ::kill(first, SIGKILL);
@@ -182,10 +182,15 @@ TEST_F(LinuxGuardianTest, HasRoomForAThousandAndSaysWhenItIsFull) {
   const auto guard = start_guardian(tree.roots()).value();
   const SavedScheduling before = scheduling(::getpid());
   const auto thread = [](std::size_t i) { return ThreadId{static_cast<std::int32_t>(1'000'000'000 + i)}; };
-  for (std::size_t i = 1; i <= kMaxWatched; ++i) ASSERT_TRUE(guard->watch(thread(i), before));
-  EXPECT_FALSE(guard->watch(thread(kMaxWatched + 1), before));
+  const auto watch = [&](std::size_t i) {
+    SavedScheduling saved = before;
+    saved.thread = thread(i);
+    return guard->watch(saved);
+  };
+  for (std::size_t i = 1; i <= kMaxWatched; ++i) ASSERT_TRUE(watch(i));
+  EXPECT_FALSE(watch(kMaxWatched + 1));
   guard->forget(thread(5));
-  EXPECT_TRUE(guard->watch(thread(kMaxWatched + 1), before));
+  EXPECT_TRUE(watch(kMaxWatched + 1));
   for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) guard->forget(thread(i));
 }
 
@@ -193,7 +198,7 @@ TEST_F(LinuxGuardianTest, WhatItCouldNotGiveBackIsNotWatched) {
   const auto guard = start_guardian().value();
   SavedScheduling before = scheduling(::getpid());
   before.affinity = CpuSet{static_cast<int>(kMaxCpus)};
-  EXPECT_FALSE(guard->watch(ThreadId{::getpid()}, before));
+  EXPECT_FALSE(guard->watch(before));
 }
 
 // A number that has passed on to another thread is another's business.
@@ -206,7 +211,7 @@ TEST_F(LinuxGuardianTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
   const SavedScheduling before = scheduling(client.number());
   {
     const auto guard = start_guardian(tree.roots()).value();
-    ASSERT_TRUE(guard->watch(ThreadId{client.number()}, before));
+    ASSERT_TRUE(guard->watch(before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
     // Another start time: the 22nd field.
     std::string other = stat;
@@ -225,15 +230,15 @@ class KilledServer : public LinuxGuardianTest {
   // A server that watches the thread, changes it, and is killed at some time after that.
   template <class Change>
   void change_and_be_killed(pid_t thread, Change change) {
-    const Baton ready;
+    const SyncPipe ready;
     ForkedProcess server([&] {
       const auto guard = os_->start_guardian().value();
-      const bool watched = guard->watch(ThreadId{thread}, os_->save_scheduling(ThreadId{thread}).value());
+      const bool watched = guard->watch(scheduling(thread));
       if (!watched || !change()) return 1;
-      ready.pass();
+      ready.send();
       return ::pause();
     });
-    ASSERT_TRUE(ready.await().has_value());
+    ASSERT_TRUE(ready.receive().has_value());
     guardian_ = guardians_of(server.number()).at(0);
     EXPECT_EQ(server.end(SIGKILL), -SIGKILL);
   }
@@ -275,14 +280,14 @@ TEST_F(KilledServer, ChildThatKeepsEverythingOpenChangesNothing) {
   ForkedProcess client([] { return ::pause(); });
   const pid_t thread = client.number();
   const SavedScheduling before = scheduling(thread);
-  const Baton kept;
+  const SyncPipe kept;
   change_and_be_killed(thread, [&] {
     const pid_t keeper = ::fork();
     if (keeper == 0) ::_exit(::pause());
-    kept.pass(keeper);
+    kept.send(keeper);
     return os_->set_affinity(ThreadId{thread}, CpuSet{before.affinity.cpus().back()}).ok();
   });
-  const auto keeper = kept.await();
+  const auto keeper = kept.receive();
   ASSERT_TRUE(keeper.has_value());
   EXPECT_TRUE(becomes([&] { return scheduling(thread) == before; }));
   ::kill(*keeper, SIGKILL);
@@ -296,7 +301,7 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
   CATAN_REQUIRE(before.affinity.size() >= 2, "needs two CPUs: let it use more (taskset)");
   CATAN_REQUIRE_REAL_TIME(*os_);  // with it comes the one to lower nice values
   for (int round = 0; round < 40; ++round) {
-    const Baton ready;
+    const SyncPipe ready;
     ForkedProcess server([&] {
       const auto guard = os_->start_guardian().value();
       for (bool said = false;; said = true) {
@@ -304,14 +309,14 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
         SavedScheduling other = before;
         other.nice = 4;
         other.affinity = CpuSet{before.affinity.cpus().front()};
-        guard->watch(ThreadId{thread}, other);
+        guard->watch(other);
         guard->forget(ThreadId{thread});
-        guard->watch(ThreadId{thread}, before);
-        if (!said) ready.pass();
+        guard->watch(before);
+        if (!said) ready.send();
       }
       return 0;
     });
-    ASSERT_TRUE(ready.await().has_value());
+    ASSERT_TRUE(ready.receive().has_value());
     const pid_t guardian = guardians_of(server.number()).at(0);
     std::this_thread::sleep_for(std::chrono::microseconds(37 * round));
     server.end(SIGKILL);

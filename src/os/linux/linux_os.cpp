@@ -124,9 +124,7 @@ class LinuxOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override { return scheduling_.set_affinity(thread, cpus); }
   Result<CpuSet> affinity(ThreadId thread) override { return scheduling_.affinity(thread); }
   Result<SavedScheduling> save_scheduling(ThreadId thread) override { return scheduling_.save(thread); }
-  Status restore_scheduling(ThreadId thread, const SavedScheduling& saved) override {
-    return scheduling_.restore(thread, saved);
-  }
+  Status restore_scheduling(const SavedScheduling& saved) override { return scheduling_.restore(saved); }
 
   Result<Topology> topology() override { return read_topology(roots_); }
   Result<CpuSet> online_cpus() override { return read_online_cpus(roots_); }

@@ -32,6 +32,10 @@ Error failed(const std::string& path, int error) {
   if (error == EACCES || error == EPERM || error == EROFS) {
     return cannot_listen(path, "not permitted", "run as a user who may write to its folder, or name another path");
   }
+  if (error == EMFILE) return cannot_listen(path, text_of(error), "raise the limit of open files (`ulimit -n`)");
+  if (error == ENFILE) {
+    return cannot_listen(path, text_of(error), "close programs, or raise the system's limit (`sysctl fs.file-max`)");
+  }
   return cannot_listen(path, text_of(error), "name another path");
 }
 

@@ -82,13 +82,13 @@ TEST_F(ListenerTest, RemovesItsSocketAndNoOthers) {
 }
 
 TEST_F(ListenerTest, TakesThePlaceOfOneThatWasKilled) {
-  const Baton ready;
+  const SyncPipe ready;
   ForkedProcess killed([&] {
     const auto listener = Listener::open(path_, 0600);
-    ready.pass();
+    ready.send();
     return ::pause();
   });
-  ASSERT_TRUE(ready.await());
+  ASSERT_TRUE(ready.receive());
   const Error running = error_at(path_);
   EXPECT_EQ(running.kind(), ErrorKind::kEnvironment);
   EXPECT_THAT(running.message(), HasSubstr("another server is running there"));
@@ -141,6 +141,18 @@ TEST_F(ListenerTest, LeavesAloneWhatIsNoSocketOfItsKind) {
   ASSERT_EQ(::listen(stream.number(), 1), 0);
   EXPECT_THAT(error_at(path_).message(), HasSubstr("belongs to another program"));
   EXPECT_TRUE(is_there(path_));
+}
+
+// Guards: the advice was to name another path.
+TEST_F(ListenerTest, WithoutAFileDescriptorLeftItSaysToRaiseTheLimit) {
+  ForkedProcess limited([&] {
+    const rlimit none{0, 0};
+    if (::setrlimit(RLIMIT_NOFILE, &none) != 0) return 2;
+    const Error error = error_at(path_);
+    const bool advised = error.message().find("raise the limit of open files (`ulimit -n`)") != std::string::npos;
+    return advised && error.kind() == ErrorKind::kEnvironment ? 0 : 1;
+  });
+  EXPECT_EQ(limited.join(), 0);
 }
 
 TEST_F(ListenerTest, PlacesWhereItCannotBeSaySo) {

@@ -33,15 +33,17 @@ int restore_cpus(KernelCalls& kernel, pid_t thread, const CpuMask& wanted) {
 
 }  // namespace
 
-SavedThread to_saved_thread(ThreadId thread, std::optional<std::uint64_t> started, const SavedScheduling& saved) {
-  return {thread, started, {saved.policy, saved.priority, saved.reset_on_fork}, saved.nice, to_mask(saved.affinity)};
+SavedThread to_saved_thread(const SavedScheduling& saved) {
+  return {saved.thread,
+          saved.started,
+          {saved.policy, saved.priority, saved.reset_on_fork},
+          saved.nice,
+          to_mask(saved.affinity)};
 }
 
 RestoreErrors restore(KernelCalls& kernel, const char* procfs, const SavedThread& saved) {
   const auto thread = static_cast<pid_t>(saved.thread);
-  // The kernel takes 0 for the calling thread.
-  const bool gone = thread <= 0 || (saved.started && read_start_time(procfs, saved.thread) != saved.started);
-  if (gone) return {ESRCH, ESRCH, ESRCH, saved.policy};
+  if (read_start_time(procfs, saved.thread) != saved.started) return {ESRCH, ESRCH, ESRCH, saved.policy};
   RestoreErrors errors;
   errors.given = saved.policy;
   errors.policy = restore_policy(kernel, thread, errors.given);

@@ -5,25 +5,22 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "os/linux/kernel_calls.h"
 #include "os/os.h"
 
 namespace ctn::os {
 
-// SavedScheduling with the thread that it belongs to, all of it in place, so that processes can share it.
+// SavedScheduling with all of it in place, so that processes can share it.
 struct SavedThread {
   ThreadId thread{};
-  // What proves that the number has not passed on to another thread: clock ticks since the system's start (process.h).
-  // None: the caller knows that the thread still lives, or that a number passed on does no harm.
-  std::optional<std::uint64_t> started;
+  std::uint64_t started = 0;  // clock ticks since the system's start (process.h)
   SchedulingPolicy policy;
   int nice = 0;
   CpuMask cpus{};  // none: they are left alone
 };
 
-SavedThread to_saved_thread(ThreadId thread, std::optional<std::uint64_t> started, const SavedScheduling& saved);
+SavedThread to_saved_thread(const SavedScheduling& saved);
 
 // What became of each part: 0, or the errno value of the call that was refused.
 struct RestoreErrors {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "os/linux/privilege.h"
+#include "os/linux/process.h"
 #include "os/linux/restore.h"
 
 namespace ctn::os {
@@ -145,6 +146,8 @@ Result<CpuSet> Scheduling::affinity(ThreadId thread) {
 Result<SavedScheduling> Scheduling::save(ThreadId thread) {
   const char* const what = "read the scheduling of";
   if (!is_number(thread)) return refused(thread, what, ESRCH);
+  const std::optional<std::uint64_t> started = start_time(thread, roots_);
+  if (!started) return refused(thread, what, ESRCH);
   SchedulingPolicy policy;
   if (const int error = calls_.get_policy(kernel_number(thread), policy)) return refused(thread, what, error);
   if (policy.policy == kDeadlinePolicy) {
@@ -152,7 +155,7 @@ Result<SavedScheduling> Scheduling::save(ThreadId thread) {
         fmt::format("thread {} is SCHED_DEADLINE, which Catan could not give back to it", static_cast<int>(thread)),
         "start it under ordinary scheduling");
   }
-  SavedScheduling saved{policy.policy, policy.priority, 0, policy.reset_on_fork, {}};
+  SavedScheduling saved{thread, *started, policy.policy, policy.priority, 0, policy.reset_on_fork, {}};
   if (const int error = calls_.get_nice(kernel_number(thread), saved.nice)) return refused(thread, what, error);
   Result<CpuSet> cpus = affinity(thread);
   if (!cpus.ok()) return cpus.error();
@@ -160,9 +163,10 @@ Result<SavedScheduling> Scheduling::save(ThreadId thread) {
   return saved;
 }
 
-Status Scheduling::restore(ThreadId thread, const SavedScheduling& saved) {
+Status Scheduling::restore(const SavedScheduling& saved) {
+  const ThreadId thread = saved.thread;
   const char* const what = "restore the scheduling of";
-  const RestoreErrors errors = os::restore(calls_, roots_.procfs.c_str(), to_saved_thread(thread, std::nullopt, saved));
+  const RestoreErrors errors = os::restore(calls_, roots_.procfs.c_str(), to_saved_thread(saved));
   for (const int error : {errors.policy, errors.nice}) {
     if (error != 0) return refused(thread, what, error);
   }

@@ -27,7 +27,7 @@ class Scheduling {
   // Fails on a SCHED_DEADLINE thread: its parameters could not be given back.
   Result<SavedScheduling> save(ThreadId thread);
   // Of the CPUs that were saved, those that are still there; when none is, all.
-  Status restore(ThreadId thread, const SavedScheduling& saved);
+  Status restore(const SavedScheduling& saved);
 
  private:
   Status set_policy(ThreadId thread, const SchedulingPolicy& policy, const std::string& what);

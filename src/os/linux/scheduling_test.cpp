@@ -61,7 +61,14 @@ class PlayedKernel : public KernelCalls {
 
 class LinuxScheduling : public testing::Test {
  protected:
-  LinuxScheduling() { tree_.write("sys/devices/system/cpu/online", "0-3\n").write("proc/self/status", "CapEff:\t0\n"); }
+  LinuxScheduling() {
+    tree_.write("sys/devices/system/cpu/online", "0-3\n").write("proc/self/status", "CapEff:\t0\n");
+    began_at("1000");
+  }
+  // When the thread began, as /proc has it: the 22nd field.
+  void began_at(const std::string& time) {
+    tree_.write("proc/42/stat", "42 (thread) S 1 1 1 0 -1 0 0 0 0 0 0 0 0 0 20 0 1 0 " + time + " 0\n");
+  }
 
   FabricatedTree tree_;
   PlayedKernel kernel_;
@@ -122,7 +129,7 @@ TEST_F(LinuxScheduling, RestoreGivesBackWhatAnotherHadSet) {
   ASSERT_TRUE(scheduling_.set_level(kThread, Level::kActive).ok());
   ASSERT_TRUE(scheduling_.set_affinity(kThread, CpuSet{3}).ok());
   kernel_.nice = 3;
-  ASSERT_TRUE(scheduling_.restore(kThread, saved).ok());
+  ASSERT_TRUE(scheduling_.restore(saved).ok());
   EXPECT_EQ(kernel_.policy, (SchedulingPolicy{SCHED_RR, 17, false}));
   EXPECT_EQ(kernel_.nice, -5);
   EXPECT_EQ(kernel_.cpus, (CpuSet{1, 2}));
@@ -132,7 +139,7 @@ TEST_F(LinuxScheduling, FlagThatMayNotBeClearedStaysWithoutAnError) {
   kernel_.may_raise = false;
   const auto saved = scheduling_.save(kThread).value();
   ASSERT_TRUE(scheduling_.set_level(kThread, Level::kOrdinary).ok());
-  const Status restored = scheduling_.restore(kThread, saved);
+  const Status restored = scheduling_.restore(saved);
   EXPECT_TRUE(restored.ok()) << restored.error().message();
   EXPECT_EQ(kernel_.policy, (SchedulingPolicy{SCHED_OTHER, 0, true}));
 }
@@ -143,15 +150,29 @@ TEST_F(LinuxScheduling, RefusedPolicyIsReportedAndTheCpusComeBackAllTheSame) {
   ASSERT_TRUE(scheduling_.set_level(kThread, Level::kOrdinary).ok());
   ASSERT_TRUE(scheduling_.set_affinity(kThread, CpuSet{3}).ok());
   kernel_.may_raise = false;
-  EXPECT_FALSE(scheduling_.restore(kThread, saved).ok());
+  EXPECT_FALSE(scheduling_.restore(saved).ok());
   EXPECT_EQ(kernel_.cpus, saved.affinity);
+}
+
+TEST_F(LinuxScheduling, AnotherThreadWithTheSameNumberIsNotTouched) {
+  const auto saved = scheduling_.save(kThread).value();
+  began_at("2000");
+  kernel_.policy = {SCHED_RR, 17, false};
+  kernel_.nice = -5;
+  kernel_.cpus = CpuSet{1};
+  const Status restored = scheduling_.restore(saved);
+  ASSERT_FALSE(restored.ok());
+  EXPECT_THAT(restored.error().message(), testing::HasSubstr("it is gone"));
+  EXPECT_EQ(kernel_.policy, (SchedulingPolicy{SCHED_RR, 17, false}));
+  EXPECT_EQ(kernel_.nice, -5);
+  EXPECT_EQ(kernel_.cpus, CpuSet{1});
 }
 
 TEST_F(LinuxScheduling, RefusedNiceIsReported) {
   const auto saved = scheduling_.save(kThread).value();
   kernel_.nice = 10;
   kernel_.may_raise = false;
-  EXPECT_FALSE(scheduling_.restore(kThread, saved).ok());
+  EXPECT_FALSE(scheduling_.restore(saved).ok());
 }
 
 TEST_F(LinuxScheduling, DeadlineThreadsAreLeftAlone) {
@@ -179,11 +200,11 @@ TEST_F(LinuxScheduling, RestoreToCpusThatWentAway) {
   const auto saved = scheduling_.save(kThread).value();
   ASSERT_TRUE(scheduling_.set_affinity(kThread, CpuSet{0}).ok());
   kernel_.last_cpu = 2;
-  ASSERT_TRUE(scheduling_.restore(kThread, saved).ok());
+  ASSERT_TRUE(scheduling_.restore(saved).ok());
   EXPECT_EQ(kernel_.cpus, CpuSet{2});
   ASSERT_TRUE(scheduling_.set_affinity(kThread, CpuSet{0}).ok());
   kernel_.last_cpu = 1;
-  ASSERT_TRUE(scheduling_.restore(kThread, saved).ok());
+  ASSERT_TRUE(scheduling_.restore(saved).ok());
   EXPECT_EQ(kernel_.cpus, (CpuSet{0, 1}));
 }
 

@@ -193,8 +193,9 @@ Result<std::vector<Figure>> measure_overhead_served(const BenchContext& context)
   options.scheduler.policy = *policy::make_policy("catan");
   options.scheduler.cpus = os::CpuSet{context.core};
   options.socket = navigation->socket();
-  Result<std::unique_ptr<runtime::Server>> server =
-      runtime::Server::open(navigation->app_file(), os, std::move(options));
+  Result<config::AppFile> file = config::load_app_file(navigation->app_file());
+  if (!file) return file.error();
+  Result<std::unique_ptr<runtime::Server>> server = runtime::Server::open(std::move(*file), os, std::move(options));
   if (!server) return server.error();
   if (Status started = (*server)->start(); !started) return started.error();
   const auto thread = os.spawn("catan-server", [&] { (*server)->run(); });

@@ -1,0 +1,62 @@
+// In virtual time, with the fake OS: what threads get back.
+#include "runtime/enforcer.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "os/fake/fake_os.h"
+
+namespace ctn::runtime {
+namespace {
+
+using os::CpuSet;
+using os::Level;
+
+class EnforcerTest : public ::testing::Test {
+ protected:
+  EnforcerTest() {
+    node = fake.spawn("node", [this] {
+      thread = fake.current_thread();
+      fake.sleep_until(TimePoint{std::chrono::hours{1}});
+    });
+    fake.sleep_until(fake.now() + std::chrono::milliseconds{1});
+  }
+  void raise() { ASSERT_TRUE(enforcer.apply(thread, Level::kActive, CpuSet{1}).ok()); }
+
+  os::FakeOs fake;
+  os::ThreadId thread{};
+  std::unique_ptr<os::Thread> node;
+  Enforcer enforcer{fake, true, nullptr, nullptr};
+};
+
+TEST_F(EnforcerTest, AThreadGetsBackWhatItHadBeforeTheFirstApply) {
+  raise();
+  ASSERT_TRUE(enforcer.apply(thread, Level::kBackground, CpuSet{0}).ok());
+  enforcer.release(thread);
+  EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(thread), (CpuSet{0, 1}));
+}
+
+TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
+  raise();
+  fake.reuse_number(thread);
+  enforcer.restore_all();
+  enforcer.release(thread);
+  EXPECT_EQ(*fake.level(thread), Level::kActive) << "whoever raised it will lower it";
+  EXPECT_EQ(*fake.affinity(thread), CpuSet{1});
+}
+
+TEST_F(EnforcerTest, AThreadThatReusesANumberGetsBackItsOwnScheduling) {
+  raise();
+  fake.reuse_number(thread);
+  ASSERT_TRUE(fake.set_level(thread, Level::kOrdinary).ok());
+  ASSERT_TRUE(fake.set_affinity(thread, CpuSet{0}).ok());
+  raise();
+  enforcer.release_all();
+  EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(thread), CpuSet{0});
+}
+
+}  // namespace
+}  // namespace ctn::runtime
