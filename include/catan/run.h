@@ -30,7 +30,7 @@ class Run {
   // How old what this run takes from node `input` was when the run began: the time since the begin of the source run
   // that it goes back to, and of the oldest of these where it goes back to several. A source is a node that no other
   // node of the app feeds, external ones aside. Of a queue, the oldest of what the run has taken so far; before it has
-  // taken any, of what waits. Where nothing is there to take, of what a run took last, which a node may still use.
+  // taken any, the first that waits. Where nothing is there to take, what a run took last, which a node may still use.
   //
   // To ask is to take: the newest value of a latest channel is then that which read() gives, and is noted as consumed.
   // So ask at any time, before or after read(). kNoInput, which is more than any limit, so that data that was never

@@ -13,18 +13,20 @@ AgeTracker::AgeTracker(const graph::Graph& graph) : nodes_(graph.nodes().size())
   }
 }
 
-// Later outputs of a node never go back further than earlier ones: the first in the range is the oldest.
+// Any in the range may be the oldest: a node that reads an input only now and then goes back further when it does.
 std::optional<TimePoint> AgeTracker::oldest_output(const Node& node, std::uint64_t first, std::uint64_t last) {
   const std::uint64_t forgotten = node.newest > kHorizon ? node.newest - kHorizon : 0;
   last = std::min(last, node.newest);
   if (first <= forgotten || first > last) return std::nullopt;
+  std::optional<TimePoint> oldest;
   for (std::uint64_t ahead = 0; ahead <= last - first; ++ahead) {
     const std::size_t slot = (first + ahead) % kHorizon;
     if (slot >= node.outputs.size()) continue;
     const Output& output = node.outputs[slot];
-    if (output.number == first + ahead && output.origin) return output.origin;
+    if (output.number != first + ahead || !output.origin) continue;
+    oldest = std::min(oldest.value_or(*output.origin), *output.origin);
   }
-  return std::nullopt;
+  return oldest;
 }
 
 std::optional<TimePoint> AgeTracker::origin(NodeId node, std::size_t slot, std::uint64_t first,

@@ -100,6 +100,17 @@ TEST_F(AgesTest, OfAQueueTheOldestThatWasTakenCounts) {
   EXPECT_EQ(run("log", 75), Ages{milliseconds{25}}) << "nothing new: it still has what it took last";
 }
 
+// LP's second run reads an older map, its third one no map at all.
+TEST_F(AgesTest, ALaterOutputMayGoBackFurtherThanAnEarlierOne) {
+  run("map", 0);
+  run("scan", 50);
+  run("LM", 51, {{"scan", 1, 1}});
+  run("LP", 60, {{"LM", 1, 1}});
+  run("LP", 70, {{"LM", 1, 1}, {"map", 1, 1}});
+  run("LP", 80, {{"LM", 1, 1}});
+  EXPECT_EQ(run("log", 90, {{"LP", 1, 3}}), Ages{milliseconds{90}});
+}
+
 // A node that has lost its input must not make what it gives seem fresh.
 TEST_F(AgesTest, ARunThatConsumesNothingRestsOnWhatItHadBefore) {
   run("LM", 3);

@@ -173,6 +173,28 @@ TEST_F(NodeAgesTest, WhoTakesMoreAtOnceThanTheCellHoldsTakesItForOlder) {
   EXPECT_EQ(log.reported, Ages{milliseconds{63 + 65}}) << "what was taken before";
 }
 
+// A late map: LP's outputs before it go back to a scan, and that with it to what the map had.
+TEST_F(NodeAgesTest, AnyOutputOfABatchMayBeTheOldest) {
+  run(map);
+  pass(milliseconds{30});
+  NodeCell& cell = region.node(id("map"));
+  const std::uint64_t given = cell.newest_output.exchange(0);
+  run(scan);
+  run(lm);
+  run(lp);
+  cell.newest_output.store(given);
+  run(lp);
+  cell.newest_output.store(0);
+  run(lp);
+  EXPECT_EQ(lp.reported, (Ages{Nanos{0}, milliseconds{30}})) << "nothing taken, but had before";
+  run(log);
+  EXPECT_EQ(log.reported, Ages{milliseconds{30}});
+  pass(milliseconds{1});
+  run(lp);
+  run(log);
+  EXPECT_EQ(log.reported, Ages{milliseconds{1}});
+}
+
 // As of a node with an `output_period`.
 TEST_F(NodeAgesTest, RunsWithoutOutputInBetweenTakeNoPlaceInTheCell) {
   run(map);

@@ -14,8 +14,8 @@
 // Age of data (record/ages.h): each output carries its origin, over a channel in the channel's slot, else in the node's
 // cell, which holds those of the newest outputs by number, so that number and origin belong together. A run's own is
 // the oldest of those that it consumed. Where one is not to be had, because more outputs came at once than the cell
-// holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older, and if
-// there is none, the clock's zero: an error never makes data younger than it is.
+// holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older unless
+// the predecessor reads its inputs only now and then, and if there is none, the clock's zero.
 //
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -72,11 +73,15 @@ NodeCell::Found NodeCell::find(std::uint64_t run) const {
   return {std::max<std::int64_t>(origin, 0), previous};
 }
 
-// From the newest backwards: between two outputs there may be any number of runs that gave none.
+// From the newest backwards: between two outputs there may be any number of runs that gave none. Any of them may be the
+// oldest, since a node that reads an input only now and then goes back further when it does.
 std::int64_t NodeCell::oldest_origin(std::uint64_t first, std::uint64_t last) const {
+  std::int64_t oldest = std::numeric_limits<std::int64_t>::max();
   for (std::size_t step = 0; step < kOutputs; ++step) {
     const Found found = find(last);
-    if (found.origin == kUnknown || found.previous < first) return found.origin;
+    if (found.origin == kUnknown) return kUnknown;
+    oldest = std::min(oldest, found.origin);
+    if (found.previous < first) return oldest;
     if (found.previous >= last) return kUnknown;  // it lies
     last = found.previous;
   }

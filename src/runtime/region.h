@@ -93,8 +93,8 @@ struct alignas(64) NodeCell {
 
   // Run `run` of the node gives output: what it goes back to, and then that it is there. By the node.
   void give(std::uint64_t run, std::int64_t origin);
-  // The origin of the output of run `run`, and of the oldest one from `first` to `last`, which is an output: from 0 up,
-  // whatever another process wrote. kUnknown: another output has taken its place, or it was none.
+  // The origin of the output of run `run`, and the oldest of those from `first` to `last`, which is an output: from 0
+  // up, whatever another process wrote. kUnknown: another output has taken its place, or it was none.
   static constexpr std::int64_t kUnknown = -1;
   std::int64_t origin_of(std::uint64_t run) const { return find(run).origin; }
   std::int64_t oldest_origin(std::uint64_t first, std::uint64_t last) const;
