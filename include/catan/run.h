@@ -32,9 +32,9 @@ class Run {
   // node of the app feeds, external ones aside. Of a queue, the oldest of what the run has taken so far; before it has
   // taken any, the first that waits. Where nothing is there to take, what a run took last, which a node may still use.
   //
-  // To ask is to take: the newest value of a latest channel is then that which read() gives, and is noted as consumed.
-  // So ask at any time, before or after read(). kNoInput, which is more than any limit, so that data that was never
-  // given is never taken for fresh: nothing has come from `input` yet, or the node has no such input (a misspelt name).
+  // May be asked before read() or after: it takes the newest value of a channel as read() does, which is then noted as
+  // consumed; a queue keeps what it has. kNoInput, which is more than any limit, where nothing has come from `input`
+  // yet, and where the node has no such input (a misspelt name): so what was never given never passes for fresh.
   static constexpr std::chrono::nanoseconds kNoInput = std::chrono::nanoseconds::max();
   std::chrono::nanoseconds age(std::string_view input);
 
