@@ -48,6 +48,9 @@ void read_reports(const std::uint8_t* data, std::size_t size, const graph::App& 
     link.drain([&](record::Run run) {
       if (!check.accept(run, kNow)) return;
       if (run.number <= number || run.begin < end || run.end < run.begin) std::abort();
+      for (const Nanos age : run.ages) {
+        if (age < record::kNoAge || age > run.begin - TimePoint{}) std::abort();
+      }
       number = run.number;
       end = run.end;
     });

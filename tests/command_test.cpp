@@ -64,7 +64,7 @@ TEST_P(ValidApp, IsShownInEveryForm) {
   EXPECT_EQ(catan("check " + files).out, read_all(kApps + "/" + GetParam() + ".expected"));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ValidApp, testing::Values("navigation", "vr", "minimal", "one_node"),
+INSTANTIATE_TEST_SUITE_P(All, ValidApp, testing::Values("navigation", "vr", "minimal", "one_node", "aged"),
                          [](const auto& param) { return param.param; });
 
 TEST(Check, TellsProgramsWhatItUnderstood) {
@@ -77,6 +77,18 @@ TEST(Check, TellsProgramsWhatItUnderstood) {
   EXPECT_EQ(app["objective"][2]["elements"].size(), 3U);
   EXPECT_EQ(app["edges"].size(), 11U);
   EXPECT_EQ(app["order"], json({"local", "GL", "NC", "GP", "GM"}));
+  EXPECT_EQ(app["age_limits"], json::array());
+}
+
+TEST(Check, ShowsAgeLimits) {
+  const json app = json::parse(catan("check aged.yaml --json").out);
+  EXPECT_EQ(app["age_limits"],
+            json::parse(R"([{"from": "scan", "to": "steer", "max_age_ms": 10000.0, "on_stale": "skip"},
+                            {"from": "map", "to": "steer", "max_age_ms": 400.0, "on_stale": "run"}])"));
+  const std::string dot = catan("check aged.yaml --dot").out;
+  EXPECT_THAT(dot, HasSubstr(R"("scan" -> "steer" [label="max 10s, else skip"];)"));
+  EXPECT_THAT(dot, HasSubstr(R"("map" -> "steer" [label="max 400ms"];)"));
+  EXPECT_THAT(dot, HasSubstr(R"("scan" -> "map";)"));
 }
 
 TEST(Plan, OfOneSubchain) {

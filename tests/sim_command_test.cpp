@@ -1,7 +1,9 @@
 // catan sim from outside.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <cstdio>
 #include <string>
 #include <tuple>
 
@@ -59,6 +61,36 @@ TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
     EXPECT_NEAR(run["nodes"][0]["compute_ms"]["p50"], threads * wall, 1e-9);
     EXPECT_NEAR(run["chains"][0]["response_ms"]["max"], 20.0 + wall, 1e-5);
     EXPECT_NEAR(run["chains"][0]["predicted_response_ms"], 20.0 + wall, 1e-5);
+  }
+}
+
+// A map of twice a second is up to a second old before the next one is used.
+TEST(SimCommand, CountsStaleRunsAsTheReportOfItsRecordDoes) {
+  const std::string record = testing::TempDir() + "aged_" + std::to_string(getpid()) + ".catan";
+  std::remove(record.c_str());
+  const std::string command = "sim aged.yaml --costs aged.costs.yaml --seconds 20 --record " + record;
+  const Outcome outcome = run_catan(command + " --json", kApps);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json simulated = Json::parse(outcome.out)["runs"][0]["ages"];
+  const Outcome report = run_catan("report " + record + " --json", kApps);
+  ASSERT_EQ(report.exit_code, 0) << report.err;
+  const Json reported = Json::parse(report.out)["ages"];
+  EXPECT_THAT(run_catan("report " + record, kApps).out, HasSubstr("map -> steer"));
+  std::remove(record.c_str());
+  EXPECT_THAT(run_catan(command, kApps).out, HasSubstr("Age of inputs (ms)"));
+  std::remove(record.c_str());
+  ASSERT_EQ(simulated.size(), 2U);
+  EXPECT_EQ(simulated[0]["from"], "scan");
+  EXPECT_EQ(simulated[0]["on_stale"], "skip");
+  EXPECT_EQ(simulated[0]["stale"], 0);
+  EXPECT_EQ(simulated[1]["from"], "map");
+  EXPECT_GT(simulated[1]["stale"].get<int>(), 10);
+  EXPECT_LT(simulated[1]["stale"].get<int>(), simulated[1]["runs"].get<int>());
+  for (const std::size_t edge : {0U, 1U}) {
+    for (const char* key : {"from", "to", "max_age_ms", "on_stale", "runs", "stale"}) {
+      EXPECT_EQ(simulated[edge][key], reported[edge][key]) << key;
+    }
+    EXPECT_EQ(simulated[edge]["age_ms"]["max"], reported[edge]["age_ms"]["max"]);
   }
 }
 

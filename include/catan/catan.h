@@ -71,6 +71,13 @@ int catan_run_threads(const catan_run* run);
 void catan_run_set_mode(catan_run* run, uint32_t mode);
 /* The run gives no output: successors are not triggered. */
 void catan_run_skip_output(catan_run* run);
+/* How old what the run takes from node `input` was when the run began, in nanoseconds: the time since the begin of the
+ * oldest source run that it goes back to. CATAN_NO_INPUT, which is more than any limit: nothing has come from there
+ * yet, or the node has no such input. */
+#define CATAN_NO_INPUT INT64_MAX
+int64_t catan_run_age_ns(catan_run* run, const char* input);
+/* Not 0: an input is older than its edge's `max_age` in the app file. With `on_stale: skip` the run gives no output. */
+int catan_run_stale(catan_run* run);
 
 /* Called once a run, from a thread that Catan makes. `user` is what was given with the function. */
 typedef void (*catan_node_function)(catan_run* run, void* user);

@@ -10,6 +10,7 @@
 // Thread safety: write by the producer's run, read by the consumer's run, nothing else.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -36,12 +37,20 @@ class ChannelBase {
 
  protected:
   void stage(Run& run) { run.written_.push_back(this); }
-  void consume(Run& run, std::uint64_t first, std::uint64_t last) const { run.inputs_[slot_] = {first, last}; }
+  // What a value goes back to (Run::age()).
+  using Origin = Run::Origin;
+  void consume(Run& run, std::uint64_t first, std::uint64_t last, Origin origin) const {
+    run.inputs_[slot_] = {first, last, origin};
+  }
+  Origin consumed_origin(const Run& run) const { return run.inputs_[slot_].origin; }
 
  private:
+  friend class Run;
   friend class RunAccess;
-  virtual void publish(std::uint64_t run_number) = 0;
+  virtual void publish(std::uint64_t run_number, Origin origin) = 0;
   virtual void discard() = 0;
+  // What the run takes goes back to; Run::age() says which values those are.
+  virtual Origin take_origin(Run& run) = 0;
 
   std::uint32_t slot_;
 };
@@ -77,7 +86,7 @@ class Channel final : public ChannelBase {
     }
     const Slot& slot = slots_[front_];
     if (slot.run == 0) return nullptr;
-    consume(run, slot.run, slot.run);
+    consume(run, slot.run, slot.run, slot.origin);
     return &slot.value;
   }
 
@@ -85,16 +94,22 @@ class Channel final : public ChannelBase {
   struct Slot {
     T value{};
     std::uint64_t run = 0;  // which run wrote it; 0: none yet
+    Origin origin{0};
   };
   static constexpr std::uint32_t kIndex = 3;
   static constexpr std::uint32_t kFresh = 4;
 
-  void publish(std::uint64_t run_number) override {
+  void publish(std::uint64_t run_number, Origin origin) override {
     staged_ = false;
     slots_[back_].run = run_number;
+    slots_[back_].origin = origin;
     back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
   void discard() override { staged_ = false; }
+  Origin take_origin(Run& run) override {
+    read(run);
+    return consumed_origin(run);
+  }
 
   std::array<Slot, 3> slots_{};
   std::atomic<std::uint32_t> middle_{1};
@@ -125,8 +140,10 @@ class QueueChannel final : public ChannelBase {
     if (taking_in_ != run.number()) {
       taking_in_ = run.number();
       first_taken_ = slot.run;
+      oldest_taken_ = slot.origin;
     }
-    consume(run, first_taken_, slot.run);
+    oldest_taken_ = std::min(oldest_taken_, slot.origin);
+    consume(run, first_taken_, slot.run, oldest_taken_);
     std::optional<T> value = std::move(slot.value);
     tail_.store(tail + 1, std::memory_order_release);
     return value;
@@ -138,21 +155,27 @@ class QueueChannel final : public ChannelBase {
   struct Slot {
     T value{};
     std::uint64_t run = 0;
+    Origin origin{0};
   };
 
-  void publish(std::uint64_t run_number) override {
+  void publish(std::uint64_t run_number, Origin origin) override {
     std::uint64_t head = head_.load(std::memory_order_relaxed);
     for (T& value : pending_) {
       if (head - tail_.load(std::memory_order_acquire) == kCapacity) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         continue;
       }
-      slots_[head % kCapacity] = {std::move(value), run_number};
+      slots_[head % kCapacity] = {std::move(value), run_number, origin};
       head_.store(++head, std::memory_order_release);
     }
     pending_.clear();
   }
   void discard() override { pending_.clear(); }
+  Origin take_origin(Run& run) override {
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    const bool waits = tail != head_.load(std::memory_order_acquire);
+    return taking_in_ != run.number() && waits ? slots_[tail % kCapacity].origin : consumed_origin(run);
+  }
 
   std::vector<Slot> slots_;
   std::vector<T> pending_;  // the writer's, until its run ends
@@ -161,6 +184,7 @@ class QueueChannel final : public ChannelBase {
   alignas(64) std::atomic<std::uint64_t> tail_{0};
   std::uint64_t taking_in_ = 0;  // the reader's
   std::uint64_t first_taken_ = 0;
+  Origin oldest_taken_{0};
 };
 
 }  // namespace ctn

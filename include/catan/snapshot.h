@@ -24,6 +24,17 @@ struct NodeSnapshot {
   double rate_hz = 0.0;
 };
 
+// An edge with an age limit (`max_age`).
+struct AgeSnapshot {
+  std::string from;
+  std::string to;
+  double max_age_ms = 0.0;
+  bool skips = false;       // stale runs give no output
+  std::uint64_t runs = 0;   // of `to`, whose input had an age
+  std::uint64_t stale = 0;  // of these, above the limit
+  Summary age_ms;           // when they began (Run::age())
+};
+
 struct Snapshot {
   std::string policy;
   bool real_time = false;             // levels are enforced; else rates only
@@ -36,6 +47,7 @@ struct Snapshot {
   double starved_ms = 0.0;            // and for how long, on all CPUs
   std::vector<ChainSnapshot> chains;  // the objective's response times
   std::vector<NodeSnapshot> nodes;    // those that are not external
+  std::vector<AgeSnapshot> ages;      // edges with an age limit
   std::vector<std::string> notices;
 };
 

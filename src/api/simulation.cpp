@@ -43,7 +43,9 @@ class Simulation::Impl {
         real_time_(real_time),
         planning_(planning),
         simulation_(std::move(simulation)),
-        connections_(app_, [this](NodeId consumer, std::size_t slot) { simulation_->use_channel(consumer, slot); }) {}
+        connections_(app_, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
+          simulation_->use_channel(consumer, slot, channel);
+        }) {}
 
   void set_body(std::string_view name, std::function<void(Run&)> body) {
     if (in_time("node", name)) connections_.set_body(name, std::move(body));
@@ -100,6 +102,9 @@ class Simulation::Impl {
     }
     for (const sim::NodeOutcome& node : outcome.nodes) {
       snapshot.nodes.push_back({node.name, node.compute_ms, node.rate_hz});
+    }
+    for (const sim::AgeOutcome& edge : outcome.ages) {
+      snapshot.ages.push_back({edge.from, edge.to, edge.max_age_ms, edge.skips, edge.runs, edge.stale, edge.age_ms});
     }
     snapshot.notices = outcome.notices;
     for (const auto& [edge, count] : connections_.dropped()) {

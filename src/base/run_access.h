@@ -1,9 +1,12 @@
 // The runtime's side of a Run: what its public face (include/catan/run.h) keeps to itself.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "base/time.h"
 #include "catan/channel.h"
 #include "catan/run.h"
 
@@ -12,6 +15,10 @@ namespace ctn {
 class RunAccess {
  public:
   using Input = Run::Input;
+  using InputEdge = Run::InputEdge;
+  // What a value goes back to: the begin of the oldest source run (record/ages.h).
+  using Origin = Run::Origin;
+  static constexpr Origin kNoOrigin = Run::kNoOrigin;
 
   // Makes `run` ready for its next execution, with `inputs` inputs of which nothing is consumed yet.
   static void reset(Run& run, std::uint64_t number, std::size_t inputs) {
@@ -23,19 +30,53 @@ class RunAccess {
 
   static void set_threads(Run& run, int threads) { run.threads_ = threads; }
 
-  static void consume(Run& run, std::size_t slot, std::uint64_t first, std::uint64_t last) {
-    run.inputs_[slot] = {first, last};
+  // For age(): when it begins, and its inputs by predecessor. `edges` outlives the run.
+  static void begin(Run& run, TimePoint begin, const std::vector<InputEdge>& edges) {
+    run.begin_ = begin.time_since_epoch();
+    run.edges_ = &edges;
+  }
+  // What a run before it took last.
+  static void set_taken_before(Run& run, std::size_t slot, Origin origin) { run.inputs_[slot].origin = origin; }
+  // Consumes what is newest in the channels of inputs that have an age limit, queues aside: whether a run is stale is
+  // then settled when it begins.
+  static void take_limited(Run& run) {
+    for (const InputEdge& edge : *run.edges_) {
+      if (edge.channel != nullptr && !edge.queue && edge.max_age != Run::kNoInput) edge.channel->take_origin(run);
+    }
+  }
+
+  static void consume(Run& run, std::size_t slot, std::uint64_t first, std::uint64_t last, Origin origin) {
+    run.inputs_[slot] = {first, last, origin};
   }
 
   static std::uint32_t mode(const Run& run) { return run.mode_; }
   static bool emits(const Run& run) { return run.emits_; }
   static std::span<const Input> inputs(const Run& run) { return run.inputs_; }
 
-  // Publishes what the run wrote, or discards it where the run skipped its output.
-  static void finish_writes(Run& run) {
+  // Of what the run has consumed; none: nothing.
+  static Origin oldest_consumed(const Run& run) {
+    Origin oldest = kNoOrigin;
+    for (const Input& input : run.inputs_) {
+      if (input.first != 0) oldest = oldest == kNoOrigin ? input.origin : std::min(oldest, input.origin);
+    }
+    return oldest;
+  }
+  // Once the function has returned: a run gives no output where it consumed what is older than an edge with `on_stale:
+  // skip` allows.
+  static void skip_if_stale(Run& run) {
+    for (std::size_t slot = 0; slot < run.inputs_.size(); ++slot) {
+      const InputEdge& edge = (*run.edges_)[slot];
+      if (edge.skips && run.inputs_[slot].origin != kNoOrigin && run.age_of(run.inputs_[slot]) > edge.max_age) {
+        run.emits_ = false;
+      }
+    }
+  }
+
+  // Publishes what the run wrote, or discards it where the run skipped its output. `origin`: of its output.
+  static void finish_writes(Run& run, Origin origin = Origin{0}) {
     for (ChannelBase* channel : run.written_) {
       if (run.emits_) {
-        channel->publish(run.number_);
+        channel->publish(run.number_, origin);
       } else {
         channel->discard();
       }

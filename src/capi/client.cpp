@@ -105,4 +105,8 @@ void catan_node_end(catan_node* node) { node->node.end(node->run); }
 uint64_t catan_run_number(const catan_run* run) { return ctn::capi::run_of(run).number(); }
 int catan_run_threads(const catan_run* run) { return ctn::capi::run_of(run).threads(); }
 void catan_run_set_mode(catan_run* run, uint32_t mode) { ctn::capi::run_of(run).set_mode(mode); }
+int64_t catan_run_age_ns(catan_run* run, const char* input) {
+  return ctn::capi::run_of(run).age(ctn::capi::text_of(input)).count();
+}
+int catan_run_stale(catan_run* run) { return ctn::capi::run_of(run).stale() ? 1 : 0; }
 void catan_run_skip_output(catan_run* run) { ctn::capi::run_of(run).skip_output(); }

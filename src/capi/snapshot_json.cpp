@@ -36,10 +36,20 @@ std::string to_json(const Snapshot& snapshot) {
             {"starved_ms", snapshot.starved_ms},
             {"chains", Json::array()},
             {"nodes", Json::array()},
+            {"ages", Json::array()},
             {"notices", snapshot.notices}};
   for (const ChainSnapshot& chain : snapshot.chains) json["chains"].push_back(to_json(chain));
   for (const NodeSnapshot& node : snapshot.nodes) {
     json["nodes"].push_back({{"name", node.name}, {"compute_ms", to_json(node.compute_ms)}, {"rate_hz", node.rate_hz}});
+  }
+  for (const AgeSnapshot& edge : snapshot.ages) {
+    json["ages"].push_back({{"from", edge.from},
+                            {"to", edge.to},
+                            {"max_age_ms", edge.max_age_ms},
+                            {"skips", edge.skips},
+                            {"runs", edge.runs},
+                            {"stale", edge.stale},
+                            {"age_ms", to_json(edge.age_ms)}});
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -85,6 +85,26 @@ TEST(AppFile, ReadsNodes) {
   EXPECT_EQ(node(app, "odometry").period, 20ms);
 }
 
+TEST(AppFile, ReadsAgeLimitsOfEdgesAndOfWholePaths) {
+  std::string text(kNavigation);
+  text.replace(text.find("  - odometry -> LM\n"), 19,
+               "  - { path: odometry -> LM, max_age: 50ms, on_stale: skip }\n"
+               "  - path: scan -> GL -> GP\n"
+               "    max_age: 1.5s\n"
+               "  - { path: GP -> LP, max_age: 2s, on_stale: run }\n");
+  const graph::App app = parsed(text);
+  const auto limit = [&](std::string_view from, std::string_view to) {
+    return app.graph.age_limit(*app.graph.find_node(from), *app.graph.find_node(to));
+  };
+  EXPECT_EQ(app.graph.edges().size(), 7U) << "a limit may be written apart from the path that has the edge";
+  EXPECT_EQ(limit("odometry", "LM"), (graph::AgeLimit{50ms, graph::OnStale::kSkip}));
+  EXPECT_EQ(limit("scan", "GL"), (graph::AgeLimit{1500ms, graph::OnStale::kRun}));
+  EXPECT_EQ(limit("GL", "GP"), (graph::AgeLimit{1500ms, graph::OnStale::kRun}));
+  EXPECT_EQ(limit("GP", "LP"), (graph::AgeLimit{2s, graph::OnStale::kRun}));
+  EXPECT_EQ(limit("scan", "LM"), std::nullopt);
+  EXPECT_EQ(limit("LM", "scan"), std::nullopt) << "there is no such edge";
+}
+
 TEST(AppFile, ReadsObjectiveAndRankings) {
   const graph::App app = parsed(kNavigation);
   const auto id = [&](std::string_view name) { return *app.graph.find_subchain(name); };

@@ -9,18 +9,21 @@
 namespace ctn::config {
 namespace {
 
+using graph::At;
 using Keys = std::string_view;
 constexpr std::array<Keys, 10> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains",
                                         "objective", "order", "steal", "scheduler", "cores"};
 constexpr std::array<Keys, 2> kCoreKeys{"count", "speed"};
 constexpr std::array<Keys, 10> kNodeKeys{"input",         "modes",    "external", "unscheduled", "period",
                                          "output_period", "min_rate", "max_rate", "max_threads", "fallback_rate"};
+constexpr std::array<Keys, 3> kEdgeKeys{"path", "max_age", "on_stale"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
 constexpr std::array<Keys, 2> kStealKeys{"priority", "off"};
 constexpr std::array<Keys, 8> kSchedulerKeys{"slack",      "frames",    "min_slice",      "window",
                                              "percentile", "bootstrap", "bootstrap_cost", "replan"};
 constexpr std::array<Keys, 2> kInputs{"latest", "queue"};
 constexpr std::array<Keys, 2> kFrames{"elastic", "fixed"};
+constexpr std::array<Keys, 2> kOnStale{"run", "skip"};
 
 constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
 constexpr int kMaxThreads = 1024;
@@ -153,12 +156,39 @@ void AppReader::read_edges(const MapReader& map) {
     return;
   }
   for (std::size_t i = 0; i < edges->items.size(); ++i) {
-    if (auto path = read_path(edges->items[i], fmt::format("edges[{}]", i))) {
+    if (auto path = read_edge(edges->items[i], fmt::format("edges[{}]", i))) {
       spec_.edges.push_back(std::move(*path));
     } else {
       complete_ = false;
     }
   }
+}
+
+// A path, or a map of a path and what it says of the age of data.
+std::optional<graph::PathSpec> AppReader::read_edge(const Value& value, const std::string& key) {
+  if (value.kind != ValueKind::kMap) return read_path(value, key);
+  const MapReader map(value, key, kEdgeKeys, problems_);
+  std::optional<At<Nanos>> max_age;
+  std::optional<At<graph::OnStale>> on_stale;
+  if (const Value* age = map.find("max_age")) {
+    max_age = read_positive_duration(*age, map.key_of("max_age"), problems_);
+    // So that what rests on it is not reported, too.
+    if (!max_age) max_age = At<Nanos>{Nanos{1}, age->place};
+  }
+  if (const Value* stale = map.find("on_stale")) {
+    const auto word = read_word(*stale, map.key_of("on_stale"), kOnStale, problems_);
+    on_stale = At<graph::OnStale>{word == 1 ? graph::OnStale::kSkip : graph::OnStale::kRun, stale->place};
+  }
+  const Value* written = map.find("path");
+  if (written == nullptr) {
+    problems_.add(value.place, map.key_of("path"), "the path is missing", "add path: scan -> LM, say");
+    return std::nullopt;
+  }
+  std::optional<graph::PathSpec> path = read_path(*written, map.key_of("path"));
+  if (!path) return std::nullopt;
+  path->max_age = max_age;
+  path->on_stale = on_stale;
+  return path;
 }
 
 // "scan -> LM -> LP", each name with its own place where the text stands on one line as it is.

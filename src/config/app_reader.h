@@ -27,6 +27,7 @@ class AppReader {
   void read_nodes(const MapReader& map);
   graph::NodeSpec read_node(const Entry& entry, const std::string& key);
   void read_edges(const MapReader& map);
+  std::optional<graph::PathSpec> read_edge(const Value& value, const std::string& key);
   std::optional<graph::PathSpec> read_path(const Value& value, const std::string& key);
   void read_subchains(const MapReader& map);
   void read_objective(const MapReader& map);

@@ -22,6 +22,12 @@ bool Graph::has_edge(NodeId from, NodeId to) const {
   return std::find(successors.begin(), successors.end(), to) != successors.end();
 }
 
+std::optional<AgeLimit> Graph::age_limit(NodeId from, NodeId to) const {
+  const auto edge =
+      std::find_if(edges_.begin(), edges_.end(), [&](const Edge& each) { return each.from == from && each.to == to; });
+  return edge != edges_.end() ? edge->age_limit : std::nullopt;
+}
+
 Graph Graph::without_min_rate(NodeId id) const {
   Graph graph = *this;
   graph.nodes_[id.index()].min_rate.reset();

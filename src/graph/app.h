@@ -4,8 +4,9 @@
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
 // chain of the objective is a path with at least one node that is not external; who follows another is unscheduled, and
-// is fed by that one, which is unscheduled too; weights are finite and >= 0; min_rate <= max_rate, for the nodes of a
-// subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
+// is fed by that one, which is unscheduled too; an edge with an age limit joins nodes that are not external, and the
+// limit is above 0; weights are finite and >= 0; min_rate <= max_rate, for the nodes of a subchain taken together;
+// kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
@@ -42,10 +43,22 @@ struct Node {
   std::vector<NodeId> successors;
 };
 
+// What becomes of a run whose input is older than its edge allows. It is counted and told in any case. kRun: no more.
+// kSkip: it gives no output.
+enum class OnStale { kRun, kSkip };
+
+// How old the source may be of what a run takes over an edge (record/ages.h says what its age is).
+struct AgeLimit {
+  Nanos max_age{0};
+  OnStale on_stale = OnStale::kRun;
+  friend bool operator==(const AgeLimit&, const AgeLimit&) = default;
+};
+
 struct Edge {
   NodeId from;
   NodeId to;
-  friend bool operator==(Edge, Edge) = default;
+  std::optional<AgeLimit> age_limit{};
+  friend bool operator==(const Edge&, const Edge&) = default;
 };
 
 struct Subchain {
@@ -85,6 +98,8 @@ class Graph {
   std::optional<NodeId> find_node(std::string_view name) const;
   std::optional<SubchainId> find_subchain(std::string_view name) const;
   bool has_edge(NodeId from, NodeId to) const;
+  // None also where there is no such edge.
+  std::optional<AgeLimit> age_limit(NodeId from, NodeId to) const;
 
   // All nodes, predecessors before successors; ties in the order written.
   std::span<const NodeId> topological_order() const { return topological_; }

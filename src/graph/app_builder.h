@@ -29,8 +29,9 @@ class AppBuilder {
   using SubchainNames = std::unordered_map<std::string_view, SubchainId>;
   struct WrittenEdge {
     Edge edge;
-    std::size_t path;  // index into spec_.edges
-    Place place;       // of the node it leads to
+    std::size_t path;                         // index into spec_.edges
+    Place place;                              // of the node it leads to
+    std::optional<std::size_t> limited_by{};  // index into spec_.edges: who gave its age limit
   };
 
   // build.cpp
@@ -47,6 +48,8 @@ class AppBuilder {
   // build_edges.cpp
   void add_edges();
   void add_path(std::size_t index);
+  bool check_age_limit(const PathSpec& path, const std::string& key);
+  void limit_age(WrittenEdge& written, std::size_t path, const std::string& key);
   void check_cycles();
   void report_cycle(const std::vector<NodeId>& trail, const WrittenEdge& closing);
   void sort_topologically();

@@ -19,8 +19,8 @@ void AppBuilder::add_edges() {
   }
 }
 
-// Paths may share edges, as two chains with one beginning do; a path all of whose edges were written before says
-// nothing, and is more likely a slip than meant.
+// Paths may share edges, as two chains with one beginning do; a path all of whose edges were written before, and that
+// gives them no age limit, says nothing, and is more likely a slip than meant.
 void AppBuilder::add_path(std::size_t index) {
   const PathSpec& path = spec_.edges[index];
   const std::string key = fmt::format("edges[{}]", index);
@@ -31,7 +31,8 @@ void AppBuilder::add_path(std::size_t index) {
     }
     return;
   }
-  bool adds = false;
+  const bool limits = check_age_limit(path, key);
+  bool adds = path.max_age || path.on_stale;
   const WrittenEdge* earlier = nullptr;
   std::optional<NodeId> from;
   for (std::size_t i = 0; i < path.nodes.size(); ++i) {
@@ -48,6 +49,7 @@ void AppBuilder::add_path(std::size_t index) {
         earlier = &written_edges_[place->second];
       }
       adds = adds || fresh;
+      if (limits) limit_age(written_edges_[place->second], index, key);
     } else if (i > 0) {
       adds = true;  // an unknown node was reported; what the path would have added is not known
       if (from || to) open_ends_.insert(from ? *from : *to);
@@ -60,6 +62,43 @@ void AppBuilder::add_path(std::size_t index) {
         fmt::format("this path adds no edge: all of them were written before, the last in edges[{}]", earlier->path),
         "remove it");
   }
+}
+
+// Whether the path gives its edges an age limit.
+bool AppBuilder::check_age_limit(const PathSpec& path, const std::string& key) {
+  if (path.max_age && path.max_age->value <= Nanos{0}) {
+    problem(path.max_age->place, key + ".max_age", "max_age must be more than 0",
+            "write how old data may be, as in 100ms");
+    return false;
+  }
+  if (path.on_stale && !path.max_age) {
+    problem(path.on_stale->place, key + ".on_stale",
+            "on_stale says what becomes of data that is older than max_age, which is missing",
+            "add max_age: 100ms, say, or remove on_stale");
+  }
+  return path.max_age.has_value();
+}
+
+void AppBuilder::limit_age(WrittenEdge& written, std::size_t path, const std::string& key) {
+  const PathSpec& spec = spec_.edges[path];
+  const std::string name = name_of(written.edge.from) + " -> " + name_of(written.edge.to);
+  for (const NodeId end : {written.edge.from, written.edge.to}) {
+    if (!app_.graph.node(end).external) continue;
+    problem(
+        spec.max_age->place, key + ".max_age",
+        fmt::format("edge {} cannot have an age limit: {} is external, and nobody knows when it gives or takes data",
+                    name, quote(name_of(end))),
+        "limit edges between nodes that are not external");
+    return;
+  }
+  if (written.limited_by) {
+    problem(spec.max_age->place, key + ".max_age",
+            fmt::format("edge {} has an age limit already, by edges[{}]", name, *written.limited_by),
+            "write one of them");
+    return;
+  }
+  written.limited_by = path;
+  written.edge.age_limit = AgeLimit{spec.max_age->value, spec.on_stale ? spec.on_stale->value : OnStale::kRun};
 }
 
 // Depth first, without recursion; an edge that leads back into the current trail closes a cycle.

@@ -107,6 +107,26 @@ TEST(BuildEdges, NamesTheCycle) {
   EXPECT_THAT(errors_of(spec), HasSubstr("the edges form a cycle: scan -> LM -> LP -> scan"));
 }
 
+TEST(BuildEdges, RefusesAgeLimitsThatMeanNothing) {
+  const auto limited = [](const char* path, Nanos max_age) {
+    return PathSpec{split(path), {}, At<Nanos>{max_age, {}}, std::nullopt};
+  };
+  AppSpec spec = good_spec();
+  spec.edges.push_back(limited("scan LM", 0ms));
+  spec.edges.push_back(limited("LM LP base", 50ms));
+  spec.edges.push_back(limited("LM LP", 50ms));
+  spec.edges.push_back({split("imu LM"), {}, std::nullopt, At<OnStale>{OnStale::kSkip, {}}});
+  EXPECT_THAT(errors_of(spec),
+              AllOf(HasSubstr("edges[3].max_age: max_age must be more than 0"),
+                    HasSubstr("edges[4].max_age: edge LP -> base cannot have an age limit: 'base' is external"),
+                    HasSubstr("edges[5].max_age: edge LM -> LP has an age limit already, by edges[4]"),
+                    HasSubstr("edges[6].on_stale: on_stale says what becomes of data that is older than max_age, which "
+                              "is missing")));
+  spec = good_spec();
+  spec.edges.push_back(limited("LM LP", 50ms));
+  EXPECT_EQ(errors_of(spec), "") << "the edge was written before: the path gives it a limit";
+}
+
 TEST(BuildEdges, RefusesLoopsStubsAndRepeats) {
   AppSpec spec = good_spec();
   spec.edges.push_back({split("GL GL"), {}});

@@ -37,10 +37,12 @@ struct NodeSpec {
   std::optional<At<int>> max_threads;
 };
 
-// A row of node names: in `edges` a path stands for its edges.
+// A row of node names: in `edges` a path stands for its edges. What it says of age holds for each of them.
 struct PathSpec {
   std::vector<Name> nodes;
   Place place;
+  std::optional<At<Nanos>> max_age{};
+  std::optional<At<OnStale>> on_stale{};
 };
 
 struct SubchainSpec {

@@ -56,9 +56,14 @@ Status write_core_kinds(sqlite::Database& database, const graph::App& app) {
 Status write_edges(sqlite::Database& database, const graph::Graph& graph) {
   auto row = database.prepare("INSERT INTO edges VALUES (?, ?, ?)");
   if (!row) return row.error();
+  auto limit_row = database.prepare("INSERT INTO age_limits VALUES (?, ?, ?)");
+  if (!limit_row) return limit_row.error();
   for (std::size_t id = 0; id < graph.edges().size(); ++id) {
     const graph::Edge& edge = graph.edges()[id];
     if (auto done = row->run(id, edge.from.index(), edge.to.index()); !done) return done;
+    if (!edge.age_limit) continue;
+    const std::string_view on_stale = edge.age_limit->on_stale == graph::OnStale::kSkip ? "skip" : "run";
+    if (auto done = limit_row->run(id, edge.age_limit->max_age.count(), on_stale); !done) return done;
   }
   return Done{};
 }
@@ -133,8 +138,8 @@ class AppReader {
     spec_.order.emplace();
     spec_.steal_priority.emplace();
     for (const auto step : {&AppReader::read_core_kinds, &AppReader::read_nodes, &AppReader::read_modes,
-                            &AppReader::read_edges, &AppReader::read_subchains, &AppReader::read_subchain_nodes,
-                            &AppReader::read_chains, &AppReader::read_chain_nodes}) {
+                            &AppReader::read_edges, &AppReader::read_age_limits, &AppReader::read_subchains,
+                            &AppReader::read_subchain_nodes, &AppReader::read_chains, &AppReader::read_chain_nodes}) {
       if (auto done = (this->*step)(); !done) return done.error();
     }
     if (!read_options(meta)) return damaged(database_, "meta");
@@ -209,6 +214,18 @@ class AppReader {
       graph::PathSpec edge;
       edge.nodes = {node_name(cells, 1), node_name(cells, 2)};
       spec_.edges.push_back(std::move(edge));
+    });
+  }
+
+  Status read_age_limits() {
+    return each_row("age_limits", "edge, max_age_ns, on_stale", "edge", [this](Cells& cells) {
+      const std::size_t edge = cells.index(0, spec_.edges.size());
+      if (!cells.ok()) return;
+      spec_.edges[edge].max_age = graph::At<Nanos>{cells.duration(1), {}};
+      const std::string on_stale = cells.text(2);
+      if (on_stale != "run" && on_stale != "skip") cells.refuse();
+      const bool skips = on_stale == "skip";
+      spec_.edges[edge].on_stale = graph::At<graph::OnStale>{skips ? graph::OnStale::kSkip : graph::OnStale::kRun, {}};
     });
   }
 

@@ -22,6 +22,9 @@ struct Consumed {
   friend bool operator==(const Consumed&, const Consumed&) = default;
 };
 
+// The age of an input from which nothing was ever taken.
+constexpr Nanos kNoAge{-1};
+
 struct Run {
   NodeId node;
   std::uint64_t number = 0;
@@ -32,6 +35,7 @@ struct Run {
   bool emitted = true;             // false: it ran, but gave no output to its successors
   std::vector<Consumed> consumed;  // predecessors that had given nothing yet are left out
   int on_cpu = -1;                 // the CPU that it ended on; -1: not known. Not in the record
+  std::vector<Nanos> ages{};       // of its inputs (ages.h), one a predecessor; empty: not known. Not in the record
   friend bool operator==(const Run&, const Run&) = default;
 };
 
@@ -67,7 +71,8 @@ struct CostChange {
 // Anything a reader of the record must know: a level refused, reports lost, a watchdog that fired.
 struct Notice {
   TimePoint at{};
-  std::string kind;    // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed", "starved"
+  std::string
+      kind;  // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed", "starved", "stale-input"
   std::string detail;  // for people
 };
 

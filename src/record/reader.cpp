@@ -124,7 +124,7 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 4> kLater{"core_kinds", "cost_changes", "slots", "steals"};
+constexpr std::array<std::string_view, 5> kLater{"age_limits", "core_kinds", "cost_changes", "slots", "steals"};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {

@@ -137,6 +137,11 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "DELETE FROM nodes",
            "UPDATE edges SET to_node = from_node",
            "UPDATE edges SET to_node = 99",
+           "UPDATE age_limits SET edge = edge + 99",
+           "UPDATE age_limits SET max_age_ns = 0",
+           "UPDATE age_limits SET max_age_ns = -1",
+           "UPDATE age_limits SET max_age_ns = 'long'",
+           "UPDATE age_limits SET on_stale = 'stop'",
            "DELETE FROM subchain_nodes",
            "UPDATE subchain_nodes SET position = position + 7",
            "UPDATE chains SET metric = 'speed'",
@@ -171,16 +176,18 @@ TEST(Reader, ATruncatedRecordIsAnError) {
 }
 
 // Damaged anywhere: an error or some reading, but never a crash (run under the sanitizers, this is the point of it).
-TEST(Reader, ReadsRecordsOfBeforeThereWereSlots) {
+TEST(Reader, ReadsRecordsOfBeforeThereWereSlotsAndAgeLimits) {
   const Folder folder;
   const std::string path = sample_record(folder);
   {
     auto database = sqlite::Database::open(path, SQLITE_OPEN_READWRITE);
-    ASSERT_TRUE(database->execute("DROP TABLE slots; DROP TABLE steals; DROP TABLE core_kinds").ok());
+    ASSERT_TRUE(
+        database->execute("DROP TABLE slots; DROP TABLE steals; DROP TABLE core_kinds; DROP TABLE age_limits").ok());
   }
   const auto reader = Reader::open(path);
   ASSERT_TRUE(reader.ok()) << reader.error().message();
   EXPECT_TRUE(reader->app().core_kinds.empty());
+  for (const graph::Edge& edge : reader->app().graph.edges()) EXPECT_FALSE(edge.age_limit);
   const Status done = read_all(path);
   EXPECT_TRUE(done.ok()) << done.error().message();
 }

@@ -63,6 +63,9 @@ inline graph::App robot() {
   spec.nodes[4].min_rate = graph::At<Rate>{Rate{0.5}, {}};
   spec.nodes[5].external = true;
   spec.edges = {{names("imu LM"), {}}, {names("scan LM LP base"), {}}, {names("scan GL LP"), {}}};
+  spec.edges[0].max_age = graph::At<Nanos>{milliseconds{50}, {}};
+  spec.edges[0].on_stale = graph::At<graph::OnStale>{graph::OnStale::kSkip, {}};
+  spec.edges[2].max_age = graph::At<Nanos>{milliseconds{100}, {}};
   spec.subchains = {{{"local", {}}, names("scan LM LP")}};
   spec.objective.resize(3);
   spec.objective[0].path = names("scan LM LP base");

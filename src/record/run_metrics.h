@@ -1,14 +1,16 @@
-// What an app's runs come to, live, simulated and afterwards: chains of the objective, nodes. A figure counts if all
-// that it spans lies in the interval that is measured.
+// What an app's runs come to, live, simulated and afterwards: chains of the objective, nodes, edges with an age limit.
+// A figure counts if all that it spans lies in the interval that is measured.
 //
 // `Samples` is where durations go, each by add(Nanos): all of them, the newest, or counts.
 //
 // Units: Nanos. Thread safety: none; one owner. Memory: that of the samples, and of record/lineage.h.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/time.h"
@@ -43,6 +45,15 @@ struct MeasuredNode {
   Samples compute;            // CPU time of a run
 };
 
+// An edge with an age limit.
+template <class Samples>
+struct MeasuredEdge {
+  const graph::Edge* edge;
+  std::uint64_t runs = 0;   // whose input has an age
+  std::uint64_t stale = 0;  // of these, older than the limit
+  Samples age;              // when they began
+};
+
 template <class Samples>
 class RunMetrics {
  public:
@@ -55,22 +66,32 @@ class RunMetrics {
       chains_.push_back({&term, {}, {}, {}});
       trackers_.emplace_back(app.graph, term.path);
     }
+    for (const graph::Edge& edge : app.graph.edges()) {
+      if (!edge.age_limit) continue;
+      const std::vector<NodeId>& inputs = app.graph.node(edge.to).predecessors;
+      const auto slot = std::find(inputs.begin(), inputs.end(), edge.from) - inputs.begin();
+      tracks_[edge.to.index()].limited.emplace_back(static_cast<std::size_t>(slot), edges_.size());
+      edges_.push_back({&edge, 0, 0, {}});
+    }
   }
 
-  // A run has ended; each after those that it consumed.
+  // A run has ended; each after those that it consumed. Runs whose ages are not known count for no edge.
   void add(const Run& run) {
     add_to_node(run);
+    add_to_edges(run);
     for (const std::size_t chain : tracks_[run.node.index()].chains) {
       for (const ChainSample& sample : trackers_[chain].add(run)) add_to_chain(chains_[chain], sample);
     }
   }
 
   const std::vector<MeasuredChain<Samples>>& chains() const { return chains_; }  // in the order of the objective
+  const std::vector<MeasuredEdge<Samples>>& edges() const { return edges_; }  // with an age limit, as the app has them
   const MeasuredNode<Samples>& node(NodeId node) const { return nodes_[node.index()]; }
 
  private:
   struct Track {
-    std::vector<std::size_t> chains;  // that the node is in
+    std::vector<std::size_t> chains;                           // that the node is in
+    std::vector<std::pair<std::size_t, std::size_t>> limited;  // an input by predecessor, and which of edges_ it is
     std::optional<TimePoint> last_end;
   };
 
@@ -86,6 +107,18 @@ class RunMetrics {
     node.compute.add(run.cpu);
   }
 
+  // Whenever its source was: what counts is that the run had old data.
+  void add_to_edges(const Run& run) {
+    if (!interval_.holds(run.begin, run.end)) return;
+    for (const auto& [slot, index] : tracks_[run.node.index()].limited) {
+      if (slot >= run.ages.size() || run.ages[slot] == kNoAge) continue;
+      MeasuredEdge<Samples>& edge = edges_[index];
+      ++edge.runs;
+      edge.stale += run.ages[slot] > edge.edge->age_limit->max_age ? 1U : 0U;
+      edge.age.add(run.ages[slot]);
+    }
+  }
+
   void add_to_chain(MeasuredChain<Samples>& chain, const ChainSample& sample) {
     if (interval_.holds(sample.begin, sample.end)) chain.latency.add(sample.latency);
     if (sample.response && interval_.holds(sample.end - *sample.response, sample.end)) {
@@ -99,6 +132,7 @@ class RunMetrics {
   std::vector<MeasuredChain<Samples>> chains_;
   std::vector<ChainTracker> trackers_;  // by chain
   std::vector<MeasuredNode<Samples>> nodes_;
+  std::vector<MeasuredEdge<Samples>> edges_;
   std::vector<Track> tracks_;  // by NodeId
 };
 

@@ -45,6 +45,16 @@ Json json(const NodeMetrics& node) {
           {"cores", node.cores}};
 }
 
+Json json(const AgeMetrics& edge) {
+  return {{"from", edge.from},
+          {"to", edge.to},
+          {"max_age_ms", edge.max_age_ms},
+          {"on_stale", edge.skips ? "skip" : "run"},
+          {"runs", edge.runs},
+          {"stale", edge.stale},
+          {"age_ms", json(edge.age_ms)}};
+}
+
 Json json(const TriggerMetrics& trigger) {
   return {{"subchain", trigger.subchain}, {"late_ms", json(trigger.late_ms)}};
 }
@@ -91,6 +101,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
       {"chains", list(metrics.chains)},
       {"nodes", list(metrics.nodes)},
+      {"ages", list(metrics.ages)},
       {"triggers", list(metrics.triggers)},
       {"notices", notices}};
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
+#include "record/ages.h"
 #include "record/run_metrics.h"
 #include "report/predictions.h"
 
@@ -53,8 +55,15 @@ Status measure_runs(const record::Reader& record, const record::Interval& interv
   const graph::App& app = record.app();
   record::RunMetrics<AllSamples> measured(app, interval);
   std::vector<AllSamples> wall(app.graph.nodes().size());
+  std::optional<record::AgeTracker> ages;
+  if (!measured.edges().empty()) ages.emplace(app.graph);
+  record::Run aged;
   const Status done = record.each_run([&](const record::Run& run) {
-    measured.add(run);
+    if (ages) {
+      aged = run;
+      ages->add(aged);
+    }
+    measured.add(ages ? aged : run);
     if (interval.holds(run.begin, run.end)) wall[run.node.index()].add(run.end - run.begin);
   });
   if (!done) return done;
@@ -65,6 +74,11 @@ Status measure_runs(const record::Reader& record, const record::Interval& interv
     metrics.nodes.push_back(metrics_of(measured.node(NodeId(i)), node.name, metrics.measured_s));
     metrics.nodes.back().wall_ms = wall[i].summary();
     metrics.cores_used += metrics.nodes.back().cores;
+  }
+  for (const record::MeasuredEdge<AllSamples>& edge : measured.edges()) {
+    const graph::AgeLimit& limit = *edge.edge->age_limit;
+    metrics.ages.push_back({app.graph.node(edge.edge->from).name, app.graph.node(edge.edge->to).name, ms(limit.max_age),
+                            limit.on_stale == graph::OnStale::kSkip, edge.runs, edge.stale, edge.age.summary()});
   }
   return Done{};
 }

@@ -48,6 +48,17 @@ struct NodeMetrics {
   std::optional<double> predicted_rate_hz;
 };
 
+// An edge with an age limit: the age of data, by lineage (record/ages.h), when a run of `to` took it.
+struct AgeMetrics {
+  std::string from;
+  std::string to;
+  double max_age_ms = 0.0;
+  bool skips = false;       // stale runs give no output
+  std::uint64_t runs = 0;   // of `to`, whose input had an age
+  std::uint64_t stale = 0;  // of these, above the limit
+  Summary age_ms;
+};
+
 // How late the triggers of a subchain were sent: sent - due.
 struct TriggerMetrics {
   std::string subchain;
@@ -71,6 +82,7 @@ struct RunMetrics {
   ObjectiveMetrics objective;
   std::vector<ChainMetrics> chains;      // in the order of the objective
   std::vector<NodeMetrics> nodes;        // in the order of the app
+  std::vector<AgeMetrics> ages;          // edges with an age limit
   std::vector<TriggerMetrics> triggers;  // those that were sent any
   double cores_used = 0.0;               // by all nodes together; of header.cpus.size()
   std::vector<record::Notice> notices;   // of the whole run

@@ -63,6 +63,18 @@ Table node_table(const RunMetrics& metrics) {
   return table;
 }
 
+Table age_table(const RunMetrics& metrics) {
+  Table table{.header = {"edge", "max_age", "on_stale", "stale", "of runs", "age ms mean", "p50", "p95", "p99", "max"},
+              .caption = "Age of inputs: since the begin of the oldest source run"};
+  for (const AgeMetrics& edge : metrics.ages) {
+    std::vector<std::string> row{edge.from + " -> " + edge.to, number(edge.max_age_ms), edge.skips ? "skip" : "run",
+                                 std::to_string(edge.stale), std::to_string(edge.runs)};
+    append(row, edge.age_ms);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
 Table trigger_table(const RunMetrics& metrics) {
   Table table{.header = {"subchain", "triggers", "late ms mean", "p50", "p95", "p99", "max"},
               .caption = "Triggers: how late they were sent"};
@@ -78,7 +90,8 @@ Table trigger_table(const RunMetrics& metrics) {
 
 std::vector<Table> tables(const RunMetrics& metrics) {
   std::vector<Table> result;
-  for (Table& table : std::vector<Table>{chain_table(metrics), node_table(metrics), trigger_table(metrics)}) {
+  for (Table& table :
+       std::vector<Table>{chain_table(metrics), node_table(metrics), age_table(metrics), trigger_table(metrics)}) {
     if (!table.rows.empty()) result.push_back(std::move(table));
   }
   return result;

@@ -17,10 +17,28 @@ Run run_number(std::uint64_t number, std::size_t inputs) {
 }
 
 template <class C, class T>
-void write_in_run(C& channel, std::uint64_t number, T value) {
+void write_in_run(C& channel, std::uint64_t number, T value, Nanos origin = Nanos{0}) {
   auto run = run_number(number, 0);
   channel.write(run, value);
-  RunAccess::finish_writes(run);
+  RunAccess::finish_writes(run, origin);
+}
+
+// The one input of a node, named "from".
+std::vector<RunAccess::InputEdge> input_of(ChannelBase& channel, bool queue, Nanos max_age = ctn::Run::kNoInput,
+                                           bool skips = false) {
+  RunAccess::InputEdge edge;
+  edge.from = "from";
+  edge.queue = queue;
+  edge.channel = &channel;
+  edge.max_age = max_age;
+  edge.skips = skips;
+  return {edge};
+}
+
+Run run_at(std::uint64_t number, Nanos begin, const std::vector<RunAccess::InputEdge>& edges) {
+  Run run = run_number(number, 1);
+  RunAccess::begin(run, TimePoint{begin}, edges);
+  return run;
 }
 
 TEST(Channel, GivesNothingBeforeTheFirstWrite) {
@@ -74,7 +92,9 @@ TEST(Channel, NeverTearsAValueNorGoesBack) {
   constexpr std::uint64_t kRuns = 200000;
   Channel<Pair> channel(0);
   std::thread writer([&] {
-    for (std::uint64_t number = 1; number <= kRuns; ++number) write_in_run(channel, number, Pair{number, number});
+    for (std::uint64_t number = 1; number <= kRuns; ++number) {
+      write_in_run(channel, number, Pair{number, number}, Nanos{static_cast<Nanos::rep>(number)});
+    }
   });
   std::uint64_t last = 0;
   for (std::uint64_t number = 1; last < kRuns; ++number) {
@@ -83,10 +103,75 @@ TEST(Channel, NeverTearsAValueNorGoesBack) {
     if (pair == nullptr) continue;
     ASSERT_EQ(pair->a, pair->b);
     ASSERT_EQ(pair->a, RunAccess::inputs(run)[0].last);
+    ASSERT_EQ(Nanos{static_cast<Nanos::rep>(pair->a)}, RunAccess::inputs(run)[0].origin);
     ASSERT_GE(pair->a, last);
     last = pair->a;
   }
   writer.join();
+}
+
+TEST(Channel, AValueBringsItsOriginSoThatARunKnowsItsAge) {
+  Channel<int> channel(0);
+  const auto edges = input_of(channel, false);
+  auto early = run_at(1, Nanos{50}, edges);
+  EXPECT_EQ(early.age("from"), ctn::Run::kNoInput) << "nothing has come";
+  write_in_run(channel, 1, 10, Nanos{70});
+  write_in_run(channel, 2, 20, Nanos{90});
+  auto run = run_at(2, Nanos{100}, edges);
+  EXPECT_EQ(run.age("from"), Nanos{10});
+  write_in_run(channel, 3, 30, Nanos{95});
+  EXPECT_EQ(*channel.read(run), 20) << "to ask is to take";
+  EXPECT_EQ(run.age("from"), Nanos{10});
+  EXPECT_EQ(RunAccess::inputs(run)[0].last, 2U);
+  EXPECT_EQ(run.age("form"), ctn::Run::kNoInput) << "a name that is misspelt is never fresh";
+  auto next = run_at(3, Nanos{93}, edges);
+  EXPECT_EQ(*channel.read(next), 30);
+  EXPECT_EQ(next.age("from"), Nanos{0}) << "its source began after the run did";
+}
+
+TEST(Channel, ARunIsStaleWhenItsInputIsOlderThanTheLimit) {
+  Channel<int> channel(0);
+  const auto edges = input_of(channel, false, Nanos{30}, true);
+  auto early = run_at(1, Nanos{50}, edges);
+  EXPECT_FALSE(early.stale()) << "nothing is there that could be old";
+  RunAccess::skip_if_stale(early);
+  EXPECT_TRUE(RunAccess::emits(early));
+  write_in_run(channel, 1, 10, Nanos{70});
+  auto run = run_at(2, Nanos{100}, edges);
+  EXPECT_FALSE(run.stale()) << "just as old as it may be";
+  auto late = run_at(3, Nanos{101}, edges);
+  EXPECT_TRUE(late.stale());
+  RunAccess::skip_if_stale(late);
+  EXPECT_FALSE(RunAccess::emits(late));
+}
+
+TEST(Channel, ARunOfWhichNothingIsKnownHasNoAges) {
+  Channel<int> channel(0);
+  auto run = run_number(1, 1);
+  EXPECT_EQ(run.age("from"), ctn::Run::kNoInput);
+  EXPECT_FALSE(run.stale());
+}
+
+TEST(QueueChannel, TheOldestThatARunTakesIsItsAge) {
+  QueueChannel<int> queue(0);
+  const auto edges = input_of(queue, true, Nanos{45});
+  for (const int origin : {50, 60, 70}) write_in_run(queue, static_cast<std::uint64_t>(origin), origin, Nanos{origin});
+  auto run = run_at(1, Nanos{100}, edges);
+  EXPECT_EQ(run.age("from"), Nanos{50}) << "of what waits";
+  EXPECT_TRUE(run.stale());
+  EXPECT_EQ(RunAccess::inputs(run)[0].first, 0U) << "to ask takes nothing from a queue";
+  EXPECT_EQ(queue.take(run), 50);
+  EXPECT_EQ(queue.take(run), 60);
+  EXPECT_EQ(run.age("from"), Nanos{50});
+  auto next = run_at(2, Nanos{101}, edges);
+  RunAccess::set_taken_before(next, 0, Nanos{50});
+  EXPECT_EQ(next.age("from"), Nanos{31}) << "70 waits";
+  EXPECT_EQ(queue.take(next), 70);
+  EXPECT_EQ(next.age("from"), Nanos{31});
+  auto last = run_at(3, Nanos{102}, edges);
+  RunAccess::set_taken_before(last, 0, Nanos{70});
+  EXPECT_FALSE(queue.take(last));
+  EXPECT_EQ(last.age("from"), Nanos{32}) << "nothing is new: it still has what it took last";
 }
 
 TEST(QueueChannel, GivesAllSinceTheLastRunAndNotesTheRange) {

@@ -16,7 +16,8 @@ Collector::Collector(const graph::App& app, os::Os& os, Collecting from, driver:
       from_(std::move(from)),
       loop_(loop),
       check_(app.graph),
-      collected_(app.graph.nodes().size()) {}
+      collected_(app.graph.nodes().size()),
+      stale_(app.graph) {}
 
 void Collector::collect() {
   const std::span<const NodeId> order = app_.graph.topological_order();
@@ -38,6 +39,7 @@ void Collector::pass_on(std::vector<record::Run>& runs, TimePoint now) {
   std::erase_if(runs, [&](record::Run& run) { return !check_.accept(run, now); });
   from_.measurements.add(runs);
   for (const record::Run& run : runs) {
+    for (const record::Notice& told : stale_.ran(run)) from_.notices.add(told);
     const std::optional<record::CostChange> change = loop_.ran(run);
     if (!from_.writer) continue;
     from_.writer->add(run);

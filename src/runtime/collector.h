@@ -19,6 +19,7 @@
 #include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
+#include "policy/stale_inputs.h"
 #include "record/events.h"
 #include "record/writer.h"
 #include "runtime/controller.h"
@@ -83,6 +84,7 @@ class Collector : private ReportSink {
   ReportCheck check_;
   std::vector<std::vector<record::Run>> collected_;  // by position in the topological order, reused
   Starvation starvation_;
+  policy::StaleInputs stale_;
   std::uint64_t losses_noted_ = 0;
   std::uint64_t ignored_wakes_noted_ = 0;
   bool record_failed_ = false;

@@ -62,8 +62,8 @@ ChannelBase& Connections::open_channel(std::string_view from, std::string_view t
   }
   const auto slot = static_cast<std::size_t>(
       std::find(reader.predecessors.begin(), reader.predecessors.end(), *producer) - reader.predecessors.begin());
-  on_channel_(*consumer, slot);
   OpenChannel opened{type, make(static_cast<std::uint32_t>(slot))};
+  on_channel_(*consumer, slot, *opened.channel);
   return *channels_.emplace(std::pair{*producer, *consumer}, std::move(opened)).first->second.channel;
 }
 

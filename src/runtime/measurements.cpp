@@ -89,6 +89,12 @@ void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double>
     const double rate = measured_for > 0.0 ? static_cast<double>(measured.runs) / measured_for : 0.0;
     snapshot.nodes.push_back({node.name, measured.compute.summary_ms(), rate});
   }
+  for (const record::MeasuredEdge<SampleWindow>& edge : metrics_.edges()) {
+    snapshot.ages.push_back({app_.graph.node(edge.edge->from).name, app_.graph.node(edge.edge->to).name,
+                             to_millis(edge.edge->age_limit->max_age).count(),
+                             edge.edge->age_limit->on_stale == graph::OnStale::kSkip, edge.runs, edge.stale,
+                             edge.age.summary_ms()});
+  }
 }
 
 }  // namespace ctn::runtime

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "record/input_edges.h"
 #include "runtime/report.h"
 
 namespace ctn::runtime {
@@ -25,6 +26,11 @@ void complete(os::Threads& threads, const Region& region, SignalCell& signal, st
   if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
   const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
   if (holder != 0 && holder <= region.controller_cells()) region.controller_cell(holder - 1).wake(threads);
+}
+
+bool is_source(const graph::Graph& graph, NodeId node) {
+  const std::vector<NodeId>& inputs = graph.node(node).predecessors;
+  return std::all_of(inputs.begin(), inputs.end(), [&](NodeId input) { return graph.node(input).external; });
 }
 
 }  // namespace
@@ -51,9 +57,11 @@ NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Reg
       node_(node),
       is_queue_(graph.node(node).input == graph::InputKind::kQueue),
       follows_(graph.node(node).follows.has_value()),
-      has_channel_(graph.node(node).predecessors.size(), false),
-      words_(report_words(has_channel_.size())),
-      taken_(has_channel_.size(), 0) {
+      is_source_(is_source(graph, node)),
+      edges_(record::input_edges(graph, node)),
+      words_(report_words(edges_.size())),
+      taken_(edges_.size(), 0),
+      origins_(edges_.size(), RunAccess::kNoOrigin) {
   move_to(region);
   bind(*newest_binding_.load());
 }
@@ -157,14 +165,17 @@ bool NodePort::wait_for_trigger() {
 
 void NodePort::begin(Run& run) {
   if (!has_waited_ && binding().signal == nullptr) follow_move();
-  RunAccess::reset(run, ++number_, has_channel_.size());
+  RunAccess::reset(run, ++number_, edges_.size());
   RunAccess::set_threads(run, threads_planned());
   binding().own->number.store(number_, std::memory_order_relaxed);
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
   begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
   begin_ = os_.now();
+  RunAccess::begin(run, begin_, edges_);
+  for (std::size_t slot = 0; slot < edges_.size(); ++slot) RunAccess::set_taken_before(run, slot, origins_[slot]);
   consume_newest(run);
+  RunAccess::take_limited(run);
 }
 
 // Of a node that waits for no trigger.
@@ -175,16 +186,37 @@ void NodePort::follow_move() {
 }
 
 void NodePort::consume_newest(Run& run) {
-  for (std::size_t slot = 0; slot < has_channel_.size(); ++slot) {
-    if (binding().predecessors[slot] == nullptr || has_channel_[slot]) continue;
-    const std::uint64_t newest = binding().predecessors[slot]->newest_output.load(std::memory_order_acquire);
-    const std::uint64_t before = std::exchange(taken_[slot], newest);
-    if (!is_queue_) {
-      RunAccess::consume(run, slot, newest, newest);
-    } else if (newest > before) {
-      RunAccess::consume(run, slot, before + 1, newest);
-    }
+  for (std::size_t slot = 0; slot < edges_.size(); ++slot) {
+    const NodeCell* const predecessor = binding().predecessors[slot];
+    if (predecessor != nullptr && edges_[slot].channel == nullptr) consume_newest(run, slot, *predecessor);
   }
+}
+
+void NodePort::consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor) {
+  // That of the newest output is unknown only if the predecessor gave another since, which is then the newest.
+  constexpr int kTries = 3;
+  std::uint64_t newest = 0;
+  std::int64_t origin = NodeCell::kUnknown;
+  const std::uint64_t before = taken_[slot];
+  for (int tried = 0; tried < kTries && origin == NodeCell::kUnknown; ++tried) {
+    newest = predecessor.newest_output.load(std::memory_order_acquire);
+    if (newest == 0 || (is_queue_ && newest <= before)) break;
+    origin = is_queue_ ? predecessor.oldest_origin(before + 1, newest) : predecessor.origin_of(newest);
+  }
+  taken_[slot] = newest;
+  if (newest == 0 || (is_queue_ && newest <= before)) return;
+  RunAccess::Origin known{origin};
+  if (origin == NodeCell::kUnknown) known = std::max(origins_[slot], RunAccess::Origin{0});
+  RunAccess::consume(run, slot, is_queue_ ? before + 1 : newest, newest, known);
+}
+
+// Whether the run gives output, what that goes back to, and what the next one needs to know.
+RunAccess::Origin NodePort::settle_ages(Run& run) {
+  RunAccess::skip_if_stale(run);
+  for (std::size_t slot = 0; slot < edges_.size(); ++slot) origins_[slot] = RunAccess::inputs(run)[slot].origin;
+  const RunAccess::Origin oldest = RunAccess::oldest_consumed(run);
+  if (oldest != RunAccess::kNoOrigin) origin_ = oldest;
+  return is_source_ || origin_ == RunAccess::kNoOrigin ? begin_.time_since_epoch() : origin_;
 }
 
 void NodePort::end(Run& run) {
@@ -193,10 +225,11 @@ void NodePort::end(Run& run) {
   end_ = os_.now();
   // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
   if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
+  const RunAccess::Origin origin = settle_ages(run);
   encode_report(run, begin_, end_, cpu, os_.current_cpu(), words_);
   binding().reports.push(words_);
-  RunAccess::finish_writes(run);
-  if (RunAccess::emits(run)) binding().own->newest_output.store(run.number(), std::memory_order_release);
+  RunAccess::finish_writes(run, origin);
+  if (RunAccess::emits(run)) binding().own->give(run.number(), origin.count());
   pass_on(RunAccess::emits(run));
 }
 

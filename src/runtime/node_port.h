@@ -11,6 +11,12 @@
 // however many they are. A process that writes there without a reason can wake the follower too often, and do no other
 // harm. While the other node gives no output, or is missing, the follower waits.
 //
+// Age of data (record/ages.h): each output carries its origin, over a channel in the channel's slot, else in the node's
+// cell, which holds those of the newest outputs by number, so that number and origin belong together. A run's own is
+// the oldest of those that it consumed. Where one is not to be had, because more outputs came at once than the cell
+// holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older unless
+// the predecessor reads its inputs only now and then, and if there is none, the clock's zero.
+//
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.
 //
@@ -29,6 +35,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/run_access.h"
 #include "catan/run.h"
 #include "graph/app.h"
 #include "os/os.h"
@@ -44,7 +51,7 @@ class NodePort {
   // --- before any thread runs ---
   // Input `slot` has a channel, which notes what is consumed. Without one, a run is taken to consume the predecessor's
   // newest output when it begins; a run of a queue node, all outputs since the run before.
-  void set_channel(std::size_t slot) { has_channel_[slot] = true; }
+  void set_channel(std::size_t slot, ChannelBase& channel) { edges_[slot].channel = &channel; }
 
   // --- the node's own thread ---
   // Straight back is a thread that waits again this soon after the end of a run.
@@ -93,6 +100,8 @@ class NodePort {
   const Binding& binding() const { return *binding_.load(std::memory_order_relaxed); }
   void follow_move();
   void consume_newest(Run& run);
+  void consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor);
+  RunAccess::Origin settle_ages(Run& run);
   void pass_on(bool emits);
   int threads_planned() const;
   bool has_other_threads() const;
@@ -103,15 +112,18 @@ class NodePort {
   NodeId node_;
   bool is_queue_;
   bool follows_;
-  std::vector<bool> has_channel_;
+  bool is_source_;
+  std::vector<RunAccess::InputEdge> edges_;  // by input
   std::atomic<bool> stopping_{false};
   std::vector<std::unique_ptr<const Binding>> bindings_;  // a run may still be under way in the one before the newest
   std::atomic<const Binding*> newest_binding_{nullptr};
   std::atomic<const Binding*> binding_{nullptr};  // in use; the node's thread changes it
 
   // The node's own.
-  std::vector<std::uint64_t> words_;  // one report, reused
-  std::vector<std::uint64_t> taken_;  // by input: the newest run consumed so far, where there is no channel
+  std::vector<std::uint64_t> words_;        // one report, reused
+  std::vector<std::uint64_t> taken_;        // by input: the newest run consumed so far, where there is no channel
+  std::vector<RunAccess::Origin> origins_;  // by input: of what was consumed last
+  RunAccess::Origin origin_ = RunAccess::kNoOrigin;  // found by the last run that consumed anything
   std::int32_t thread_ = 0;
   std::uint64_t token_ = 0;
   std::uint64_t number_ = 0;

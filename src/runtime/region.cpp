@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -49,6 +51,41 @@ Result<RegionHeader> read_header(std::span<const std::byte> memory) {
 void ControllerCell::wake(os::Threads& threads) {
   word.fetch_add(1, std::memory_order_release);
   threads.wake(word);
+}
+
+// Readers see either what stands for the number that they ask for, or that it does not: whoever reads a newer word
+// finds the number marked, or newer, when it looks at it again.
+void NodeCell::give(std::uint64_t run, std::int64_t origin) {
+  Output& output = outputs[run % kOutputs];
+  output.number.store(run | Output::kWriting, std::memory_order_relaxed);
+  output.origin.store(origin, std::memory_order_release);
+  output.previous.store(newest_output.load(std::memory_order_relaxed), std::memory_order_release);
+  output.number.store(run, std::memory_order_release);
+  newest_output.store(run, std::memory_order_release);
+}
+
+NodeCell::Found NodeCell::find(std::uint64_t run) const {
+  const Output& output = outputs[run % kOutputs];
+  if (output.number.load(std::memory_order_acquire) != run) return {};
+  const std::int64_t origin = output.origin.load(std::memory_order_acquire);
+  const std::uint64_t previous = output.previous.load(std::memory_order_acquire);
+  if (output.number.load(std::memory_order_relaxed) != run) return {};
+  return {std::max<std::int64_t>(origin, 0), previous};
+}
+
+// From the newest backwards: between two outputs there may be any number of runs that gave none. Any of them may be the
+// oldest, since a node that reads an input only now and then goes back further when it does.
+std::int64_t NodeCell::oldest_origin(std::uint64_t first, std::uint64_t last) const {
+  std::int64_t oldest = std::numeric_limits<std::int64_t>::max();
+  for (std::size_t step = 0; step < kOutputs; ++step) {
+    const Found found = find(last);
+    if (found.origin == kUnknown) return kUnknown;
+    oldest = std::min(oldest, found.origin);
+    if (found.previous < first) return oldest;
+    if (found.previous >= last) return kUnknown;  // it lies
+    last = found.previous;
+  }
+  return kUnknown;
 }
 
 // Offsets in bytes from the region's start.

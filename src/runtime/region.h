@@ -37,7 +37,7 @@ namespace ctn::runtime {
 
 struct RegionHeader {
   static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
@@ -72,6 +72,16 @@ struct alignas(64) SignalCell {
 
 struct alignas(64) NodeCell {
   static constexpr std::size_t kMaxThreads = 64;
+  static constexpr std::size_t kOutputs = 64;  // so many have their origin here
+
+  // What an output goes back to (record/ages.h). `number` is that of the run; with kWriting, the rest is about to
+  // change.
+  struct Output {
+    static constexpr std::uint64_t kWriting = std::uint64_t{1} << 63U;
+    std::atomic<std::uint64_t> number{0};
+    std::atomic<std::int64_t> origin{0};     // ns of the monotonic clock
+    std::atomic<std::uint64_t> previous{0};  // number of the output before it; 0: none
+  };
 
   // What the node sleeps on: low half of the newest token; of a node that follows, a count of what it was given.
   std::atomic<std::uint32_t> word{0};
@@ -79,6 +89,22 @@ struct alignas(64) NodeCell {
   std::atomic<std::uint64_t> newest_output{0};                  // number of the newest run that gave output; 0: none
   alignas(64) std::atomic<std::uint32_t> threads{0};            // none from here on, of those below
   std::array<std::atomic<std::int32_t>, kMaxThreads> thread{};  // 0: none, or ended
+  alignas(64) std::array<Output, kOutputs> outputs{};           // by number modulo kOutputs
+
+  // Run `run` of the node gives output: what it goes back to, and then that it is there. By the node.
+  void give(std::uint64_t run, std::int64_t origin);
+  // The origin of the output of run `run`, and the oldest of those from `first` to `last`, which is an output: from 0
+  // up, whatever another process wrote. kUnknown: another output has taken its place, or it was none.
+  static constexpr std::int64_t kUnknown = -1;
+  std::int64_t origin_of(std::uint64_t run) const { return find(run).origin; }
+  std::int64_t oldest_origin(std::uint64_t first, std::uint64_t last) const;
+
+ private:
+  struct Found {
+    std::int64_t origin = kUnknown;
+    std::uint64_t previous = 0;
+  };
+  Found find(std::uint64_t run) const;
 };
 
 class Region {

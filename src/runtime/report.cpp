@@ -8,6 +8,11 @@ namespace {
 // Above 32 bits of mode and one that says whether the run gave output.
 constexpr unsigned kCpuShift = 33;
 
+Nanos age_of(TimePoint begin, TimePoint origin) {
+  if (origin < TimePoint{}) return record::kNoAge;
+  return begin > origin ? begin - origin : Nanos{0};
+}
+
 }  // namespace
 
 void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, int on_cpu,
@@ -23,6 +28,7 @@ void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, in
   for (const RunAccess::Input& input : RunAccess::inputs(run)) {
     words[word++] = input.first;
     words[word++] = input.last;
+    words[word++] = static_cast<std::uint64_t>(input.origin.count());
   }
 }
 
@@ -41,6 +47,7 @@ record::Run decode_report(NodeId node, std::span<const NodeId> predecessors, std
     const std::uint64_t first = words[word++];
     const std::uint64_t last = words[word++];
     if (first != 0) run.consumed.push_back({predecessor, first, last});
+    run.ages.push_back(age_of(run.begin, to_time(words[word++])));
   }
   return run;
 }

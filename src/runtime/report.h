@@ -1,4 +1,5 @@
-// A run as a node reports it: a row of 64-bit words in a ring (word_ring.h), 5 and 2 for each predecessor.
+// A run as a node reports it: a row of 64-bit words in a ring (word_ring.h), 5 and 3 for each predecessor: the
+// runs that it consumed, from the first to the last, and the origin of its input (record/ages.h).
 //
 // Units: Nanos of the monotonic clock, which is one for all processes of a machine. Thread safety: pure functions.
 #pragma once
@@ -14,7 +15,7 @@
 
 namespace ctn::runtime {
 
-constexpr std::size_t report_words(std::size_t predecessors) { return 5 + 2 * predecessors; }
+constexpr std::size_t report_words(std::size_t predecessors) { return 5 + 3 * predecessors; }
 
 inline std::uint64_t to_word(TimePoint time) { return static_cast<std::uint64_t>(time.time_since_epoch().count()); }
 inline TimePoint to_time(std::uint64_t word) { return TimePoint{Nanos{static_cast<Nanos::rep>(word)}}; }

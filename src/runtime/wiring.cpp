@@ -3,7 +3,9 @@
 namespace ctn::runtime {
 
 Wiring::Wiring(const graph::App& app, os::Os& os, const Region& region)
-    : connections_(app, [this](NodeId consumer, std::size_t slot) { port(consumer)->set_channel(slot); }) {
+    : connections_(app, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
+        port(consumer)->set_channel(slot, channel);
+      }) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     const bool external = app.graph.nodes()[index].external;
     ports_.push_back(external ? nullptr : std::make_unique<NodePort>(os, app.graph, NodeId(index), region));

@@ -16,7 +16,10 @@ Status EventLog::close(TimePoint now, const record::Totals& totals, const os::Ho
 
 void EventLog::ended(const record::Run& run) {
   collector_.add(run);
-  if (writer_) writer_->add(run);
+  if (writer_) {
+    writer_->add(run);
+    for (const record::Notice& told : stale_.ran(run)) writer_->add(told);
+  }
   if (!loop_.adapts()) return;
   const std::optional<record::CostChange> change = loop_.ran(run);
   if (change && writer_) writer_->add(*change);

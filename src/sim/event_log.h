@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "driver/planning_loop.h"
 #include "graph/app.h"
+#include "policy/stale_inputs.h"
 #include "record/writer.h"
 #include "sim/outcome.h"
 
@@ -22,7 +23,7 @@ class EventLog {
  public:
   // Both outlive it.
   EventLog(const graph::App& app, TimePoint warm_from, driver::PlanningLoop& loop)
-      : app_(app), collector_(app, warm_from), loop_(loop) {}
+      : app_(app), collector_(app, warm_from), loop_(loop), stale_(app.graph) {}
 
   // What comes from now on is recorded, too.
   void record_to(std::unique_ptr<record::Writer> writer) { writer_ = std::move(writer); }
@@ -40,13 +41,14 @@ class EventLog {
 
   const OutcomeCollector& collector() const { return collector_; }
   std::uint64_t hangs() const { return hangs_; }
-  // But for those of hangs, which are counted.
+  // But for those of hangs and of old data, which are counted.
   const std::vector<std::string>& notices() const { return notices_; }
 
  private:
   const graph::App& app_;
   OutcomeCollector collector_;
   driver::PlanningLoop& loop_;
+  policy::StaleInputs stale_;
   std::uint64_t hangs_ = 0;
   std::vector<std::string> notices_;
   std::unique_ptr<record::Writer> writer_;

@@ -40,6 +40,16 @@ Json json_of(const NodeOutcome& node) {
           {"compute_ms", json_of(node.compute_ms)}};
 }
 
+Json json_of(const AgeOutcome& edge) {
+  return {{"from", edge.from},
+          {"to", edge.to},
+          {"max_age_ms", edge.max_age_ms},
+          {"on_stale", edge.skips ? "skip" : "run"},
+          {"runs", edge.runs},
+          {"stale", edge.stale},
+          {"age_ms", json_of(edge.age_ms)}};
+}
+
 Json json_of(const CoreOutcome& core) {
   return {{"used", core.real_time + core.ordinary}, {"real_time", core.real_time}, {"ordinary", core.ordinary}};
 }
@@ -59,6 +69,7 @@ Json json_of(const Seeded& run) {
       {"relax_factor", outcome.relax_factor},
       {"chains", all_of(outcome.chains)},
       {"nodes", all_of(outcome.nodes)},
+      {"ages", all_of(outcome.ages)},
       {"cores", all_of(outcome.cores)},
       {"triggers", outcome.triggers},
       {"steals", outcome.steals},

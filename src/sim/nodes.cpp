@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "base/mixed.h"
-#include "base/run_access.h"
+#include "record/input_edges.h"
 
 namespace ctn::sim {
 namespace {
@@ -13,6 +13,11 @@ constexpr int kMaxThreads = 64;  // of a node, as in a session
 int threads_of_node(const graph::Node& node, int cores) {
   if (node.external) return 0;
   return std::max(1, std::min({node.max_threads, cores, kMaxThreads}));
+}
+
+bool has_age_limits(const graph::Graph& graph) {
+  return std::any_of(graph.edges().begin(), graph.edges().end(),
+                     [](const graph::Edge& edge) { return edge.age_limit.has_value(); });
 }
 
 }  // namespace
@@ -34,6 +39,8 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
       overhead_(machine.costs.run_overhead),
       jitter_(machine.costs.run_jitter),
       real_time_(machine.real_time),
+      ages_(app.graph),
+      follows_ages_(has_age_limits(app.graph)),
       nodes_(app.graph.nodes().size()),
       signals_(app.graph.subchains().size()) {
   Cpus::Thread thread = first;
@@ -54,6 +61,7 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
           {.predecessor = predecessor.index(), .queue = node.described->input == graph::InputKind::kQueue});
     }
     node.channels.resize(node.inputs.size());
+    node.edges = record::input_edges(app.graph, node.id);
     if (node.described->follows) {
       nodes_[node.described->follows->index()].followers.push_back(index);
     } else if (node.described->unscheduled) {
@@ -194,30 +202,55 @@ Nanos Nodes::jitter_of(const record::Run& run) const {
 }
 
 void Nodes::consume(Node& node) {
-  if (node.body || node.effect) {
+  const bool has_code = node.body || node.effect;
+  if (has_code) {
     RunAccess::reset(node.seen, node.run.number, node.inputs.size());
     RunAccess::set_threads(node.seen, node.working);
     node.seen.set_mode(node.run.mode);
+    RunAccess::begin(node.seen, node.run.begin, node.edges);
+    for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
+      const std::optional<TimePoint> taken = ages_.taken(node.id, slot);
+      if (taken) RunAccess::set_taken_before(node.seen, slot, taken->time_since_epoch());
+    }
   }
-  if (node.body) node.body(node.seen);
   node.run.consumed.clear();
   for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
-    Input& input = node.inputs[slot];
-    const NodeId predecessor(input.predecessor);
-    if (node.body && input.has_channel) {
-      const RunAccess::Input taken = RunAccess::inputs(node.seen)[slot];
-      if (taken.first != 0) node.run.consumed.push_back({predecessor, taken.first, taken.last});
-      continue;
-    }
-    if (input.newest == 0) continue;
-    const std::uint64_t before = std::exchange(input.taken, input.newest);
-    input.waiting = 0;
-    if (!input.queue) {
-      node.run.consumed.push_back({predecessor, input.newest, input.newest});
-    } else if (input.newest > before) {
-      node.run.consumed.push_back({predecessor, before + 1, input.newest});
+    if (!node.body || !node.inputs[slot].has_channel) consume_newest(node, slot);
+  }
+  if (node.body) {
+    RunAccess::take_limited(node.seen);
+    node.body(node.seen);
+    for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
+      if (!node.inputs[slot].has_channel) continue;
+      const RunAccess::Input& taken = RunAccess::inputs(node.seen)[slot];
+      if (taken.first != 0) {
+        node.run.consumed.push_back({NodeId(node.inputs[slot].predecessor), taken.first, taken.last});
+      }
     }
   }
+  if (follows_ages_) ages_.set_ages(node.run);
+}
+
+void Nodes::consume_newest(Node& node, std::size_t slot) {
+  Input& input = node.inputs[slot];
+  if (input.newest == 0) return;
+  const std::uint64_t before = std::exchange(input.taken, input.newest);
+  input.waiting = 0;
+  if (input.queue && input.newest <= before) return;
+  const record::Consumed consumed{NodeId(input.predecessor), input.queue ? before + 1 : input.newest, input.newest};
+  node.run.consumed.push_back(consumed);
+  if (!node.body && !node.effect) return;
+  if (const auto origin = ages_.origin(node.id, slot, consumed.first, consumed.last)) {
+    RunAccess::consume(node.seen, slot, consumed.first, consumed.last, origin->time_since_epoch());
+  }
+}
+
+// So that it gives no output.
+bool Nodes::is_stale(const Node& node) {
+  for (std::size_t slot = 0; slot < node.edges.size(); ++slot) {
+    if (node.edges[slot].skips && node.run.ages[slot] > node.edges[slot].max_age) return true;
+  }
+  return false;
 }
 
 // At its first run, and then on average once a period, as long as it runs at least that often.
@@ -239,11 +272,12 @@ void Nodes::end_run(Node& node, int cpu) {
   node.run.on_cpu = cpu;
   if (node.effect) node.effect(node.seen);
   const bool has_code = node.body || node.effect;
-  const bool skips = has_code && !RunAccess::emits(node.seen);
+  const bool skips = is_stale(node) || (has_code && !RunAccess::emits(node.seen));
   node.run.emitted = !skips && output_due(node);
+  const TimePoint origin = follows_ages_ ? ages_.add(node.run) : node.run.begin;
   if (has_code) {
     if (!node.run.emitted) node.seen.skip_output();
-    RunAccess::finish_writes(node.seen);
+    RunAccess::finish_writes(node.seen, origin.time_since_epoch());
   }
   listener_.run_ended(node.run);
   if (node.run.emitted) publish(node);

@@ -3,6 +3,8 @@
 // goes back to; one that comes while the node is busy replaces what waits. The tail, or whoever gives no output, says
 // that the subchain's run has ended. An unscheduled node has a timer, or is set off by the output of whom it follows.
 //
+// Each run says how old its inputs are (record/ages.h), and gives no output where it says so in the app.
+//
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
 // with the last of them.
 //
@@ -16,11 +18,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/run_access.h"
 #include "catan/channel.h"
 #include "catan/run.h"
 #include "graph/app.h"
 #include "policy/assignment.h"
 #include "policy/cpu_kinds.h"
+#include "record/ages.h"
 #include "record/events.h"
 #include "sim/cpus.h"
 #include "sim/machine.h"
@@ -57,10 +61,19 @@ class Nodes {
         Cpus::Thread first, Listener& listener);
 
   // --- before anything runs ---
-  void set_body(NodeId node, Body body) { nodes_[node.index()].body = std::move(body); }
-  void set_effect(NodeId node, Body effect) { nodes_[node.index()].effect = std::move(effect); }
+  void set_body(NodeId node, Body body) {
+    nodes_[node.index()].body = std::move(body);
+    follows_ages_ = true;
+  }
+  void set_effect(NodeId node, Body effect) {
+    nodes_[node.index()].effect = std::move(effect);
+    follows_ages_ = true;
+  }
   // Runs of `consumer` consume over its slot-th input what its function reads there.
-  void use_channel(NodeId consumer, std::size_t slot) { nodes_[consumer.index()].inputs[slot].has_channel = true; }
+  void use_channel(NodeId consumer, std::size_t slot, ChannelBase& channel) {
+    nodes_[consumer.index()].inputs[slot].has_channel = true;
+    nodes_[consumer.index()].edges[slot].channel = &channel;
+  }
   // By NodeId: these threads are in reservations, in place of levels, from then on that they are given levels.
   void reserve(std::vector<Reservation> reservations) { reservations_ = std::move(reservations); }
   // The channel of the edge; null where there is no such edge between nodes of ours.
@@ -106,6 +119,7 @@ class Nodes {
     Cpus::Thread thread = 0;             // its own; those that help follow
     int helpers = 0;
     std::vector<Input> inputs;
+    std::vector<RunAccess::InputEdge> edges;  // by input
     std::vector<Output> outputs;
     Body body;
     Body effect;
@@ -127,6 +141,8 @@ class Nodes {
 
   void begin_run(Node& node, int cpu);
   void consume(Node& node);
+  void consume_newest(Node& node, std::size_t slot);
+  static bool is_stale(const Node& node);
   Nanos jitter_of(const record::Run& run) const;
   void end_run(Node& node, int cpu);
   bool output_due(Node& node);
@@ -146,6 +162,8 @@ class Nodes {
   Nanos overhead_;
   Nanos jitter_;
   bool real_time_;
+  record::AgeTracker ages_;
+  bool follows_ages_;  // somebody asks for them
   std::vector<Node> nodes_;
   std::vector<Signal> signals_;
   std::vector<Reservation> reservations_;  // by node; empty: none
@@ -159,7 +177,7 @@ C* Nodes::channel(NodeId from, NodeId to) {
   for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
     if (node.inputs[slot].predecessor != from.index() || nodes_[from.index()].described->external) continue;
     if (!node.channels[slot]) node.channels[slot] = std::make_unique<C>(static_cast<std::uint32_t>(slot));
-    use_channel(to, slot);
+    use_channel(to, slot, *node.channels[slot]);
     return dynamic_cast<C*>(node.channels[slot].get());
   }
   return nullptr;

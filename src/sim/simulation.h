@@ -108,7 +108,7 @@ class Simulation {
 
   // The same edge's channel, where somebody else has made it: runs of `consumer` consume over its slot-th input what
   // its function reads there.
-  void use_channel(NodeId consumer, std::size_t slot);
+  void use_channel(NodeId consumer, std::size_t slot, ChannelBase& channel);
 
   TimePoint now() const;
   // When what is measured begins: after the bootstrap and a little more, as in a real run.

@@ -85,6 +85,7 @@ static void sense(catan_run* run, void* user) {
   ++counts->sensed;
   CHECK(catan_run_number(run) == (uint64_t)counts->sensed);
   CHECK(catan_run_threads(run) == 1);
+  CHECK(catan_run_stale(run) == 0);
   if (counts->sensed % 2 == 0) catan_run_skip_output(run);
 }
 
@@ -92,6 +93,10 @@ static void act(catan_run* run, void* user) {
   struct counts* counts = user;
   ++counts->acted;
   catan_run_set_mode(run, (uint32_t)(counts->acted % 2));
+  CHECK(catan_run_age_ns(run, "sense") > 1 && catan_run_age_ns(run, "sense") < 100000000000);
+  CHECK(catan_run_age_ns(run, "nobody") == CATAN_NO_INPUT);
+  CHECK(catan_run_age_ns(run, NULL) == CATAN_NO_INPUT);
+  CHECK(catan_run_stale(run) != 0); /* nothing is that young */
 }
 
 static void tick(catan_run* run, void* user) {
@@ -133,6 +138,8 @@ static void test_session(const char* app) {
   CHECK(strstr(snapshot, "\"path\":[\"sense\",\"act\"]") != NULL);
   CHECK(strstr(snapshot, "\"name\":\"clock\"") != NULL);
   CHECK(strstr(snapshot, "\"starved_ms\":") != NULL);
+  CHECK(strstr(snapshot, "\"ages\":[{\"from\":\"sense\",\"to\":\"act\"") != NULL);
+  CHECK(strstr(snapshot, "stale-input: what act takes from sense is") != NULL);
   catan_free(snapshot);
   CHECK(catan_session_stop(session, &error) == CATAN_OK);
   CHECK(counts.sensed >= 10 && counts.sensed <= 90);

@@ -34,6 +34,9 @@ static void* act(void* user) {
     catan_run* run = catan_node_begin(node);
     ++counts->acted;
     catan_run_set_mode(run, 1);
+    CHECK(catan_run_age_ns(run, "sense") > 1);
+    CHECK(catan_run_age_ns(run, "nobody") == CATAN_NO_INPUT);
+    CHECK(catan_run_stale(run) != 0);
     catan_node_end(node);
   }
   return NULL;

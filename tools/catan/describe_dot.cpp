@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/quantity.h"
 #include "describe.h"
 
 namespace ctn::tool {
@@ -41,8 +42,14 @@ std::string describe_dot(const graph::App& app, const model::CostTable* costs) {
     text += "  }\n";
   }
   for (const graph::Edge& edge : graph.edges()) {
+    std::vector<std::string> settings;
+    if (triggers(graph, edge)) settings.emplace_back("style=bold");
+    if (edge.age_limit) {
+      settings.push_back(fmt::format("label=\"max {}{}\"", config::format_duration(edge.age_limit->max_age),
+                                     edge.age_limit->on_stale == graph::OnStale::kSkip ? ", else skip" : ""));
+    }
     text += fmt::format("  \"{}\" -> \"{}\"{};\n", graph.node(edge.from).name, graph.node(edge.to).name,
-                        triggers(graph, edge) ? " [style=bold]" : "");
+                        settings.empty() ? "" : fmt::format(" [{}]", fmt::join(settings, ", ")));
   }
   return text + "}\n";
 }

@@ -81,6 +81,14 @@ std::string describe_json(const graph::App& app, const model::CostTable* costs) 
   for (const graph::Edge& edge : graph.edges()) {
     json["edges"].push_back({graph.node(edge.from).name, graph.node(edge.to).name});
   }
+  json["age_limits"] = Json::array();
+  for (const graph::Edge& edge : graph.edges()) {
+    if (!edge.age_limit) continue;
+    json["age_limits"].push_back({{"from", graph.node(edge.from).name},
+                                  {"to", graph.node(edge.to).name},
+                                  {"max_age_ms", millis(edge.age_limit->max_age)},
+                                  {"on_stale", edge.age_limit->on_stale == graph::OnStale::kSkip ? "skip" : "run"}});
+  }
   for (std::size_t i = 0; i < graph.subchains().size(); ++i) {
     const graph::Subchain& subchain = graph.subchain(SubchainId(i));
     Json entry{{"nodes", node_names(graph, subchain.nodes)},

@@ -99,6 +99,19 @@ std::string triggers_text(const App& app) {
   return table.text();
 }
 
+std::string age_limits_text(const Graph& graph) {
+  Table table({"edge", "data at most", "else"});
+  bool any = false;
+  for (const graph::Edge& edge : graph.edges()) {
+    if (!edge.age_limit) continue;
+    any = true;
+    table.add({graph.node(edge.from).name + " -> " + graph.node(edge.to).name,
+               config::format_duration(edge.age_limit->max_age) + " old",
+               edge.age_limit->on_stale == graph::OnStale::kSkip ? "the run gives no output" : "it is told"});
+  }
+  return any ? "age limits\n" + table.text() + "\n" : "";
+}
+
 std::string elements_text(const Graph& graph, const graph::Term& term) {
   std::vector<std::string> parts;
   for (const graph::ChainElement& element : graph.chain_elements(term.path)) {
@@ -144,11 +157,11 @@ std::string counted(std::size_t count, std::string_view thing) {
 
 std::string describe_text(const graph::App& app, const model::CostTable* costs) {
   const Graph& graph = app.graph;
-  return fmt::format("{}: {}, {}, {}, {}\n\n{}nodes\n{}\ntriggers\n{}\nobjective\n{}\nscheduler\n{}", app.name,
+  return fmt::format("{}: {}, {}, {}, {}\n\n{}nodes\n{}\n{}triggers\n{}\nobjective\n{}\nscheduler\n{}", app.name,
                      counted(graph.nodes().size(), "node"), counted(graph.edges().size(), "edge"),
                      counted(graph.subchains().size(), "subchain"), counted(app.objective.size(), "term"),
-                     cores_text(app), nodes_text(app, costs), triggers_text(app), objective_text(app),
-                     scheduler_text(app));
+                     cores_text(app), nodes_text(app, costs), age_limits_text(graph), triggers_text(app),
+                     objective_text(app), scheduler_text(app));
 }
 
 }  // namespace ctn::tool

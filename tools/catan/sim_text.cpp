@@ -103,6 +103,23 @@ std::string nodes_text(const std::vector<Seeded>& runs) {
   return to_text(table);
 }
 
+std::string ages_text(const std::vector<Seeded>& runs) {
+  const std::vector<sim::AgeOutcome>& edges = runs.front().outcome.ages;
+  if (edges.empty()) return "";
+  report::Table table{
+      .header = {"edge", "max_age", "on_stale", "stale", "of runs", "age mean", "p50", "p95", "p99", "max"}};
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    std::vector<std::string> row{
+        edges[i].from + " -> " + edges[i].to, fmt::format("{:.6g}", edges[i].max_age_ms),
+        edges[i].skips ? "skip" : "run",
+        fmt::format("{:.0f}", sum(runs, [&](const Outcome& run) { return run.ages[i].stale; })),
+        fmt::format("{:.0f}", sum(runs, [&](const Outcome& run) { return run.ages[i].runs; }))};
+    append(row, cells(runs, [&](const Outcome& run) -> const Summary& { return run.ages[i].age_ms; }));
+    table.rows.push_back(std::move(row));
+  }
+  return "Age of inputs (ms)\n" + to_text(table) + "\n";
+}
+
 std::string cores_text(const std::vector<Seeded>& runs) {
   std::string text;
   for (std::size_t core = 0; core < runs.front().outcome.cores.size(); ++core) {
@@ -122,7 +139,7 @@ std::string sim_text(const std::vector<Seeded>& runs, int cores) {
   text += runs.size() == 1 ? fmt::format(", seed {}\n\n", runs.front().seed)
                            : fmt::format(", seeds {} to {}: means over {} runs\n\n", runs.front().seed,
                                          runs.back().seed, runs.size());
-  text += "Chains (ms)\n" + chains_text(runs) + "\nNodes (ms)\n" + nodes_text(runs) + "\n";
+  text += "Chains (ms)\n" + chains_text(runs) + "\nNodes (ms)\n" + nodes_text(runs) + "\n" + ages_text(runs);
   const auto objective = mean(runs, [](const Outcome& run) { return run.objective; });
   const auto predicted = mean(runs, [](const Outcome& run) { return run.objective_predicted; });
   text += fmt::format("objective  {}{}\n", shown(objective),
