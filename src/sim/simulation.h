@@ -121,6 +121,7 @@ class Simulation {
 
   // Up to now.
   Outcome outcome();
+  const std::optional<plan::Plan>& plan() const;  // in force; none where the policy follows none
   std::uint64_t events() const;
 
  private:
