@@ -15,8 +15,8 @@
 #include <nlohmann/json.hpp>
 
 #include "config/cost_file.h"
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 #include "report/json.h"
 #include "report/metrics.h"
 #include "report/text.h"

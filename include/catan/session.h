@@ -47,7 +47,7 @@ struct SessionOptions {
   std::string record;                                 // path of the record to write; empty: none
   std::string note;                                   // kept in the record
   bool stealing = true;                               // false: nobody goes on in another's slot when late
-  bool replan = true;                                 // false: the first plan from measured times stays
+  bool replan = true;                                 // false: the first plan for which all nodes have run stays
   std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
   std::function<void(const std::string&)> on_notice;  // called from a thread at the ordinary level; may block
 };

@@ -89,6 +89,7 @@ class Simulation::Impl {
     snapshot.cost_changes = outcome.cost_changes;
     snapshot.planning_ms = static_cast<double>(outcome.plans_made) * to_millis(planning_).count();
     snapshot.starved = outcome.throttled;
+    if (simulation_->plan()) runtime::show_plan(app_, *simulation_->plan(), snapshot);
     std::size_t index = 0;
     for (const graph::Term& term : app_.objective) {
       if (term.metric != graph::Metric::kResponseTime) continue;

@@ -34,10 +34,19 @@ std::string to_json(const Snapshot& snapshot) {
             {"planning_ms", snapshot.planning_ms},
             {"starved", snapshot.starved},
             {"starved_ms", snapshot.starved_ms},
+            {"relax_factor", snapshot.relax_factor},
+            {"relaxed", Json::array()},
+            {"assumed", Json::array()},
             {"chains", Json::array()},
             {"nodes", Json::array()},
             {"ages", Json::array()},
             {"notices", snapshot.notices}};
+  for (const RelaxedBoundSnapshot& bound : snapshot.relaxed) {
+    json["relaxed"].push_back({{"bound", bound.bound}, {"asked_ms", bound.asked_ms}, {"planned_ms", bound.planned_ms}});
+  }
+  for (const AssumedCostSnapshot& assumed : snapshot.assumed) {
+    json["assumed"].push_back({{"node", assumed.node}, {"cost_ms", assumed.cost_ms}});
+  }
   for (const ChainSnapshot& chain : snapshot.chains) json["chains"].push_back(to_json(chain));
   for (const NodeSnapshot& node : snapshot.nodes) {
     json["nodes"].push_back({{"name", node.name}, {"compute_ms", to_json(node.compute_ms)}, {"rate_hz", node.rate_hz}});

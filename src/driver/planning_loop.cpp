@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "policy/planned.h"
+
 namespace ctn::driver {
 namespace {
 
@@ -27,7 +29,8 @@ PlanningLoop::PlanningLoop(const graph::App& app, PlanningOptions options)
       measured_(app),
       hung_runs_(app.graph),
       clock_(TimePoint{}, app.scheduler),
-      power_(kinds_, app.kinds()) {}
+      power_(kinds_, app.kinds()),
+      news_(app) {}
 
 Status PlanningLoop::decide_first() {
   const policy::Policy& policy = *options_.policy;
@@ -38,8 +41,11 @@ Status PlanningLoop::decide_first() {
   }
   const model::CostTable costs =
       policy.needs_costs() ? *options_.known_costs : model::CostTable(app_.graph, app_.scheduler.bootstrap_cost);
+  policy::Situation now = situation(costs, costs);
+  const std::vector<NodeId> unknown = measured_.unknown();
+  if (adapts()) now.assumed = unknown;
   std::optional<Result<policy::Decision>> decision;
-  const PlanningTime took = options_.timer([&] { decision = policy.decide(situation(costs, costs)); });
+  const PlanningTime took = options_.timer([&] { decision = policy.decide(now); });
   if (!*decision) return decision->error();
   if ((*decision)->plan && adapts()) (*decision)->plan->solve_time = took.elapsed;
   begin_with(std::move(**decision));
@@ -53,7 +59,7 @@ void PlanningLoop::begin_with(policy::Decision decision) {
 
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
   clock_ = policy::ReplanClock(start, app_.scheduler);
-  host.in_force(decision_, adapts() ? PlanReason::kBootstrap : PlanReason::kStatic);
+  in_force(adapts() ? PlanReason::kBootstrap : PlanReason::kStatic, host);
 }
 
 std::optional<record::CostChange> PlanningLoop::ran(const record::Run& run) {
@@ -71,8 +77,8 @@ bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   const std::optional<PlanReason> why = due(now, host);
   if (!why) return false;
   const PlanningTime took = options_.timer([&] { make_new_plan(*why, host); });
-  if (next_) next_->plan->solve_time = took.elapsed;
-  clock_.made(now, *why, took.cpu);
+  if (next_ && next_->plan) next_->plan->solve_time = took.elapsed;
+  clock_.made(now, *why, took.cpu, measured_.known());
   return true;
 }
 
@@ -81,8 +87,8 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
   if (check_cpus(now, host)) return PlanReason::kCpus;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
-  const std::optional<PlanReason> why = clock_.due(now, measured_.all_measured());
-  return why == PlanReason::kMeasured || options_.replan ? why : std::nullopt;
+  const std::optional<PlanReason> why = clock_.due(now, measured_.known());
+  return why == PlanReason::kMeasured || options_.replan || !decision_.plan ? why : std::nullopt;
 }
 
 bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
@@ -114,21 +120,54 @@ void PlanningLoop::check_power(TimePoint now, PlanningHost& host) {
 }
 
 void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
-  const Millis unmeasured = app_.scheduler.bootstrap_cost;
-  const model::CostTable costs = measured_.costs(unmeasured);
-  const model::CostTable typical = measured_.typical_costs(unmeasured);
-  Result<std::optional<policy::Decision>> decision =
-      policy::replacement(*options_.policy, situation(costs, typical), decision_, why);
-  if (!decision) {
-    // One notice, not one for each attempt.
-    if (!std::exchange(plan_failed_, true)) host.notice("replan-failed", decision.error().message());
-    return;
-  }
-  plan_failed_ = false;
-  if (!*decision) return;
-  next_ = std::move(**decision);
-  next_->assignment = on_given_cores(std::move(next_->assignment));
+  const std::vector<NodeId> unknown = measured_.unknown();
+  const model::CostTable costs = with_assumed(measured_.costs(app_.scheduler.bootstrap_cost), unknown, why);
+  const model::CostTable typical = with_assumed(measured_.typical_costs(app_.scheduler.bootstrap_cost), unknown, why);
+  policy::Situation now = situation(costs, typical);
+  now.assumed = unknown;
+  Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_, why);
   next_reason_ = why;
+  if (decision && *decision) {
+    next_ = std::move(**decision);
+  } else if (names_missing_cpu()) {
+    next_ = policy::rates_only(decision_, online_);
+    host.notice("replan-failed",
+                fmt::format("{}; what was planned needs CPUs that are gone: until there is a plan, nodes run at the "
+                            "rates of the last one at most, as ordinary threads on CPUs {}",
+                            decision ? "there is no plan for the CPUs that are left" : decision.error().message(),
+                            os::to_string(online_)));
+  } else if (!decision && !plan_failed_) {
+    // One notice, not one for each attempt.
+    host.notice("replan-failed", decision.error().message());
+  }
+  plan_failed_ = !decision;
+  if (next_) next_->assignment = on_given_cores(std::move(next_->assignment));
+}
+
+// Nodes that have not run, and those of programs that are not there, are planned for as though they ran: at what they
+// cost when they last did, else at what they are assumed to. They may come at any time, a program that was started
+// again within a second (docs/decisions/0020), and then find their place without a plan that moves everybody else
+// twice. What they leave unused meanwhile goes to those that are there where they share a core: elastic frames pass
+// over them, and the members of a frame divide it. What nobody uses are cores that would be all theirs.
+//
+// While a plan is compared with the one in force, both are made at the same guess: one that was lowered for the sake of
+// exact rates (policy/planned.h) stays so.
+model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::vector<NodeId>& unknown,
+                                            PlanReason why) const {
+  if (!decision_.plan || why == PlanReason::kMeasured || why == PlanReason::kCpus) return costs;
+  for (const plan::AssumedCost& assumed : decision_.plan->assumed) {
+    if (std::find(unknown.begin(), unknown.end(), assumed.node) == unknown.end()) continue;
+    costs.set(assumed.node, model::CostProfile::constant(assumed.cost));
+  }
+  return costs;
+}
+
+bool PlanningLoop::names_missing_cpu() const {
+  const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
+  return std::any_of(places.begin(), places.end(), [&](const policy::SubchainPlace& place) {
+    const std::vector<int>& cpus = place.cpus.cpus();
+    return !std::all_of(cpus.begin(), cpus.end(), [&](int cpu) { return online_.contains(cpu); });
+  });
 }
 
 void PlanningLoop::adopt(PlanningHost& host) {
@@ -140,7 +179,13 @@ void PlanningLoop::adopt(PlanningHost& host) {
 
 void PlanningLoop::adopt(policy::Decision decision, PlanReason reason, PlanningHost& host) {
   decision_ = std::move(decision);
+  in_force(reason, host);
+}
+
+void PlanningLoop::in_force(PlanReason reason, PlanningHost& host) {
   host.in_force(decision_, reason);
+  if (!decision_.plan) return;
+  for (const PlanNews::Notice& notice : news_.in_force(*decision_.plan)) host.notice(notice.kind, notice.detail);
 }
 
 // From the cores that a plan knows, which are those that are online, to all that were given.

@@ -7,8 +7,11 @@
 //   plan()    where a plan is due, makes one at the estimated costs, and decides whether it is worth a change
 //   adopt()   brings what was decided into force: PlanningHost::in_force()
 //
-// A plan is due at the end of the bootstrap, every `replan`, and at once when compute times, power, clock limits or
-// CPUs have changed (policy/replan.h), within a budget of CPU time (policy/planning_budget.h).
+// A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, or
+// when compute times, power, clock limits or CPUs have changed (policy/replan.h), within a budget of CPU time
+// (policy/planning_budget.h). It is made with what is known: nodes that have not run have an assumed cost, and the plan
+// says which. Where no plan can be made and the one in force names a CPU that is gone, what comes into force in its
+// place has no plan: rates only (policy/planned.h). docs/decisions/0023-planning-with-what-is-known.md says why.
 //
 // Units: in the types. Thread safety: none; one owner at a time. It reads no clock.
 #pragma once
@@ -18,8 +21,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
+#include "driver/plan_news.h"
 #include "driver/power_watch.h"
 #include "graph/app.h"
 #include "model/cost.h"
@@ -50,7 +55,7 @@ struct PlanningOptions {
   os::CpuSet cpus;                                // that were given; policy::CpuKinds::fits() them
   double slack = 0.0;                             // a fraction of a core
   bool stealing = true;                           // false: nobody steals, whatever the app says
-  bool replan = true;                             // false: the first plan that rests on measurements stays
+  bool replan = true;                             // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};       // in place of the app's
   std::optional<model::CostTable> known_costs{};  // for policies that decide once, by such
   PlanningTimer timer;
@@ -66,10 +71,12 @@ class PlanningHost {
   virtual os::PowerState power_state() = 0;
 
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
+  // It may have no plan although the one before had.
   virtual void in_force(const policy::Decision& decision, policy::PlanReason reason) = 0;
   // Of the CPUs that were given, these are left; what is in force takes account of it.
   virtual void cpus_changed(const os::CpuSet& cpus) = 0;
-  // What a user should be told: a plan that could not be made, power or CPUs that have changed.
+  // What a user should be told: a plan that could not be made, bounds that it relaxes, costs that it assumes
+  // (plan_news.h), power or CPUs that have changed.
   virtual void notice(const std::string& kind, const std::string& detail) = 0;
 };
 
@@ -116,6 +123,10 @@ class PlanningLoop {
   void check_power(TimePoint now, PlanningHost& host);
   std::optional<policy::PlanReason> due(TimePoint now, PlanningHost& host);
   void make_new_plan(policy::PlanReason why, PlanningHost& host);
+  model::CostTable with_assumed(model::CostTable costs, const std::vector<NodeId>& unknown,
+                                policy::PlanReason why) const;
+  bool names_missing_cpu() const;  // what is in force does
+  void in_force(policy::PlanReason reason, PlanningHost& host);
   policy::Assignment on_given_cores(policy::Assignment assignment) const;
 
   const graph::App& app_;
@@ -127,6 +138,7 @@ class PlanningLoop {
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
   PowerWatch power_;
+  PlanNews news_;
   TimePoint next_cpu_check_{};
   TimePoint next_power_check_{};
   policy::Decision decision_;

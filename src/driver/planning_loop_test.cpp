@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/testing/apps.h"
@@ -65,8 +66,11 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
     return loop;
   }
   void run(PlanningLoop& loop, std::uint64_t number, Nanos cpu) {
+    for (const NodeId node : {NodeId(0), NodeId(1)}) run_one(loop, node, number, cpu);
+  }
+  static void run_one(PlanningLoop& loop, NodeId node, std::uint64_t number, Nanos cpu) {
     const TimePoint begin = at(milliseconds{100} * number);
-    for (const NodeId node : {NodeId(0), NodeId(1)}) loop.ran({node, number, begin, begin + cpu, cpu, 0, true, {}});
+    loop.ran({node, number, begin, begin + cpu, cpu, 0, true, {}});
   }
   void turn(PlanningLoop& loop, TimePoint now) {
     loop.plan(now, *this);
@@ -89,7 +93,34 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
 
 using Told = std::vector<std::string>;
 
-TEST_F(PlanningLoopTest, PlansOnceTheBootstrapIsOverAndEveryNodeHasRun) {
+TEST_F(PlanningLoopTest, PlansWithWhatIsKnownAndSaysWhatIsNot) {
+  PlanningLoop loop = loop_of();
+  run_one(loop, NodeId(0), 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  EXPECT_EQ(told, (Told{"plan bootstrap", "plan measured", "assumed-costs"}));
+  EXPECT_EQ(tested->asked, (std::vector<double>{10.0}));
+  EXPECT_EQ(loop.decision().plan->assumed, (std::vector<plan::AssumedCost>{{NodeId(1), Millis{5}}}));
+  EXPECT_EQ(loop.decision().plan->subchains[0].execution, Millis{15});
+  told.clear();
+  for (int second = 3; second < 30; ++second) turn(loop, at(seconds{second}));
+  EXPECT_EQ(told, Told{}) << "said once";
+}
+
+TEST_F(PlanningLoopTest, ReplacesAPlanWithAssumedCostsAsSoonAsTheyAreKnown) {
+  app.scheduler.replan = seconds{1000};
+  PlanningLoop loop = loop_of();
+  run_one(loop, NodeId(0), 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  told.clear();
+  run_one(loop, NodeId(1), 1, milliseconds{5});
+  turn(loop, at(milliseconds{2300}));
+  EXPECT_EQ(told, (Told{"plan measured", "assumed-costs"})) << "though what was assumed was right";
+  EXPECT_TRUE(loop.decision().plan->assumed.empty());
+  turn(loop, at(seconds{4}));
+  EXPECT_EQ(told.size(), 2U);
+}
+
+TEST_F(PlanningLoopTest, PlansOnceTheBootstrapIsOverAndANodeHasRun) {
   PlanningLoop loop = loop_of();
   EXPECT_FALSE(loop.plan(at(seconds{2}), *this)) << "nobody has run";
   run(loop, 1, milliseconds{10});
@@ -131,6 +162,133 @@ TEST_F(PlanningLoopTest, ACpuThatGoesIsPlannedForAtOnceAndThenTold) {
   EXPECT_EQ(told, (Told{"cpus", "plan cpus", "cpus 1"}));
   EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
   EXPECT_EQ(loop.decision().assignment.cores.size(), 2U) << "cores are those that were given";
+}
+
+TEST_F(PlanningLoopTest, APlanThatNamesACpuThatIsGoneIsNotKeptWhateverFails) {
+  PlanningLoop loop = loop_of({0, 1});
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  const Nanos period = to_nanos(loop.decision().plan->subchains[0].period);
+  told.clear();
+  online = os::CpuSet{1};
+  tested->fails = true;
+  turn(loop, at(seconds{3}));
+  EXPECT_EQ(told, (Told{"cpus", "replan-failed", "plan cpus", "cpus 1"}));
+  EXPECT_FALSE(loop.decision().plan);
+  const policy::SubchainPlace& place = loop.decision().assignment.places.front();
+  EXPECT_EQ(place.cpus, os::CpuSet{1});
+  EXPECT_EQ(place.core, -1);
+  EXPECT_EQ(place.level, os::Level::kOrdinary);
+  EXPECT_EQ(place.pacing.period, period);
+  EXPECT_EQ(place.pacing.max_in_flight, 1);
+  EXPECT_EQ(loop.decision().assignment.cores.size(), 2U);
+  told.clear();
+  turn(loop, at(seconds{5}));
+  EXPECT_EQ(told, Told{}) << "tried again, and said once";
+  tested->fails = false;
+  turn(loop, at(seconds{7}));
+  EXPECT_EQ(told, (Told{"plan periodic"}));
+  EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
+}
+
+TEST_F(PlanningLoopTest, RatesOnlyFollowWhatIsLeftOfTheCpus) {
+  PlanningLoop loop = loop_of({0, 1, 2});
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  tested->fails = true;
+  for (const auto& [cpus, when] : {std::pair{os::CpuSet{1, 2}, seconds{3}}, {os::CpuSet{2}, seconds{4}}}) {
+    online = cpus;
+    turn(loop, at(when));
+    EXPECT_EQ(loop.decision().assignment.places.front().cpus, cpus);
+  }
+  EXPECT_EQ(std::count(told.begin(), told.end(), "replan-failed"), 2);
+}
+
+// --- Rates that cannot be met ---
+
+class ExactRateTest : public PlanningLoopTest {
+ protected:
+  static graph::App with_rate(const std::string& rate) {
+    return parse("catan: 1\napp: exact\nnodes: { a: { min_rate: " + rate + ", max_rate: " + rate +
+                 " }, b: {} }\nobjective: [ { response_time: [a], weight: 1 }, { period: b, weight: 1 } ]\n"
+                 "scheduler: { bootstrap: 1s, slack: 0% }\n");
+  }
+  Millis period(const PlanningLoop& loop) const { return loop.decision().plan->subchains[0].period; }
+};
+
+TEST_F(ExactRateTest, BeyondTheGuessIsMetAtALowerOneUntilNodesHaveRun) {
+  app = with_rate("300Hz");
+  PlanningLoop loop = loop_of();
+  EXPECT_EQ(told, (Told{"plan bootstrap", "assumed-costs"}));
+  EXPECT_DOUBLE_EQ(period(loop).count(), 1000.0 / 300);
+  EXPECT_EQ(loop.decision().plan->relax_factor, 1.0);
+  for (const plan::AssumedCost& assumed : loop.decision().plan->assumed) EXPECT_LT(assumed.cost, Millis{5});
+  told.clear();
+  run(loop, 1, milliseconds{1});
+  turn(loop, at(seconds{2}));
+  EXPECT_EQ(told, (Told{"plan measured", "assumed-costs"}));
+  EXPECT_DOUBLE_EQ(period(loop).count(), 1000.0 / 300);
+}
+
+TEST_F(ExactRateTest, AGuessThatWasLoweredIsKeptFromPlanToPlan) {
+  app = with_rate("300Hz");
+  PlanningLoop loop = loop_of();
+  run_one(loop, NodeId(1), 1, milliseconds{1});
+  turn(loop, at(seconds{2}));
+  const plan::Plan first = *loop.decision().plan;
+  ASSERT_EQ(first.assumed.size(), 1U);
+  EXPECT_LT(first.assumed[0].cost, Millis{5});
+  told.clear();
+  for (int second = 3; second < 30; ++second) turn(loop, at(seconds{second}));
+  EXPECT_EQ(told, Told{}) << "no plan replaces its equal";
+}
+
+TEST_F(ExactRateTest, ThatCannotBeMetAsMeasuredIsRelaxedAndTightenedWhenItCan) {
+  app = with_rate("100Hz");
+  PlanningLoop loop = loop_of();
+  std::uint64_t number = 0;
+  const auto runs = [&](Nanos cpu) {
+    for (int k = 0; k < 60; ++k) run(loop, ++number, cpu);
+  };
+  runs(milliseconds{2});
+  turn(loop, at(seconds{7}));
+  EXPECT_EQ(period(loop), Millis{10});
+  told.clear();
+  runs(milliseconds{20});
+  turn(loop, at(seconds{14}));
+  ASSERT_TRUE(loop.decision().plan);
+  EXPECT_EQ(told, (Told{"plan change", "relaxed"}));
+  EXPECT_GE(period(loop), Millis{20});
+  ASSERT_EQ(loop.decision().plan->relaxed.size(), 1U);
+  EXPECT_EQ(loop.decision().plan->relaxed[0].key, "nodes.a.min_rate");
+  EXPECT_EQ(loop.decision().plan->relaxed[0].planned, period(loop));
+  for (int second = 15; second < 40; ++second) turn(loop, at(seconds{second}));
+  EXPECT_EQ(told.size(), 2U) << "no plan replaces its equal";
+  told.clear();
+  runs(milliseconds{2});
+  turn(loop, at(seconds{50}));
+  EXPECT_EQ(told, (Told{"plan change", "relaxed"}));
+  EXPECT_EQ(period(loop), Millis{10});
+  EXPECT_TRUE(loop.decision().plan->relaxed.empty());
+}
+
+TEST_F(ExactRateTest, ThatNeedsACpuThatGoesIsRelaxedOnThoseThatAreLeft) {
+  app = with_rate("100Hz");
+  PlanningLoop loop = loop_of({0, 1});
+  run(loop, 1, std::chrono::microseconds{9500});
+  turn(loop, at(seconds{2}));
+  EXPECT_EQ(period(loop), Millis{10});
+  told.clear();
+  online = os::CpuSet{1};
+  turn(loop, at(seconds{3}));
+  EXPECT_EQ(told, (Told{"cpus", "plan cpus", "relaxed", "cpus 1"}));
+  EXPECT_GT(period(loop), Millis{10.5}) << "b has at least 1 ms of each frame";
+  for (const policy::SubchainPlace& place : loop.decision().assignment.places) EXPECT_EQ(place.cpus, os::CpuSet{1});
+  told.clear();
+  online = os::CpuSet{0, 1};
+  turn(loop, at(seconds{4}));
+  EXPECT_EQ(told, (Told{"cpus", "plan cpus", "relaxed", "cpus 0-1"}));
+  EXPECT_EQ(period(loop), Millis{10});
 }
 
 }  // namespace

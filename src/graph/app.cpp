@@ -34,6 +34,12 @@ Graph Graph::without_min_rate(NodeId id) const {
   return graph;
 }
 
+Graph Graph::relaxing_exact_rates() const {
+  Graph graph = *this;
+  for (Node& node : graph.nodes_) node.relaxes_exact_rate = true;
+  return graph;
+}
+
 std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) const {
   std::vector<ChainElement> elements;
   bool continues = false;  // the node before on the path was of the last element

@@ -36,6 +36,7 @@ struct Node {
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
+  bool relaxes_exact_rate = false;     // where min_rate is max_rate: the first may be relaxed like any other
   std::optional<Rate> fallback_rate;   // hand-set rate of its subchain's head
   int max_threads = 1;                 // how many cores one run can use
   std::optional<SubchainId> subchain;  // none: external or unscheduled
@@ -110,6 +111,10 @@ class Graph {
   // The same graph but that this node's rate has no lower bound: to ask what the bound is worth. A bound less breaks no
   // invariant.
   Graph without_min_rate(NodeId id) const;
+
+  // The same graph but that exact rates (min_rate = max_rate) may be relaxed, as any min_rate may: to plan where they
+  // cannot be met.
+  Graph relaxing_exact_rates() const;
 
   // "scan -> LM -> LP".
   std::string path_name(std::span<const NodeId> path) const;

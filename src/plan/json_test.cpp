@@ -53,6 +53,21 @@ class PlanJson : public testing::Test {
   }
 };
 
+TEST_F(PlanJson, SaysWhichCostsWereAssumed) {
+  EXPECT_EQ(text_.find("assumed"), std::string::npos) << "left out where none was";
+  Plan plan = plan_;
+  plan.assumed = {{NodeId(2), Millis{5}}, {NodeId(3), Millis{2.5}}};
+  const std::string text = to_json(plan, app_);
+  EXPECT_EQ(json::parse(text)["assumed"],
+            json::parse(R"([{"node": "map", "cost_ms": 5.0}, {"node": "log", "cost_ms": 2.5}])"));
+  const Result<Plan> read = from_json(text, app_, "plan.json");
+  ASSERT_TRUE(read.ok()) << read.error().message();
+  EXPECT_EQ(*read, plan);
+  json document = json::parse(text);
+  document["assumed"][0] = {{"node", "nobody"}, {"cost_ms", -1.0}};
+  EXPECT_EQ(problems(document.dump()).size(), 2U);
+}
+
 TEST_F(PlanJson, ReadsBackWhatItWrote) {
   const Result<Plan> read = from_json(text_, app_, "plan.json");
   ASSERT_TRUE(read.ok()) << read.error().message();

@@ -10,8 +10,10 @@ namespace ctn::plan {
 namespace {
 
 bool has_exact_rate(const graph::Node& node) {
-  return node.min_rate && node.max_rate && *node.min_rate == *node.max_rate;
+  return node.min_rate && node.max_rate && *node.min_rate == *node.max_rate && !node.relaxes_exact_rate;
 }
+
+std::string min_rate_key(const graph::Node& node) { return fmt::format("nodes.{}.min_rate", node.name); }
 
 }  // namespace
 
@@ -31,6 +33,28 @@ PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain) {
   return limits;
 }
 
+bool has_exact_rates(const graph::Graph& graph) {
+  return std::any_of(graph.nodes().begin(), graph.nodes().end(), has_exact_rate);
+}
+
+graph::App relaxing_exact_rates(const graph::App& app) {
+  graph::App other = app;
+  other.graph = app.graph.relaxing_exact_rates();
+  return other;
+}
+
+bool relaxes_exact_rates(const Plan& plan, const graph::App& app) {
+  return std::any_of(app.graph.nodes().begin(), app.graph.nodes().end(), [&](const graph::Node& node) {
+    return has_exact_rate(node) &&
+           std::any_of(plan.relaxed.begin(), plan.relaxed.end(),
+                       [&](const RelaxedBound& bound) { return bound.key == min_rate_key(node); });
+  });
+}
+
+graph::App as_planned(const graph::App& app, const Plan& plan) {
+  return relaxes_exact_rates(plan, app) ? relaxing_exact_rates(app) : app;
+}
+
 std::vector<SoftBound> soft_bounds(const graph::App& app) {
   std::vector<SoftBound> bounds;
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
@@ -40,7 +64,7 @@ std::vector<SoftBound> soft_bounds(const graph::App& app) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     const graph::Node& node = app.graph.nodes()[index];
     if (!node.subchain || !node.min_rate || has_exact_rate(node)) continue;
-    bounds.push_back({fmt::format("nodes.{}.min_rate", node.name), node.min_rate->period(), NodeId{index}, {}});
+    bounds.push_back({min_rate_key(node), node.min_rate->period(), NodeId{index}, {}});
   }
   return bounds;
 }

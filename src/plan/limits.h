@@ -1,7 +1,9 @@
 // What an app asks of the period of each subchain, collected from its nodes, and which bounds may give way.
 //
 // A node's `max_rate` is a hard cap, and `min_rate` equal to it an exact rate (a display): the period is then given. A
-// `min_rate` by itself and the `max` of a response time are bounds that may be relaxed, all by one factor.
+// `min_rate` by itself and the `max` of a response time are bounds that may be relaxed, all by one factor. While an app
+// runs, exact rates that cannot be met are relaxed with them: there is no one to refuse the app to any more. A plan
+// that does so names at least one of them in `relaxed`; to it all of them are a cap and a bound.
 //
 // Units: Millis. Thread safety: pure functions.
 #pragma once
@@ -27,6 +29,14 @@ struct PeriodLimits {
 
 // The limits of an `App` agree: no node's min_rate, exact or not, is above the max_rate of another of its subchain.
 PeriodLimits period_limits(const graph::Graph& graph, SubchainId subchain);
+
+bool has_exact_rates(const graph::Graph& graph);
+// The app but that its exact rates may be relaxed.
+graph::App relaxing_exact_rates(const graph::App& app);
+// Whether the plan relaxes exact rates of the app.
+bool relaxes_exact_rates(const Plan& plan, const graph::App& app);
+// The app as the plan takes it: with exact rates relaxed, if the plan relaxes any.
+graph::App as_planned(const graph::App& app, const Plan& plan);
 
 // A bound that may be relaxed: on a node's period (its min_rate) or on the response time of an objective's term.
 struct SoftBound {

@@ -79,6 +79,14 @@ struct RelaxedBound {
   friend bool operator==(const RelaxedBound&, const RelaxedBound&) = default;
 };
 
+// What a node was taken to cost, since it had not run when the plan was made.
+struct AssumedCost {
+  NodeId node;
+  Millis cost{0};
+
+  friend bool operator==(const AssumedCost&, const AssumedCost&) = default;
+};
+
 // What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
 // elastic frames hand on what they leave. Every figure is at most the planned one.
 struct Expectation {
@@ -115,6 +123,7 @@ struct Plan {
   std::vector<CorePlan> cores;          // by core number
   std::vector<ChainPlan> chains;
   std::vector<NodePlan> nodes;
+  std::vector<AssumedCost> assumed;     // by NodeId; made while an app runs: of scheduled nodes that had not run
   std::optional<Expectation> expected;  // where typical compute times are known as well as the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;

@@ -79,16 +79,19 @@ class Reader {
     problems_.push_back({std::move(place), "", std::move(what), kHint});
   }
 
-  // Whether `value` is an object; that it has just these keys, `optional` perhaps among them, is checked on the way.
+  // Whether `value` is an object; that it has just these keys, and perhaps some of the `optional` ones, is checked on
+  // the way.
   bool object(const Json& value, const std::string& path, std::initializer_list<std::string_view> keys,
-              std::string_view optional = {}) {
+              std::initializer_list<std::string_view> optional = {}) {
+    const auto is_in = [](std::initializer_list<std::string_view> list, std::string_view key) {
+      return std::find(list.begin(), list.end(), key) != list.end();
+    };
     if (!value.is_object()) {
       problem(path, fmt::format("this is {}, not an object", value.type_name()));
       return false;
     }
     for (const auto& [key, unused] : value.items()) {
-      if (key != optional && std::find(keys.begin(), keys.end(), key) == keys.end())
-        problem(child(path, key), "unknown key", "remove it");
+      if (!is_in(keys, key) && !is_in(optional, key)) problem(child(path, key), "unknown key", "remove it");
     }
     for (const std::string_view key : keys) {
       if (!value.contains(key)) problem(child(path, key), "the key is missing");
@@ -192,6 +195,7 @@ class Reader {
   void read_slot(const Json& value, const std::string& path, CorePlan& core);
   void read_chain(const Json& value, const std::string& path, Plan& plan);
   void read_node(const Json& value, const std::string& path, Plan& plan);
+  void read_assumed(const Json& value, const std::string& path, Plan& plan);
   void read_expected(const Json& value, Plan& plan);
 
   const graph::App& app_;
@@ -203,7 +207,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
                "chains", "nodes"},
-              "expected")) {
+              {"assumed", "expected"})) {
     return;
   }
   if (const std::string app = read_text(value, "", "app"); value.contains("app") && app != app_.name) {
@@ -224,6 +228,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "cores", [&](const Json& e, const std::string& path) { read_core(e, path, plan); });
   read_array(value, "", "chains", [&](const Json& e, const std::string& path) { read_chain(e, path, plan); });
   read_array(value, "", "nodes", [&](const Json& e, const std::string& path) { read_node(e, path, plan); });
+  read_array(value, "", "assumed", [&](const Json& e, const std::string& path) { read_assumed(e, path, plan); });
   if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }
 
@@ -317,6 +322,14 @@ void Reader::read_node(const Json& value, const std::string& path, Plan& plan) {
   read_millis(value, path, "period_ms", node.period);
   read_number(value, path, "weight", node.weight);
   plan.nodes.push_back(node);
+}
+
+void Reader::read_assumed(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"node", "cost_ms"})) return;
+  AssumedCost assumed;
+  if (const Json* name = member(value, "node")) assumed.node = node_named(*name, child(path, "node"));
+  read_millis(value, path, "cost_ms", assumed.cost);
+  plan.assumed.push_back(assumed);
 }
 
 void Reader::read_expected(const Json& value, Plan& plan) {

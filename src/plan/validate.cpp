@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "plan/check.h"
+#include "plan/limits.h"
 #include "plan/predict.h"
 
 namespace ctn::plan {
@@ -38,7 +39,8 @@ std::string Check::slot_key(std::size_t core, std::size_t slot, const char* fiel
 
 Status validate_layout(const Plan& plan, const graph::App& app, int core_count) {
   const model::CostTable unknown(app.graph, Millis{0});
-  Check check(plan, app, unknown);
+  const graph::App planned = as_planned(app, plan);
+  Check check(plan, planned, unknown);
   check_shape(check, core_count);
   if (check.ok()) check_cores(check);
   if (check.ok()) {
@@ -50,7 +52,8 @@ Status validate_layout(const Plan& plan, const graph::App& app, int core_count) 
 }
 
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count) {
-  Check check(plan, app, costs);
+  const graph::App planned = as_planned(app, plan);
+  Check check(plan, planned, costs);
   check_shape(check, core_count);
   if (check.ok()) check_cores(check);
   if (check.ok()) {

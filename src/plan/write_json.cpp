@@ -97,6 +97,9 @@ std::string to_json(const Plan& plan, const graph::App& app) {
     document["nodes"].push_back(
         {{"node", app.graph.node(node.node).name}, {"period_ms", node.period.count()}, {"weight", node.weight}});
   }
+  for (const AssumedCost& assumed : plan.assumed) {
+    document["assumed"].push_back({{"node", app.graph.node(assumed.node).name}, {"cost_ms", assumed.cost.count()}});
+  }
   if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
   return document.dump(1, ' ', false, Json::error_handler_t::replace);
 }

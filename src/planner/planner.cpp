@@ -192,6 +192,7 @@ class Planning {
 
   // The fewest cores that would do; where they differ, the fewest more of the fastest kind.
   std::string mend() const {
+    if (!request_.count_cores) return "give it more cores, lower a rate, or make its nodes cheaper";
     const std::size_t fastest = fastest_kind(app_);
     const int most = std::min<int>(kMaxCores, request_.cores + static_cast<int>(instance_.members.size()));
     for (int cores = request_.cores + 1; cores <= most; ++cores) {

@@ -48,6 +48,8 @@ struct Request {
   // A plan to begin with, of the same app; what it says of cores is all that counts. Of more than 64 subchains, the
   // search then ends as soon as it gains little, and proves less.
   const plan::Plan* warm = nullptr;
+  // Whether an error says how many cores would do, for which it plans again and again.
+  bool count_cores = true;
 };
 
 // The same app with so many cores more (or fewer) of a kind than the first `cores` of those that it lists; the app

@@ -19,11 +19,20 @@ void MeasuredCosts::invalidate(std::size_t kind) {
   for (NodeCosts& node : nodes_) node.invalidate(kind);
 }
 
-bool MeasuredCosts::all_measured() const {
+std::vector<NodeId> MeasuredCosts::unknown() const {
+  std::vector<NodeId> unknown;
   for (std::size_t index = 0; index < nodes_.size(); ++index) {
-    if (app_.graph.nodes()[index].subchain && !nodes_[index].measured()) return false;
+    if (app_.graph.nodes()[index].subchain && !nodes_[index].measured()) unknown.emplace_back(index);
   }
-  return true;
+  return unknown;
+}
+
+std::size_t MeasuredCosts::known() const {
+  std::size_t known = 0;
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    if (app_.graph.nodes()[index].subchain && nodes_[index].measured()) ++known;
+  }
+  return known;
 }
 
 model::CostTable MeasuredCosts::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }

@@ -29,8 +29,9 @@ class MeasuredCosts {
   void rescale(std::size_t kind, double factor);
   void invalidate(std::size_t kind);
 
-  // True once every scheduled node has run.
-  bool all_measured() const;
+  // The scheduled nodes that have not run, and how many have.
+  std::vector<NodeId> unknown() const;
+  std::size_t known() const;
   // What the planner is to reckon with; nodes that have not run keep `unmeasured`.
   model::CostTable costs(Millis unmeasured) const { return costs_at(app_.scheduler.percentile, unmeasured); }
   // What runs typically cost: the median where costs() has the percentile.

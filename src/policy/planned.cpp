@@ -14,30 +14,89 @@ namespace {
 // The planner's effort once there is a plan: what it costs is CPU time of the same machine, and of the budget.
 constexpr std::size_t kReplanEffort = 100'000;
 
+// How often assumed costs are halved at most. A guess that is 256 times too high is not what stands in the way.
+constexpr int kMostHalvings = 8;
+
 planner::Request request_of(const Situation& situation) {
-  return {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack};
+  return {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack, .count_cores = false};
+}
+
+model::CostTable with_assumed(model::CostTable costs, std::span<const NodeId> assumed, double factor) {
+  for (const NodeId node : assumed) costs.set(node, costs[node].times(factor));
+  return costs;
 }
 
 Decision expecting(plan::Plan plan, const Situation& situation) {
-  plan.expected = plan::expect(plan, situation.app, situation.typical);
+  for (const NodeId node : situation.assumed) plan.assumed.push_back({node, situation.costs[node].single_thread()});
+  plan.expected = plan::expect(plan, plan::as_planned(situation.app, plan), situation.typical);
   return PlannedPolicy::following(std::move(plan), situation);
+}
+
+// Where exact rates cannot be met at the assumed costs: a lower guess with which they can.
+std::optional<Decision> at_lower_costs(const Situation& situation, planner::Request request) {
+  if (situation.assumed.empty()) return std::nullopt;
+  request.effort = kReplanEffort;
+  for (int halvings = 1; halvings <= kMostHalvings; ++halvings) {
+    const double factor = std::ldexp(1.0, -halvings);
+    const model::CostTable costs = with_assumed(situation.costs, situation.assumed, factor);
+    Result<plan::Plan> plan = planner::make_plan(situation.app, costs, request);
+    if (!plan) continue;
+    const model::CostTable typical = with_assumed(situation.typical, situation.assumed, factor);
+    return expecting(std::move(*plan), {.app = situation.app,
+                                        .cpus = situation.cpus,
+                                        .costs = costs,
+                                        .typical = typical,
+                                        .slack = situation.slack,
+                                        .stealing = situation.stealing,
+                                        .frames = situation.frames,
+                                        .assumed = situation.assumed});
+  }
+  return std::nullopt;
+}
+
+Result<Decision> decide_in_any_case(const Situation& situation, const planner::Request& request) {
+  Result<plan::Plan> plan = planner::make_plan(situation.app, situation.costs, request);
+  if (plan) return expecting(std::move(*plan), situation);
+  if (!plan::has_exact_rates(situation.app.graph)) return plan.error();
+  if (std::optional<Decision> lower = at_lower_costs(situation, request)) return *std::move(lower);
+  Result<plan::Plan> relaxed = planner::make_plan(plan::relaxing_exact_rates(situation.app), situation.costs, request);
+  if (!relaxed) return plan.error();
+  return expecting(std::move(*relaxed), situation);
 }
 
 }  // namespace
 
 Decision PlannedPolicy::following(plan::Plan plan, const Situation& situation) {
   Decision decision;
-  decision.assignment = assignment_of(situation.app, plan, situation.cpus, {.stealing = situation.stealing});
+  const graph::App app = plan::as_planned(situation.app, plan);
+  decision.assignment = assignment_of(app, plan, situation.cpus, {.stealing = situation.stealing});
   decision.plan = std::move(plan);
   decision.unscheduled_level = os::Level::kUnscheduled;
   decision.dispatcher_level = os::Level::kDispatcher;
   return decision;
 }
 
+Decision rates_only(const Decision& in_force, const os::CpuSet& cpus) {
+  Decision decision = in_force;
+  decision.plan.reset();
+  decision.assignment = {};
+  decision.assignment.cores.resize(cpus.size());
+  for (std::size_t index = 0; index < in_force.assignment.places.size(); ++index) {
+    const SubchainPlace& before = in_force.assignment.places[index];
+    SubchainPlace& place = decision.assignment.places.emplace_back();
+    place.cpus = cpus;
+    place.threads = before.threads;
+    // Never before the last run has ended: there are fewer CPUs than the periods were made for.
+    place.pacing.max_in_flight = 1;
+    place.pacing.period = in_force.plan
+                              ? std::max(dispatch::kShortestPeriod, to_nanos(in_force.plan->subchains[index].period))
+                              : before.pacing.period;
+  }
+  return decision;
+}
+
 Result<Decision> CatanPolicy::decide(const Situation& situation) const {
-  Result<plan::Plan> plan = planner::make_plan(situation.app, situation.costs, request_of(situation));
-  if (!plan) return plan.error();
-  return expecting(std::move(*plan), situation);
+  return decide_in_any_case(situation, request_of(situation));
 }
 
 Result<std::optional<Decision>> CatanPolicy::decide_again(const Situation& situation, const Decision& in_force,
@@ -46,9 +105,9 @@ Result<std::optional<Decision>> CatanPolicy::decide_again(const Situation& situa
   request.effort = kReplanEffort;
   request.warm = in_force.plan ? &*in_force.plan : nullptr;
   if (!std::isfinite(to_beat)) {
-    Result<plan::Plan> plan = planner::make_plan(situation.app, situation.costs, request);
-    if (!plan) return plan.error();
-    return std::optional(expecting(std::move(*plan), situation));
+    Result<Decision> decision = decide_in_any_case(situation, request);
+    if (!decision) return decision.error();
+    return std::optional(std::move(*decision));
   }
   Result<std::optional<plan::Plan>> better = planner::make_plan_below(situation.app, situation.costs, request, to_beat);
   if (!better) return better.error();
@@ -57,7 +116,7 @@ Result<std::optional<Decision>> CatanPolicy::decide_again(const Situation& situa
 }
 
 Result<Decision> StaticPolicy::decide(const Situation& situation) const {
-  const graph::App& app = situation.app;
+  const graph::App app = plan::as_planned(situation.app, plan_);
   plan::Plan plan = plan_;
   const auto is_exact = [&](const plan::Slot& slot) {
     return plan::period_limits(app.graph, slot.subchain).exact.has_value();

@@ -23,8 +23,16 @@ class PlannedPolicy : public Policy {
   using Policy::Policy;
 };
 
+// In place of a plan, where none can be made: subchains at the periods of `in_force`, as ordinary threads on all
+// `cpus`.
+Decision rates_only(const Decision& in_force, const os::CpuSet& cpus);
+
 // The planner's joint plan, with what it is expected to give at typical costs. `Plan::solve_time` is left 0, for
 // whoever has a clock.
+//
+// An app runs even where its exact rates cannot be met. Costs that are only assumed are no reason to give up a rate:
+// they are halved until there is a plan, a few times at most. Where that does not help, exact rates are relaxed with
+// the other bounds (plan/limits.h). The plan says both.
 class CatanPolicy : public PlannedPolicy {
  public:
   CatanPolicy() : PlannedPolicy("catan") {}

@@ -16,6 +16,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -38,6 +39,7 @@ struct Situation {
   double slack = 0.0;                        // fraction of a core that ordinary threads are to have
   bool stealing = true;                      // false: nobody steals, whatever the app says
   std::optional<graph::FrameMode> frames{};  // in place of those of a plan that is given
+  std::span<const NodeId> assumed{};         // whose costs nobody has measured: scheduled nodes that have not run
 };
 
 struct Decision {

@@ -4,9 +4,12 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/testing/apps.h"
+#include "plan/limits.h"
+#include "plan/validate.h"
 #include "policy/planned.h"
 
 namespace ctn::policy {
@@ -36,6 +39,52 @@ TEST(Policy, SaysWhatWouldBeRight) {
     const auto policy = make_policy(text);
     ASSERT_FALSE(policy.ok()) << text;
     EXPECT_NE(policy.error().message().find("rate:12.5"), std::string::npos);
+  }
+}
+
+graph::App exact(const char* a, const char* b) {
+  const auto node = [](const std::string& rate) { return "{ min_rate: " + rate + ", max_rate: " + rate + " }"; };
+  return parse("catan: 1\napp: exact\nnodes: { a: " + node(a) + ", b: " + node(b) +
+               " }\nobjective: [ { period: a, weight: 1 }, { period: b, weight: 1 } ]\n");
+}
+
+TEST(CatanPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
+  const graph::App app = exact("240Hz", "120Hz");
+  const model::CostTable costs(app.graph, Millis{5});
+  const os::CpuSet cpus{0};
+  const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
+  Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
+  situation.assumed = assumed;
+  const auto decision = CatanPolicy().decide(situation);
+  ASSERT_TRUE(decision.ok()) << decision.error().message();
+  const plan::Plan& plan = *decision->plan;
+  // Each frame of 4.17 ms has room for a and half of b: 3.75 ms, and 6 % of slack.
+  EXPECT_EQ(plan.assumed, (std::vector<plan::AssumedCost>{{NodeId(0), Millis{2.5}}, {NodeId(1), Millis{2.5}}}));
+  EXPECT_DOUBLE_EQ(plan.subchains[0].period.count(), 1000.0 / 240);
+  EXPECT_DOUBLE_EQ(plan.subchains[1].period.count(), 1000.0 / 120);
+  EXPECT_EQ(plan.relax_factor, 1.0);
+}
+
+// What cannot be met whatever nodes cost, and what cannot be met at costs that are known.
+TEST(CatanPolicy, RelaxesExactRatesThatCannotBeMet) {
+  for (const auto& [app, are_assumed] : {std::pair{exact("120Hz", "50.1Hz"), true}, {exact("200Hz", "100Hz"), false}}) {
+    const model::CostTable costs(app.graph, Millis{5});
+    const os::CpuSet cpus{0};
+    const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
+    Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
+    if (are_assumed) situation.assumed = assumed;
+    const auto decision = CatanPolicy().decide(situation);
+    ASSERT_TRUE(decision.ok()) << decision.error().message();
+    const plan::Plan& plan = *decision->plan;
+    EXPECT_TRUE(plan::relaxes_exact_rates(plan, app));
+    EXPECT_GT(plan.relax_factor, 1.0);
+    const Status valid = plan::validate(plan, app, costs, 1);
+    EXPECT_TRUE(valid.ok()) << valid.error().message();
+    for (const plan::SubchainPlan& subchain : plan.subchains) {
+      const NodeId node(static_cast<std::size_t>(&subchain - plan.subchains.data()));
+      EXPECT_GE(subchain.period, app.graph.node(node).max_rate->period()) << "a cap is a cap";
+      EXPECT_LE(subchain.period, app.graph.node(node).min_rate->period() * plan.relax_factor * (1.0 + 1e-9));
+    }
   }
 }
 

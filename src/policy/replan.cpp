@@ -27,6 +27,14 @@ bool paced_differently(const plan::Plan& current, const plan::Plan& candidate, s
          differs(current.expected->subchains[index].execution, candidate.expected->subchains[index].execution);
 }
 
+// What is said of relaxed bounds is what is planned, so it has to change when they do: where a bound gives way that
+// held, by more than noise, or none has to give way any more.
+bool relaxing_changed(const plan::Plan& current, const plan::Plan& current_now) {
+  if (current.relax_factor > 1.0 && current_now.relax_factor <= 1.0) return true;
+  if (current.relax_factor <= 1.0) return current_now.relax_factor > 1.0 + kSwapThreshold;
+  return differs(current.relax_factor, current_now.relax_factor, kStaleThreshold);
+}
+
 // Runs have outgrown their slices, or what was promised is not so any more.
 bool out_of_date(const plan::Plan& current, const plan::Plan& current_now) {
   for (std::size_t index = 0; index < current.subchains.size(); ++index) {
@@ -34,7 +42,7 @@ bool out_of_date(const plan::Plan& current, const plan::Plan& current_now) {
     const Millis slice = current.subchains[index].slice;
     if (current_now.subchains[index].slice > slice * (1.0 + kOverrunThreshold)) return true;
   }
-  return differs(current.objective, current_now.objective, kStaleThreshold);
+  return relaxing_changed(current, current_now) || differs(current.objective, current_now.objective, kStaleThreshold);
 }
 
 bool does_better(const plan::Plan& current_now, const plan::Plan& candidate) {
@@ -93,8 +101,9 @@ Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& a
                      const model::CostTable& typical)
     : plan_(plan), unconditional_(why == PlanReason::kMeasured || why == PlanReason::kCpus) {
   if (unconditional_) return;
-  now_ = plan::recost(plan, app, costs);
-  if (now_) now_->expected = plan::expect(*now_, app, typical);
+  const graph::App planned = plan::as_planned(app, plan);
+  now_ = plan::recost(plan, planned, costs);
+  if (now_) now_->expected = plan::expect(*now_, planned, typical);
 }
 
 double Incumbent::to_beat() const {
@@ -112,6 +121,7 @@ bool Incumbent::yields_to(const plan::Plan& candidate) const {
 
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
                                             PlanReason why) {
+  if (!in_force.plan) return policy.decide_again(situation, in_force, std::numeric_limits<double>::infinity());
   const Incumbent incumbent(*in_force.plan, why, situation.app, situation.costs, situation.typical);
   Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force, incumbent.to_beat());
   if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();
@@ -122,17 +132,21 @@ void ReplanClock::changed(PlanReason what) {
   if (!change_) change_ = what;
 }
 
-std::optional<PlanReason> ReplanClock::due(TimePoint now, bool all_measured) const {
-  if (!measured_plan_made_) return now >= due_ && all_measured ? std::optional(PlanReason::kMeasured) : std::nullopt;
+std::optional<PlanReason> ReplanClock::due(TimePoint now, std::size_t known) const {
+  if (!measured_plan_made_) return now >= due_ && known > 0 ? std::optional(PlanReason::kMeasured) : std::nullopt;
   const bool spaced = now >= last_ + std::min(kChangeSpacing, interval_);
-  if (change_ && spaced && budget_.allows(now, PlanningBudget::Urgency::kChange)) return change_;
+  if (spaced && budget_.allows(now, PlanningBudget::Urgency::kChange)) {
+    if (known > known_) return PlanReason::kMeasured;
+    if (change_) return change_;
+  }
   if (now >= due_ && budget_.allows(now, PlanningBudget::Urgency::kRoutine)) return PlanReason::kPeriodic;
   return std::nullopt;
 }
 
-void ReplanClock::made(TimePoint now, PlanReason why, Nanos cpu) {
+void ReplanClock::made(TimePoint now, PlanReason why, Nanos cpu, std::size_t known) {
   budget_.spend(now, cpu);
   last_ = now;
+  known_ = known;
   change_.reset();
   if (why == PlanReason::kMeasured) measured_plan_made_ = true;
   if (measured_plan_made_) due_ = now + interval_;

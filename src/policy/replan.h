@@ -3,6 +3,7 @@
 // Units: in the types. Thread safety: ReplanClock has one owner; the rest are pure functions.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 
 #include "base/time.h"
@@ -31,7 +32,8 @@ constexpr Nanos kShortestHang = std::chrono::seconds{1};
 //     objective under the same factor;
 //   - a subchain that owns its cores would be paced differently, since it is paced by its own measured times;
 //   - on a shared core, runs no longer fit their slices (with elastic frames, shorter runs need no new plan), or the
-//     promises of the plan in force have become wrong.
+//     promises of the plan in force have become wrong;
+//   - what the plan in force says of relaxed bounds has become wrong.
 bool worth_swapping(const plan::Plan& current, const std::optional<plan::Plan>& current_now,
                     const plan::Plan& candidate);
 
@@ -76,13 +78,14 @@ class Incumbent {
   std::optional<plan::Plan> now_;  // the plan at the new compute times
 };
 
-// What is to come into force in place of `in_force`, which follows a plan, where something is. `why`: it is decided
-// again. Errors: the policy's.
+// What is to come into force in place of `in_force`, where something is: whatever is decided, if `in_force` follows no
+// plan. `why`: it is decided again. Errors: the policy's.
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
                                             PlanReason why);
 
-// When a plan is due. The first that rests on measurements: when the bootstrap is over and every node has run. Further
-// ones every `replan`, or when something has changed permanently, both as the budget allows.
+// When a plan is due. The first that rests on measurements: when the bootstrap is over and any scheduled node has run.
+// Further ones every `replan`, when a node has run that had not before, or when something has changed permanently, all
+// as the budget allows. `known`: how many scheduled nodes have run; never falls.
 class ReplanClock {
  public:
   ReplanClock(TimePoint start, const graph::SchedulerOptions& options)
@@ -91,9 +94,9 @@ class ReplanClock {
   // Something has changed: kChange, kPower. What came first is named when the plan is due.
   void changed(PlanReason what);
 
-  std::optional<PlanReason> due(TimePoint now, bool all_measured) const;
+  std::optional<PlanReason> due(TimePoint now, std::size_t known) const;
   // A plan was begun at `now` for that reason, due or not, and took `cpu` to make.
-  void made(TimePoint now, PlanReason why, Nanos cpu);
+  void made(TimePoint now, PlanReason why, Nanos cpu, std::size_t known);
 
   const PlanningBudget& budget() const { return budget_; }
 
@@ -101,7 +104,8 @@ class ReplanClock {
   TimePoint due_;
   Nanos interval_;
   bool measured_plan_made_ = false;
-  TimePoint last_{};  // when a plan was made, once one was
+  std::size_t known_ = 0;  // when the last plan was made
+  TimePoint last_{};       // when a plan was made, once one was
   std::optional<PlanReason> change_;
   PlanningBudget budget_;
 };

@@ -188,31 +188,45 @@ TEST(WorthSwapping, ForAnotherExpectation) {
   EXPECT_FALSE(worth(plan, expecting(plan, 90.5, 80.5)));
 }
 
-TEST(ReplanClock, WaitsForTheBootstrapAndForEveryNode) {
+TEST(ReplanClock, WaitsForTheBootstrapAndForAnyNode) {
   const TimePoint start{};
   ReplanClock clock(start, {});
-  EXPECT_FALSE(clock.due(start + seconds{1}, true));
-  EXPECT_FALSE(clock.due(start + seconds{3}, false)) << "a node has not run yet";
-  EXPECT_EQ(clock.due(start + seconds{3}, true), PlanReason::kMeasured);
-  clock.made(start + seconds{3}, PlanReason::kMeasured, milliseconds{1});
-  EXPECT_FALSE(clock.due(start + seconds{3}, true));
-  EXPECT_EQ(clock.due(start + seconds{4}, true), PlanReason::kPeriodic);
+  EXPECT_FALSE(clock.due(start + seconds{1}, 2));
+  EXPECT_FALSE(clock.due(start + seconds{3}, 0)) << "no node has run yet";
+  EXPECT_EQ(clock.due(start + seconds{3}, 2), PlanReason::kMeasured);
+  clock.made(start + seconds{3}, PlanReason::kMeasured, milliseconds{1}, 2);
+  EXPECT_FALSE(clock.due(start + seconds{3}, 2));
+  EXPECT_EQ(clock.due(start + seconds{4}, 2), PlanReason::kPeriodic);
+}
+
+TEST(ReplanClock, ANodeThatHasRunForTheFirstTimeIsPlannedForAtOnce) {
+  const TimePoint start{};
+  graph::SchedulerOptions options;
+  options.replan = seconds{1000};
+  ReplanClock clock(start, options);
+  EXPECT_EQ(clock.due(start + seconds{3}, 1), PlanReason::kMeasured) << "planned with what is known";
+  clock.made(start + seconds{3}, PlanReason::kMeasured, Nanos{0}, 1);
+  EXPECT_FALSE(clock.due(start + seconds{4}, 1));
+  EXPECT_FALSE(clock.due(start + seconds{3} + kChangeSpacing / 2, 2)) << "others may follow at once";
+  EXPECT_EQ(clock.due(start + seconds{4}, 2), PlanReason::kMeasured);
+  clock.made(start + seconds{4}, PlanReason::kMeasured, Nanos{0}, 2);
+  EXPECT_FALSE(clock.due(start + seconds{5}, 2));
 }
 
 TEST(ReplanClock, AChangeIsAnsweredAtOnceButNotStormByStorm) {
   const TimePoint start{};
   ReplanClock clock(start, {});
   clock.changed(PlanReason::kChange);
-  EXPECT_FALSE(clock.due(start + seconds{1}, true)) << "the first plan sees to it";
-  clock.made(start + seconds{2}, PlanReason::kMeasured, Nanos{0});
-  EXPECT_FALSE(clock.due(start + milliseconds{2500}, true));
+  EXPECT_FALSE(clock.due(start + seconds{1}, 2)) << "the first plan sees to it";
+  clock.made(start + seconds{2}, PlanReason::kMeasured, Nanos{0}, 2);
+  EXPECT_FALSE(clock.due(start + milliseconds{2500}, 2));
   int plans = 0;
   for (TimePoint now = start + seconds{3}; now < start + seconds{13}; now += milliseconds{10}) {
     clock.changed(PlanReason::kChange);
-    const std::optional<PlanReason> due = clock.due(now, true);
+    const std::optional<PlanReason> due = clock.due(now, 2);
     if (!due) continue;
     EXPECT_EQ(*due, PlanReason::kChange);
-    clock.made(now, *due, Nanos{0});
+    clock.made(now, *due, Nanos{0}, 2);
     ++plans;
   }
   EXPECT_EQ(plans, 40) << "four a second";
@@ -221,18 +235,18 @@ TEST(ReplanClock, AChangeIsAnsweredAtOnceButNotStormByStorm) {
 TEST(ReplanClock, ExpensivePlansAreMadeSeldom) {
   const TimePoint start{};
   ReplanClock clock(start, {});
-  clock.made(start + seconds{2}, PlanReason::kMeasured, milliseconds{120});
-  EXPECT_FALSE(clock.due(start + seconds{25}, true));
-  EXPECT_EQ(clock.due(start + seconds{26}, true), PlanReason::kPeriodic);
+  clock.made(start + seconds{2}, PlanReason::kMeasured, milliseconds{120}, 2);
+  EXPECT_FALSE(clock.due(start + seconds{25}, 2));
+  EXPECT_EQ(clock.due(start + seconds{26}, 2), PlanReason::kPeriodic);
   clock.changed(PlanReason::kPower);
-  EXPECT_EQ(clock.due(start + seconds{3}, true), PlanReason::kPower);
+  EXPECT_EQ(clock.due(start + seconds{3}, 2), PlanReason::kPower);
 }
 
 TEST(ReplanClock, APlanForOtherCpusBeforeAllWasMeasuredIsNotTheFirstMeasuredOne) {
   const TimePoint start{};
   ReplanClock clock(start, {});
-  clock.made(start + seconds{1}, PlanReason::kCpus, milliseconds{5});
-  EXPECT_EQ(clock.due(start + seconds{2}, true), PlanReason::kMeasured);
+  clock.made(start + seconds{1}, PlanReason::kCpus, milliseconds{5}, 2);
+  EXPECT_EQ(clock.due(start + seconds{2}, 2), PlanReason::kMeasured);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 
 namespace ctn::policy {
 namespace {

@@ -92,7 +92,11 @@ Status Housekeeping::finish() {
 
 void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
   publish();
-  if (decision.plan) collector_.plan_in_force(*decision.plan, reason);
+  if (decision.plan) {
+    collector_.plan_in_force(*decision.plan, reason);
+  } else {
+    measurements_.no_plan_in_force();
+  }
 }
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.

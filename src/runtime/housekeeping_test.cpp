@@ -5,18 +5,22 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/testing/apps.h"
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
 #include "plan/json.h"
+#include "policy/planned.h"
 #include "policy/replan.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
@@ -44,9 +48,9 @@ class HousekeepingTest : public VirtualSession {
   HousekeepingTest() { costs = {{"fast", milliseconds{4}}, {"slow", milliseconds{10}}}; }
   ~HousekeepingTest() override { std::remove(path.c_str()); }
 
-  void start(graph::App app, int cpus) {
+  void start(graph::App app, int cpus, std::shared_ptr<const policy::Policy> policy = *policy::make_policy("catan")) {
     std::remove(path.c_str());
-    open(std::move(app), *policy::make_policy("catan"), cpus, path);
+    open(std::move(app), std::move(policy), cpus, path);
     VirtualSession::start();
   }
 
@@ -202,6 +206,59 @@ TEST_F(HousekeepingTest, KindsOfCoresAreMeasuredApart) {
   EXPECT_NEAR(plan.subchains[0].execution.count(), 4.0, 1e-6);
   EXPECT_EQ(plan.subchains[1].cores, std::vector<int>{1});
   EXPECT_NEAR(plan.subchains[1].execution.count(), 40.0, 1e-6);
+}
+
+// As "catan", but it has no plan for one CPU until it is told.
+class FailsOnOneCpu : public policy::PlannedPolicy {
+ public:
+  explicit FailsOnOneCpu(std::atomic<bool>& fails)
+      : PlannedPolicy("fails"), fails_(fails), real_(*policy::make_policy("catan")) {}
+  bool adapts() const override { return true; }
+  Result<policy::Decision> decide(const policy::Situation& situation) const override {
+    return real_->decide(situation);
+  }
+  Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
+                                                       const policy::Decision& in_force,
+                                                       double to_beat) const override {
+    if (fails_.load() && situation.cpus.size() == 1) return Error::caller("there is no plan", "wait");
+    return real_->decide_again(situation, in_force, to_beat);
+  }
+
+ private:
+  std::atomic<bool>& fails_;
+  std::shared_ptr<const policy::Policy> real_;
+};
+
+TEST_F(HousekeepingTest, NodesGoOnWhereACpuGoesForWhichThereIsNoPlan) {
+  std::map<std::string, int> runs;
+  std::map<int, int> on_cpu;
+  cost = [&](const std::string& node) {
+    ++runs[node];
+    ++on_cpu[fake.current_cpu()];
+    return costs.at(node);
+  };
+  std::atomic<bool> fails{true};
+  graph::App app = parse(kTwoLoops);
+  app.scheduler.replan = seconds{1};
+  start(std::move(app), 2, std::make_shared<FailsOnOneCpu>(fails));
+  pass(seconds{5});
+  fake.set_cpu_online(0, false);
+  pass(milliseconds{300});
+  runs.clear();
+  on_cpu.clear();
+  pass(seconds{5});
+  EXPECT_NEAR(runs["fast"], 500, 5) << "at the rate that was planned";
+  EXPECT_NEAR(runs["slow"], 100, 5);
+  EXPECT_EQ(on_cpu[0], 0);
+  Snapshot snapshot = engine->snapshot();
+  EXPECT_EQ(std::count_if(snapshot.notices.begin(), snapshot.notices.end(),
+                          [](const std::string& notice) { return notice.starts_with("replan-failed: "); }),
+            1);
+  fails = false;
+  pass(seconds{5});
+  const record::Reader reader = finished();
+  const plan::Plan last = *plan::from_json(reader.plans()->back().json, reader.app(), "plan");
+  EXPECT_EQ(last.cores.size(), 1U) << "planned again as soon as there is a plan";
 }
 
 TEST_F(HousekeepingTest, ABigCoreThatGoesLeavesTheLittleOne) {

@@ -23,6 +23,16 @@ Summary SampleWindow::summary_ms() const {
   return summary;
 }
 
+void show_plan(const graph::App& app, const plan::Plan& plan, Snapshot& snapshot) {
+  snapshot.relax_factor = plan.relax_factor;
+  for (const plan::RelaxedBound& bound : plan.relaxed) {
+    snapshot.relaxed.push_back({bound.key, bound.asked.count(), bound.planned.count()});
+  }
+  for (const plan::AssumedCost& assumed : plan.assumed) {
+    snapshot.assumed.push_back({app.graph.node(assumed.node).name, assumed.cost.count()});
+  }
+}
+
 Measurements::Measurements(const graph::App& app, TimePoint warm_from)
     : app_(app), warm_from_(warm_from), metrics_(app, {.begin = warm_from}), predicted_(app, warm_from) {}
 
@@ -34,7 +44,13 @@ void Measurements::add(std::span<const record::Run> runs) {
 void Measurements::plan_in_force(TimePoint since, const plan::Plan& plan) {
   const std::lock_guard lock(mutex_);
   predicted_.in_force(since, plan);
+  plan_ = plan;
   ++plans_;
+}
+
+void Measurements::no_plan_in_force() {
+  const std::lock_guard lock(mutex_);
+  plan_.reset();
 }
 
 void Measurements::cost_changes(std::uint64_t count) {
@@ -67,6 +83,7 @@ void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double>
   snapshot.planning_ms = to_millis(totals_.planning_cpu).count();
   snapshot.starved = totals_.starved;
   snapshot.starved_ms = to_millis(totals_.starved_for).count();
+  if (plan_) show_plan(app_, *plan_, snapshot);
 
   // Before anything is measured, the predictions are those of the plan in force.
   plan::Predictions predicted = predicted_.until(now);

@@ -37,6 +37,9 @@ class SampleWindow {
   std::uint64_t count_ = 0;
 };
 
+// What the plan in force says of its bounds and of what its nodes cost.
+void show_plan(const graph::App& app, const plan::Plan& plan, Snapshot& snapshot);
+
 class Measurements {
  public:
   // Samples that go back to a time before `warm_from` are left out. `app` outlives it.
@@ -46,6 +49,8 @@ class Measurements {
   void add(std::span<const record::Run> runs);
   // Predictions are averaged over the time they were in force, from `warm_from` on.
   void plan_in_force(TimePoint since, const plan::Plan& plan);
+  // What is in force follows no plan.
+  void no_plan_in_force();
   // So often compute times have changed permanently, so far.
   void cost_changes(std::uint64_t count);
   // What re-planning has taken, so far.
@@ -64,6 +69,7 @@ class Measurements {
   mutable std::mutex mutex_;  // guards what follows
   record::RunMetrics<SampleWindow> metrics_;
   plan::PredictedMeans predicted_;
+  std::optional<plan::Plan> plan_;  // in force
   std::uint64_t plans_ = 0;
   std::uint64_t cost_changes_ = 0;
   record::Totals totals_;

@@ -94,5 +94,31 @@ TEST(Measurements, BeforeTheMeasuredIntervalThePlanInForceIsTold) {
   EXPECT_DOUBLE_EQ(*snapshot.chains[0].predicted_response_ms, 100.0);
 }
 
+TEST(Measurements, ShowsWhatThePlanInForceRelaxesAndAssumes) {
+  const graph::App app = two_nodes();
+  Measurements measurements(app, at(seconds{2}));
+  plan::Plan plan = predicting(50.0, Rate{20.0});
+  plan.relax_factor = 1.25;
+  plan.relaxed.push_back({"objective[0].max", Millis{40}, Millis{50}});
+  plan.assumed.push_back({NodeId(1), Millis{5}});
+  measurements.plan_in_force(at(seconds{0}), plan);
+  Snapshot shown;
+  measurements.fill(shown, at(seconds{1}), std::nullopt);
+  EXPECT_EQ(shown.relax_factor, 1.25);
+  ASSERT_EQ(shown.relaxed.size(), 1U);
+  EXPECT_EQ(shown.relaxed[0].bound, "objective[0].max");
+  EXPECT_EQ(shown.relaxed[0].asked_ms, 40.0);
+  EXPECT_EQ(shown.relaxed[0].planned_ms, 50.0);
+  ASSERT_EQ(shown.assumed.size(), 1U);
+  EXPECT_EQ(shown.assumed[0].node, "b");
+  EXPECT_EQ(shown.assumed[0].cost_ms, 5.0);
+  measurements.no_plan_in_force();
+  Snapshot without;
+  measurements.fill(without, at(seconds{3}), std::nullopt);
+  EXPECT_EQ(without.relax_factor, 1.0);
+  EXPECT_TRUE(without.relaxed.empty());
+  EXPECT_TRUE(without.assumed.empty());
+}
+
 }  // namespace
 }  // namespace ctn::runtime

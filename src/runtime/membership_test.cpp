@@ -265,6 +265,35 @@ TEST_P(MembersTest, WhoLeavesGetsItsSchedulingBack) {
   EXPECT_EQ(*fake.affinity(threads[0]), fake.topology()->online());
 }
 
+// One program that is not there must not leave all others planned at a guess.
+class PlannedMembersTest : public MembersTest {};
+TEST_P(PlannedMembersTest, WhoeverIsThereIsPlannedAsMeasuredAndOthersAsAssumed) {
+  open(2);
+  auto left = program("left", milliseconds{2});
+  pass(seconds{3});
+  Snapshot snapshot = scheduler->snapshot();
+  EXPECT_EQ(snapshot.plans, 2U);
+  ASSERT_EQ(snapshot.assumed.size(), 2U);
+  EXPECT_EQ(snapshot.assumed[0].node, "front");
+  EXPECT_EQ(snapshot.assumed[1].node, "back");
+  EXPECT_EQ(notices("assumed: front (5 ms), back (5 ms)"), 1);
+  EXPECT_GE(runs_in(left, [&] { pass(seconds{1}); }), 450) << "2 ms and 6 % of slack";
+  auto front = program("front", milliseconds{2});
+  auto back = program("back", milliseconds{2});
+  pass(seconds{2});
+  snapshot = scheduler->snapshot();
+  EXPECT_GE(snapshot.plans, 3U);
+  EXPECT_TRUE(snapshot.assumed.empty());
+  EXPECT_EQ(notices("assumed-costs: compute times are known now of: "), 1);
+  // It goes: what it cost is remembered.
+  leave("back");
+  back.reset();
+  pass(seconds{2});
+  EXPECT_TRUE(scheduler->snapshot().assumed.empty());
+}
+INSTANTIATE_TEST_SUITE_P(Planned, PlannedMembersTest, ::testing::Values("catan"),
+                         [](const auto& each) { return std::string(each.param); });
+
 INSTANTIATE_TEST_SUITE_P(Policies, MembersTest, ::testing::Values("catan", "default", "fifo"),
                          [](const auto& each) { return std::string(each.param); });
 

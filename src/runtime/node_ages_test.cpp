@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/run_access.h"
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 #include "runtime/node_link.h"
 #include "runtime/node_port.h"
 #include "runtime/report.h"

@@ -51,7 +51,7 @@ struct SchedulerOptions {
   std::string record;                            // path; empty: none
   std::string note;
   bool stealing = true;                      // false: nobody steals, whatever the app says
-  bool replan = true;                        // false: the first plan that rests on measurements stays
+  bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   bool guard = false;                        // nodes are other processes': their threads are guarded (os.h)
   Notices::Callback on_notice;               // called with no lock held; from the housekeeping thread while it runs

@@ -136,6 +136,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Nodes& nodes() { return nodes_; }
   const Cpus& cpus() const { return cpus_; }
+  const std::optional<plan::Plan>& plan() const { return loop_.decision().plan; }
   TimePoint warm_from() const { return warm_from_; }
 
   // --- What threads do ---
@@ -312,6 +313,7 @@ TimePoint Simulation::now() const { return impl_->cpus().now(); }
 TimePoint Simulation::warm_from() const { return impl_->warm_from(); }
 void Simulation::run_for(Nanos duration) { impl_->run_for(duration); }
 Outcome Simulation::outcome() { return impl_->outcome(); }
+const std::optional<plan::Plan>& Simulation::plan() const { return impl_->plan(); }
 std::uint64_t Simulation::events() const { return impl_->cpus().events(); }
 Status Simulation::finish() { return impl_->finish(); }
 Nodes& Simulation::nodes() { return impl_->nodes(); }

@@ -69,7 +69,7 @@ struct Options {
   Reserve reserve{};  // of a policy whose nodes are in reservations, in place of levels
   Machine machine{};
   bool stealing = true;                      // false: nobody steals, whatever the app says
-  bool replan = true;                        // false: the first plan that rests on measurements stays
+  bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   std::optional<double> slack{};             // in place of the app's
   std::vector<TimedPlan> plans{};            // where not empty, these are followed, by time, and none is made
@@ -121,6 +121,7 @@ class Simulation {
 
   // Up to now.
   Outcome outcome();
+  const std::optional<plan::Plan>& plan() const;  // in force; none where the policy follows none
   std::uint64_t events() const;
 
  private:

@@ -143,6 +143,30 @@ TEST(Simulation, APlanThatCannotBeMadeIsToldAsInLife) {
   EXPECT_NE(to_json({{1, outcome}}, 1).find("replan-failed"), std::string::npos);
 }
 
+TEST(Simulation, ANodeThatNeverGetsAnInputDoesNotHoldUpPlanning) {
+  const graph::App app = parse(R"(
+catan: 1
+app: silent
+nodes: { listen: {}, answer: {}, drive: {} }
+edges: [ listen -> answer ]
+subchains: { talk: [listen, answer] }
+objective: [ { response_time: [listen, answer], weight: 1 }, { period: drive, weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  auto simulation = simulation_of(app, "listen: 2ms\nanswer: 3ms\ndrive: 4ms\n", "catan", 2);
+  simulation->set_body(*app.graph.find_node("listen"), [](ctn::Run& run) { run.skip_output(); });
+  simulation->run_for(seconds{5});
+  ASSERT_TRUE(simulation->plan());
+  const plan::Plan& plan = *simulation->plan();
+  EXPECT_EQ(plan.assumed, (std::vector<plan::AssumedCost>{{*app.graph.find_node("answer"), Millis{5}}}));
+  EXPECT_NEAR(plan.subchains[app.graph.find_subchain("talk")->index()].execution.count(), 7.0, 0.1);
+  EXPECT_NEAR(plan.subchains[app.graph.find_subchain("drive")->index()].period.count(), 4.0, 0.1);
+  const Outcome outcome = simulation->outcome();
+  EXPECT_EQ(outcome.notices,
+            (std::vector<std::string>{"assumed-costs: these nodes have not run, and are planned at compute times that "
+                                      "are assumed: answer (5 ms)"}));
+}
+
 // On two cores that it owns, detect works on one frame while the camera takes the next: every 10 ms, latency 13 ms.
 TEST(Simulation, ASubchainOverTwoCoresIsAPipeline) {
   const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan", 2);

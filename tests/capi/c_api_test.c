@@ -140,6 +140,8 @@ static void test_session(const char* app) {
   CHECK(strstr(snapshot, "\"starved_ms\":") != NULL);
   CHECK(strstr(snapshot, "\"ages\":[{\"from\":\"sense\",\"to\":\"act\"") != NULL);
   CHECK(strstr(snapshot, "stale-input: what act takes from sense is") != NULL);
+  CHECK(strstr(snapshot, "\"relax_factor\":1.0,\"relaxed\":[]") != NULL);
+  CHECK(strstr(snapshot, "\"assumed\":[") != NULL);
   catan_free(snapshot);
   CHECK(catan_session_stop(session, &error) == CATAN_OK);
   CHECK(counts.sensed >= 10 && counts.sensed <= 90);

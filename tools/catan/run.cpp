@@ -1,6 +1,5 @@
 // catan run: runs an app for a while and shows what it came to.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -27,6 +26,7 @@
 #include "report/text.h"
 #include "scheduling_options.h"
 #include "serving.h"
+#include "status_line.h"
 #include "synthetic.h"
 #include "temporary_folder.h"
 
@@ -48,30 +48,6 @@ struct RunOptions {
 
 volatile std::sig_atomic_t g_signal = 0;
 void remember_signal(int number) { g_signal = number; }
-
-// The live line on a terminal; nothing where stderr is none.
-class StatusLine {
- public:
-  ~StatusLine() { show({}); }
-  bool shown() const { return terminal_; }
-  void show(const std::string& line) const {
-    if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) == 1;
-};
-
-std::string status_text(const Snapshot& snapshot, double measured_s, std::optional<double> seconds) {
-  if (!snapshot.warmed_up) return "warming up";
-  std::string line = fmt::format("{:.1f} s", measured_s);
-  if (seconds) line = fmt::format("{:.1f} of {:.6g} s", measured_s, *seconds);
-  if (snapshot.chains.empty()) return line;
-  const ChainSnapshot& chain = snapshot.chains.front();
-  line += fmt::format("  {:.1f} Hz  response {:.4g} ms", snapshot.source_hz, chain.response_ms.mean);
-  if (chain.predicted_response_ms) line += fmt::format(" (predicted {:.4g})", *chain.predicted_response_ms);
-  return line;
-}
 
 // Waits for the warm-up and then for the time to measure, or for a signal. Whether anything was measured.
 bool let_run(const Session& session, os::Os& os, double seconds) {
@@ -151,9 +127,12 @@ Result<Served> run_programs(const config::AppFile& file, const RunOptions& optio
   if (!scheduler) return scheduler.error();
   ServingOptions serving;
   serving.scheduler = std::move(*scheduler);
-  serving.scheduler.on_notice = [](const std::string& text) { note(text); };
-  serving.socket = folder + "/socket";
   const StatusLine status;
+  serving.scheduler.on_notice = [&status](const std::string& text) {
+    status.show({});
+    note(text);
+  };
+  serving.socket = folder + "/socket";
   if (status.shown()) {
     serving.on_progress = [&](const Snapshot& snapshot, double measured) {
       status.show(status_text(snapshot, measured, serving.seconds));

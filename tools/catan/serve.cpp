@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "config/app_file.h"
 #include "scheduling_options.h"
 #include "serving.h"
+#include "status_line.h"
 
 namespace ctn::tool {
 namespace {
@@ -30,9 +32,18 @@ int serve_app(const ServeOptions& options) {
   auto scheduler = options.scheduling.for_scheduler(file->app, options.scheduling.record);
   if (!scheduler) return report_error(scheduler.error());
   serving.scheduler = std::move(*scheduler);
-  serving.scheduler.on_notice = [](const std::string& text) { note(text); };
+  const StatusLine status;
+  serving.scheduler.on_notice = [&status](const std::string& text) {
+    status.show({});
+    note(text);
+  };
   serving.socket = options.socket;
   serving.users = options.users;
+  if (status.shown()) {
+    serving.on_progress = [&](const Snapshot& snapshot, double measured) {
+      status.show(status_text(snapshot, measured, std::nullopt));
+    };
+  }
   const auto served = serve(std::move(*file), serving);
   return served ? kSuccess : report_error(served.error());
 }

@@ -1,0 +1,36 @@
+#include "status_line.h"
+
+#include <gtest/gtest.h>
+
+namespace ctn::tool {
+namespace {
+
+Snapshot measured() {
+  Snapshot snapshot;
+  snapshot.warmed_up = true;
+  snapshot.source_hz = 30.0;
+  snapshot.chains.emplace_back().response_ms.mean = 12.5;
+  return snapshot;
+}
+
+TEST(StatusText, SaysHowFarTheRunIsAndWhatItCameTo) {
+  EXPECT_EQ(status_text({}, 0.0, 10.0), "warming up");
+  EXPECT_EQ(status_text(measured(), 2.0, 10.0), "2.0 of 10 s  30.0 Hz  response 12.5 ms");
+  EXPECT_EQ(status_text(measured(), 2.0, std::nullopt), "2.0 s  30.0 Hz  response 12.5 ms");
+}
+
+TEST(StatusText, SaysWhatThePlanRelaxesAndAssumesWhileItDoes) {
+  Snapshot snapshot = measured();
+  snapshot.relax_factor = 1.25;
+  snapshot.relaxed = {{"objective[0].max", 40.0, 50.0}};
+  EXPECT_EQ(status_text(snapshot, 2.0, std::nullopt),
+            "2.0 s  30.0 Hz  response 12.5 ms  bounds relaxed by 1.25 (objective[0].max)");
+  snapshot.relaxed.push_back({"nodes.b.min_rate", 10.0, 12.0});
+  snapshot.assumed = {{"b", 5.0}, {"c", 5.0}, {"d", 5.0}};
+  EXPECT_EQ(status_text(snapshot, 2.0, std::nullopt),
+            "2.0 s  30.0 Hz  response 12.5 ms  bounds relaxed by 1.25 (objective[0].max and 1 more)  cost assumed of b "
+            "and 2 more");
+}
+
+}  // namespace
+}  // namespace ctn::tool

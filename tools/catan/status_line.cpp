@@ -1,0 +1,49 @@
+#include "status_line.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string_view>
+#include <vector>
+
+namespace ctn::tool {
+namespace {
+
+// The first, and how many more there are: it is one line.
+std::string first_of(std::string_view first, std::size_t count) {
+  return count > 1 ? fmt::format("{} and {} more", first, count - 1) : std::string(first);
+}
+
+std::string plan_text(const Snapshot& snapshot) {
+  std::string text;
+  if (!snapshot.relaxed.empty()) {
+    text += fmt::format("  bounds relaxed by {:.3g} ({})", snapshot.relax_factor,
+                        first_of(snapshot.relaxed.front().bound, snapshot.relaxed.size()));
+  }
+  if (!snapshot.assumed.empty()) {
+    text += fmt::format("  cost assumed of {}", first_of(snapshot.assumed.front().node, snapshot.assumed.size()));
+  }
+  return text;
+}
+
+}  // namespace
+
+StatusLine::StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void StatusLine::show(const std::string& line) const {
+  if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
+}
+
+std::string status_text(const Snapshot& snapshot, double measured_s, std::optional<double> seconds) {
+  if (!snapshot.warmed_up) return "warming up";
+  std::string line = fmt::format("{:.1f} s", measured_s);
+  if (seconds) line = fmt::format("{:.1f} of {:.6g} s", measured_s, *seconds);
+  if (snapshot.chains.empty()) return line + plan_text(snapshot);
+  const ChainSnapshot& chain = snapshot.chains.front();
+  line += fmt::format("  {:.1f} Hz  response {:.4g} ms", snapshot.source_hz, chain.response_ms.mean);
+  if (chain.predicted_response_ms) line += fmt::format(" (predicted {:.4g})", *chain.predicted_response_ms);
+  return line + plan_text(snapshot);
+}
+
+}  // namespace ctn::tool
