@@ -36,6 +36,10 @@ std::string Check::slot_key(std::size_t core, std::size_t slot, const char* fiel
   return fmt::format("cores[{}].slots[{}].{}", core, slot, field);
 }
 
+std::string Check::member_key(std::size_t core, std::size_t member, const char* field) {
+  return fmt::format("cores[{}].members[{}].{}", core, member, field);
+}
+
 Status validate_layout(const Plan& plan, const graph::App& app, int core_count) {
   const model::CostTable unknown(app.graph, Millis{0});
   Check check(plan, app, unknown);
@@ -43,6 +47,7 @@ Status validate_layout(const Plan& plan, const graph::App& app, int core_count) 
   if (check.ok()) check_cores(check);
   if (check.ok()) {
     check_frames(check);
+    check_members(check);
     check_rates(check);
   }
   if (!check.ok()) return Error(ErrorKind::kCaller, check.take_problems());
@@ -55,7 +60,7 @@ Status validate(const Plan& plan, const graph::App& app, const model::CostTable&
   if (check.ok()) check_cores(check);
   if (check.ok()) {
     check_frames(check);
-    check_groups(check);
+    if (check_members(check)) check_groups(check);
     check_rates(check);
     check_promises(check);
   }
