@@ -18,7 +18,7 @@ namespace ctn::model {
 struct SubchainTiming {
   Millis period{0};                   // p
   Millis execution{0};                // L
-  std::optional<SubchainId> follows;  // each output of which triggers it
+  std::optional<SubchainId> follows{};  // each output of which triggers it
 };
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node

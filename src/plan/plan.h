@@ -60,7 +60,7 @@ struct After {
 struct Member {
   SubchainId subchain;
   int priority = 1;             // from 1, no two alike on a core; a higher one pre-empts
-  Millis period{0};             // between two triggers by time; at least, where it has a pause. 0: see `after`
+  Millis period{0};             // between two triggers by time; with a pause or `after`, at least
   Millis phase{0};              // triggers by time come at phase + k x period of the clock; in [0, period)
   std::optional<Millis> pause;  // triggered so long after its own run has ended, in place of a phase
   std::optional<After> after;   // triggered by the outputs of another, in place of time

@@ -44,7 +44,9 @@ class Analysis {
   Millis planned_spacing_of(SubchainId id) const {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
-    if (member->after) return outputs_apart(*member->after, spacing_of(member->after->subchain));
+    if (member->after) {
+      return std::max(member->period, outputs_apart(*member->after, spacing_of(member->after->subchain)));
+    }
     if (member->pause) return std::max(member->period, cost_[id.index()] + *member->pause);
     return member->period;
   }
@@ -123,7 +125,9 @@ class Analysis {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
     const Millis response = promises_[id.index()].execution;
-    if (member->after) return std::max(outputs_apart(*member->after, period_of(member->after->subchain)), response);
+    if (member->after) {
+      return std::max({member->period, outputs_apart(*member->after, period_of(member->after->subchain)), response});
+    }
     return std::max(member->period, response + member->pause.value_or(Millis{0}));
   }
 
