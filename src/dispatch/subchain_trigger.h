@@ -40,9 +40,9 @@ struct Pacing {
   Nanos after_completion{0};
   Nanos shortest{0};  // between two triggers, at least
   // Fixed priorities.
-  std::optional<Nanos> phase;        // triggers come at phase + k periods of the clock; none: from the first one on
-  std::optional<plan::After> after;  // in place of time: each so-many-th output of another subchain
-  Nanos budget{0};                   // CPU time of a run; one beyond it is demoted until the next trigger. 0: any
+  std::optional<Nanos> phase{};        // triggers come at phase + k periods of the clock; none: from the first one on
+  std::optional<plan::After> after{};  // in place of time: each so-many-th output of another subchain
+  Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until the next trigger. 0: any
 
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
