@@ -32,6 +32,7 @@ struct Snapshot {
   std::uint64_t plans = 0;            // plans that came into force, the bootstrap's included
   std::uint64_t cost_changes = 0;     // how often a node's compute time changed permanently
   double planning_ms = 0.0;           // CPU time that new plans have taken
+  std::uint64_t budget_overruns = 0;  // how often a run was demoted, since it used more CPU time than its budget
   std::uint64_t starved = 0;          // how often the kernel kept a CPU from real-time threads
   double starved_ms = 0.0;            // and for how long, on all CPUs
   std::vector<ChainSnapshot> chains;  // the objective's response times

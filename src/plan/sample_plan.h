@@ -79,7 +79,7 @@ inline Plan sample_plan(const graph::App& app, const model::CostTable& costs) {
 
 // The same app with fixed priorities on core 0, and slack of 0 so that sums are whole:
 //   fast   every 20 ms                                R = 6 ms
-//   slow   with each second output of `fast`          R = 20 + 2 x 6 (+ 6 where they come closer) = 38 ms
+//   slow   with each second output of `fast`          R = 20 + 2 x 6 = 32 ms
 //   batch  10 ms after its own end                    R = 4 + what both take
 inline Plan sample_priorities(const graph::App& app, const model::CostTable& costs) {
   Plan plan = sample_plan(app, costs);
