@@ -50,15 +50,16 @@ struct AssumedCostSnapshot {
 
 struct Snapshot {
   std::string policy;
-  bool real_time = false;          // levels are enforced; else rates only
-  bool warmed_up = false;          // the bootstrap is over; what was measured in it is left out below
-  double source_hz = 0.0;          // rate of the first subchain's head, as planned or hand-set
-  std::uint64_t plans = 0;         // plans that came into force, the bootstrap's included
-  std::uint64_t cost_changes = 0;  // how often a node's compute time changed permanently
-  double planning_ms = 0.0;        // CPU time that new plans have taken
-  std::uint64_t starved = 0;       // how often the kernel kept a CPU from real-time threads
-  double starved_ms = 0.0;         // and for how long, on all CPUs
-  double relax_factor = 1.0;       // of the plan in force: by which its bounds are relaxed; 1: all hold
+  bool real_time = false;             // levels are enforced; else rates only
+  bool warmed_up = false;             // the bootstrap is over; what was measured in it is left out below
+  double source_hz = 0.0;             // rate of the first subchain's head, as planned or hand-set
+  std::uint64_t plans = 0;            // plans that came into force, the bootstrap's included
+  std::uint64_t cost_changes = 0;     // how often a node's compute time changed permanently
+  double planning_ms = 0.0;           // CPU time that new plans have taken
+  std::uint64_t budget_overruns = 0;  // how often a run was demoted, since it used more CPU time than its budget
+  std::uint64_t starved = 0;          // how often the kernel kept a CPU from real-time threads
+  double starved_ms = 0.0;            // and for how long, on all CPUs
+  double relax_factor = 1.0;          // of the plan in force: by which its bounds are relaxed; 1: all hold
   std::vector<RelaxedBoundSnapshot> relaxed;
   std::vector<AssumedCostSnapshot> assumed;
   std::vector<ChainSnapshot> chains;  // the objective's response times

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace ctn::dispatch {
 
@@ -20,8 +21,35 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
   return pacing;
 }
 
+namespace {
+
+bool has_phase(const Pacing& pacing) { return pacing.phase && !pacing.after && pacing.after_completion == Nanos{0}; }
+
+// The first point of the grid that is not before `earliest`.
+TimePoint grid_point(const Pacing& pacing, TimePoint earliest) {
+  const Nanos::rep since = (earliest.time_since_epoch() - *pacing.phase).count();
+  const Nanos::rep period = pacing.period.count();
+  const Nanos::rep past = since / period - (since % period < 0 ? 1 : 0);
+  const Nanos::rep points = past * period == since ? past : past + 1;
+  return TimePoint{} + *pacing.phase + points * pacing.period;
+}
+
+}  // namespace
+
+TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last) {
+  if (pacing.after) return now;
+  if (!has_phase(pacing)) return last ? std::max(now, *last + pacing.period) : now;
+  return grid_point(pacing, last ? std::max(now, *last + pacing.period / 2) : now);
+}
+
 SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent, std::uint64_t completed)
-    : pacing_(pacing), due_(start), last_due_(start), sent_(sent), completed_(completed), progress_at_(start) {
+    : pacing_(pacing),
+      due_(has_phase(pacing) ? grid_point(pacing, start) : start),
+      last_due_(start),
+      sent_(sent),
+      completed_(completed),
+      progress_at_(start),
+      silent_since_(start) {
   assert(pacing.period > Nanos{0} && completed <= sent);
 }
 
@@ -35,6 +63,8 @@ void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& de
     completed_ = completed;
     progress_at_ = now;
     decision.hang_ended = hanging_;
+    // Whoever ends the suspension restores the level.
+    if (hanging_) demoted_ = false;
     hanging_ = false;
   }
   const bool under_way = sent_ > completed_;
@@ -48,24 +78,78 @@ void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& de
   }
 }
 
+void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newest) {
+  const TimePoint heard_before = std::exchange(heard_at_, now);
+  if (!counted_ || outputs < *counted_) {
+    counted_ = outputs;
+    return;
+  }
+  const auto every = static_cast<std::uint64_t>(std::max(pacing_.after ? pacing_.after->every : 1, 1));
+  const std::uint64_t triggers = (outputs - *counted_) / every;
+  if (triggers == 0) return;
+  *counted_ += triggers * every;
+  if (!output_due_) output_due_ = std::clamp(newest, heard_before, now);
+}
+
+bool SubchainTrigger::wants_cpu_time(TimePoint now, std::uint64_t completed) const {
+  return pacing_.budget > Nanos{0} && sent_ > std::max(completed, completed_) && !demoted_ && !hanging_ &&
+         now >= look_at_;
+}
+
+void SubchainTrigger::used(TimePoint now, Nanos cpu) {
+  over_budget_ = cpu > pacing_.budget;
+  look_at_ = now + std::max(pacing_.budget - cpu, kBudgetGrain);
+}
+
+void SubchainTrigger::restart_budget(TimePoint now) { look_at_ = now + std::max(pacing_.budget, kBudgetGrain); }
+
+// After watch(), which knows what is under way.
+void SubchainTrigger::limit(TimePoint now, Decision& decision) {
+  const bool over_budget = std::exchange(over_budget_, false);
+  if (pacing_.budget == Nanos{0} || sent_ <= completed_ || demoted_ || hanging_) return;
+  if (over_budget && !decision.trigger) {
+    demoted_ = true;
+    decision.demote = true;
+  } else {
+    decision.ask_at = std::min(decision.ask_at, std::max(look_at_, now));
+  }
+}
+
+void SubchainTrigger::schedule_next(TimePoint now) {
+  if (pacing_.after) {
+    output_due_.reset();
+    last_due_ = now;
+  } else if (has_phase(pacing_)) {
+    due_ = grid_point(pacing_, now + Nanos{1});
+    last_due_ = due_ - pacing_.period;
+  } else {
+    const bool off_grid = now - due_ >= pacing_.period;
+    last_due_ = off_grid || pacing_.after_completion > Nanos{0} ? now : due_;
+    due_ = last_due_ + pacing_.period;
+  }
+}
+
 SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {
   assert(completed <= sent_);
   if (stood_still(asked_for_, now)) progress_at_ = now;
   Decision decision;
   decision.ask_at = kNever;
   completed = std::max(completed, completed_);
-  const bool paced_by_output = pacing_.after_completion > Nanos{0};
+  const bool paced_by_output = pacing_.after_completion > Nanos{0} && !pacing_.after;
   if (paced_by_output && completed > completed_) {
     due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);
   }
+  if (pacing_.after) due_ = output_due_.value_or(silent_since_ + silence_limit(pacing_));
 
   if (now >= due_ && may_overlap(completed)) {
     decision.trigger = due_;
     if (sent_ == completed) progress_at_ = now;
     ++sent_;
-    const bool off_grid = now - due_ >= pacing_.period;
-    last_due_ = off_grid || paced_by_output ? now : due_;
-    due_ = last_due_ + pacing_.period;
+    silent_since_ = now;
+    decision.restore = std::exchange(demoted_, false);
+    restart_budget(now);
+    schedule_next(now);
+    if (pacing_.after) due_ = silent_since_ + silence_limit(pacing_);
   }
   if (may_overlap(completed)) {
     decision.ask_at = std::max(due_, now);
@@ -74,6 +158,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     decision.ask_at = decision.ask_on_completion ? kNever : due_;
   }
   watch(now, completed, decision);
+  limit(now, decision);
   if (paced_by_output) decision.ask_on_completion = true;
   // A run that hangs is watched for its end, to restore its level.
   if (hanging_) decision.ask_on_completion = true;
@@ -83,8 +168,21 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
 
 void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
   assert(pacing.period > Nanos{0});
-  pacing_ = pacing;
-  due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
+  const Pacing before = std::exchange(pacing_, pacing);
+  const bool same_leader = before.after && pacing.after && before.after->subchain == pacing.after->subchain;
+  if (!same_leader) {
+    counted_.reset();
+    output_due_.reset();
+    silent_since_ = now;
+  }
+  if (has_phase(pacing)) {
+    const bool owed = has_phase(before) && due_ <= now;
+    if (!owed) due_ = first_due(pacing, now, sent_ == 0 ? std::nullopt : std::optional(last_due_));
+  } else {
+    due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
+  }
+  if (pacing.budget == Nanos{0}) demoted_ = false;
+  before.budget == Nanos{0} ? restart_budget(now) : static_cast<void>(look_at_ = now);
 }
 
 }  // namespace ctn::dispatch

@@ -3,29 +3,49 @@
 // clock and makes no call, so the real runtime and virtual time drive the very same code.
 //
 // Two ways to pace:
-//   gated    (Catan, a subchain that owns its cores) every period, but never while as many runs are under way as its
-//            cores can overlap: then as soon as one has ended. A run that takes longer than planned delays the next one
-//            instead of competing with it for the cores.
+//   gated    (Catan, a subchain that owns its cores or has a fixed priority) every period, but never while as many runs
+//            are under way as its cores can overlap: then as soon as one has ended. A run that takes longer than
+//            planned delays the next one instead of competing with it for the cores.
 //   ungated  (hand-set rates) every period, whatever the runs do, as a sensor's own timer would.
 //
-// Triggers keep to a grid (a late one does not shift the next) until one is a whole period late: then the grid restarts
-// from it.
+// Four ways to tell when a trigger is due:
+//   by period  a period after the last one. Triggers keep to a grid (a late one does not shift the next) until one is a
+//              whole period late: then the grid restarts from it.
+//   by phase   at phase + k periods of the clock, so that subchains keep their phases to each other, on whichever cores
+//              and through whichever plans. Nothing shifts this grid: however many of its points pass while a run is
+//              under way, one trigger makes up for them as soon as that has ended, and the next one is due at the next
+//              point. Where the grid changes, or another controller held the subchain before, the next trigger is due
+//              at the first point that is half a period or more after the last trigger: on the same grid that is the
+//              next point, on another one nearest to a period.
+//   elastic    paced by its own output: where m runs overlap, the run that is m triggers later is due when, after the
+//              end of this one, m periods less one execution have passed. On one core that is the idle time after each
+//              run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than
+//              expected let it go faster; an input that has to wait makes it go slower until none has to.
+//   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
+//              that come while a run is under way count, and one trigger follows when that has ended. Without a trigger
+//              for silence_limit() it is triggered all the same, and again after as long: a leader that is missing,
+//              stalled or slow costs its followers their rate, but does not silence them.
 //
-// Elastic, a subchain is paced by its own output instead: where m runs overlap, the run that is m triggers later is due
-// when, after the end of this one, m periods less one execution have passed. On one core that is the idle time after
-// each run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than expected
-// let it go faster; an input that has to wait makes it go slower until none has to.
+// A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
+// the next trigger, before which they get their level back. That is for one run at a time (max_in_flight 1) on one CPU,
+// where a run cannot have used its budget sooner than as long after its trigger. Then the state machine asks to be told
+// what the run has used; where that is less, since the run was pre-empted, it asks again when the rest could be used
+// up. What it costs while runs keep to their budgets: the clocks of their threads are read once at the trigger, and one
+// timer passes a run, unless the next trigger comes first. Only while a run is still under way by then, which was
+// pre-empted, are clocks read again, and another timer set.
 //
 // After a standstill (standstill.h) a run under way is watched for hanging again.
 //
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
 #include "base/time.h"
 #include "dispatch/standstill.h"
+#include "plan/plan.h"
 
 namespace ctn::dispatch {
 
@@ -38,6 +58,10 @@ struct Pacing {
   // 0: always the latter.
   Nanos after_completion{0};
   Nanos shortest{0};  // between two triggers, at least
+  // Fixed priorities.
+  std::optional<Nanos> phase{};        // triggers come at phase + k periods of the clock; none: from the first one on
+  std::optional<plan::After> after{};  // in place of time: each so-many-th output of another, expected every `period`
+  Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until the next trigger. 0: any
 
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
@@ -46,6 +70,10 @@ struct Pacing {
 // controller, which outranks everything, busy without end.
 constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
 
+// What a run has used is not looked at more often, since looking takes about as long. So it may use that much more than
+// its budget.
+constexpr Nanos kBudgetGrain = std::chrono::microseconds{50};
+
 // The pacing of a subchain that owns its cores: as many runs overlap as a run is periods long (rounded up), which is
 // one on one core.
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
@@ -53,14 +81,25 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
 // The same, paced by its own output; `shortest` >= 0.
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest);
 
+// When the next trigger is due of a subchain that is paced so from `now` on; `last`: when it was triggered last.
+TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last);
+
+// How long a subchain that follows another goes without a trigger: ten periods, and at least a second.
+constexpr Nanos silence_limit(const Pacing& pacing) {
+  return std::max<Nanos>(10 * pacing.period, std::chrono::seconds{1});
+}
+
 class SubchainTrigger {
  public:
-  // The first trigger comes at `start`. A subchain that was triggered by others before goes on counting: `sent` of
-  // them, of which the runs up to `completed` have ended.
+  // The first trigger is due at `start` (first_due()), or where it follows another subchain by the first outputs after
+  // that. A subchain that was triggered by others before goes on counting: `sent` of them, of which the runs up to
+  // `completed` have ended.
   SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent = 0, std::uint64_t completed = 0);
 
   struct Decision {
+    bool restore = false;              // before the trigger is sent: the run before was demoted
     std::optional<TimePoint> trigger;  // send a trigger now; when it was due
+    bool demote = false;               // the run under way has used more than its budget
     bool hang_began = false;           // the oldest run under way has just become one that hangs
     bool hang_ended = false;           // ... and has come to an end after all
     TimePoint ask_at{};                // ask again then,
@@ -71,18 +110,32 @@ class SubchainTrigger {
   // Time never goes backwards; a call may come early, late, or twice.
   Decision step(TimePoint now, std::uint64_t completed);
 
-  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed. Where
-  // runs may overlap it waits for all that are under way, so that what piled up in front of a slow node under the old
-  // pacing does not stay there under the new one.
+  // --- before a step ---
+  // Where it follows another subchain: how many outputs that has given, and when the newest came. Both may be anything.
+  // To be told, and stepped, as soon as there are more.
+  void hear(TimePoint now, std::uint64_t outputs, TimePoint newest);
+  // Whether used() is to be called: the CPU time of the run under way, since its trigger.
+  bool wants_cpu_time(TimePoint now, std::uint64_t completed) const;
+  void used(TimePoint now, Nanos cpu);
+
+  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed; by
+  // phase, see above, but one that is owed since a run is under way stays so. Where runs may overlap it waits for all
+  // that are under way, so that what piled up in front of a slow node under the old pacing does not stay there under
+  // the new one. The budget of a run under way is the new one.
   void change_pacing(TimePoint now, const Pacing& pacing);
+  // The CPU time of the run under way counts from now on.
+  void restart_budget(TimePoint now);
 
   std::uint64_t sent() const { return sent_; }
   TimePoint last_trigger() const { return last_due_; }
   bool hanging() const { return hanging_; }
+  bool demoted() const { return demoted_; }
 
  private:
   bool may_overlap(std::uint64_t completed) const;
+  void schedule_next(TimePoint now);
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
+  void limit(TimePoint now, Decision& decision);
 
   Pacing pacing_;
   TimePoint due_;
@@ -92,6 +145,17 @@ class SubchainTrigger {
   TimePoint progress_at_;  // when a run last ended, or the first of those under way began
   bool hanging_ = false;
   TimePoint asked_for_ = kNever;  // the next call
+
+  // Where it follows another subchain.
+  std::optional<std::uint64_t> counted_;  // outputs, up to the newest that made a trigger due; none: not heard yet
+  TimePoint heard_at_{};
+  std::optional<TimePoint> output_due_;  // a trigger is due since the output that came then
+  TimePoint silent_since_;               // the last trigger
+
+  // The budget of the run under way.
+  TimePoint look_at_ = kNever;  // it cannot be used up before
+  bool over_budget_ = false;    // it is, as was just told
+  bool demoted_ = false;
 };
 
 }  // namespace ctn::dispatch

@@ -170,6 +170,300 @@ TEST(SubchainTrigger, OnOneCoreAnElasticRunIsFollowedByItsIdleTime) {
       << "10 ms after each run's end, however long it was";
 }
 
+// --- By phase ---
+
+Pacing phased(Nanos period, Nanos phase) { return {.period = period, .max_in_flight = 1, .phase = phase}; }
+
+TEST(PhasedTrigger, ComesAtItsPhaseOfTheClockWheneverItBegins) {
+  for (const int begin : {0, 3, 4, 13}) {
+    SubchainTrigger trigger(at(milliseconds{begin}), phased(milliseconds{10}, milliseconds{4}));
+    const TimePoint first = at(milliseconds{begin <= 4 ? 4 : 14});
+    if (first > at(milliseconds{begin})) {
+      const auto decision = trigger.step(at(milliseconds{begin}), 0);
+      EXPECT_FALSE(decision.trigger);
+      EXPECT_EQ(decision.ask_at, first);
+    }
+    const auto decision = trigger.step(first, 0);
+    EXPECT_EQ(decision.trigger, first);
+    EXPECT_EQ(trigger.step(first + milliseconds{1}, 1).ask_at, first + milliseconds{10});
+  }
+}
+
+TEST(PhasedTrigger, ALateOneDoesNotShiftTheGrid) {
+  SubchainTrigger trigger(at(Nanos{0}), phased(milliseconds{10}, milliseconds{4}));
+  EXPECT_EQ(trigger.step(at(milliseconds{9}), 0).trigger, at(milliseconds{4}));
+  EXPECT_EQ(trigger.step(at(milliseconds{10}), 1).ask_at, at(milliseconds{14}));
+}
+
+TEST(PhasedTrigger, WhatCameDueDuringARunIsMadeUpForByOneTrigger) {
+  Driver driver(phased(milliseconds{10}, milliseconds{0}), {milliseconds{34}, milliseconds{13}, milliseconds{2}});
+  driver.run_until(at(milliseconds{70}));
+  EXPECT_THAT(driver.sent, testing::ElementsAre(at(milliseconds{0}), at(milliseconds{34}), at(milliseconds{47}),
+                                                at(milliseconds{50}), at(milliseconds{60}), at(milliseconds{70})));
+  EXPECT_THAT(driver.due, testing::ElementsAre(at(milliseconds{0}), at(milliseconds{10}), at(milliseconds{40}),
+                                               at(milliseconds{50}), at(milliseconds{60}), at(milliseconds{70})))
+      << "due since the first of them";
+}
+
+TEST(PhasedTrigger, AChangedGridHoldsFromItsPointNearestToAPeriodOn) {
+  const auto next_after_change = [](Nanos period, Nanos phase, Nanos when) {
+    SubchainTrigger trigger(at(Nanos{0}), phased(milliseconds{10}, Nanos{0}));
+    EXPECT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+    trigger.change_pacing(at(when), phased(period, phase));
+    return trigger.step(at(when), 1).ask_at;
+  };
+  EXPECT_EQ(next_after_change(milliseconds{10}, milliseconds{0}, milliseconds{3}), at(milliseconds{10}));
+  EXPECT_EQ(next_after_change(milliseconds{10}, milliseconds{5}, milliseconds{3}), at(milliseconds{5}));
+  EXPECT_EQ(next_after_change(milliseconds{10}, milliseconds{4}, milliseconds{3}), at(milliseconds{14}));
+  EXPECT_EQ(next_after_change(milliseconds{10}, milliseconds{6}, milliseconds{7}), at(milliseconds{16})) << "is past";
+  EXPECT_EQ(next_after_change(milliseconds{40}, milliseconds{0}, milliseconds{3}), at(milliseconds{40}));
+}
+
+TEST(PhasedTrigger, WhatIsOwedIsNotForgottenInAChange) {
+  SubchainTrigger trigger(at(Nanos{0}), phased(milliseconds{10}, Nanos{0}));
+  ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+  ASSERT_TRUE(trigger.step(at(milliseconds{10}), 0).ask_on_completion);
+  trigger.change_pacing(at(milliseconds{12}), phased(milliseconds{10}, milliseconds{5}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{12}), 0).ask_on_completion);
+  EXPECT_EQ(trigger.step(at(milliseconds{13}), 1).trigger, at(milliseconds{10}));
+  EXPECT_EQ(trigger.step(at(milliseconds{14}), 2).ask_at, at(milliseconds{15}));
+}
+
+TEST(PhasedTrigger, WhoComesFromAnotherControllerKeepsItsDistance) {
+  const Pacing pacing = phased(milliseconds{10}, milliseconds{4});
+  EXPECT_EQ(first_due(pacing, at(milliseconds{21}), at(milliseconds{20})), at(milliseconds{34}));
+  EXPECT_EQ(first_due(pacing, at(milliseconds{21}), at(milliseconds{19})), at(milliseconds{24}));
+  EXPECT_EQ(first_due(pacing, at(milliseconds{95}), at(milliseconds{19})), at(milliseconds{104}));
+  EXPECT_EQ(first_due(pacing, at(milliseconds{1}), std::nullopt), at(milliseconds{4}));
+}
+
+// --- After another ---
+
+Pacing after_another(int every, Nanos expected = milliseconds{10}) {
+  return {.period = expected, .max_in_flight = 1, .after = plan::After{SubchainId{std::size_t{1}}, every}};
+}
+
+TEST(FollowingTrigger, ComesWithEachOutputFromThenOn) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1));
+  trigger.hear(at(Nanos{0}), 7, at(Nanos{0}));
+  EXPECT_FALSE(trigger.step(at(Nanos{0}), 0).trigger) << "those before do not count";
+  trigger.hear(at(milliseconds{6}), 8, at(milliseconds{5}));
+  const auto decision = trigger.step(at(milliseconds{6}), 0);
+  EXPECT_EQ(decision.trigger, at(milliseconds{5})) << "due when the output came";
+  trigger.hear(at(milliseconds{7}), 8, at(milliseconds{5}));
+  EXPECT_FALSE(trigger.step(at(milliseconds{7}), 1).trigger);
+  trigger.hear(at(milliseconds{9}), 9, at(milliseconds{9}));
+  EXPECT_EQ(trigger.step(at(milliseconds{9}), 1).trigger, at(milliseconds{9}));
+}
+
+TEST(FollowingTrigger, ComesWithEachSoManyThOutput) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(3));
+  std::vector<int> triggered_by;
+  for (int output = 0; output <= 10; ++output) {
+    trigger.hear(at(milliseconds{output}), static_cast<std::uint64_t>(output), at(milliseconds{output}));
+    if (trigger.step(at(milliseconds{output}), trigger.sent()).trigger) triggered_by.push_back(output);
+  }
+  EXPECT_THAT(triggered_by, testing::ElementsAre(3, 6, 9));
+}
+
+TEST(FollowingTrigger, OutputsDuringARunMakeOneTriggerWhenItHasEnded) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(2));
+  trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  trigger.step(at(Nanos{0}), 0);
+  trigger.hear(at(milliseconds{2}), 2, at(milliseconds{2}));
+  ASSERT_TRUE(trigger.step(at(milliseconds{2}), 0).trigger);
+  for (int output = 3; output <= 7; ++output) {
+    trigger.hear(at(milliseconds{output}), static_cast<std::uint64_t>(output), at(milliseconds{output}));
+    const auto decision = trigger.step(at(milliseconds{output}), 0);
+    EXPECT_FALSE(decision.trigger);
+    EXPECT_EQ(decision.ask_on_completion, output >= 4);
+  }
+  EXPECT_EQ(trigger.step(at(milliseconds{8}), 1).trigger, at(milliseconds{4})) << "due since the first";
+  trigger.hear(at(milliseconds{9}), 8, at(milliseconds{9}));
+  EXPECT_EQ(trigger.step(at(milliseconds{9}), 2).trigger, at(milliseconds{9})) << "the seventh still counts";
+}
+
+TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
+  trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{2000})) << "ten periods";
+  EXPECT_EQ(trigger.step(at(milliseconds{2000}), 0).trigger, at(milliseconds{2000}));
+  const auto decision = trigger.step(at(milliseconds{2001}), 1);
+  EXPECT_FALSE(decision.trigger);
+  EXPECT_EQ(decision.ask_at, at(milliseconds{4000}));
+  EXPECT_EQ(silence_limit(after_another(1, milliseconds{10})), milliseconds{1000}) << "and a second at least";
+}
+
+TEST(FollowingTrigger, ACountThatGoesBackBeginsAnew) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1));
+  trigger.hear(at(Nanos{0}), 100, at(Nanos{0}));
+  trigger.hear(at(milliseconds{1}), 3, at(milliseconds{1}));
+  EXPECT_FALSE(trigger.step(at(milliseconds{1}), 0).trigger);
+  trigger.hear(at(milliseconds{2}), 4, at(std::chrono::hours{24}));
+  EXPECT_EQ(trigger.step(at(milliseconds{2}), 0).trigger, at(milliseconds{2})) << "never due in the future";
+}
+
+TEST(FollowingTrigger, AnotherLeadersOutputsCountFromTheChangeOn) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1));
+  trigger.hear(at(Nanos{0}), 5, at(Nanos{0}));
+  trigger.hear(at(milliseconds{1}), 6, at(milliseconds{1}));
+  Pacing other = after_another(1);
+  other.after->subchain = SubchainId{std::size_t{2}};
+  trigger.change_pacing(at(milliseconds{2}), other);
+  trigger.hear(at(milliseconds{2}), 900, at(milliseconds{1}));
+  EXPECT_FALSE(trigger.step(at(milliseconds{2}), 0).trigger);
+  trigger.hear(at(milliseconds{3}), 901, at(milliseconds{3}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{3}), 0).trigger);
+}
+
+// --- The budget of a run ---
+
+Pacing limited(Nanos budget) { return {.period = milliseconds{100}, .max_in_flight = 1, .budget = budget}; }
+
+TEST(Budget, IsLookedAtWhenItCouldBeUsedUpAndNotBefore) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{10}));
+  EXPECT_FALSE(trigger.wants_cpu_time(at(milliseconds{9}), 0));
+  ASSERT_TRUE(trigger.wants_cpu_time(at(milliseconds{10}), 0));
+  trigger.used(at(milliseconds{10}), milliseconds{4});
+  auto decision = trigger.step(at(milliseconds{10}), 0);
+  EXPECT_FALSE(decision.demote);
+  EXPECT_EQ(decision.ask_at, at(milliseconds{16})) << "the rest";
+  ASSERT_TRUE(trigger.wants_cpu_time(at(milliseconds{16}), 0));
+  trigger.used(at(milliseconds{16}), milliseconds{10});
+  decision = trigger.step(at(milliseconds{16}), 0);
+  EXPECT_FALSE(decision.demote) << "not more than its budget";
+  EXPECT_EQ(decision.ask_at, at(milliseconds{16}) + kBudgetGrain);
+  trigger.used(decision.ask_at, milliseconds{10} + kBudgetGrain);
+  decision = trigger.step(decision.ask_at, 0);
+  EXPECT_TRUE(decision.demote);
+  EXPECT_TRUE(trigger.demoted());
+  EXPECT_EQ(decision.ask_at, at(milliseconds{100})) << "nothing more to look at";
+}
+
+TEST(Budget, ARunThatEndedInTimeIsNotLookedAt) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  trigger.step(at(Nanos{0}), 0);
+  EXPECT_FALSE(trigger.wants_cpu_time(at(milliseconds{10}), 1));
+  EXPECT_EQ(trigger.step(at(milliseconds{10}), 1).ask_at, at(milliseconds{100}));
+}
+
+TEST(Budget, ADemotedSubchainIsRestoredWithItsNextTrigger) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  trigger.step(at(Nanos{0}), 0);
+  trigger.used(at(milliseconds{10}), milliseconds{11});
+  ASSERT_TRUE(trigger.step(at(milliseconds{10}), 0).demote);
+  const auto ended = trigger.step(at(milliseconds{30}), 1);
+  EXPECT_FALSE(ended.restore);
+  EXPECT_TRUE(trigger.demoted());
+  const auto next = trigger.step(at(milliseconds{100}), 1);
+  EXPECT_TRUE(next.trigger);
+  EXPECT_TRUE(next.restore);
+  EXPECT_FALSE(trigger.demoted());
+  EXPECT_EQ(next.ask_at, at(milliseconds{110})) << "the next run has a budget of its own";
+}
+
+TEST(Budget, ARunThatHangsIsNotDemotedAndOneThatIsDemotedMayHang) {
+  Pacing pacing = limited(milliseconds{10});
+  pacing.hang_after = milliseconds{50};
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  trigger.step(at(Nanos{0}), 0);
+  trigger.used(at(milliseconds{10}), milliseconds{11});
+  ASSERT_TRUE(trigger.step(at(milliseconds{10}), 0).demote);
+  EXPECT_TRUE(trigger.step(at(milliseconds{50}), 0).hang_began);
+  EXPECT_FALSE(trigger.wants_cpu_time(at(milliseconds{60}), 0));
+  const auto ended = trigger.step(at(milliseconds{70}), 1);
+  EXPECT_TRUE(ended.hang_ended);
+  EXPECT_FALSE(trigger.demoted()) << "the end of a hang restores the level";
+}
+
+TEST(Budget, ANewOneHoldsForTheRunUnderWay) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  trigger.step(at(Nanos{0}), 0);
+  trigger.change_pacing(at(milliseconds{3}), limited(milliseconds{2}));
+  ASSERT_TRUE(trigger.wants_cpu_time(at(milliseconds{3}), 0));
+  trigger.used(at(milliseconds{3}), milliseconds{3});
+  EXPECT_TRUE(trigger.step(at(milliseconds{3}), 0).demote);
+  trigger.change_pacing(at(milliseconds{4}), limited(Nanos{0}));
+  EXPECT_FALSE(trigger.demoted()) << "without a budget nobody is";
+}
+
+RC_GTEST_PROP(PhasedTriggerProperty, KeepsToItsGridWhateverTheRunsTake, ()) {
+  const Nanos period = milliseconds{*rc::gen::inRange(1, 50)};
+  const Nanos phase = *rc::gen::inRange<Nanos::rep>(0, period.count()) * Nanos{1};
+  std::vector<Nanos> durations;
+  for (const int ms : *rc::gen::nonEmpty(rc::gen::container<std::vector<int>>(rc::gen::inRange(0, 120)))) {
+    durations.emplace_back(milliseconds{ms});
+  }
+  Driver driver(phased(period, phase), durations);
+  driver.run_until(at(milliseconds{2000}));
+  RC_ASSERT(driver.max_under_way <= 1U);
+  for (std::size_t k = 0; k < driver.sent.size(); ++k) {
+    RC_ASSERT((driver.due[k].time_since_epoch() - phase) % period == Nanos{0});
+    RC_ASSERT(driver.sent[k] >= driver.due[k]);
+    if (k == 0) continue;
+    RC_ASSERT(driver.due[k] > driver.sent[k - 1]);  // one trigger for all that came due before
+    // At its due time, or as soon as the run before has ended.
+    const TimePoint ended = driver.sent[k - 1] + durations[std::min(k, durations.size()) - 1];
+    RC_ASSERT(driver.sent[k] == std::max(driver.due[k], ended));
+    // No point of the grid is left out.
+    RC_ASSERT(driver.due[k] - driver.sent[k - 1] <= period);
+  }
+}
+
+RC_GTEST_PROP(FollowingTriggerProperty, ATriggerForEachSoManyOutputsOrOneForThoseOfARun, ()) {
+  const int every = *rc::gen::inRange(1, 4);
+  SubchainTrigger trigger(at(Nanos{0}), after_another(every));
+  trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  trigger.step(at(Nanos{0}), 0);
+  TimePoint now{};
+  TimePoint ends{};
+  std::uint64_t outputs = 0;
+  std::uint64_t owed_from = 0;  // outputs up to here are answered
+  bool owed = false;
+  for (int k = 0; k < 100; ++k) {
+    now += milliseconds{*rc::gen::inRange(1, 8)};
+    outputs += static_cast<std::uint64_t>(*rc::gen::inRange(0, 3));
+    const bool free = ends <= now;
+    trigger.hear(now, outputs, now);
+    const auto decision = trigger.step(now, free ? trigger.sent() : trigger.sent() - 1);
+    if (outputs - owed_from >= static_cast<std::uint64_t>(every)) {
+      owed = true;
+      owed_from = outputs - outputs % static_cast<std::uint64_t>(every);
+    }
+    RC_ASSERT(decision.trigger.has_value() == (owed && free));
+    if (!decision.trigger) continue;
+    owed = false;
+    ends = now + milliseconds{*rc::gen::inRange(0, 30)};
+  }
+}
+
+RC_GTEST_PROP(BudgetProperty, DemotedOnceMoreIsUsedAndNeverBefore, ()) {
+  const Nanos budget = std::chrono::microseconds{*rc::gen::inRange(100, 5000)};
+  SubchainTrigger trigger(at(Nanos{0}), {.period = std::chrono::seconds{10}, .max_in_flight = 1, .budget = budget});
+  TimePoint now{};
+  Nanos used{0};
+  int looks = 0;
+  int pre_emptions = 0;
+  auto decision = trigger.step(now, 0);
+  while (!decision.demote) {
+    const Nanos asked = decision.ask_at - now;
+    RC_ASSERT(asked > Nanos{0});
+    // It runs for some of the time until then, all of it where nobody pre-empts it.
+    const bool pre_empted = *rc::gen::arbitrary<bool>() && pre_emptions < 50;
+    pre_emptions += pre_empted ? 1 : 0;
+    used += pre_empted ? asked / *rc::gen::inRange(2, 5) : asked;
+    now = decision.ask_at;
+    RC_ASSERT(trigger.wants_cpu_time(now, 0));
+    trigger.used(now, used);
+    decision = trigger.step(now, 0);
+    RC_ASSERT(decision.demote == (used > budget));
+    ++looks;
+  }
+  RC_ASSERT(used <= budget + kBudgetGrain);
+  RC_ASSERT(looks <= pre_emptions + 2);
+}
+
 Pacing arbitrary_pacing() {
   if (*rc::gen::arbitrary<bool>()) {
     const Millis period(*rc::gen::inRange(1, 50));

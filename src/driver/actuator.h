@@ -12,6 +12,7 @@
 
 #include "base/ids.h"
 #include "base/time.h"
+#include "dispatch/overrun.h"
 #include "dispatch/shared_core_member.h"
 #include "dispatch/slot_use.h"
 #include "os/os.h"
@@ -48,11 +49,28 @@ class Actuator {
   // Whether the controller is to step as soon as a run has ended. `known`: what completed() was when the controller
   // decided; if it is something else by now, the next step follows at once.
   virtual void await_completion(SubchainId subchain, bool wanted, std::uint64_t known) = 0;
+  // From now on CPU time is counted for its run.
+  virtual void begin_run(SubchainId subchain) = 0;
+  // CPU time that its threads have used since then. One that has ended counts with what it had used when it was looked
+  // at last, one that has joined from when it was seen first.
+  virtual Nanos cpu_time(SubchainId subchain) = 0;
+
+  // --- The outputs of a subchain that this controller's follows, whoever holds that ---
+  struct Outputs {
+    std::uint64_t count = 0;
+    TimePoint newest{};  // when that came
+  };
+  // Of its tail. They may be anything, as completed().
+  virtual Outputs outputs(SubchainId leader) const = 0;
+  // Whether the controller is to step as soon as there is another output. `known`: as for await_completion(). False:
+  // there is no room for another that follows it, so the controller has to look by itself.
+  virtual bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) = 0;
 
   // --- Reports ---
   virtual void slot_over(const dispatch::SlotUse& slot) = 0;
   virtual void stole(const dispatch::Steal& steal) = 0;
   virtual void hang_changed(SubchainId subchain, bool began, TimePoint at) = 0;
+  virtual void over_budget(const dispatch::Overrun& overrun) = 0;
 };
 
 }  // namespace ctn::driver

@@ -5,6 +5,8 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+
 #include "driver/testing/samples.h"
 
 namespace ctn::driver {
@@ -13,7 +15,28 @@ namespace {
 constexpr std::size_t kSubchains = 4;
 constexpr std::size_t kCores = 2;
 
-// Each has its CPU to itself or shares one of the cores.
+// How it is paced where it takes turns with nobody: it owns its CPU, or has a fixed priority.
+policy::SubchainPlace arbitrary_pacing(std::size_t index) {
+  const os::CpuSet own{static_cast<int>(kCores + index)};
+  const Nanos period = ms(*rc::gen::inRange(1, 20));
+  const int form = *rc::gen::inRange(0, 3);
+  if (form == 0) return paced(period, own, ms(100));
+  const int rank = static_cast<int>(index);
+  const Nanos budget = std::chrono::microseconds{
+      *rc::gen::weightedOneOf<int>({{1, rc::gen::just(0)}, {2, rc::gen::inRange(100, 15000)}})};
+  policy::SubchainPlace place = phased(rank, period, period * *rc::gen::inRange(0, 10) / 10, budget);
+  if (form == 2) {
+    // Of anybody else, who may be absent, or follow it in turn: then both are triggered as silent ones are.
+    const SubchainId leader((index + static_cast<std::size_t>(*rc::gen::inRange(1, static_cast<int>(kSubchains)))) %
+                            kSubchains);
+    place = follows(rank, leader, *rc::gen::inRange(1, 4), period, budget);
+  }
+  place.pacing.hang_after = ms(100);
+  place.cpus = own;
+  return place;
+}
+
+// Each has its CPU to itself, has a fixed priority, or shares one of the cores.
 policy::Assignment arbitrary_assignment() {
   policy::Assignment made;
   made.cores.resize(kCores);
@@ -22,7 +45,7 @@ policy::Assignment arbitrary_assignment() {
     const int core = *rc::gen::inRange(-1, static_cast<int>(kCores));
     present.push_back(*rc::gen::weightedElement<bool>({{5, true}, {1, false}}));
     if (core < 0) {
-      made.places.push_back(paced(ms(*rc::gen::inRange(1, 20)), os::CpuSet{static_cast<int>(kCores + index)}, ms(100)));
+      made.places.push_back(arbitrary_pacing(index));
     } else {
       made.places.push_back(shares(core));
       dispatch::SharedCoreSlot slot =
@@ -44,6 +67,13 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
   FakeWorld world(kSubchains, kCores, [&](SubchainId id, std::uint64_t number) {
     return std::chrono::microseconds{costs[(number + id.index()) % costs.size()]};
   });
+  // No output now and then, and more runs at a time than one: never.
+  world.gives_output = [](SubchainId id, std::uint64_t number) { return (number + id.index()) % 5 != 0; };
+  world.after_step = [&] {
+    for (const FakeWorld::Subchain& subchain : world.subchains) {
+      RC_ASSERT(subchain.triggers.size() <= subchain.completed + 1);
+    }
+  };
   const int plans = *rc::gen::inRange(1, 12);
   policy::Assignment last;
   for (int plan = 0; plan < plans; ++plan) {
@@ -54,7 +84,8 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
   world.run_for(ms(200));
   std::vector<std::size_t> before;
   for (const FakeWorld::Subchain& subchain : world.subchains) before.push_back(subchain.triggers.size());
-  world.run_for(ms(300));
+  // Longer than anybody is silent.
+  world.run_for(ms(1200));
   for (std::size_t index = 0; index < kSubchains; ++index) {
     const policy::SubchainPlace& place = last.places[index];
     const FakeWorld::Subchain& subchain = world.subchains[index];
@@ -66,6 +97,25 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
     RC_ASSERT(*subchain.holder == (place.core < 0 ? index : kSubchains + static_cast<std::size_t>(place.core)));
     RC_ASSERT(subchain.cpus == place.cpus);
     RC_ASSERT(subchain.triggers.size() > before[index]);
+    if (place.pacing.phase) {
+      for (std::size_t k = before[index] + 1; k < subchain.triggers.size(); ++k) {
+        RC_ASSERT((subchain.triggers[k].due.time_since_epoch() - *place.pacing.phase) % place.pacing.period ==
+                  Nanos{0});
+      }
+    }
+    // Whoever is at the level of who was demoted was so since its last trigger.
+    const bool demoted = place.core < 0 && subchain.levels.front() == os::Level::kBackground;
+    const bool told = std::any_of(world.overruns.begin(), world.overruns.end(), [&](const dispatch::Overrun& overrun) {
+      return overrun.subchain == SubchainId(index) && overrun.number == subchain.triggers.size();
+    });
+    RC_ASSERT(!demoted || told);
+  }
+  // Nobody is woken by outputs who does not follow.
+  for (std::size_t leader = 0; leader < kSubchains; ++leader) {
+    for (const std::size_t follower : world.subchains[leader].followers) {
+      RC_ASSERT(follower < kSubchains && last.places[follower].pacing.after);
+      RC_ASSERT(last.places[follower].pacing.after->subchain == SubchainId(leader));
+    }
   }
   RC_ASSERT(!testing::Test::HasFailure());
 }

@@ -5,17 +5,28 @@
 
 namespace ctn::driver {
 
+namespace {
+
+std::optional<SubchainId> leader_of(const dispatch::Pacing& pacing) {
+  return pacing.after ? std::optional(pacing.after->subchain) : std::nullopt;
+}
+
+}  // namespace
+
 TimePoint SubchainPacer::step(TimePoint now) {
   follow(now);
   if (!trigger_) return kNever;
   const std::uint64_t completed = actuator_->completed(subchain_);
-  const dispatch::SubchainTrigger::Decision decision = trigger_->step(now, std::min(completed, trigger_->sent()));
+  const std::uint64_t ended = std::min(completed, trigger_->sent());
+  const TimePoint look_at = hear(now);
+  measure(now, ended);
+  const dispatch::SubchainTrigger::Decision decision = trigger_->step(now, ended);
   act(decision, now);
   if (decision.ask_on_completion || awaits_) {
     awaits_ = decision.ask_on_completion;
     actuator_->await_completion(subchain_, awaits_, completed);
   }
-  return decision.ask_at;
+  return std::min(decision.ask_at, look_at);
 }
 
 void SubchainPacer::follow(TimePoint now) {
@@ -37,24 +48,38 @@ void SubchainPacer::adopt(TimePoint now, const policy::SubchainPlace& place, con
   suspended_ = state.hanging;
   actuator_->move(subchain_, place.cpus);
   if (!suspended_) actuator_->set_levels(subchain_, place);
-  const TimePoint start = state.sent > 0 ? std::max(now, state.triggered_at + place.pacing.period) : now;
-  trigger_.emplace(start, place.pacing, state.sent, state.completed);
+  const auto last = state.sent > 0 ? std::optional(state.triggered_at) : std::nullopt;
+  trigger_.emplace(dispatch::first_due(place.pacing, now, last), place.pacing, state.sent, state.completed);
+  set_leader(leader_of(place.pacing));
+  if (place.pacing.budget == Nanos{0} || state.sent == state.completed) return;
+  // What a run that is under way used elsewhere does not count.
+  actuator_->begin_run(subchain_);
+  trigger_->restart_budget(now);
 }
 
 void SubchainPacer::change(TimePoint now, const policy::SubchainPlace& place) {
   if (place.cpus != place_.cpus) actuator_->move(subchain_, place.cpus);
+  const bool was_demoted = trigger_->demoted();
+  if (place.pacing != place_.pacing) {
+    if (place_.pacing.budget == Nanos{0} && place.pacing.budget > Nanos{0}) actuator_->begin_run(subchain_);
+    trigger_->change_pacing(now, place.pacing);
+    set_leader(leader_of(place.pacing));
+  }
   const bool same_levels = place.level == place_.level && place.levels == place_.levels;
-  if (!same_levels && !suspended_) actuator_->set_levels(subchain_, place);
-  if (place.pacing != place_.pacing) trigger_->change_pacing(now, place.pacing);
+  const bool restored = was_demoted && !trigger_->demoted();
+  if ((!same_levels || restored) && !suspended_ && !trigger_->demoted()) actuator_->set_levels(subchain_, place);
   place_ = place;
 }
 
 void SubchainPacer::raise_joined_threads() {
   actuator_->move(subchain_, place_.cpus);
-  if (!suspended_) actuator_->set_levels(subchain_, place_);
+  if (suspended_) return;
+  trigger_->demoted() ? actuator_->set_level(subchain_, os::Level::kBackground)
+                      : actuator_->set_levels(subchain_, place_);
 }
 
 void SubchainPacer::release() {
+  set_leader(std::nullopt);
   actuator_->set_level(subchain_, os::Level::kOrdinary);
   dispatch::RunState state;
   state.sent = trigger_->sent();
@@ -66,13 +91,40 @@ void SubchainPacer::release() {
   actuator_->hand_over(subchain_, state);
 }
 
+void SubchainPacer::set_leader(std::optional<SubchainId> leader) {
+  if (leader == leader_) return;
+  if (leader_) static_cast<void>(actuator_->await_outputs(*leader_, false, 0));
+  leader_ = leader;
+}
+
+// When to look for outputs, where nobody wakes it.
+TimePoint SubchainPacer::hear(TimePoint now) {
+  if (!leader_) return kNever;
+  const Actuator::Outputs outputs = actuator_->outputs(*leader_);
+  trigger_->hear(now, outputs.count, outputs.newest);
+  return actuator_->await_outputs(*leader_, true, outputs.count) ? kNever : now + place_.pacing.period;
+}
+
+void SubchainPacer::measure(TimePoint now, std::uint64_t completed) {
+  if (!trigger_->wants_cpu_time(now, completed)) return;
+  cpu_time_ = actuator_->cpu_time(subchain_);
+  trigger_->used(now, cpu_time_);
+}
+
 void SubchainPacer::act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now) {
+  if (decision.demote) {
+    actuator_->set_level(subchain_, os::Level::kBackground);
+    actuator_->over_budget({subchain_, trigger_->sent(), now, cpu_time_});
+  }
   if (decision.hang_began || decision.hang_ended) {
     suspended_ = decision.hang_began;
     suspended_ ? actuator_->set_level(subchain_, os::Level::kOrdinary) : actuator_->set_levels(subchain_, place_);
     actuator_->hang_changed(subchain_, suspended_, now);
   }
-  if (decision.trigger) actuator_->trigger(subchain_, trigger_->sent(), *decision.trigger);
+  if (decision.restore && !suspended_) actuator_->set_levels(subchain_, place_);
+  if (!decision.trigger) return;
+  if (place_.pacing.budget > Nanos{0}) actuator_->begin_run(subchain_);
+  actuator_->trigger(subchain_, trigger_->sent(), *decision.trigger);
 }
 
 }  // namespace ctn::driver

@@ -1,8 +1,10 @@
-// Paces one subchain while it has its CPUs to itself: the state machine of owned cores (dispatch/subchain_trigger.h),
-// carried out. While the subchain shares a core, or one of its nodes is missing, it has nothing to do.
+// Paces one subchain while it has its CPUs to itself, or a fixed priority on one: the state machine of
+// dispatch/subchain_trigger.h, carried out. While the subchain takes turns on a core, or one of its nodes is missing,
+// it has nothing to do.
 //
-// It is also the watchdog of its subchain: a run that hangs at a real-time level is lowered to the ordinary one until
-// it ends.
+// It is also the watchdog of its subchain: a run that exceeds its budget of CPU time is demoted to the background,
+// below all fixed priorities, until the next trigger; a run that hangs at a real-time level is lowered to the ordinary
+// one until it ends.
 //
 // Thread safety: as controller.h says.
 #pragma once
@@ -29,6 +31,9 @@ class SubchainPacer final : public Controller {
   void change(TimePoint now, const policy::SubchainPlace& place);
   void raise_joined_threads();
   void release();
+  void set_leader(std::optional<SubchainId> leader);
+  TimePoint hear(TimePoint now);
+  void measure(TimePoint now, std::uint64_t completed);
   void act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now);
 
   Actuator* actuator_;
@@ -38,6 +43,8 @@ class SubchainPacer final : public Controller {
   std::optional<dispatch::SubchainTrigger> trigger_;  // none: it does not hold the subchain
   bool suspended_ = false;                            // a run of it hangs
   bool awaits_ = false;                               // the end of a run
+  std::optional<SubchainId> leader_;                  // that it follows, and whose outputs it awaits
+  Nanos cpu_time_{0};                                 // of the run under way, as measured last
 };
 
 }  // namespace ctn::driver

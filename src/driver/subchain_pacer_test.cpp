@@ -152,6 +152,165 @@ TEST(SubchainPacer, ThreadsThatJoinAHungRunAreNotRaised) {
   EXPECT_EQ(world.of(kOnly).cpus, CpuSet{3});
 }
 
+// --- Fixed priorities ---
+
+constexpr SubchainId kLeader{std::size_t{0}};
+constexpr SubchainId kFollower{std::size_t{1}};
+
+TEST(SubchainPacer, PhasesOfSubchainsStayWhatTheyAreThroughPlans) {
+  FakeWorld world(2, 0, each_takes(ms(2)));
+  world.publish(assignment({phased(1, ms(10), ms(0)), phased(0, ms(10), ms(4))}));
+  world.run_until(at(ms(25)));
+  world.publish(assignment({phased(0, ms(20), ms(0)), phased(1, ms(20), ms(4))}));
+  world.run_until(at(ms(65)));
+  EXPECT_THAT(world.sent(kLeader), ElementsAre(0, 10, 20, 40, 60));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(4, 14, 24, 44, 64));
+  EXPECT_THAT(world.of(kFollower).levels, Each(os::fixed_level(1)));
+}
+
+TEST(SubchainPacer, WhoTookTurnsBeforeKeepsToItsPhase) {
+  FakeWorld world(1, 1, each_takes(ms(2)));
+  world.publish(assignment({shares(0)}, {dispatch::elastic({every(1, 0, ms(4))}, 0.0, ms(5))}));
+  world.run_until(at(ms(8)));
+  world.publish(assignment({phased(0, ms(10), ms(3))}, {{}}));
+  world.run_until(at(ms(45)));
+  std::vector<double> sent = world.sent(kOnly);
+  ASSERT_GT(sent.size(), 3U);
+  sent.erase(sent.begin(), sent.end() - 3);
+  EXPECT_THAT(sent, ElementsAre(23, 33, 43));
+}
+
+TEST(SubchainPacer, AFollowerIsTriggeredByOutputsAndNotByRunsThatGiveNone) {
+  FakeWorld world(2, 0, each_takes(ms(3)));
+  world.gives_output = [](SubchainId id, std::uint64_t number) { return id == kLeader && number != 2; };
+  world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}));
+  world.run_until(at(ms(45)));
+  EXPECT_THAT(world.sent(kLeader), ElementsAre(0, 10, 20, 30, 40));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(3, 23, 33, 43));
+  for (const record::Trigger& trigger : world.of(kFollower).triggers) EXPECT_EQ(trigger.due, trigger.sent);
+}
+
+TEST(SubchainPacer, AFollowerThatIsBusyIsTriggeredOnceWhenItHasEnded) {
+  FakeWorld world(2, 0, [](SubchainId id, std::uint64_t) { return id == kLeader ? ms(1) : ms(25); });
+  world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}));
+  world.run_until(at(ms(60)));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(1, 26, 51));
+  EXPECT_EQ(world.of(kFollower).triggers[1].due, at(ms(11))) << "when the first of these outputs came";
+}
+
+TEST(SubchainPacer, AFollowerOfWhoeverIsNotThereGoesOnSlowly) {
+  FakeWorld world(2, 0, each_takes(ms(1)));
+  policy::SubchainPlace leader = phased(1, ms(10), ms(0));
+  const policy::SubchainPlace follower = follows(0, kLeader, 1, ms(10));
+  world.publish(assignment({leader, follower}));
+  world.run_until(at(ms(15)));
+  leader.present = false;
+  world.publish(assignment({leader, follower}));
+  world.run_until(at(ms(2200)));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(1, 11, 1011, 2011));
+  leader.present = true;
+  world.publish(assignment({leader, follower}));
+  world.run_until(at(ms(2225)));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(1, 11, 1011, 2011, 2201, 2211, 2221)) << "and is back at once";
+}
+
+TEST(SubchainPacer, WhoFollowsNobodyAnyMoreDoesNotListen) {
+  FakeWorld world(2, 1, each_takes(ms(1)));
+  world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
+  world.run_until(at(ms(5)));
+  EXPECT_THAT(world.of(kLeader).followers, ElementsAre(kFollower.index()));
+  world.publish(assignment({phased(1, ms(10), ms(0)), phased(0, ms(10), ms(7))}, {{}}));
+  world.run_until(at(ms(6)));
+  EXPECT_THAT(world.of(kLeader).followers, IsEmpty());
+  world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
+  world.run_until(at(ms(8)));
+  EXPECT_THAT(world.of(kLeader).followers, ElementsAre(kFollower.index()));
+  world.publish(
+      assignment({phased(1, ms(10), ms(0)), shares(0)}, {dispatch::elastic({every(1, 1, ms(4))}, 0.0, ms(5))}));
+  world.run_until(at(ms(9)));
+  EXPECT_THAT(world.of(kLeader).followers, IsEmpty());
+}
+
+TEST(SubchainPacer, WhereThereIsNoRoomToFollowItLooksByItself) {
+  FakeWorld world(2, 0, each_takes(ms(3)));
+  world.max_followers = 0;
+  world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(5))}));
+  world.run_until(at(ms(29)));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(5, 15, 25)) << "every period of its own";
+  EXPECT_EQ(world.of(kFollower).triggers.front().due, at(ms(3)));
+}
+
+TEST(SubchainPacer, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
+  FakeWorld world(1, 0, [](SubchainId, std::uint64_t number) { return number == 2 ? ms(7) : ms(2); });
+  world.publish(assignment({phased(3, ms(10), ms(0), ms(4))}));
+  world.run_until(at(ms(13)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  EXPECT_EQ(world.of(kOnly).measured, 0U) << "nobody looks at a run that ends in time";
+  world.run_until(at(ms(15)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground));
+  world.run_until(at(ms(19)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground)) << "its run has ended, and the next one has not begun";
+  world.run_until(at(ms(21)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  EXPECT_THAT(world.overruns, ElementsAre(dispatch::Overrun{kOnly, 2, at(ms(14)) + dispatch::kBudgetGrain,
+                                                            ms(4) + dispatch::kBudgetGrain}));
+  EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 10, 20));
+}
+
+TEST(SubchainPacer, TimeThatARunWaitsIsNotItsBudgets) {
+  FakeWorld world(1, 0, each_takes(ms(9)));
+  // Pre-empted for all but the first and the last millisecond.
+  world.cpu_time = [&](SubchainId) {
+    const Nanos since = (world.now - TimePoint{}) % ms(10);
+    return (world.now - TimePoint{}) / ms(10) * ms(2) + std::min(since, ms(1)) + std::max(since - ms(8), Nanos{0});
+  };
+  world.publish(assignment({phased(3, ms(10), ms(0), ms(2))}));
+  world.run_until(at(ms(9)) + Nanos{1});
+  EXPECT_THAT(world.overruns, IsEmpty());
+  EXPECT_EQ(world.of(kOnly).measured, 7U) << "after 2 ms, and then each time that the rest has passed";
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+}
+
+TEST(SubchainPacer, ADemotedRunThatHangsIsSuspendedAndRestored) {
+  FakeWorld world(1, 0, [](SubchainId, std::uint64_t number) { return number == 1 ? kNeverEnds : ms(1); });
+  policy::SubchainPlace place = phased(3, ms(10), ms(0), ms(4));
+  place.pacing.hang_after = ms(30);
+  world.publish(assignment({place}));
+  world.run_until(at(ms(29)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground));
+  world.run_until(at(ms(45)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
+  world.end_hung_run(kOnly);
+  world.run_until(at(ms(46)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  EXPECT_EQ(world.overruns.size(), 1U);
+  EXPECT_EQ(world.hangs.size(), 2U);
+}
+
+TEST(SubchainPacer, ADemotedRunStaysSoThroughPlansThatLimitIt) {
+  FakeWorld world(1, 0, each_takes(ms(9)));
+  world.publish(assignment({phased(3, ms(20), ms(0), ms(4))}));
+  world.run_until(at(ms(5)));
+  world.join(kOnly);
+  world.publish(assignment({phased(2, ms(20), ms(0), ms(5))}));
+  world.run_until(at(ms(6)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground)) << "threads that join it, too";
+  world.publish(assignment({paced(ms(20), CpuSet{0})}));
+  world.run_until(at(ms(7)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kActive)) << "on cores that it owns";
+}
+
+TEST(SubchainPacer, ARunThatBeganElsewhereHasItsBudgetFromThenOn) {
+  FakeWorld world(1, 1, [](SubchainId, std::uint64_t number) { return number == 1 ? ms(40) : ms(1); });
+  world.publish(assignment({shares(0)}, {dispatch::elastic({every(1, 0, ms(4))}, 0.0, ms(5))}));
+  world.run_until(at(ms(6)));
+  world.publish(assignment({phased(3, ms(20), ms(0), ms(4))}, {{}}));
+  world.run_until(at(ms(60)));
+  ASSERT_EQ(world.overruns.size(), 1U);
+  EXPECT_LE(world.overruns.front().cpu, ms(4) + dispatch::kBudgetGrain);
+  EXPECT_GT(world.overruns.front().at, at(ms(10)));
+}
+
 TEST(SubchainPacer, WithNothingToDoItSleeps) {
   FakeWorld world(1, 1, each_takes(ms(1)));
   world.publish(assignment({shares(0)}, {dispatch::elastic({every(1, 0, ms(4))}, 0.0, ms(5))}));

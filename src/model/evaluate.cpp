@@ -37,8 +37,11 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains) {
   std::vector<ElementTiming> elements;
+  std::optional<SubchainId> before;
   for (const graph::ChainElement& element : graph.chain_elements(path)) {
     elements.push_back(evaluate_element(graph, element, costs, subchains));
+    elements.back().follows = element.subchain && before && subchains[element.subchain->index()].follows == before;
+    before = element.subchain;
   }
   return chain_timing(elements);
 }

@@ -33,7 +33,7 @@ ChainTiming chain_timing(std::span<const ElementTiming> elements) {
   assert(!elements.empty());
   ChainTiming timing;
   for (const ElementTiming& element : elements) {
-    if (&element != &elements.front()) timing.latency += element.period;
+    if (&element != &elements.front() && !element.follows) timing.latency += element.period;
     timing.latency += element.execution;
     timing.period = std::max(timing.period, std::max(element.period, element.output_period.value_or(Millis{0})));
   }

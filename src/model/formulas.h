@@ -31,10 +31,11 @@ struct ElementTiming {
   Millis period{0};                     // p
   Millis execution{0};                  // L
   std::optional<Millis> output_period;  // of one of its nodes, where longer than p
+  bool follows = false;                 // the outputs of the element before trigger it: its input never waits
 };
 
 struct ChainTiming {
-  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x)
+  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x), without p_x where x follows
   Millis period{0};    // max p_x, with output periods
   Millis response{0};  // latency + period
 };

@@ -36,10 +36,12 @@ class Check {
   }
 
   bool ok() const { return problems_.empty(); }
+  std::size_t problems() const { return problems_.size(); }
   std::vector<Problem> take_problems() { return std::move(problems_); }
 
   std::string subchain_key(SubchainId id, const char* field) const;
   static std::string core_key(std::size_t core, const char* field);
+  static std::string member_key(std::size_t core, std::size_t member, const char* field);
   static std::string slot_key(std::size_t core, std::size_t slot, const char* field);
 
   const Plan& plan;
@@ -55,6 +57,7 @@ class Check {
 void check_shape(Check& check, int core_count);
 void check_cores(Check& check);     // who has which core
 void check_frames(Check& check);    // slots and frames of shared cores; others have none
+bool check_members(Check& check);   // fixed priorities; false: what is promised cannot be computed
 void check_groups(Check& check);    // owned and shared cores by their formulas
 void check_rates(Check& check);     // caps and exact rates
 void check_promises(Check& check);  // chains, nodes, objective, relaxed bounds

@@ -9,6 +9,7 @@
 #include "plan/check.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
+#include "plan/promise.h"
 
 namespace ctn::plan {
 namespace {
@@ -23,7 +24,9 @@ std::vector<Members> members_by_core(const Plan& plan) {
   return members;
 }
 
-bool is_shared(const Members& members) { return members.size() > 1; }
+bool in_frames(const CorePlan& core, const Members& members) {
+  return core.form == Form::kFrames && members.size() > 1;
+}
 
 // On a core that nobody shares there are no turns to take: its frame is empty.
 void check_no_frame(Check& check, std::size_t number) {
@@ -138,6 +141,68 @@ void check_owning_subchain(Check& check, SubchainId id) {
   }
 }
 
+// Every member once, the highest priority first, each triggered in one way.
+void check_priorities(Check& check, std::size_t number, const Members& members) {
+  const CorePlan& core = check.plan.cores[number];
+  check_no_frame(check, number);
+  Members planned;
+  for (const Member& member : core.members) planned.push_back(member.subchain);
+  std::sort(planned.begin(), planned.end());
+  if (planned != members) {
+    std::string names;
+    for (const SubchainId id : members) names += (names.empty() ? "" : ", ") + check.app.graph.subchain(id).name;
+    check.problem(Check::core_key(number, "members"), fmt::format("the members of this core must be: {}", names));
+    return;
+  }
+  for (std::size_t i = 0; i < core.members.size(); ++i) {
+    const Member& member = core.members[i];
+    const auto key = [&](const char* field) { return Check::member_key(number, i, field); };
+    if (member.priority != static_cast<int>(core.members.size() - i)) {
+      check.problem(key("priority"), fmt::format("{} stands where {} belongs: they go down to 1", member.priority,
+                                                 core.members.size() - i));
+    }
+    if (member.pause && member.after) check.problem(key("after"), "it is triggered after a pause, or by another");
+    if (!member.after && member.period <= Millis{0}) {
+      check.problem(key("period_ms"), "what is triggered by time needs a period");
+    }
+    if ((member.pause || member.after) ? member.phase > Millis{0}
+                                       : member.phase > Millis{0} && member.phase >= member.period) {
+      check.problem(key("phase_ms"), fmt::format("{} ms are no phase of its triggers", member.phase.count()));
+    }
+    const PeriodLimits limits = period_limits(check.app.graph, member.subchain);
+    if (limits.exact && (member.pause || member.after)) {
+      check.problem(key("period_ms"), "an exact rate is triggered by time");
+    }
+    if (!at_least(member.budget, check.costs_of(member.subchain).subchain_total(check.app.graph, member.subchain))) {
+      check.problem(key("budget_ms"),
+                    fmt::format("{} ms are less than the compute time of a run", member.budget.count()));
+    }
+  }
+}
+
+// Nobody waits for outputs that wait for its own.
+void check_following(Check& check, SubchainId id) {
+  SubchainId at = id;
+  for (std::size_t steps = 0; steps <= check.plan.subchains.size(); ++steps) {
+    const Member* const member = member_of(check.plan, at);
+    if (member == nullptr || !member->after) return;
+    at = member->after->subchain;
+    if (at != id) continue;
+    check.problem(check.subchain_key(id, "after"), "it is triggered by outputs that its own outputs trigger");
+    return;
+  }
+}
+
+void check_member_timing(Check& check, SubchainId id, const std::vector<Promise>& promises) {
+  const SubchainPlan& subchain = check.plan.subchains[id.index()];
+  const Promise& promised = promises[id.index()];
+  check.expect(check.subchain_key(id, "share"), subchain.share, 1.0, "a fixed priority");
+  check.expect(check.subchain_key(id, "period_ms"), subchain.period, promised.period, "response-time analysis");
+  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, promised.execution,
+               "response-time analysis");
+  if (subchain.threads != 1) check.problem(check.subchain_key(id, "threads"), "with a fixed priority there is but 1");
+}
+
 }  // namespace
 
 void check_cores(Check& check) {
@@ -145,7 +210,7 @@ void check_cores(Check& check) {
   const auto kind = [&](std::size_t core) { return check.app.kind_of(static_cast<int>(core)); };
   std::vector<char> sharing(check.app.kinds(), 0);
   for (std::size_t core = 0; core < members.size(); ++core) {
-    if (is_shared(members[core])) sharing[kind(core)] = 1;
+    if (members[core].size() > 1) sharing[kind(core)] = 1;
   }
   for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
     const std::vector<int>& cores = check.plan.subchains[i].cores;
@@ -157,7 +222,7 @@ void check_cores(Check& check) {
     if (members[core].empty() && sharing[kind(core)]) {
       check.problem(fmt::format("cores[{}]", core), "nobody has this core, while others are shared");
     }
-    if (!is_shared(members[core])) continue;
+    if (members[core].size() < 2 && check.plan.cores[core].form == Form::kFrames) continue;
     for (const SubchainId id : members[core]) {
       if (check.plan.subchains[id.index()].cores.size() == 1) continue;
       check.problem(check.subchain_key(id, "cores"),
@@ -169,7 +234,7 @@ void check_cores(Check& check) {
 void check_frames(Check& check) {
   const std::vector<Members> members = members_by_core(check.plan);
   for (std::size_t core = 0; core < members.size(); ++core) {
-    if (is_shared(members[core])) {
+    if (in_frames(check.plan.cores[core], members[core])) {
       check_shared_core(check, core, members[core]);
     } else {
       check_no_frame(check, core);
@@ -177,12 +242,35 @@ void check_frames(Check& check) {
   }
 }
 
+bool check_members(Check& check) {
+  const std::size_t before = check.problems();
+  const std::vector<Members> members = members_by_core(check.plan);
+  for (std::size_t core = 0; core < members.size(); ++core) {
+    if (check.plan.cores[core].form == Form::kPriorities) {
+      check_priorities(check, core, members[core]);
+    } else if (!check.plan.cores[core].members.empty()) {
+      check.problem(Check::core_key(core, "members"), "a core in frames has slots, not members");
+    }
+  }
+  if (check.problems() > before) return false;
+  for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) check_following(check, SubchainId(i));
+  return check.problems() == before;
+}
+
 void check_groups(Check& check) {
   const std::vector<Members> members = members_by_core(check.plan);
+  const std::optional<std::vector<Promise>> promises = promise(check.plan, check.app, check.costs);
+  if (!promises) {
+    check.problem("cores", "on a core with fixed priorities, subchains leave those below them no time");
+    return;
+  }
   for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
     const SubchainId id{i};
     check_share(check, id);
-    if (is_shared(members[static_cast<std::size_t>(check.plan.subchains[i].cores.front())])) {
+    const auto core = static_cast<std::size_t>(check.plan.subchains[i].cores.front());
+    if (check.plan.cores[core].form == Form::kPriorities) {
+      check_member_timing(check, id, *promises);
+    } else if (in_frames(check.plan.cores[core], members[core])) {
       check_sharing_subchain(check, id);
     } else {
       check_owning_subchain(check, id);

@@ -86,7 +86,7 @@ void check_rates(Check& check) {
 }
 
 void check_promises(Check& check) {
-  const Prediction must_be = predict(check.app, check.costs, check.plan.subchains);
+  const Prediction must_be = predict(check.app, check.costs, check.plan.subchains, check.plan.cores);
   check_chains(check, must_be.chains);
   check_nodes(check, must_be.nodes);
   check.expect("objective", check.plan.objective, must_be.objective, "the weighted sum");

@@ -44,11 +44,28 @@ void check_subchain(Check& check, SubchainId id, int core_count) {
   }
 }
 
+void check_member(Check& check, std::size_t number, std::size_t index) {
+  const Member& member = check.plan.cores[number].members[index];
+  const auto key = [&](const char* field) { return Check::member_key(number, index, field); };
+  check_number(check, key("period_ms"), member.period);
+  check_number(check, key("phase_ms"), member.phase);
+  check_number(check, key("budget_ms"), member.budget);
+  if (member.pause) check_number(check, key("pause_ms"), *member.pause);
+  const std::size_t subchains = check.app.graph.subchains().size();
+  if (member.subchain.index() >= subchains) check.problem(key("subchain"), "the app has no such subchain");
+  if (!member.after) return;
+  if (member.after->subchain.index() >= subchains) check.problem(key("after.subchain"), "the app has no such subchain");
+  if (member.after->every < 1) {
+    check.problem(key("after.every"), fmt::format("{} is no number of outputs", member.after->every));
+  }
+}
+
 void check_core(Check& check, std::size_t number) {
   const CorePlan& core = check.plan.cores[number];
   check_number(check, Check::core_key(number, "frame_ms"), core.frame);
   check_number(check, Check::core_key(number, "frame_min_ms"), core.frame_min);
   check_number(check, Check::core_key(number, "idle_ms"), core.idle);
+  for (std::size_t i = 0; i < core.members.size(); ++i) check_member(check, number, i);
   for (std::size_t i = 0; i < core.slots.size(); ++i) {
     const Slot& slot = core.slots[i];
     check_number(check, Check::slot_key(number, i, "offset_ms"), slot.offset);

@@ -10,6 +10,9 @@
 
 namespace ctn::plan {
 
+// Of what to_json() writes. from_json() reads version 1 too, which has no "version", and whose cores have no "form".
+constexpr int kJsonVersion = 2;
+
 // One JSON document, indented by one space, numbers such that reading them back gives the same bits.
 std::string to_json(const Plan& plan, const graph::App& app);
 

@@ -1,6 +1,10 @@
-// A plan: who gets which cores, how long a slice of them, and how often. A plain value: it can be compared, printed,
-// stored and replayed, and knows nothing of threads. Whoever made it, `validate` (validate.h) proves it against the
-// app; json.h writes and reads it.
+// A plan: who gets which cores, in which form they are shared, and how often each subchain runs. A plain value: it can
+// be compared, printed, stored and replayed, and knows nothing of threads. Whoever made it, `validate` (validate.h)
+// proves it against the app; json.h writes and reads it.
+//
+// A core has one of two forms:
+//   frames      subchains take turns, each in its slot of a frame (`slots`); one subchain alone owns the core instead
+//   priorities  subchains pre-empt one another, each at a fixed priority (`members`)
 //
 // Units: Millis. Core numbers are indexes into the cores the planner was given, not CPU numbers.
 // Thread safety: plain values.
@@ -40,11 +44,38 @@ struct Slot {
   friend bool operator==(const Slot&, const Slot&) = default;
 };
 
+enum class Form { kFrames, kPriorities };
+const char* to_string(Form form);
+
+// In place of time: a subchain is triggered by each `every`-th output of another.
+struct After {
+  SubchainId subchain;
+  int every = 1;  // >= 1
+
+  friend bool operator==(const After&, const After&) = default;
+};
+
+// A subchain's place on a core of fixed priorities. While a run of it is under way it is not triggered; what comes due
+// meanwhile is made up for by one trigger as soon as the run has ended.
+struct Member {
+  SubchainId subchain;
+  int priority = 1;             // from 1, no two alike on a core; a higher one pre-empts
+  Millis period{0};             // between two triggers by time; with a pause or `after`, at least
+  Millis phase{0};              // triggers by time come at phase + k x period of the clock; in [0, period)
+  std::optional<Millis> pause;  // triggered so long after its own run has ended, in place of a phase
+  std::optional<After> after;   // triggered by the outputs of another, in place of time
+  Millis budget{0};             // CPU time of a run; beyond it, it is demoted below the others until its next trigger
+
+  friend bool operator==(const Member&, const Member&) = default;
+};
+
 struct CorePlan {
+  Form form = Form::kFrames;
   Millis frame{0};
   Millis frame_min{0};  // no rate cap asks for longer frames than this (limits.h)
   graph::FrameMode frames = graph::FrameMode::kElastic;
-  std::vector<Slot> slots;
+  std::vector<Slot> slots;      // of frames
+  std::vector<Member> members;  // of fixed priorities, the highest first
   Millis idle{0};
 
   friend bool operator==(const CorePlan&, const CorePlan&) = default;
@@ -128,6 +159,9 @@ struct Plan {
 
   friend bool operator==(const Plan&, const Plan&) = default;
 };
+
+// Where a subchain has a fixed priority; null where it has none. Precondition: it has a core of the plan's.
+const Member* member_of(const Plan& plan, SubchainId subchain);
 
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
 inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {

@@ -2,26 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "model/evaluate.h"
 #include "plan/limits.h"
+#include "plan/promise.h"
 
 namespace ctn::plan {
 namespace {
 
-std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subchains) {
+std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subchains,
+                                              std::span<const CorePlan> cores) {
   std::vector<model::SubchainTiming> timings;
   timings.reserve(subchains.size());
-  for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution});
+  for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution, {}});
+  for (const CorePlan& core : cores) {
+    for (const Member& member : core.members) {
+      if (member.after && member.after->every == 1) timings[member.subchain.index()].follows = member.after->subchain;
+    }
+  }
   return timings;
 }
 
 }  // namespace
 
-Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains) {
-  const std::vector<model::SubchainTiming> timings = timings_of(subchains);
+Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
+                   std::span<const CorePlan> cores) {
+  const std::vector<model::SubchainTiming> timings = timings_of(subchains, cores);
   Prediction prediction;
   std::vector<Millis> of_term;  // the figure that the term weighs
   for (const graph::Term& term : app.objective) {
@@ -45,7 +54,7 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
 }
 
 void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs) {
-  Prediction prediction = predict(app, costs, plan.subchains);
+  Prediction prediction = predict(app, costs, plan.subchains, plan.cores);
   plan.chains = std::move(prediction.chains);
   plan.nodes = std::move(prediction.nodes);
   plan.objective = prediction.objective;
@@ -58,11 +67,15 @@ namespace {
 class Expecting {
  public:
   Expecting(const Plan& plan, const graph::App& app, const model::CostTable& typical)
-      : plan_(plan), app_(app), typical_(model::costs_by_kind(app, typical)) {}
+      : plan_(plan),
+        app_(app),
+        typical_(model::costs_by_kind(app, typical)),
+        by_priority_(promise(plan, app, typical)) {}
 
   Expectation::Timing of(SubchainId id) const {
     const SubchainPlan& planned = plan_.subchains[id.index()];
     const CorePlan& core = plan_.cores[static_cast<std::size_t>(planned.cores.front())];
+    if (member_of(plan_, id) != nullptr) return of_member(id, planned);
     return shares_core(plan_, planned) ? of_sharer(id, planned, core) : of_owner(id, planned);
   }
 
@@ -78,6 +91,12 @@ class Expecting {
     const PeriodLimits limits = period_limits(app_.graph, id);
     if (app_.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
     return {std::min(planned.period, std::max(owned.period, limits.min)), execution};
+  }
+
+  Expectation::Timing of_member(SubchainId id, const SubchainPlan& planned) const {
+    if (!by_priority_) return {planned.period, planned.execution};
+    const Promise& typical = (*by_priority_)[id.index()];
+    return {std::min(planned.period, typical.period), std::min(planned.execution, typical.execution)};
   }
 
   // A frame takes what its slots use of it; a run goes on in as many slots as its cost fills.
@@ -116,6 +135,7 @@ class Expecting {
   const Plan& plan_;
   const graph::App& app_;
   const std::vector<model::CostTable> typical_;  // by kind of cores
+  const std::optional<std::vector<Promise>> by_priority_;
 };
 
 }  // namespace
@@ -129,7 +149,7 @@ Expectation expect(const Plan& plan, const graph::App& app, const model::CostTab
     retimed[i].period = expected.subchains.back().period;
     retimed[i].execution = expected.subchains.back().execution;
   }
-  const Prediction prediction = predict(app, typical, retimed);
+  const Prediction prediction = predict(app, typical, retimed, plan.cores);
   expected.objective = prediction.objective;
   for (const ChainPlan& chain : prediction.chains) {
     expected.chains.push_back({chain.response, chain.latency, chain.period});

@@ -24,8 +24,9 @@ struct Prediction {
   std::vector<RelaxedBound> relaxed;  // those that do not hold as asked
 };
 
-// Precondition: one entry a subchain of the app.
-Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains);
+// `cores`: where it says who follows whom; empty: nobody does. Precondition: one entry a subchain of the app.
+Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
+                   std::span<const CorePlan> cores);
 
 // Puts the prediction for `plan.subchains` into the plan.
 void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs);
@@ -33,8 +34,8 @@ void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable&
 // What the plan is expected to give at typical compute times (a median of what was measured, say) under the
 // dispatcher's frames: with elastic ones the periods follow from `typical` by the formulas that the plan itself was
 // made with, though never longer than planned nor shorter than a cap allows; fixed frames and exact rates keep the
-// planned periods. On shared cores an elastic frame takes what its slots use of it, and a run takes from the begin of
-// its first slot to where it ends in its last.
+// planned periods; with fixed priorities, the promise for `typical` (promise.h). On shared cores an elastic frame takes
+// what its slots use of it, and a run takes from the begin of its first slot to where it ends in its last.
 Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical);
 
 }  // namespace ctn::plan

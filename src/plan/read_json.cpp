@@ -193,6 +193,8 @@ class Reader {
   void read_subchain(const Json& value, const std::string& path, SubchainPlan& subchain);
   void read_core(const Json& value, const std::string& path, Plan& plan);
   void read_slot(const Json& value, const std::string& path, CorePlan& core);
+  void read_member(const Json& value, const std::string& path, CorePlan& core);
+  SubchainId subchain_named(const Json& parent, const std::string& path);
   void read_chain(const Json& value, const std::string& path, Plan& plan);
   void read_node(const Json& value, const std::string& path, Plan& plan);
   void read_assumed(const Json& value, const std::string& path, Plan& plan);
@@ -207,8 +209,13 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
                "chains", "nodes"},
-              {"assumed", "expected"})) {
+              {"version", "assumed", "expected"})) {
     return;
+  }
+  int version = 1;
+  read_int(value, "", "version", version);
+  if (version < 1 || version > kJsonVersion) {
+    problem("version", fmt::format("this catan reads versions 1 to {}, not {}", kJsonVersion, version));
   }
   if (const std::string app = read_text(value, "", "app"); value.contains("app") && app != app_.name) {
     problem("app", fmt::format("the plan is for app '{}', not for '{}'", app, app_.name), "give the plan of this app");
@@ -267,8 +274,17 @@ void Reader::read_subchain(const Json& value, const std::string& path, SubchainP
 }
 
 void Reader::read_core(const Json& value, const std::string& path, Plan& plan) {
-  if (!object(value, path, {"core", "frame_ms", "frame_min_ms", "frames", "slots", "idle_ms"})) return;
   CorePlan core;
+  std::string form = "frames";
+  if (value.is_object() && value.contains("form")) form = read_text(value, path, "form");
+  if (form == "priorities") {
+    if (!object(value, path, {"core", "form", "members"})) return;
+    core.form = Form::kPriorities;
+  } else {
+    if (form != "frames")
+      problem(child(path, "form"), fmt::format("there is no form '{}'", form), "write frames or priorities");
+    if (!object(value, path, {"core", "frame_ms", "frame_min_ms", "frames", "slots", "idle_ms"}, {"form"})) return;
+  }
   int number = -1;
   read_int(value, path, "core", number);
   if (value.contains("core") && number != static_cast<int>(plan.cores.size())) {
@@ -284,23 +300,48 @@ void Reader::read_core(const Json& value, const std::string& path, Plan& plan) {
   core.frames = frames == "fixed" ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
   read_array(value, path, "slots", [&](const Json& e, const std::string& here) { read_slot(e, here, core); });
   read_millis(value, path, "idle_ms", core.idle);
+  read_array(value, path, "members", [&](const Json& e, const std::string& here) { read_member(e, here, core); });
   plan.cores.push_back(std::move(core));
 }
 
 void Reader::read_slot(const Json& value, const std::string& path, CorePlan& core) {
   if (!object(value, path, {"subchain", "offset_ms", "slice_ms", "every", "phase"})) return;
   Slot slot;
-  const std::string name = read_text(value, path, "subchain");
-  const auto id = app_.graph.find_subchain(name);
-  if (value.contains("subchain") && !id) {
-    problem(child(path, "subchain"), fmt::format("app '{}' has no subchain '{}'", app_.name, name));
-  }
-  slot.subchain = id.value_or(SubchainId{});
+  slot.subchain = subchain_named(value, path);
   read_millis(value, path, "offset_ms", slot.offset);
   read_millis(value, path, "slice_ms", slot.slice);
   read_every(value, path, slot.every);
   read_int(value, path, "phase", slot.phase);
   core.slots.push_back(slot);
+}
+
+void Reader::read_member(const Json& value, const std::string& path, CorePlan& core) {
+  if (!object(value, path, {"subchain", "priority", "period_ms", "phase_ms", "budget_ms"}, {"pause_ms", "after"})) {
+    return;
+  }
+  Member member;
+  member.subchain = subchain_named(value, path);
+  read_int(value, path, "priority", member.priority);
+  read_millis(value, path, "period_ms", member.period);
+  read_millis(value, path, "phase_ms", member.phase);
+  read_millis(value, path, "budget_ms", member.budget);
+  if (value.contains("pause_ms")) read_millis(value, path, "pause_ms", member.pause.emplace());
+  const std::string after = child(path, "after");
+  if (const Json* feeder = this->member(value, "after"); feeder && object(*feeder, after, {"subchain", "every"})) {
+    member.after.emplace().subchain = subchain_named(*feeder, after);
+    read_int(*feeder, after, "every", member.after->every);
+  }
+  core.members.push_back(member);
+}
+
+// The one that the object names under `subchain`.
+SubchainId Reader::subchain_named(const Json& parent, const std::string& path) {
+  const std::string name = read_text(parent, path, "subchain");
+  const auto id = app_.graph.find_subchain(name);
+  if (parent.contains("subchain") && !id) {
+    problem(child(path, "subchain"), fmt::format("app '{}' has no subchain '{}'", app_.name, name));
+  }
+  return id.value_or(SubchainId{});
 }
 
 void Reader::read_chain(const Json& value, const std::string& path, Plan& plan) {

@@ -7,6 +7,7 @@
 #include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
+#include "plan/promise.h"
 
 namespace ctn::plan {
 namespace {
@@ -22,8 +23,9 @@ class Recosting {
       if (!core.slots.empty() && !lay_out(core)) return std::nullopt;
     }
     for (std::size_t i = 0; i < plan_.subchains.size(); ++i) {
-      if (!time(SubchainId(i))) return std::nullopt;
+      if (member_of(plan_, SubchainId(i)) == nullptr && !time(SubchainId(i))) return std::nullopt;
     }
+    if (!time_members(costs)) return std::nullopt;
     plan_.quality = Quality::kFeasible;
     plan_.gap = 1.0;
     plan_.expected.reset();
@@ -78,6 +80,24 @@ class Recosting {
     }
     subchain.period = *limits.exact;
     return owned.period <= *limits.exact * (1.0 + kTolerance);
+  }
+
+  // Owners come first, since members may follow them.
+  bool time_members(const model::CostTable& costs) {
+    const std::optional<std::vector<Promise>> promises = promise(plan_, app_, costs);
+    if (!promises) return false;
+    for (CorePlan& core : plan_.cores) {
+      for (Member& member : core.members) {
+        SubchainPlan& subchain = plan_.subchains[member.subchain.index()];
+        const Promise& promised = (*promises)[member.subchain.index()];
+        subchain.period = promised.period;
+        subchain.execution = promised.execution;
+        member.budget = std::max(member.budget, subchain.slice);
+        const PeriodLimits limits = period_limits(app_.graph, member.subchain);
+        if (limits.exact && promised.period > *limits.exact * (1.0 + kTolerance)) return false;
+      }
+    }
+    return true;
   }
 
   Plan plan_;

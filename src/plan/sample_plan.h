@@ -8,12 +8,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "graph/build.h"
 #include "graph/spec_text.h"
 #include "model/cost.h"
 #include "plan/plan.h"
 #include "plan/predict.h"
+#include "plan/promise.h"
 
 namespace ctn::plan {
 
@@ -65,13 +67,36 @@ inline Plan sample_plan(const graph::App& app, const model::CostTable& costs) {
                     {{1, 2}, Millis{10} / 0.95, Millis{20}, 1, 1.0, Millis{20}, 1},
                     {{0}, frame / 1.5, frame / 1.5, {}, 1.5, Millis{6}, 1}};
   plan.cores.resize(kSampleCores);
-  plan.cores[0] = {frame,
-                   Millis{10},
-                   graph::FrameMode::kElastic,
-                   {{kFast, Millis{0}, Millis{6}, 1, 0},
-                    {kSlow, Millis{6}, Millis{5}, 4, 3},
-                    {kBatch, Millis{11}, Millis{6}, {}, 0}},
-                   Millis{2}};
+  CorePlan& shared = plan.cores[0];
+  shared.frame = frame;
+  shared.frame_min = Millis{10};
+  shared.slots = {
+      {kFast, Millis{0}, Millis{6}, 1, 0}, {kSlow, Millis{6}, Millis{5}, 4, 3}, {kBatch, Millis{11}, Millis{6}, {}, 0}};
+  shared.idle = Millis{2};
+  fill_predictions(plan, app, costs);
+  return plan;
+}
+
+// The same app with fixed priorities on core 0, and slack of 0 so that sums are whole:
+//   fast   every 20 ms                                R = 6 ms
+//   slow   with each second output of `fast`          R = 20 + 2 x 6 = 32 ms
+//   batch  10 ms after its own end                    R = 4 + what both take
+inline Plan sample_priorities(const graph::App& app, const model::CostTable& costs) {
+  Plan plan = sample_plan(app, costs);
+  plan.slack = 0.0;
+  plan.cores[0] = {};
+  plan.cores[0].form = Form::kPriorities;
+  plan.cores[0].members = {{kFast, 3, Millis{20}, Millis{5}, {}, {}, Millis{6}},
+                           {kSlow, 2, Millis{0}, Millis{0}, {}, After{kFast, 2}, Millis{25}},
+                           {kBatch, 1, Millis{15}, Millis{0}, Millis{10}, {}, Millis{4}}};
+  const std::vector<Promise> promises = promise(plan, app, costs).value();
+  for (const SubchainId id : {kFast, kSlow, kBatch}) {
+    SubchainPlan& subchain = plan.subchains[id.index()];
+    const Millis cost = costs.subchain_total(app.graph, id);
+    subchain = {{0}, promises[id.index()].period, promises[id.index()].execution, subchain.every, 1.0, cost, 1};
+    if (subchain.every) subchain.every = 1;
+  }
+  plan.subchains[kSee.index()].period = Millis{10};
   fill_predictions(plan, app, costs);
   return plan;
 }

@@ -37,6 +37,10 @@ std::string Check::slot_key(std::size_t core, std::size_t slot, const char* fiel
   return fmt::format("cores[{}].slots[{}].{}", core, slot, field);
 }
 
+std::string Check::member_key(std::size_t core, std::size_t member, const char* field) {
+  return fmt::format("cores[{}].members[{}].{}", core, member, field);
+}
+
 Status validate_layout(const Plan& plan, const graph::App& app, int core_count) {
   const model::CostTable unknown(app.graph, Millis{0});
   const graph::App planned = as_planned(app, plan);
@@ -45,6 +49,7 @@ Status validate_layout(const Plan& plan, const graph::App& app, int core_count) 
   if (check.ok()) check_cores(check);
   if (check.ok()) {
     check_frames(check);
+    check_members(check);
     check_rates(check);
   }
   if (!check.ok()) return Error(ErrorKind::kCaller, check.take_problems());
@@ -58,7 +63,7 @@ Status validate(const Plan& plan, const graph::App& app, const model::CostTable&
   if (check.ok()) check_cores(check);
   if (check.ok()) {
     check_frames(check);
-    check_groups(check);
+    if (check_members(check)) check_groups(check);
     check_rates(check);
     check_promises(check);
   }

@@ -29,7 +29,25 @@ Json subchain_json(const SubchainPlan& subchain) {
           {"threads", subchain.threads}};
 }
 
+Json member_json(const Member& member, const graph::Graph& graph) {
+  Json json = {{"subchain", graph.subchain(member.subchain).name},
+               {"priority", member.priority},
+               {"period_ms", member.period.count()},
+               {"phase_ms", member.phase.count()}};
+  if (member.pause) json["pause_ms"] = member.pause->count();
+  if (member.after) {
+    json["after"] = {{"subchain", graph.subchain(member.after->subchain).name}, {"every", member.after->every}};
+  }
+  json["budget_ms"] = member.budget.count();
+  return json;
+}
+
 Json core_json(const CorePlan& core, std::size_t number, const graph::Graph& graph) {
+  if (core.form == Form::kPriorities) {
+    Json members = Json::array();
+    for (const Member& member : core.members) members.push_back(member_json(member, graph));
+    return {{"core", number}, {"form", to_string(core.form)}, {"members", std::move(members)}};
+  }
   Json slots = Json::array();
   for (const Slot& slot : core.slots) {
     slots.push_back({{"subchain", graph.subchain(slot.subchain).name},
@@ -39,6 +57,7 @@ Json core_json(const CorePlan& core, std::size_t number, const graph::Graph& gra
                      {"phase", slot.phase}});
   }
   return {{"core", number},
+          {"form", to_string(core.form)},
           {"frame_ms", core.frame.count()},
           {"frame_min_ms", core.frame_min.count()},
           {"frames", core.frames == graph::FrameMode::kFixed ? "fixed" : "elastic"},
@@ -74,7 +93,8 @@ Json expected_json(const Expectation& expected, const graph::Graph& graph) {
 }  // namespace
 
 std::string to_json(const Plan& plan, const graph::App& app) {
-  Json document = {{"app", app.name},
+  Json document = {{"version", kJsonVersion},
+                   {"app", app.name},
                    {"planner", plan.planner},
                    {"status", plan.quality == Quality::kOptimal ? "optimal" : "feasible"},
                    {"gap", plan.gap},

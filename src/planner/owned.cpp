@@ -58,7 +58,7 @@ std::optional<Candidate> candidate(const Input& in, int cores, int threads) {
   if (!plan::takes_batches(in.app.graph, kOnly)) made.subchain.every = 1;
   made.subchain.slice = in.costs.subchain_total(in.app.graph, kOnly);
   made.subchain.threads = threads;
-  made.prediction = plan::predict(in.app, in.base, {&made.subchain, 1});
+  made.prediction = plan::predict(in.app, in.base, {&made.subchain, 1}, {});
   return made;
 }
 

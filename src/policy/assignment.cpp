@@ -1,11 +1,35 @@
 #include "policy/assignment.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "plan/limits.h"
 #include "policy/replan.h"
 
 namespace ctn::policy {
 namespace {
+
+dispatch::Pacing pacing_of_member(const graph::App& app, const plan::SubchainPlan& planned,
+                                  const plan::Member& member) {
+  dispatch::Pacing pacing;
+  pacing.max_in_flight = 1;
+  pacing.hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
+  pacing.budget = to_nanos(member.budget);
+  const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
+  const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };
+  pacing.shortest = at_least_shortest(std::max(cap, to_nanos(member.period)));
+  if (member.pause) {
+    pacing.period = at_least_shortest(to_nanos(planned.period));
+    pacing.after_completion = std::max(to_nanos(*member.pause), Nanos{1});
+  } else if (member.after) {
+    pacing.period = at_least_shortest(to_nanos(planned.period));
+    pacing.after = member.after;
+  } else {
+    pacing.period = at_least_shortest(to_nanos(member.period));
+    pacing.phase = to_nanos(member.phase);
+  }
+  return pacing;
+}
 
 SubchainPlace place_of(const graph::App& app, const plan::Plan& plan, const os::CpuSet& cpus, SubchainId id) {
   const plan::SubchainPlan& planned = plan.subchains[id.index()];
@@ -16,6 +40,9 @@ SubchainPlace place_of(const graph::App& app, const plan::Plan& plan, const os::
   place.cpus = os::CpuSet(std::move(numbers));
   if (plan::shares_core(plan, planned)) {
     place.core = planned.cores.front();
+  } else if (const plan::Member* const member = plan::member_of(plan, id)) {
+    place.pacing = pacing_of_member(app, planned, *member);
+    place.level = os::fixed_level(member->priority - 1);
   } else {
     place.pacing = pacing_of(app, plan, id);
     place.level = os::Level::kActive;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace ctn::policy {
 
 os::Level to_os(dispatch::Level level) {
@@ -14,6 +16,22 @@ os::Level to_os(dispatch::Level level) {
       return os::Level::kActive;
   }
   return os::Level::kOrdinary;
+}
+
+void rise_above_assigned(Decision& decision) {
+  int rank = -1;
+  const auto take = [&](os::Level level) {
+    rank = std::max(rank, static_cast<int>(level) - static_cast<int>(os::fixed_level(0)));
+  };
+  for (const SubchainPlace& place : decision.assignment.places) {
+    take(place.level);
+    for (const os::Level level : place.levels) take(level);
+  }
+  decision.unscheduled_level = os::Level::kUnscheduled;
+  decision.dispatcher_level = os::Level::kDispatcher;
+  if (rank < 0) return;
+  decision.dispatcher_level = os::fixed_level(std::min(rank + 2, os::kFixedLevels - 1));
+  decision.unscheduled_level = os::fixed_level(std::min(rank + 1, os::kFixedLevels - 2));
 }
 
 Status rise_above(Decision& decision, std::size_t ranks, const char* what) {

@@ -7,6 +7,7 @@
 #include "plan/predict.h"
 #include "plan/validate.h"
 #include "planner/planner.h"
+#include "policy/levels.h"
 
 namespace ctn::policy {
 namespace {
@@ -71,8 +72,7 @@ Decision PlannedPolicy::following(plan::Plan plan, const Situation& situation) {
   const graph::App app = plan::as_planned(situation.app, plan);
   decision.assignment = assignment_of(app, plan, situation.cpus, {.stealing = situation.stealing});
   decision.plan = std::move(plan);
-  decision.unscheduled_level = os::Level::kUnscheduled;
-  decision.dispatcher_level = os::Level::kDispatcher;
+  rise_above_assigned(decision);
   return decision;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/ids.h"
 #include "base/time.h"
+#include "dispatch/overrun.h"
 #include "dispatch/slot_use.h"
 
 namespace ctn::record {
@@ -46,6 +47,7 @@ struct Trigger {
   TimePoint sent{};
 };
 
+using dispatch::Overrun;
 using dispatch::SlotUse;
 using dispatch::Steal;
 

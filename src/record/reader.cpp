@@ -124,7 +124,8 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 5> kLater{"age_limits", "core_kinds", "cost_changes", "slots", "steals"};
+constexpr std::array<std::string_view, 6> kLater{"age_limits", "core_kinds", "cost_changes",
+                                                 "overruns",   "slots",      "steals"};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
@@ -341,6 +342,18 @@ Status Reader::each_steal(const std::function<void(const Steal&)>& take) const {
     steal.begin = cells.time(3);
     steal.end = cells.time(4);
     if (cells.ok()) take(steal);
+  });
+}
+
+Status Reader::each_overrun(const std::function<void(const Overrun&)>& take) const {
+  const std::string rows = "subchain, number, at_ns, cpu_ns FROM overruns ORDER BY id";
+  return impl_->each_row("overruns", rows, [&](Cells& cells) {
+    Overrun overrun;
+    overrun.subchain = SubchainId{cells.index(0, impl_->app.graph.subchains().size())};
+    overrun.number = cells.number(1);
+    overrun.at = cells.time(2);
+    overrun.cpu = cells.duration(3);
+    if (cells.ok()) take(overrun);
   });
 }
 

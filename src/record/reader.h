@@ -51,6 +51,7 @@ class Reader {
   // In the order they were reported, which is by time for each core.
   Status each_slot(const std::function<void(const SlotUse&)>& take) const;
   Status each_steal(const std::function<void(const Steal&)>& take) const;
+  Status each_overrun(const std::function<void(const Overrun&)>& take) const;
   // In the order they were written.
   Result<std::vector<PlanChange>> plans() const;
   Result<std::vector<CostChange>> cost_changes() const;  // none in records of versions that did not look for them

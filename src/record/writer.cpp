@@ -81,6 +81,7 @@ struct Statements {
   sqlite::Statement trigger;
   sqlite::Statement slot;
   sqlite::Statement steal;
+  sqlite::Statement overrun;
   sqlite::Statement plan;
   sqlite::Statement cost_change;
   sqlite::Statement notice;
@@ -98,6 +99,8 @@ Result<Statements> prepare(sqlite::Database& database) {
   if (!slot) return slot.error();
   auto steal = database.prepare("INSERT INTO steals(core, thief, victim, begin_ns, end_ns) VALUES (?, ?, ?, ?, ?)");
   if (!steal) return steal.error();
+  auto overrun = database.prepare("INSERT INTO overruns(subchain, number, at_ns, cpu_ns) VALUES (?, ?, ?, ?)");
+  if (!overrun) return overrun.error();
   auto plan = database.prepare("INSERT INTO plans(at_ns, reason, json) VALUES (?, ?, ?)");
   if (!plan) return plan.error();
   auto cost_change = database.prepare(
@@ -105,8 +108,9 @@ Result<Statements> prepare(sqlite::Database& database) {
   if (!cost_change) return cost_change.error();
   auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
   if (!notice) return notice.error();
-  return Statements{std::move(*run),   std::move(*consumed), std::move(*trigger),     std::move(*slot),
-                    std::move(*steal), std::move(*plan),     std::move(*cost_change), std::move(*notice)};
+  return Statements{std::move(*run),  std::move(*consumed),    std::move(*trigger),
+                    std::move(*slot), std::move(*steal),       std::move(*overrun),
+                    std::move(*plan), std::move(*cost_change), std::move(*notice)};
 }
 
 class SqliteWriter : public Writer {
@@ -123,6 +127,7 @@ class SqliteWriter : public Writer {
   void add(const Trigger& trigger) override { hold(triggers_, trigger); }
   void add(const SlotUse& slot) override { hold(slots_, slot); }
   void add(const Steal& steal) override { hold(steals_, steal); }
+  void add(const Overrun& overrun) override { hold(overruns_, overrun); }
   void add(const PlanChange& change) override { hold(plans_, change); }
   void add(const CostChange& change) override { hold(cost_changes_, change); }
   void add(const Notice& notice) override { hold(notices_, notice); }
@@ -154,8 +159,8 @@ class SqliteWriter : public Writer {
     if (held() % kBatch == 0) (void)flush();
   }
   std::size_t held() const {
-    return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + plans_.size() + cost_changes_.size() +
-           notices_.size();
+    return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + overruns_.size() + plans_.size() +
+           cost_changes_.size() + notices_.size();
   }
 
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
@@ -197,6 +202,7 @@ class SqliteWriter : public Writer {
     triggers_.clear();
     slots_.clear();
     steals_.clear();
+    overruns_.clear();
     plans_.clear();
     cost_changes_.clear();
     notices_.clear();
@@ -219,6 +225,11 @@ class SqliteWriter : public Writer {
     for (const Steal& steal : steals_) {
       const auto done =
           statements_->steal.run(steal.core, steal.thief.index(), steal.victim.index(), ns(steal.begin), ns(steal.end));
+      if (!done) return done;
+    }
+    for (const Overrun& overrun : overruns_) {
+      const auto done =
+          statements_->overrun.run(overrun.subchain.index(), overrun.number, ns(overrun.at), overrun.cpu.count());
       if (!done) return done;
     }
     for (const PlanChange& change : plans_) {
@@ -257,6 +268,7 @@ class SqliteWriter : public Writer {
   std::vector<Trigger> triggers_;
   std::vector<SlotUse> slots_;
   std::vector<Steal> steals_;
+  std::vector<Overrun> overruns_;
   std::vector<PlanChange> plans_;
   std::vector<CostChange> cost_changes_;
   std::vector<Notice> notices_;

@@ -53,6 +53,7 @@ class Writer {
   virtual void add(const Trigger& trigger) = 0;
   virtual void add(const SlotUse& slot) = 0;
   virtual void add(const Steal& steal) = 0;
+  virtual void add(const Overrun& overrun) = 0;
   virtual void add(const PlanChange& change) = 0;
   virtual void add(const CostChange& change) = 0;
   virtual void add(const Notice& notice) = 0;

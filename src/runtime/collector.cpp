@@ -65,6 +65,11 @@ void Collector::hang_changed(SubchainId subchain, bool began, TimePoint at) {
   from_.notices.add(of_hang.kind, of_hang.detail);
 }
 
+void Collector::over_budget(const record::Overrun& overrun) {
+  from_.measurements.over_budget();
+  if (from_.writer) from_.writer->add(overrun);
+}
+
 void Collector::woke_late(int cpu, TimePoint due, TimePoint woke) { starvation_.woke_late(cpu, due, woke); }
 
 void Collector::plan_in_force(const plan::Plan& plan, policy::PlanReason reason) {

@@ -72,6 +72,7 @@ class Collector : private ReportSink {
   void slot_over(const record::SlotUse& slot) override;
   void stole(const record::Steal& steal) override;
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override;
+  void over_budget(const record::Overrun& overrun) override;
   void woke_late(int cpu, TimePoint due, TimePoint woke) override;
 
   void pass_on(std::vector<record::Run>& runs, TimePoint now);

@@ -15,6 +15,7 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
       subchains_(subchains),
       number_(number),
       cell_(controls.region.controller_cell(number)),
+      clock_(controls.os),
       reports_(kReports, kWords) {
   held_.reserve(subchains.size());
   if (of_core()) {
@@ -38,7 +39,7 @@ void Controller::stop() {
 }
 
 void Controller::sleep(std::uint32_t seen, TimePoint until) {
-  const bool awake = std::exchange(completion_came_, false);
+  const bool awake = std::exchange(event_came_, false);
   const TimePoint asleep = controls_.os.now();
   if (!wakes_.take(asleep)) {
     controls_.os.sleep_until(std::min(until, asleep + WakeBudget::kPause));
@@ -123,7 +124,22 @@ void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t know
   // Writes the listener again, since other processes may have overwritten it.
   if (wanted) listen(id);
   signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
-  if (wanted && completed(id) != known) completion_came_ = true;
+  if (wanted && completed(id) != known) event_came_ = true;
+}
+
+Controller::Outputs Controller::outputs(SubchainId leader) const {
+  const std::uint64_t count = signal(leader).outputs.load(std::memory_order_seq_cst);
+  return {count, to_time(static_cast<std::uint64_t>(signal(leader).newest_output.load(std::memory_order_relaxed)))};
+}
+
+bool Controller::await_outputs(SubchainId leader, bool wanted, std::uint64_t known) {
+  if (!wanted) {
+    signal(leader).remove_follower(number_);
+    return true;
+  }
+  const bool has_room = signal(leader).add_follower(number_);
+  if (outputs(leader).count != known) event_came_ = true;
+  return has_room;
 }
 
 // --- Reports ---
@@ -145,6 +161,11 @@ void Controller::hang_changed(SubchainId id, bool began, TimePoint at) {
   report(began ? Report::kHangBegan : Report::kHangEnded, id, to_word(at), 0, 0);
 }
 
+void Controller::over_budget(const dispatch::Overrun& overrun) {
+  report(Report::kOverBudget, overrun.subchain, overrun.number, to_word(overrun.at),
+         static_cast<std::uint64_t>(overrun.cpu.count()));
+}
+
 void Controller::drain(ReportSink& sink) {
   reports_.drain([&](std::span<const std::uint64_t> words) { deliver(words, sink); });
 }
@@ -157,6 +178,8 @@ void Controller::deliver(std::span<const std::uint64_t> words, ReportSink& sink)
     case Report::kHangBegan:
     case Report::kHangEnded:
       return sink.hang_changed(id, static_cast<Report>(words[0]) == Report::kHangBegan, to_time(words[2]));
+    case Report::kOverBudget:
+      return sink.over_budget({id, words[2], to_time(words[3]), Nanos{static_cast<Nanos::rep>(words[4])}});
     case Report::kSlot:
       return sink.slot_over({core(), id, to_time(words[2]), to_time(words[3]), to_time(words[4])});
     case Report::kSteal:

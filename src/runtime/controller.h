@@ -25,6 +25,7 @@
 #include "runtime/assignment_board.h"
 #include "runtime/enforcer.h"
 #include "runtime/node_link.h"
+#include "runtime/run_clock.h"
 #include "runtime/wake_budget.h"
 #include "runtime/word_ring.h"
 
@@ -62,6 +63,7 @@ class ReportSink {
   virtual void slot_over(const record::SlotUse& slot) = 0;
   virtual void stole(const record::Steal& steal) = 0;
   virtual void hang_changed(SubchainId subchain, bool began, TimePoint at) = 0;
+  virtual void over_budget(const record::Overrun& overrun) = 0;
   virtual void woke_late(int cpu, TimePoint due, TimePoint woke) = 0;  // starvation.h
 };
 
@@ -81,8 +83,9 @@ class Controller final : public driver::Actuator {
 
   // Counts what it is woken for; to be read before looking at what there is to do.
   std::uint32_t wake_count() const { return cell_.word.load(std::memory_order_acquire); }
-  // Until it is woken (its wake count is no longer `seen`) or `until` has come; not at all if a completion that it
-  // asked for has come already. A controller that is woken without end sleeps all the same (wake_budget.h).
+  // Until it is woken (its wake count is no longer `seen`) or `until` has come; not at all if a completion or
+  // output that it asked for has come already. A controller that is woken without end sleeps all the same
+  // (wake_budget.h).
   void sleep(std::uint32_t seen, TimePoint until);
 
   // --- driver::Actuator ---
@@ -96,14 +99,19 @@ class Controller final : public driver::Actuator {
   void trigger(SubchainId id, std::uint64_t number, TimePoint due) override;
   std::uint64_t completed(SubchainId id) const override { return signal(id).completed.load(std::memory_order_seq_cst); }
   void await_completion(SubchainId id, bool wanted, std::uint64_t known) override;
+  void begin_run(SubchainId id) override { clock_.begin(subchains_[id.index()]); }
+  Nanos cpu_time(SubchainId id) override { return clock_.used(subchains_[id.index()]); }
+  Outputs outputs(SubchainId leader) const override;
+  bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) override;
   void slot_over(const dispatch::SlotUse& slot) override;
   void stole(const dispatch::Steal& steal) override;
   void hang_changed(SubchainId id, bool began, TimePoint at) override;
+  void over_budget(const dispatch::Overrun& overrun) override;
 
  private:
   static constexpr std::size_t kReports = 8192;
   static constexpr std::size_t kWords = 5;
-  enum class Report : std::uint64_t { kTrigger, kHangBegan, kHangEnded, kSlot, kSteal, kWokeLate };
+  enum class Report : std::uint64_t { kTrigger, kHangBegan, kHangEnded, kOverBudget, kSlot, kSteal, kWokeLate };
   struct Held {
     SubchainId subchain;
     std::uint32_t joined = 0;  // threads, when they were counted last
@@ -124,7 +132,8 @@ class Controller final : public driver::Actuator {
   ControllerCell& cell_;
   std::unique_ptr<driver::Controller> driver_;
   std::vector<Held> held_;
-  bool completion_came_ = false;  // between a decision and asking for it
+  RunClock clock_;           // of the one run at a time that it limits
+  bool event_came_ = false;  // an end of a run or an output, between a decision and asking for it
   WordRing reports_;
   WakeBudget wakes_;
   std::atomic<bool> stopping_{false};

@@ -45,6 +45,10 @@ Status ControllerThreads::place(os::Level level) {
   return Done{};
 }
 
+void ControllerThreads::raise(os::Level level) {
+  for (const os::ThreadId thread : ids_) enforcer_.raise(thread, level);
+}
+
 void ControllerThreads::go() {
   gate_.store(kOpen, std::memory_order_release);
   os_.wake(gate_);

@@ -1,7 +1,7 @@
 // The threads at the dispatcher level: spawned behind a gate, placed, started together, and stopped.
 //
-// Thread safety: publish(), move_to_online_cpus() and all() by the housekeeping thread while it runs; else one thread,
-// which starts and stops the session.
+// Thread safety: publish(), raise(), move_to_online_cpus() and all() by the housekeeping thread while it runs; else one
+// thread, which starts and stops the session.
 #pragma once
 
 #include <atomic>
@@ -38,6 +38,8 @@ class ControllerThreads {
   // Errors: a CPU that cannot be had.
   Status place(os::Level level);
   void go();
+  // While they run; a higher one than before.
+  void raise(os::Level level);
   // They end, those at the gate without having begun.
   void stop();
 

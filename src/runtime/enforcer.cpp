@@ -30,10 +30,19 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
     return placed;
   }
-  if (!real_time() || level == os::Level::kOrdinary) return Done{};
-  if (const Status raised = os_.set_level(thread, level); !raised && os_.level(thread))
-    refuse(raised.error().message());
+  if (level != os::Level::kOrdinary) raise_or_refuse(thread, level);
   return Done{};
+}
+
+void Enforcer::raise(os::ThreadId thread, os::Level level) {
+  const std::lock_guard lock(mutex_);
+  raise_or_refuse(thread, level);
+}
+
+void Enforcer::raise_or_refuse(os::ThreadId thread, os::Level level) {
+  if (!real_time()) return;
+  const Status raised = os_.set_level(thread, level);
+  if (!raised && os_.level(thread)) refuse(raised.error().message());
 }
 
 void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {

@@ -38,6 +38,10 @@ class Enforcer {
     return apply(thread, level, cpus, os_.current_process());
   }
 
+  // The level alone, of a thread that apply() has placed; one that is refused is as above. Nothing where levels cannot
+  // be had.
+  void raise(os::ThreadId thread, os::Level level);
+
   // For controllers, of threads that apply() has placed before: no lock, no bookkeeping, no answer. Levels are left
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
@@ -54,6 +58,7 @@ class Enforcer {
 
  private:
   void tell(const std::string& kind, const std::string& detail);
+  void raise_or_refuse(os::ThreadId thread, os::Level level);
   void refuse(const std::string& why);
 
   os::Os& os_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace ctn::runtime {
@@ -91,12 +92,21 @@ Status Housekeeping::finish() {
 }
 
 void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
+  raise_above(decision);
   publish();
   if (decision.plan) {
     collector_.plan_in_force(*decision.plan, reason);
   } else {
     measurements_.no_plan_in_force();
   }
+}
+
+// Before anybody follows the decision. Never lower: what was decided before may still be followed.
+void Housekeeping::raise_above(const policy::Decision& decision) {
+  if (std::exchange(dispatcher_level_, std::max(dispatcher_level_, decision.dispatcher_level)) < dispatcher_level_) {
+    controllers_.raise(dispatcher_level_);
+  }
+  members_.raise_unscheduled(decision.unscheduled_level);
 }
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.

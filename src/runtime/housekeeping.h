@@ -58,6 +58,7 @@ class Housekeeping : private driver::PlanningHost {
 
   void run();
   void turn(TimePoint& next_flush);
+  void raise_above(const policy::Decision& decision);
   void publish();
   void update_membership();
   bool prepare_restart(SubchainId subchain);
@@ -75,6 +76,8 @@ class Housekeeping : private driver::PlanningHost {
   driver::PlanningLoop loop_;
   Collector collector_;
   std::vector<bool> paced_;  // by subchain: all of its nodes are registered, and a controller is to hold it
+
+  os::Level dispatcher_level_ = os::Level::kOrdinary;  // the highest of any decision so far
 
   std::unique_ptr<os::Thread> thread_;
   std::atomic<bool> stopping_{false};

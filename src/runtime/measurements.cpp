@@ -70,6 +70,11 @@ void Measurements::starved(std::uint64_t times, Nanos total) {
   totals_.starved_for = total;
 }
 
+void Measurements::over_budget() {
+  const std::lock_guard lock(mutex_);
+  ++budget_overruns_;
+}
+
 record::Totals Measurements::totals() const {
   const std::lock_guard lock(mutex_);
   return totals_;
@@ -80,6 +85,7 @@ void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double>
   snapshot.warmed_up = now >= warm_from_;
   snapshot.plans = plans_;
   snapshot.cost_changes = cost_changes_;
+  snapshot.budget_overruns = budget_overruns_;
   snapshot.planning_ms = to_millis(totals_.planning_cpu).count();
   snapshot.starved = totals_.starved;
   snapshot.starved_ms = to_millis(totals_.starved_for).count();

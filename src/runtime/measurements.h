@@ -58,6 +58,9 @@ class Measurements {
   // The kernel has kept CPUs from real-time threads so often, and so long, so far.
   void starved(std::uint64_t times, Nanos total);
 
+  // A run was demoted.
+  void over_budget();
+
   // Fills all but policy, real_time and notices, as of `now`. `hand_set_hz`: where no plan tells.
   void fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const;
   // What the record ends with.
@@ -72,6 +75,7 @@ class Measurements {
   std::optional<plan::Plan> plan_;  // in force
   std::uint64_t plans_ = 0;
   std::uint64_t cost_changes_ = 0;
+  std::uint64_t budget_overruns_ = 0;
   record::Totals totals_;
 };
 

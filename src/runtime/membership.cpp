@@ -21,6 +21,34 @@ void Membership::open(Enforcer& enforcer, Placement placement) {
   const std::lock_guard lock(mutex_);
   enforcer_ = &enforcer;
   placement_ = std::move(placement);
+  unscheduled_level_.store(placement_.unscheduled, std::memory_order_release);
+}
+
+void Membership::raise_unscheduled(os::Level level) {
+  std::vector<bool> registered;
+  {
+    const std::lock_guard lock(mutex_);
+    if (level <= unscheduled_level_.load(std::memory_order_relaxed)) return;
+    unscheduled_level_.store(level, std::memory_order_release);
+    registered = registered_;
+  }
+  for (std::size_t index = 0; index < registered.size(); ++index) {
+    if (!registered[index] || !app_.graph.nodes()[index].unscheduled) continue;
+    // In a visit: who removes a thread restores it after that.
+    links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
+  }
+}
+
+os::Level Membership::level_of(NodeId node) const {
+  return app_.graph.node(node).unscheduled ? unscheduled_level_.load(std::memory_order_acquire) : placement_.scheduled;
+}
+
+// Between the moment that a thread was placed and that it is known to have joined, unscheduled nodes may have been
+// raised.
+void Membership::raise_if_changed(NodeId node, os::Level placed_at) {
+  const os::Level level = level_of(node);
+  if (level == placed_at) return;
+  links_[node.index()]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
 }
 
 bool Membership::has(NodeId node) const {
@@ -47,6 +75,7 @@ Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread)
     return Error::caller(fmt::format("node {} is there already", name), "stop the program that runs it, or this one");
   }
   // Before any dispatcher knows these threads: what is set here is read back, and nothing may change it in between.
+  const os::Level placed_at = level_of(node);
   std::vector<os::ThreadId> threads = links_[node.index()]->threads();
   threads.push_back(thread);
   for (const os::ThreadId each : threads) {
@@ -55,10 +84,13 @@ Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread)
     for (const os::ThreadId other : threads) enforcer_->release(other);
     return placed;
   }
-  const std::lock_guard lock(mutex_);
-  links_[node.index()]->add_thread(thread);
-  registered_[node.index()] = true;
-  joined_.push_back(node);
+  {
+    const std::lock_guard lock(mutex_);
+    links_[node.index()]->add_thread(thread);
+    registered_[node.index()] = true;
+    joined_.push_back(node);
+  }
+  raise_if_changed(node, placed_at);
   return Done{};
 }
 
@@ -70,6 +102,7 @@ Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId t
                     "use fewer threads");
   if (link.threads().size() >= NodeCell::kMaxThreads) return no_room;
   const bool joined = has(node);  // else it is placed when the node joins
+  const os::Level placed_at = level_of(node);
   if (joined) {
     if (Status placed = place(node, process, thread); !placed) return placed;
   }
@@ -77,7 +110,10 @@ Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId t
     if (joined) enforcer_->release(thread);
     return no_room;
   }
-  if (joined) wake_holder(node);
+  if (joined) {
+    raise_if_changed(node, placed_at);
+    wake_holder(node);
+  }
   return Done{};
 }
 
@@ -88,8 +124,7 @@ void Membership::remove_thread(NodeId node, os::ThreadId thread) {
 
 // In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
 Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  const os::Level level = app_.graph.node(node).unscheduled ? placement_.unscheduled : placement_.scheduled;
-  return enforcer_->apply(thread, level, placement_.cpus, process);
+  return enforcer_->apply(thread, level_of(node), placement_.cpus, process);
 }
 
 void Membership::wake_holder(NodeId node) {

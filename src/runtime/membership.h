@@ -6,6 +6,7 @@
 // together, and is not held while threads are placed or restored.
 #pragma once
 
+#include <atomic>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -33,6 +34,10 @@ class Membership {
   Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices);
   // `enforcer` outlives its use: until release(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
+
+  // From now on unscheduled nodes are at this level at least, those that have joined too. Precondition: open() was
+  // called.
+  void raise_unscheduled(os::Level level);
 
   // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
   // cannot be had.
@@ -62,6 +67,8 @@ class Membership {
   bool has(NodeId node) const;
   bool has_all(const graph::Subchain& subchain) const;  // under the lock
   Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
+  os::Level level_of(NodeId node) const;
+  void raise_if_changed(NodeId node, os::Level placed_at);
   void wake_holder(NodeId node);
   std::string broken_chains(NodeId node) const;
 
@@ -73,6 +80,7 @@ class Membership {
   // Set before the first node joins, which who reads them has seen under the lock.
   Enforcer* enforcer_ = nullptr;
   Placement placement_;
+  std::atomic<os::Level> unscheduled_level_{os::Level::kOrdinary};  // changed under the lock
 
   mutable std::mutex mutex_;      // guards what follows
   std::vector<bool> registered_;  // by node

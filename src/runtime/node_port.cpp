@@ -238,6 +238,7 @@ void NodePort::pass_on(bool emits) {
     binding().next->word.store(low(token_), std::memory_order_release);
     os_.wake(binding().next->word);
   } else if (binding().signal != nullptr) {
+    if (emits) binding().signal->give_output(os_, *binding().region, end_);
     complete(os_, *binding().region, *binding().signal, token_);
   } else if (emits) {
     for (NodeCell* const follower : binding().followers) {

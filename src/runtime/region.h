@@ -29,11 +29,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/time.h"
 #include "graph/app.h"
 #include "os/threads.h"
 #include "runtime/word_ring.h"
 
 namespace ctn::runtime {
+
+class Region;
 
 struct RegionHeader {
   static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
@@ -61,13 +64,26 @@ struct alignas(64) ControllerCell {
   void wake(os::Threads& threads);
 };
 
-// Between the nodes of a subchain and the controller that holds it.
+// Between the nodes of a subchain and the controllers that hold it, and follow its outputs.
 struct alignas(64) SignalCell {
+  static constexpr std::size_t kFollowers = 4;
+
   std::atomic<std::uint64_t> completed{0};          // the newest token whose run has ended
   std::atomic<std::uint32_t> listener{0};           // 1 + the number of the controller that holds it; 0: none
   std::atomic<std::uint32_t> wants_completions{0};  // only then is the holder woken when a run ends
   std::atomic<std::int64_t> period{0};              // ns; what nodes go on at without a scheduler. 0: unknown
   std::atomic<std::int32_t> threads{0};             // on how many a node's run should work; 0: no plan says
+  std::atomic<std::uint64_t> outputs{0};            // that its tail has given
+  std::atomic<std::int64_t> newest_output{0};       // ns; when that came
+  // 1 + the number of a controller that is woken at each output; 0: free.
+  std::array<std::atomic<std::uint32_t>, kFollowers> followers{};
+
+  // By the tail: counts an output, and wakes who follows.
+  void give_output(os::Threads& threads, const Region& region, TimePoint at);
+  // By a controller: it is woken from now on. False: there is no room. It does so again and again, since other
+  // processes may have overwritten it.
+  bool add_follower(std::size_t controller);
+  void remove_follower(std::size_t controller);
 };
 
 struct alignas(64) NodeCell {

@@ -19,16 +19,17 @@ Controllers::Controllers(const graph::App& app, const Machine& machine, int core
   for (int core = 0; core < cores; ++core) cores_.emplace_back(actuator, core, subchains);
   sleeping_.resize(pacers_.size() + cores_.size());
   handed_over_.assign(subchains, dispatch::RunState{});
+  used_before_.resize(subchains);
 }
 
 void Controllers::start(policy::Assignment assignment, const os::CpuSet& cpus, os::Level level,
                         const std::vector<Nanos>& first) {
   take_over(std::move(assignment));
+  set_level(level);
   for (std::size_t controller = 0; controller < count(); ++controller) {
     const Cpus::Thread thread = first_ + static_cast<Cpus::Thread>(controller);
     const bool pinned = controller >= pacers_.size();
     cpus_.set_cpus(thread, pinned ? CpuMask::only(cpus.cpus()[controller - pacers_.size()]) : CpuMask(cpus));
-    cpus_.set_level(thread, real_time_ ? static_cast<Cpus::Level>(level) : 0);
     const Nanos begin = first_of(controller, first);
     begin > Nanos{0} ? cpus_.wake_at(thread, cpus_.now() + begin) : wake(controller, -1);
   }
@@ -47,6 +48,12 @@ Nanos Controllers::first_of(std::size_t controller, const std::vector<Nanos>& fi
 void Controllers::publish(policy::Assignment assignment) {
   take_over(std::move(assignment));
   for (std::size_t controller = 0; controller < count(); ++controller) wake(controller, -1);
+}
+
+void Controllers::set_level(os::Level level) {
+  for (std::size_t controller = 0; controller < count(); ++controller) {
+    cpus_.set_level(first_ + static_cast<Cpus::Thread>(controller), real_time_ ? static_cast<Cpus::Level>(level) : 0);
+  }
 }
 
 void Controllers::take_over(policy::Assignment assignment) {
@@ -93,6 +100,13 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
   handed_over_[subchain.index()] = state;
   const policy::SubchainPlace& place = assignment_.places[subchain.index()];
   wake(place.core >= 0 ? number_of_core(place.core) : subchain.index(), -1);
+}
+
+bool Controllers::await_outputs(SubchainId leader, bool wanted, std::uint64_t /*known*/) {
+  std::vector<std::size_t>& followers = nodes_.signal(leader).followers;
+  std::erase(followers, acting_);
+  if (wanted) followers.push_back(acting_);
+  return true;
 }
 
 void Controllers::trigger(SubchainId subchain, std::uint64_t number, TimePoint due) {

@@ -37,6 +37,7 @@ class Controllers final : private driver::Actuator {
   void start(policy::Assignment assignment, const os::CpuSet& cpus, os::Level level, const std::vector<Nanos>& first);
   // A new one: all are woken to look.
   void publish(policy::Assignment assignment);
+  void set_level(os::Level level);
   void wake(std::size_t controller, int from_cpu);
 
   // --- by the CPUs' client; threads counted from `first` ---
@@ -68,11 +69,18 @@ class Controllers final : private driver::Actuator {
   void await_completion(SubchainId subchain, bool wanted, std::uint64_t /*known*/) override {
     nodes_.signal(subchain).wants_completions = wanted;
   }
+  void begin_run(SubchainId subchain) override { used_before_[subchain.index()] = nodes_.cpu_time(subchain); }
+  Nanos cpu_time(SubchainId subchain) override { return nodes_.cpu_time(subchain) - used_before_[subchain.index()]; }
+  Outputs outputs(SubchainId leader) const override {
+    return {nodes_.signal(leader).outputs, nodes_.signal(leader).newest_output};
+  }
+  bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) override;
   void slot_over(const dispatch::SlotUse& slot) override { event_log_.slot_over(slot); }
   void stole(const dispatch::Steal& steal) override { event_log_.stole(steal); }
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override {
     event_log_.hang_changed(subchain, began, at);
   }
+  void over_budget(const dispatch::Overrun& overrun) override { event_log_.over_budget(overrun); }
 
   MachineCosts costs_;
   Nodes& nodes_;
@@ -84,6 +92,7 @@ class Controllers final : private driver::Actuator {
   std::vector<driver::CoreDriver> cores_;
   std::vector<Sleeping> sleeping_;                              // by controller
   std::vector<std::optional<dispatch::RunState>> handed_over_;  // by subchain
+  std::vector<Nanos> used_before_;                              // by subchain: CPU time, when its run was triggered
   std::size_t acting_ = 0;                                      // the controller that steps now,
   int cpu_ = -1;                                                // and where
   bool real_time_;

@@ -47,6 +47,11 @@ void EventLog::hang_changed(SubchainId subchain, bool began, TimePoint at) {
   if (writer_) writer_->add(policy::notice_of_hang(app_.graph.subchain(subchain).name, began, at));
 }
 
+void EventLog::over_budget(const record::Overrun& overrun) {
+  collector_.over_budget(overrun.at);
+  if (writer_) writer_->add(overrun);
+}
+
 void EventLog::plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason) {
   collector_.plan_in_force(at, plan);
   if (writer_) writer_->add(record::PlanChange{at, reason, plan::to_json(plan, app_)});

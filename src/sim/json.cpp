@@ -78,6 +78,7 @@ Json json_of(const Seeded& run) {
       {"throttled", outcome.throttled},
       {"plans", {{"made", outcome.plans_made}, {"adopted", outcome.plans_adopted}}},
       {"cost_changes", outcome.cost_changes}};
+  if (outcome.budget_overruns > 0) json["budget_overruns"] = outcome.budget_overruns;
   if (!outcome.notices.empty()) json["notices"] = outcome.notices;
   return json;
 }

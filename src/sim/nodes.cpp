@@ -104,6 +104,13 @@ void Nodes::wake(Node& node, std::uint64_t token, int from_cpu) {
   cpus_.wake(node.thread, from_cpu);
 }
 
+void Nodes::give_output(SubchainId subchain, int from_cpu) {
+  Signal& signal = signals_[subchain.index()];
+  ++signal.outputs;
+  signal.newest_output = cpus_.now();
+  for (const std::size_t follower : signal.followers) listener_.wake(follower, from_cpu);
+}
+
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
   Signal& signal = signals_[subchain.index()];
   signal.completed = std::max(signal.completed, token);
@@ -144,6 +151,26 @@ void Nodes::move(SubchainId subchain, const os::CpuSet& cpus) {
     const Node& node = nodes_[id.index()];
     for (int helper = 0; helper <= node.helpers; ++helper) {
       cpus_.set_cpus(node.thread + static_cast<Cpus::Thread>(helper), mask);
+    }
+  }
+}
+
+Nanos Nodes::cpu_time(SubchainId subchain) {
+  Nanos total{0};
+  for (const NodeId id : app_.graph.subchain(subchain).nodes) {
+    const Node& node = nodes_[id.index()];
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      total += cpus_.used_by(node.thread + static_cast<Cpus::Thread>(helper));
+    }
+  }
+  return total;
+}
+
+void Nodes::set_level_of_unscheduled(os::Level level) {
+  for (const Node& node : nodes_) {
+    if (!node.described->unscheduled || node.described->external) continue;
+    for (int helper = 0; helper <= node.helpers; ++helper) {
+      cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level_of(level));
     }
   }
 }
@@ -302,6 +329,7 @@ void Nodes::pass_on(Node& node, bool emits, int cpu) {
   if (node.next && emits) {
     wake(nodes_[*node.next], node.token, cpu);
   } else if (node.subchain) {
+    if (emits) give_output(*node.subchain, cpu);
     complete(*node.subchain, node.token, cpu);
   } else if (emits) {
     for (const std::size_t follower : node.followers) wake(nodes_[follower], node.run.number, cpu);

@@ -35,12 +35,15 @@ namespace ctn::sim {
 
 using Body = std::function<void(Run&)>;
 
-// Between a subchain's nodes and the controller that holds it.
+// Between a subchain's nodes and the controllers that hold it, and follow its outputs.
 struct Signal {
   std::uint64_t completed = 0;  // the newest trigger whose run has ended
   std::optional<std::size_t> holder;
   bool wants_completions = false;
-  int threads = 0;  // on how many a node's run should work; 0: no plan says
+  int threads = 0;                     // on how many a node's run should work; 0: no plan says
+  std::uint64_t outputs = 0;           // that its tail has given
+  TimePoint newest_output{};           // when that came
+  std::vector<std::size_t> followers;  // controllers that are woken at each output
 };
 
 class Nodes {
@@ -90,6 +93,10 @@ class Nodes {
   // As the place says, or its nodes' reservations: where a node has several threads, each has it for itself.
   void set_levels(SubchainId subchain, const policy::SubchainPlace& place);
   void move(SubchainId subchain, const os::CpuSet& cpus);
+  // That all its threads have used so far.
+  Nanos cpu_time(SubchainId subchain);
+  // Of all nodes that run by themselves.
+  void set_level_of_unscheduled(os::Level level);
 
   // --- by the CPUs' client; threads counted from `first` ---
   Nanos begin(Cpus::Thread thread, int cpu);
@@ -149,6 +156,7 @@ class Nodes {
   void publish(Node& node);
   void pass_on(Node& node, bool emits, int cpu);
   void wake(Node& node, std::uint64_t token, int from_cpu);
+  void give_output(SubchainId subchain, int from_cpu);
   void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
   int threads_of(const Node& node) const;
   Cpus::Level level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::Level>(level) : 0; }

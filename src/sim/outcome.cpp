@@ -33,6 +33,7 @@ Outcome OutcomeCollector::outcome(TimePoint end) const {
   outcome.measured_s = std::max(0.0, seconds(end - warm_from_));
   outcome.triggers = triggers_;
   outcome.steals = steals_;
+  outcome.budget_overruns = budget_overruns_;
   const plan::Predictions predicted = predicted_.until(end);
   const std::optional<plan::Predictions> current = predicted_.current();
   outcome.source_hz = predicted.source_hz.value_or(current ? current->source_hz.value_or(0.0) : 0.0);

@@ -78,8 +78,9 @@ struct Outcome {
   std::uint64_t triggers = 0;
   std::uint64_t steals = 0;
   std::uint64_t hangs = 0;
-  std::uint64_t dropped = 0;    // values that a full queue lost
-  std::uint64_t throttled = 0;  // how often real-time threads were kept from a core for the sake of ordinary ones
+  std::uint64_t budget_overruns = 0;  // runs that were demoted
+  std::uint64_t dropped = 0;          // values that a full queue lost
+  std::uint64_t throttled = 0;        // how often real-time threads were kept from a core for the sake of ordinary ones
   std::uint64_t plans_made = 0;
   std::uint64_t plans_adopted = 0;  // the first included
   std::uint64_t cost_changes = 0;
@@ -95,6 +96,7 @@ class OutcomeCollector {
   void add(const record::Run& run) { metrics_.add(run); }
   void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
   void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
+  void over_budget(TimePoint at) { budget_overruns_ += at >= warm_from_ ? 1U : 0U; }
   void plan_in_force(TimePoint since, const plan::Plan& plan) { predicted_.in_force(since, plan); }
 
   // All but what only the simulation knows.
@@ -109,6 +111,7 @@ class OutcomeCollector {
   plan::PredictedMeans predicted_;
   std::uint64_t triggers_ = 0;
   std::uint64_t steals_ = 0;
+  std::uint64_t budget_overruns_ = 0;
 };
 
 }  // namespace ctn::sim

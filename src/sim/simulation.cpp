@@ -180,6 +180,8 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     started_ = true;
     const policy::Decision& decision = loop_.decision();
     const bool raises = options_.policy->raises();
+    unscheduled_level_ = decision.unscheduled_level;
+    dispatcher_level_ = decision.dispatcher_level;
     nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
                  raises ? decision.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
     controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
@@ -228,10 +230,25 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     event_log_.notice({cpus_.now(), kind, detail});
   }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override {
-    if (started_) controllers_.publish(decision.assignment);
+    if (started_) {
+      raise_above(decision);
+      controllers_.publish(decision.assignment);
+    }
     if (!decision.plan) return;
     ++plans_adopted_;
     event_log_.plan_in_force(cpus_.now(), *decision.plan, policy::to_string(reason));
+  }
+
+  // As a session does (policy/levels.h).
+  void raise_above(const policy::Decision& decision) {
+    if (decision.dispatcher_level > dispatcher_level_) {
+      dispatcher_level_ = decision.dispatcher_level;
+      controllers_.set_level(dispatcher_level_);
+    }
+    if (options_.policy->raises() && decision.unscheduled_level > unscheduled_level_) {
+      unscheduled_level_ = decision.unscheduled_level;
+      nodes_.set_level_of_unscheduled(unscheduled_level_);
+    }
   }
 
   os::HostFacts host_facts() const {
@@ -279,6 +296,8 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   Controllers controllers_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
+  os::Level unscheduled_level_ = os::Level::kOrdinary;
+  os::Level dispatcher_level_ = os::Level::kOrdinary;
 
   std::size_t plans_followed_ = 0;              // of those that are given
   std::optional<policy::Decision> next_given_;  // of one of them, and soon in force

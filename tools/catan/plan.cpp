@@ -19,6 +19,7 @@
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "plan_text.h"
+#include "planner/expected.h"
 #include "planner/explain.h"
 #include "planner/planner.h"
 #include "rate_plan_output.h"
@@ -33,6 +34,7 @@ struct PlanOptions {
   std::string slack;
   std::string planner = "joint";
   std::optional<int> cores;
+  double effort = 1.0;
   bool json = false;
   bool explain = false;
 };
@@ -43,6 +45,31 @@ Result<model::CostTable> costs_of(const graph::App& app, const std::string& file
       "no cost file: every node is taken to cost {} (scheduler.bootstrap_cost); --costs FILE gives real ones",
       config::format_duration(app.scheduler.bootstrap_cost)));
   return model::CostTable(app.graph, to_millis(app.scheduler.bootstrap_cost));
+}
+
+// How long the search is, as a multiple of a few seconds.
+constexpr double kLeastEffort = 0.001;
+constexpr double kMostEffort = 1000.0;
+
+// How runs vary: of the cost file, or not at all.
+Result<model::Workload> work_of(const graph::App& app, const std::string& file) {
+  if (!file.empty()) return config::load_workload(file, app);
+  model::Workload work(app.graph);
+  for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+    if (app.graph.nodes()[i].external) continue;
+    work.set(NodeId(i), model::NodeWork::constant(to_millis(app.scheduler.bootstrap_cost)));
+  }
+  return work;
+}
+
+Result<plan::Plan> planned(const graph::App& app, const model::CostTable& costs, const planner::Request& request,
+                           const PlanOptions& options) {
+  if (options.planner != "auto") return planner::make_plan(app, costs, request);
+  const auto work = work_of(app, options.costs);
+  if (!work) return work.error();
+  const trial::Samples samples(app, *work, Nanos{0}, 1);
+  return planner::make_expected_plan(app, samples, costs,
+                                     {.cores = request.cores, .slack = request.slack, .effort = options.effort});
 }
 
 Result<double> slack_of(const graph::App& app, const std::string& text) {
@@ -97,7 +124,11 @@ int make(const PlanOptions& options) {
     return make_rates(*app, *costs, request, rates, options.json);
   }
   const auto begin = std::chrono::steady_clock::now();
-  auto plan = planner::make_plan(*app, *costs, request);
+  if (options.explain && options.planner == "auto") {
+    return report_error(
+        Error::caller("--explain is of plans by formula", "leave out --explain, or use --planner joint"));
+  }
+  auto plan = planned(*app, *costs, request, options);
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
   if (const auto proof = plan::validate(*plan, *app, *costs, request.cores); !proof) {
@@ -130,9 +161,14 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
   command
       ->add_option(
           "--planner", options->planner,
-          "How cores are allocated: jointly with the shares, or before them as if shares were equal; or one of "
-          "the methods that Catan is compared with, which give periods and fixed priorities")
-      ->check(CLI::IsMember({"joint", "two-stage", "davare", "verucchi"}))
+          "joint, two-stage: by formula, cores allocated jointly with the shares, or before them as if shares were "
+          "equal; auto: by what schedules come to in virtual time, of frames and of fixed priorities; or one of the "
+          "methods that Catan is compared with, which give periods and fixed priorities")
+      ->check(CLI::IsMember({"joint", "two-stage", "auto", "davare", "verucchi"}))
+      ->capture_default_str();
+  command
+      ->add_option("--effort", options->effort, "Of --planner auto: how long to search, as a multiple of a few seconds")
+      ->check(CLI::Range(kLeastEffort, kMostEffort))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
   command->add_flag("--explain", options->explain,

@@ -44,6 +44,30 @@ std::string owner_text(const plan::Plan& plan, const graph::App& app, int core) 
   return "unused";
 }
 
+std::string trigger_text(const plan::Member& member, const graph::App& app) {
+  if (member.after) {
+    const std::string& feeder = app.graph.subchain(member.after->subchain).name;
+    return member.after->every == 1 ? fmt::format("each output of {}", feeder)
+                                    : fmt::format("every {}th output of {}", member.after->every, feeder);
+  }
+  if (member.pause) return fmt::format("{} after its end", ms(*member.pause));
+  return fmt::format("every {} from {}", ms(member.period), ms(member.phase));
+}
+
+// Empty where no core has fixed priorities.
+std::string priorities_text(const plan::Plan& plan, const graph::App& app) {
+  Table table({"core", "priority", "subchain", "triggered", "budget"});
+  bool any = false;
+  for (std::size_t i = 0; i < plan.cores.size(); ++i) {
+    for (const plan::Member& member : plan.cores[i].members) {
+      table.add({fmt::format("{}", i), fmt::format("{}", member.priority), app.graph.subchain(member.subchain).name,
+                 trigger_text(member, app), ms(member.budget)});
+      any = true;
+    }
+  }
+  return any ? "\nfixed priorities\n" + table.text() : "";
+}
+
 std::string cores_text(const plan::Plan& plan, const graph::App& app) {
   Table table({"core", "frame", "at least", "frames", "slots (offset + slice)", "idle"});
   for (std::size_t i = 0; i < plan.cores.size(); ++i) {
@@ -57,6 +81,10 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
     const std::string label = app.core_kinds.empty()
                                   ? fmt::format("{}", i)
                                   : fmt::format("{} {}", i, app.core_kinds[app.kind_of(number)].name);
+    if (core.form == plan::Form::kPriorities) {
+      table.add({label, "", "", "", "fixed priorities", ""});
+      continue;
+    }
     if (slots.empty()) {
       table.add({label, "", "", "", owner_text(plan, app, number), ""});
       continue;
@@ -90,8 +118,8 @@ std::string relaxed_text(const plan::Plan& plan) {
 }  // namespace
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
-  return fmt::format("{}\nsubchains\n{}\ncores\n{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
-                     cores_text(plan, app), terms_text(plan, app), relaxed_text(plan));
+  return fmt::format("{}\nsubchains\n{}\ncores\n{}{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
+                     cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app), relaxed_text(plan));
 }
 
 }  // namespace ctn::tool

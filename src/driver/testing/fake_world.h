@@ -1,6 +1,7 @@
 // A world in virtual time for tests of controllers: each gets an actuator of its own, runs take as long as the test
-// says, and what is done is remembered. It steps controllers when they asked for it, and when they are woken. A breach
-// of what actuator.h says of who may do what is a failure of the test.
+// says, each has a CPU of its own unless the test says otherwise, and what is done is remembered. It steps controllers
+// when they asked for it, and when they are woken. A breach of what actuator.h says of who may do what is a failure of
+// the test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,6 +41,13 @@ class FakeWorld {
     TimePoint busy_until{};  // kNever: its run hangs
     std::uint64_t level_changes = 0;
     std::uint64_t moves = 0;
+    std::uint64_t outputs = 0;
+    TimePoint newest_output{};
+    std::vector<std::size_t> followers;  // controllers
+    Nanos used{0};                       // CPU time of all runs before the one under way
+    TimePoint working_since{};
+    std::optional<Nanos> used_at_begin;  // of the run that is measured
+    std::uint64_t measured = 0;          // how often its CPU time was asked for
   };
   struct Hang {
     SubchainId subchain;
@@ -107,6 +115,23 @@ class FakeWorld {
     return times;
   }
   // Lets a test look at the world after each step.
+  // CPU time that the threads of a subchain have used so far; a test may say otherwise.
+  std::function<Nanos(SubchainId)> cpu_time = [this](SubchainId id) {
+    const Subchain& subchain = of(id);
+    const TimePoint until = std::min(now, subchain.busy_until);
+    return subchain.used + std::max(until - subchain.working_since, Nanos{0});
+  };
+  // Whether a run gives output.
+  std::function<bool(SubchainId, std::uint64_t number)> gives_output = [](SubchainId, std::uint64_t) { return true; };
+  std::size_t max_followers = 4;
+  // An output that no run of ours has given, as a process may pretend.
+  void give_output(SubchainId id) {
+    Subchain& subchain = of(id);
+    ++subchain.outputs;
+    subchain.newest_output = now;
+    for (const std::size_t follower : subchain.followers) acting_[follower].until = now;
+  }
+  // Lets a test look at the world after each step.
   std::function<void()> after_step = [] {};
 
   TimePoint now{};
@@ -114,6 +139,7 @@ class FakeWorld {
   std::vector<dispatch::SlotUse> slots;
   std::vector<dispatch::Steal> steals;
   std::vector<Hang> hangs;
+  std::vector<dispatch::Overrun> overruns;
   std::uint64_t steps = 0;
 
  private:
@@ -140,6 +166,9 @@ class FakeWorld {
       Subchain& subchain = held(id);
       for (const os::Level level : subchain.levels) EXPECT_EQ(level, os::Level::kOrdinary) << "handed over raised";
       EXPECT_EQ(state.sent, subchain.triggers.size()) << "a trigger is lost in a hand-over";
+      for (const Subchain& leader : world_->subchains) {
+        EXPECT_EQ(std::count(leader.followers.begin(), leader.followers.end(), number_), 0) << "goes on listening";
+      }
       subchain.awaited = false;
       subchain.holder.reset();
       subchain.handed_over = state;
@@ -178,9 +207,29 @@ class FakeWorld {
       held(id).awaited = wanted;
       if (wanted && held(id).completed != known) completion_came = true;
     }
+    void begin_run(SubchainId id) override { held(id).used_at_begin = world_->cpu_time(id); }
+    Nanos cpu_time(SubchainId id) override {
+      EXPECT_TRUE(held(id).used_at_begin) << "from when?";
+      ++held(id).measured;
+      return world_->cpu_time(id) - held(id).used_at_begin.value_or(Nanos{0});
+    }
+    Outputs outputs(SubchainId id) const override { return {world_->of(id).outputs, world_->of(id).newest_output}; }
+    bool await_outputs(SubchainId id, bool wanted, std::uint64_t known) override {
+      Subchain& leader = world_->of(id);
+      std::erase(leader.followers, number_);
+      if (!wanted) return true;
+      if (leader.outputs != known) completion_came = true;
+      if (leader.followers.size() >= world_->max_followers) return false;
+      leader.followers.push_back(number_);
+      return true;
+    }
     void slot_over(const dispatch::SlotUse& slot) override { world_->slots.push_back(slot); }
     void stole(const dispatch::Steal& steal) override { world_->steals.push_back(steal); }
     void hang_changed(SubchainId id, bool began, TimePoint at) override { world_->hangs.push_back({id, began, at}); }
+    void over_budget(const dispatch::Overrun& overrun) override {
+      EXPECT_EQ(overrun.number, held(overrun.subchain).triggers.size());
+      world_->overruns.push_back(overrun);
+    }
 
     std::unique_ptr<Controller> controller;
     TimePoint until = kNever;      // when it steps next
@@ -210,8 +259,11 @@ class FakeWorld {
     const Nanos cost = cost_(id, number);
     if (cost == Nanos{0}) {
       of(id).completed = number;
+      if (gives_output(id, number)) give_output(id);
       return;
     }
+    of(id).used = cpu_time(id);
+    of(id).working_since = now;
     of(id).busy_until = cost == kNeverEnds ? kNever : std::max(of(id).busy_until, now) + cost;
     endings_.push_back({id, number, of(id).busy_until});
   }
@@ -223,6 +275,7 @@ class FakeWorld {
       if (ending_of(ending) > now) return false;
       Subchain& subchain = of(ending.subchain);
       subchain.completed = std::max(subchain.completed, ending.number);
+      if (gives_output(ending.subchain, ending.number)) give_output(ending.subchain);
       if (subchain.awaited) acting_[*subchain.holder].until = now;
       return true;
     });

@@ -23,6 +23,23 @@ inline policy::SubchainPlace paced(Nanos period, os::CpuSet cpus, Nanos hang_aft
   return place;
 }
 
+// Has a fixed priority on CPU 0, and is triggered by time.
+inline policy::SubchainPlace phased(int rank, Nanos period, Nanos phase, Nanos budget = Nanos{0}) {
+  policy::SubchainPlace place;
+  place.cpus = os::CpuSet{0};
+  place.pacing = {.period = period, .max_in_flight = 1, .phase = phase, .budget = budget};
+  place.level = os::fixed_level(rank);
+  return place;
+}
+
+// The same, triggered by the outputs of another.
+inline policy::SubchainPlace follows(int rank, SubchainId leader, int every, Nanos expected, Nanos budget = Nanos{0}) {
+  policy::SubchainPlace place = phased(rank, expected, Nanos{0}, budget);
+  place.pacing.phase.reset();
+  place.pacing.after = plan::After{leader, every};
+  return place;
+}
+
 inline policy::SubchainPlace shares(int core) {
   policy::SubchainPlace place;
   place.core = core;

@@ -158,6 +158,7 @@ class SliceEnds : public runtime::ReportSink {
   }
   void stole(const record::Steal& /*steal*/) override {}
   void hang_changed(SubchainId /*subchain*/, bool /*began*/, TimePoint /*at*/) override {}
+  void over_budget(const record::Overrun& /*overrun*/) override {}
   void woke_late(int, TimePoint, TimePoint) override {}
 
   std::vector<TimePoint> ends;

@@ -1,0 +1,149 @@
+#include "plan/promise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ctn::plan {
+namespace {
+
+// Steps of the exact analysis before it is left to the line.
+constexpr int kSteps = 64;
+// A trigger that comes a hair before the end of a period (rounding) is the next period's.
+constexpr double kRounding = 1e-9;
+// Nothing is triggered more often than dispatchers allow.
+constexpr Millis kLeastSpacing{0.1};
+constexpr int kRounds = 1000;
+
+class Analysis {
+ public:
+  Analysis(const Plan& plan, const graph::App& app, const model::CostTable& costs)
+      : plan_(plan), app_(app), by_kind_(model::costs_by_kind(app, costs)) {}
+
+  std::optional<std::vector<Promise>> run() {
+    const std::size_t count = plan_.subchains.size();
+    promises_.resize(count);
+    spacing_.resize(count);
+    jitter_.resize(count);
+    cost_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const SubchainId id(i);
+      const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[i].cores.front())];
+      cost_[i] = costs.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
+    }
+    for (std::size_t i = 0; i < count; ++i) spacing_[i] = spacing_of(SubchainId(i));
+    if (!find_responses()) return std::nullopt;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (member_of(plan_, SubchainId(i)) != nullptr) promises_[i].period = period_of(SubchainId(i));
+    }
+    return std::move(promises_);
+  }
+
+ private:
+  // T: between two triggers.
+  Millis spacing_of(SubchainId id) const { return std::max(planned_spacing_of(id), kLeastSpacing); }
+  Millis planned_spacing_of(SubchainId id) const {
+    const Member* const member = member_of(plan_, id);
+    if (member == nullptr) return plan_.subchains[id.index()].period;
+    if (member->after) {
+      return std::max(member->period, outputs_apart(*member->after, spacing_of(member->after->subchain)));
+    }
+    if (member->pause) return std::max(member->period, cost_[id.index()] + *member->pause);
+    return member->period;
+  }
+
+  // Every so-many-th output of a subchain whose runs come `runs_apart`.
+  Millis outputs_apart(const After& after, Millis runs_apart) const {
+    Millis apart = runs_apart;
+    for (const NodeId node : app_.graph.subchain(after.subchain).nodes) {
+      if (const auto& output = app_.graph.node(node).output_period) apart = std::max(apart, to_millis(*output));
+    }
+    return apart * after.every;
+  }
+
+  // J, at the responses found so far.
+  Millis jitter_of(const Member& member) const {
+    const std::size_t i = member.subchain.index();
+    const Millis late = std::max(promises_[i].execution - spacing_[i], Millis{0});
+    if (!member.after) return member.pause ? Millis{0} : late;
+    // An output may come as late as the feeder's run may end, and as early as a run costs nothing.
+    const std::size_t feeder = member.after->subchain.index();
+    const bool owns = member_of(plan_, member.after->subchain) == nullptr;
+    const Millis run = owns ? plan_.subchains[feeder].execution : promises_[feeder].execution;
+    return late + run + jitter_[feeder];
+  }
+
+  // From below, until nothing changes: jitters grow with responses, and responses with jitters.
+  bool find_responses() {
+    for (int round = 0; round < kRounds; ++round) {
+      bool changed = false;
+      for (const CorePlan& core : plan_.cores) {
+        for (std::size_t above = 0; above < core.members.size(); ++above) {
+          const Member& member = core.members[above];
+          const std::optional<Millis> response = response_of(core, above);
+          if (!response) return false;
+          Millis& known = promises_[member.subchain.index()].execution;
+          changed = changed || *response > known * (1.0 + kRounding);
+          known = std::max(known, *response);
+          jitter_[member.subchain.index()] = jitter_of(member);
+        }
+      }
+      if (!changed) return true;
+    }
+    return false;
+  }
+
+  // Of the member with `above` members above it.
+  std::optional<Millis> response_of(const CorePlan& core, std::size_t above) const {
+    const Millis own = cost_[core.members[above].subchain.index()];
+    Millis response = own;
+    for (int step = 0; step < kSteps; ++step) {
+      Millis longer = own;
+      for (std::size_t j = 0; j < above; ++j) {
+        const std::size_t other = core.members[j].subchain.index();
+        longer += std::ceil((response + jitter_[other]) / spacing_[other] - kRounding) * cost_[other];
+      }
+      if (longer > kLongestPromise) return std::nullopt;
+      if (longer <= response * (1.0 + kRounding)) return response;
+      response = longer;
+    }
+    return line_of(core, above);
+  }
+
+  std::optional<Millis> line_of(const CorePlan& core, std::size_t above) const {
+    Millis sum = cost_[core.members[above].subchain.index()];
+    double used = 0.0;
+    for (std::size_t j = 0; j < above; ++j) {
+      const std::size_t other = core.members[j].subchain.index();
+      sum += cost_[other] * (1.0 + jitter_[other] / spacing_[other]);
+      used += cost_[other] / spacing_[other];
+    }
+    if (used >= 1.0 || sum / (1.0 - used) > kLongestPromise) return std::nullopt;
+    return sum / (1.0 - used);
+  }
+
+  Millis period_of(SubchainId id) const {
+    const Member* const member = member_of(plan_, id);
+    if (member == nullptr) return plan_.subchains[id.index()].period;
+    const Millis response = promises_[id.index()].execution;
+    if (member->after) {
+      return std::max({member->period, outputs_apart(*member->after, period_of(member->after->subchain)), response});
+    }
+    return std::max(member->period, response + member->pause.value_or(Millis{0}));
+  }
+
+  const Plan& plan_;
+  const graph::App& app_;
+  const std::vector<model::CostTable> by_kind_;
+  std::vector<Promise> promises_;
+  std::vector<Millis> cost_;
+  std::vector<Millis> spacing_;
+  std::vector<Millis> jitter_;
+};
+
+}  // namespace
+
+std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
+  return Analysis(plan, app, costs).run();
+}
+
+}  // namespace ctn::plan

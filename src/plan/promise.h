@@ -1,0 +1,40 @@
+// What subchains with fixed priorities are promised: response-time analysis.
+//
+// A run of i takes, from its trigger to its end, at worst
+//   R_i = C_i + sum over j above i on its core of ceil((R_i + J_j) / T_j) C_j
+// (Joseph and Pandya, 1986; release jitter by Audsley and others, 1993), where C is the compute time at the planned
+// percentile, divided by what the slack leaves of a core; T_j is the least time between two triggers of j, on average
+// over many; and J_j is how much closer together than that some of them may come: those of a subchain that is late
+// because of its own long runs, or that is triggered by outputs which are sometimes early.
+//
+// From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers.
+//
+// Where many short runs interrupt a long one, the sum is bounded from above by a line (ceil(x) <= x + 1), which is
+// a little more than the worst case.
+//
+// Units: Millis. Thread safety: pure functions.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "graph/app.h"
+#include "model/cost.h"
+#include "plan/plan.h"
+
+namespace ctn::plan {
+
+struct Promise {
+  Millis period{0};     // p
+  Millis execution{0};  // L: R
+};
+
+// Whatever takes longer is not promised at all.
+constexpr Millis kLongestPromise = std::chrono::hours{24};
+
+// By SubchainId; {0, 0} for those without a fixed priority. None where the subchains above leave somebody no time.
+// Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does not trigger that
+// one, directly or by others.
+std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs);
+
+}  // namespace ctn::plan

@@ -1,0 +1,128 @@
+#include "plan/promise.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "plan/json.h"
+#include "plan/sample_plan.h"
+#include "plan/validate.h"
+
+namespace ctn::plan {
+namespace {
+
+class PromiseTest : public ::testing::Test {
+ protected:
+  graph::App app = sample_app();
+  model::CostTable costs = sample_costs(app);
+  Plan plan = sample_priorities(app, costs);
+
+  Member& member(SubchainId id) {
+    for (Member& each : plan.cores[0].members) {
+      if (each.subchain == id) return each;
+    }
+    throw std::logic_error("no such member");
+  }
+  Promise promised(SubchainId id) { return promise(plan, app, costs).value()[id.index()]; }
+  std::string problems() {
+    const Status valid = validate(plan, app, costs, kSampleCores);
+    return valid ? "" : valid.error().message();
+  }
+};
+
+TEST_F(PromiseTest, TheHighestPriorityTakesItsOwnTime) {
+  EXPECT_EQ(promised(kFast).execution, Millis{6});
+  EXPECT_EQ(promised(kFast).period, Millis{20});
+}
+
+TEST_F(PromiseTest, AFollowerTakesWhatInterruptsItAndComesWithItsFeeder) {
+  // fast interrupts 20 ms of slow twice: 32 ms, in which it comes twice.
+  EXPECT_EQ(promised(kSlow).execution, Millis{32});
+  EXPECT_EQ(promised(kSlow).period, Millis{40});
+}
+
+TEST_F(PromiseTest, WhoIsTriggeredByOutputsMayComeEarly) {
+  // Below slow, which comes every 40 ms, but up to 32 ms + 6 ms closer: 4 + 2 x 20 + 6 k, k = ceil(R / 20).
+  EXPECT_EQ(promised(kBatch).execution, Millis{4 + 2 * 20 + 4 * 6});
+  EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution + Millis{10});
+}
+
+TEST_F(PromiseTest, SlackMakesRunsLonger) {
+  plan.slack = 0.04;
+  EXPECT_EQ(promised(kFast).execution, Millis{6.25});
+}
+
+TEST_F(PromiseTest, ARunOfAnUnboundedWaitIsNotPromised) {
+  member(kFast).period = Millis{6};
+  EXPECT_FALSE(promise(plan, app, costs));
+}
+
+TEST_F(PromiseTest, WhoRunsLongerThanItsPeriodIsPromisedWhatItTakes) {
+  member(kBatch).pause.reset();
+  EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution);
+}
+
+TEST_F(PromiseTest, ManyShortInterruptionsAreBoundedByALine) {
+  costs.set(*app.graph.find_node("scan"), model::CostProfile::constant(Millis{0.1}));
+  costs.set(*app.graph.find_node("steer"), model::CostProfile::constant(Millis{0.1}));
+  costs.set(*app.graph.find_node("map"), model::CostProfile::constant(Millis{500}));
+  member(kFast).period = Millis{0.25};
+  member(kSlow).after->every = 40'000;
+  const double exact = 500 / (1 - 0.2 / 0.25);  // to one run of fast
+  EXPECT_GE(promised(kSlow).execution.count(), exact - 1e-6);
+  EXPECT_LE(promised(kSlow).execution.count(), exact + 0.2 / (1 - 0.2 / 0.25) + 1e-6);
+}
+
+TEST_F(PromiseTest, AFollowedElementAddsItsExecutionAlone) {
+  member(kSlow).after->every = 1;
+  Prediction prediction = predict(app, costs, plan.subchains, plan.cores);
+  const std::vector<NodeId> path{*app.graph.find_node("scan"), *app.graph.find_node("map")};
+  graph::App other = app;
+  other.objective = {{graph::Metric::kResponseTime, path, 1.0, {}}};
+  prediction = predict(other, costs, plan.subchains, plan.cores);
+  const Millis run = plan.subchains[kFast.index()].execution + plan.subchains[kSlow.index()].execution;
+  EXPECT_EQ(prediction.chains[0].latency, run);
+  EXPECT_EQ(predict(other, costs, plan.subchains, {}).chains[0].latency, run + plan.subchains[kSlow.index()].period);
+}
+
+TEST_F(PromiseTest, APlanWithFixedPrioritiesIsValidAndReadBackAsItWas) {
+  EXPECT_EQ(problems(), "");
+  const Result<Plan> read = from_json(to_json(plan, app), app, "plan.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(*read, plan);
+}
+
+TEST_F(PromiseTest, WhatIsWrongWithMembersIsNamed) {
+  const Plan good = plan;
+  const auto problem_of = [&](auto change) {
+    plan = good;
+    change();
+    return problems();
+  };
+  const auto expect = [](const std::string& problems, const std::string& part) {
+    EXPECT_NE(problems.find(part), std::string::npos) << problems;
+  };
+  expect(problem_of([&] { plan.cores[0].members.pop_back(); }), "the members of this core must be: fast, slow, log");
+  expect(problem_of([&] { member(kFast).priority = 7; }), "cores[0].members[0].priority");
+  expect(problem_of([&] { member(kFast).budget = Millis{5}; }), "less than the compute time");
+  expect(problem_of([&] { member(kFast).phase = Millis{20}; }), "cores[0].members[0].phase_ms");
+  expect(problem_of([&] { member(kFast).period = Millis{0}; }), "needs a period");
+  expect(problem_of([&] { member(kFast).period = Millis{6}; }), "leave those below them no time");
+  expect(problem_of([&] {
+           member(kFast).period = Millis{9};
+           plan.subchains[kFast.index()].period = Millis{9};
+         }),
+         "max_rate");
+  expect(problem_of([&] { member(kSlow).pause = Millis{1}; }), "cores[0].members[1].after");
+  expect(problem_of([&] {
+           member(kFast).after = After{kSlow, 1};
+           member(kFast).phase = Millis{0};
+         }),
+         "its own outputs trigger");
+  expect(problem_of([&] { plan.subchains[kFast.index()].period = Millis{21}; }), "response-time analysis");
+  expect(problem_of([&] { plan.cores[1].members = plan.cores[0].members; }), "has slots, not members");
+  expect(problem_of([&] { plan.cores[0].slots.push_back({kFast, Millis{0}, Millis{6}, 1, 0}); }), "has no slots");
+}
+
+}  // namespace
+}  // namespace ctn::plan

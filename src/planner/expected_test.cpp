@@ -1,0 +1,118 @@
+// The planner of the least expected objective, and the parts that its search has.
+#include "planner/expected.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+
+#include "plan/json.h"
+#include "plan/validate.h"
+#include "planner/planner.h"
+#include "planner/random_apps.h"
+#include "planner/surrogate.h"
+
+namespace ctn::planner {
+namespace {
+
+constexpr double kSlack = 0.06;
+
+model::Workload constant_work(const graph::App& app, const model::CostTable& costs) {
+  model::Workload work(app.graph);
+  for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+    work.set(NodeId(i), model::NodeWork::constant(costs[NodeId(i)].single_thread()));
+  }
+  return work;
+}
+
+// Two subchains, one after the other: a feeds b.
+struct Two {
+  graph::App app = [] {
+    graph::AppSpec spec = graph::spec_of({"a", "b", "base"}, {"a b base"});
+    node(spec, "base").external = true;
+    spec.objective = {graph::response("a b base", 1.0)};
+    return graph::build_app(spec).value();
+  }();
+  model::CostTable costs = [this] {
+    model::CostTable table(app.graph, Millis{1});
+    table.set(NodeId(1), model::CostProfile::constant(Millis{4}));
+    return table;
+  }();
+  trial::Samples samples{app, constant_work(app, costs), Nanos{0}, 1};
+  Surrogate surrogate{app, samples, costs, 0.0};
+  double a = surrogate.mean_cost(SubchainId(0), 0);
+  double b = surrogate.mean_cost(SubchainId(1), 0);
+
+  static trial::Schedule schedule() {
+    using std::chrono::milliseconds;
+    trial::Place first{.core = 0, .priority = 2, .period = milliseconds{10}};
+    trial::Place second{.core = 0, .priority = 1, .period = milliseconds{20}};
+    return {.cores = 1, .subchains = {first, second}, .frames = {}, .pipelines = {}};
+  }
+};
+
+TEST(Surrogate, AddsUpMeans) {
+  Two two;
+  EXPECT_NEAR(two.a, 1.0, 0.1) << "and what the machine takes";
+  const Estimate estimate = two.surrogate(Two::schedule()).value();
+  const double run_of_b = two.b / (1.0 - two.a / 10.0);
+  EXPECT_NEAR(estimate.objective, two.a + 20.0 / 2.0 + run_of_b + 20.0, 1e-9);
+  EXPECT_NEAR(estimate.load, two.a / 10.0 + two.b / 20.0, 1e-9);
+  EXPECT_EQ(estimate.relax, 1.0);
+}
+
+TEST(Surrogate, AFollowerDoesNotWait) {
+  Two two;
+  trial::Schedule schedule = Two::schedule();
+  schedule.subchains[1].after = plan::After{SubchainId(0), 1};
+  schedule.subchains[1].period = Nanos{0};
+  const double run_of_b = two.b / (1.0 - two.a / 10.0);
+  EXPECT_NEAR(two.surrogate(schedule).value().objective, two.a + run_of_b + 10.0, 1e-9);
+}
+
+TEST(Surrogate, KnowsWhenNothingIsLeft) {
+  Two two;
+  trial::Schedule schedule = Two::schedule();
+  schedule.subchains[0].period = std::chrono::milliseconds{1};
+  EXPECT_FALSE(two.surrogate(schedule));
+}
+
+TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
+  Two two;
+  const plan::Plan plan = make_expected_plan(two.app, two.samples, two.costs, {.cores = 2, .slack = kSlack}).value();
+  // b alone on its core: 4 ms and what the machine takes, as often as the slack allows.
+  const double p = two.b / (1.0 - kSlack);
+  EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));
+}
+
+TEST(ExpectedPlan, IsTheSameEachTime) {
+  const RandomCase random = random_case(3, {.subchains = 4}, 2);
+  const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
+  const ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.05};
+  const plan::Plan first = make_expected_plan(random.app, samples, random.costs, request).value();
+  EXPECT_EQ(make_expected_plan(random.app, samples, random.costs, request).value(), first);
+}
+
+RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanTheFormulas, (std::uint64_t seed)) {
+  const int cores = 1 + static_cast<int>(seed % 3);
+  const RandomCase random = random_case(
+      seed, {.subchains = 4, .queue = true, .caps = true, .exact = seed % 5 == 0, .bounds = true, .pairs = true},
+      cores);
+  const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
+  const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.02};
+  const Result<plan::Plan> plan = make_expected_plan(random.app, samples, random.costs, request);
+  const Result<plan::Plan> formulas = make_plan(random.app, random.costs, {.cores = cores, .slack = kSlack});
+  RC_ASSERT(plan.ok() == formulas.ok());
+  if (!plan) return;
+  const Status valid = plan::validate(*plan, random.app, random.costs, cores);
+  if (!valid) RC_FAIL(valid.error().message());
+  const trial::Trial trial(random.app, samples);
+  const auto score = [&](const plan::Plan& tried) {
+    return relaxed_score(trial.run(trial::schedule_of(random.app, tried), {}).objective, tried.relax_factor);
+  };
+  // Tails count as well, and a search of so few steps has its horizon.
+  RC_ASSERT(score(*plan) <= 1.15 * score(*formulas));
+}
+
+}  // namespace
+}  // namespace ctn::planner

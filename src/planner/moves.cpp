@@ -1,0 +1,137 @@
+#include "planner/moves.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "dispatch/subchain_trigger.h"
+#include "model/portable_math.h"
+#include "plan/limits.h"
+
+namespace ctn::planner {
+namespace {
+
+using trial::Place;
+using trial::Schedule;
+
+// Most steps are small; a few are not.
+constexpr double kSmallStep = 0.12;
+constexpr double kLargeStep = 0.8;
+constexpr std::size_t kMostOutputs = 6;
+
+// By a factor between exp(-size) and exp(size).
+double stretched(double value, double size, Random& random) {
+  return value * model::portable_exp((2.0 * random.fraction() - 1.0) * size);
+}
+
+bool has_cycle(const Schedule& schedule) {
+  for (std::size_t from = 0; from < schedule.subchains.size(); ++from) {
+    std::size_t at = from;
+    for (std::size_t steps = 0; schedule.subchains[at].after; ++steps) {
+      if (steps > schedule.subchains.size()) return true;
+      at = schedule.subchains[at].after->subchain.index();
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Moves::Moves(const graph::App& app, std::vector<double> cost, std::vector<int> cores)
+    : cost_(std::move(cost)), cores_(std::move(cores)) {
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
+    limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value()});
+  }
+}
+
+void Moves::change(Schedule& schedule, Random& random) const {
+  const int changes = random.once_in(3) ? 2 : 1;
+  for (int each = 0; each < changes; ++each) change_one(schedule, random);
+}
+
+void Moves::change_one(Schedule& schedule, Random& random) const {
+  const std::size_t i = random.below(schedule.subchains.size());
+  const std::size_t other = random.below(schedule.subchains.size());
+  Place& place = schedule.subchains[i];
+  if (place.form != trial::Form::kPriority) return;
+  switch (random.below(10)) {
+    case 0:
+    case 1:
+    case 2:
+    case 3:
+      return change_time(place, i, random);
+    case 4:
+      if (schedule.subchains[other].form == trial::Form::kPriority) {
+        std::swap(place.priority, schedule.subchains[other].priority);
+      }
+      return;
+    case 5:
+      return change_core(schedule, i, other, random);
+    case 6:
+      return change_pause(place, i, random);
+    case 7:
+    case 8:
+      return change_trigger(schedule, i, random);
+    default:
+      if (!place.after && !place.pause) {
+        place.phase = to_nanos(to_millis(place.period) * random.fraction());
+        if (place.phase >= place.period) place.phase = Nanos{0};
+      }
+  }
+}
+
+void Moves::change_time(Place& place, std::size_t subchain, Random& random) const {
+  if (place.after || limits_[subchain].exact) return;
+  const double size = random.once_in(4) ? kLargeStep : kSmallStep;
+  if (place.pause) {
+    place.pause = to_nanos(Millis{stretched(to_millis(*place.pause).count(), size, random)});
+    return;
+  }
+  const double phase = to_millis(place.phase) / to_millis(place.period);
+  place.period =
+      std::max(to_nanos(Millis{stretched(to_millis(place.period).count(), size, random)}), limits_[subchain].shortest);
+  place.phase = std::min(to_nanos(phase * to_millis(place.period)), place.period - Nanos{1});
+}
+
+void Moves::change_core(Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const {
+  if (cores_.size() < 2) return;
+  Place& place = schedule.subchains[subchain];
+  if (random.once_in(2) && schedule.subchains[other].form == trial::Form::kPriority) {
+    std::swap(place.core, schedule.subchains[other].core);
+  } else {
+    place.core = cores_[random.below(cores_.size())];
+  }
+}
+
+void Moves::change_pause(Place& place, std::size_t subchain, Random& random) const {
+  if (limits_[subchain].exact) return;
+  place.after.reset();
+  place.phase = Nanos{0};
+  if (place.pause) {
+    place.period = std::max(to_nanos(Millis{1.5 * cost_[subchain]}) + *place.pause, limits_[subchain].shortest);
+    place.pause.reset();
+  } else {
+    place.period = limits_[subchain].shortest;
+    place.pause = to_nanos(Millis{0.4 * cost_[subchain] * random.fraction()});
+  }
+}
+
+void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& random) const {
+  if (limits_[subchain].exact || schedule.subchains.size() < 2) return;
+  Place& place = schedule.subchains[subchain];
+  if (place.after && random.once_in(2)) {
+    place.after.reset();
+    const double cost = cost_[subchain] * (2.0 + 10.0 * random.fraction());
+    place.period = std::max(to_nanos(Millis{cost}), limits_[subchain].shortest);
+    return;
+  }
+  const Place before = place;
+  place.pause.reset();
+  place.phase = Nanos{0};
+  place.period = limits_[subchain].shortest;
+  const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
+  place.after = plan::After{SubchainId(random.below(schedule.subchains.size())), every};
+  if (has_cycle(schedule)) place = before;
+}
+
+}  // namespace ctn::planner

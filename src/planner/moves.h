@@ -1,0 +1,62 @@
+// Small random changes of a schedule of fixed priorities: the steps of a local search.
+//
+// Units: in the types. Thread safety: none; one owner. The same seed gives the same changes everywhere.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/mixed.h"
+#include "graph/app.h"
+#include "trial/schedule.h"
+
+namespace ctn::planner {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(mixed_of(seed)) {}
+
+  // In [0, limit). Precondition: limit > 0.
+  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(next() % limit); }
+  // In [0, 1).
+  double fraction() { return static_cast<double>(next() >> 11U) * 0x1.0p-53; }
+  bool once_in(std::size_t times) { return below(times) == 0; }
+
+ private:
+  std::uint64_t next() { return mixed(state_ += kGolden); }
+
+  std::uint64_t state_;
+};
+
+// What a schedule may be changed to.
+class Moves {
+ public:
+  // `cost`: what runs of each subchain cost on average, in ms. `cores`: on which subchains with a priority may be.
+  Moves(const graph::App& app, std::vector<double> cost, std::vector<int> cores);
+
+  // Changes one thing or two. What comes of it is complete and without a cycle of followers; it may be a bad idea.
+  void change(trial::Schedule& schedule, Random& random) const;
+
+  // The shortest period that a cap, an exact rate or the dispatcher allows.
+  Nanos shortest_period(std::size_t subchain) const { return limits_[subchain].shortest; }
+  bool exact(std::size_t subchain) const { return limits_[subchain].exact; }
+  const std::vector<int>& cores() const { return cores_; }
+
+ private:
+  struct Limits {
+    Nanos shortest{0};
+    bool exact = false;
+  };
+
+  void change_one(trial::Schedule& schedule, Random& random) const;
+  void change_time(trial::Place& place, std::size_t subchain, Random& random) const;
+  void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
+  void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
+  void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
+
+  std::vector<double> cost_;
+  std::vector<int> cores_;
+  std::vector<Limits> limits_;  // by subchain
+};
+
+}  // namespace ctn::planner

@@ -1,0 +1,220 @@
+#include "planner/surrogate.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "plan/limits.h"
+
+namespace ctn::planner {
+namespace {
+
+// More than this of a core's time above somebody leaves him none.
+constexpr double kNothingLeft = 0.999;
+// Periods follow from one another (pauses from executions, triggers by outputs from periods): so often until they are
+// good enough for a guess.
+constexpr int kRounds = 3;
+
+double longest_output_period(const graph::Graph& graph, const std::vector<NodeId>& nodes) {
+  double longest = 0.0;
+  for (const NodeId node : nodes) {
+    if (const auto& period = graph.node(node).output_period) longest = std::max(longest, to_millis(*period).count());
+  }
+  return longest;
+}
+
+// Of a node that runs by itself: its own period, or that of the node that it follows in the end.
+double own_period(const graph::Graph& graph, NodeId node) {
+  while (!graph.node(node).period && graph.node(node).follows) node = *graph.node(node).follows;
+  const auto& period = graph.node(node).period;
+  return period ? to_millis(*period).count() : 0.0;
+}
+
+double mean_of(const trial::Samples& samples, NodeId node, std::size_t kind) {
+  Nanos sum{0};
+  for (std::uint32_t number = 0; number < trial::Samples::kDraws; ++number) sum += samples.draw(node, kind, number);
+  return to_millis(sum).count() / static_cast<double>(trial::Samples::kDraws);
+}
+
+}  // namespace
+
+Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
+                     double slack)
+    : app_(app), usable_(1.0 - slack), timings_(app.graph.subchains().size()) {
+  const trial::Overheads machine;
+  const double run = to_millis(machine.run + machine.context_switch).count();
+  const double trigger = to_millis(machine.dispatch_timer + machine.context_switch).count();
+  const std::vector<model::CostTable> tables = model::costs_by_kind(app, planned);
+  for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+    std::vector<double>& means = mean_.emplace_back();
+    std::vector<double>& percentiles = planned_.emplace_back();
+    for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+      double mean = trigger;
+      for (const NodeId node : app.graph.subchain(SubchainId(i)).nodes) mean += run + mean_of(samples, node, kind);
+      means.push_back(mean);
+      percentiles.push_back(tables[kind].subchain_total(app.graph, SubchainId(i)).count() / usable_);
+    }
+  }
+  for (const graph::Subchain& subchain : app.graph.subchains()) {
+    output_period_.push_back(longest_output_period(app.graph, subchain.nodes));
+  }
+  for (const graph::Term& term : app.objective) {
+    Term& known = terms_.emplace_back();
+    known.weight = term.weight;
+    if (term.metric == graph::Metric::kPeriod) {
+      known.of = app.graph.node(term.path.front()).subchain;
+      if (!known.of) known.fixed_period = own_period(app.graph, term.path.front());
+      continue;
+    }
+    if (term.max) known.max = to_millis(*term.max).count();
+    for (const graph::ChainElement& element : app.graph.chain_elements(term.path)) {
+      Element& added = known.elements.emplace_back();
+      added.subchain = element.subchain;
+      added.output_period = longest_output_period(app.graph, element.nodes);
+      if (element.subchain) continue;
+      const NodeId node = element.nodes.front();
+      // A follower's input does not wait: it starts with it.
+      added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
+      added.cost = run + mean_of(samples, node, 0);
+    }
+  }
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
+    if (limits.exact) exact_rates_.push_back({SubchainId(i), limits.exact->count()});
+  }
+  for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
+    if (bound.node) min_rates_.push_back({*app.graph.node(*bound.node).subchain, bound.asked.count()});
+  }
+}
+
+// How far apart the triggers are of a subchain that follows another.
+double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
+  const plan::After& after = *schedule.subchains[subchain].after;
+  const std::size_t feeder = after.subchain.index();
+  return after.every * std::max(timings_[feeder].period, output_period_[feeder]);
+}
+
+void Surrogate::time_pipelines(const trial::Schedule& schedule) {
+  for (const trial::Pipeline& pipeline : schedule.pipelines) {
+    const std::size_t i = pipeline.subchain.index();
+    Timing& timing = timings_[i];
+    timing.period = to_millis(pipeline.pacing.period).count();
+    timing.execution = timing.cost / pipeline.threads;
+    timing.promised_period = timing.period;
+    timing.promised_execution = timing.planned / pipeline.threads;
+  }
+}
+
+// False: somebody gets nothing.
+bool Surrogate::time_cores(const trial::Schedule& schedule) {
+  load_ = 0.0;
+  int core = -1;
+  double used = 0.0;
+  for (const std::size_t i : order_) {
+    const trial::Place& place = schedule.subchains[i];
+    if (place.core != core) used = 0.0;
+    core = place.core;
+    if (used >= kNothingLeft) return false;
+    Timing& timing = timings_[i];
+    timing.execution = timing.cost / (1.0 - used);
+    double period = to_millis(place.period).count();
+    if (place.pause) period = std::max(period, timing.execution + to_millis(*place.pause).count());
+    if (place.after) period = std::max(period, outputs_apart(schedule, i));
+    timing.period = std::max(period, timing.execution);
+    used += timing.cost / timing.period;
+    load_ = std::max(load_, used / usable_);
+  }
+  return true;
+}
+
+// Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
+void Surrogate::promise_cores(const trial::Schedule& schedule) {
+  constexpr double kOutOfReach = 1e9;
+  int core = -1;
+  double used = 0.0;
+  double sum = 0.0;
+  for (const std::size_t i : order_) {
+    const trial::Place& place = schedule.subchains[i];
+    if (place.core != core) used = sum = 0.0;
+    core = place.core;
+    Timing& timing = timings_[i];
+    double spacing = to_millis(place.period).count();
+    if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
+    if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
+    timing.promised_execution = used < kNothingLeft ? (timing.planned + sum) / (1.0 - used) : kOutOfReach;
+    const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
+    timing.promised_period = std::max(spacing, timing.promised_execution + pause);
+    spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
+    used += timing.planned / spacing;
+    double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
+    if (place.after) jitter += timings_[place.after->subchain.index()].promised_execution;
+    sum += timing.planned * (1.0 + jitter / spacing);
+  }
+}
+
+Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Term& term) const {
+  if (term.of) return {timings_[term.of->index()].period, timings_[term.of->index()].promised_period};
+  if (term.elements.empty()) return {term.fixed_period, term.fixed_period};
+  Totals latency;
+  double period = 0.0;
+  double promised_period = 0.0;
+  const Element* before = nullptr;
+  for (const Element& element : term.elements) {
+    Timing timing{.period = element.period,
+                  .execution = element.cost,
+                  .promised_period = element.period,
+                  .promised_execution = element.cost};
+    bool follows = false;
+    if (element.subchain) {
+      timing = timings_[element.subchain->index()];
+      const auto& after = schedule.subchains[element.subchain->index()].after;
+      follows = after && after->every == 1 && before != nullptr && before->subchain == after->subchain;
+    }
+    if (before != nullptr && !follows) {
+      latency.response += timing.period / 2.0;
+      latency.promised += timing.promised_period;
+    }
+    latency.response += timing.execution;
+    latency.promised += timing.promised_execution;
+    period = std::max({period, timing.period, element.output_period});
+    promised_period = std::max({promised_period, timing.promised_period, element.output_period});
+    before = &element;
+  }
+  return {latency.response + period, latency.promised + promised_period};
+}
+
+std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
+  const std::vector<trial::Place>& places = schedule.subchains;
+  order_.clear();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::size_t kind = kind_of(places[i].core);
+    timings_[i] = {.cost = mean_[kind][i], .planned = planned_[kind][i]};
+    timings_[i].period = to_millis(places[i].period).count();
+    if (places[i].form == trial::Form::kPriority) order_.push_back(i);
+  }
+  std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+    return places[a].core != places[b].core ? places[a].core < places[b].core : places[a].priority > places[b].priority;
+  });
+  time_pipelines(schedule);
+  for (int round = 0; round < kRounds; ++round) {
+    if (!time_cores(schedule)) return std::nullopt;
+  }
+  for (int round = 1; round < kRounds; ++round) promise_cores(schedule);
+  Estimate estimate{.load = load_};
+  for (const Term& term : terms_) {
+    const Totals totals = totals_of(schedule, term);
+    estimate.objective += term.weight * totals.response;
+    if (term.max > 0.0) estimate.relax = std::max(estimate.relax, totals.promised / term.max);
+  }
+  for (const AskedRate& rate : exact_rates_) {
+    // To the nanosecond, which is what schedules have.
+    constexpr double kRounding = 1e-6;
+    estimate.exact_missed =
+        estimate.exact_missed || timings_[rate.subchain.index()].promised_period > rate.period + kRounding;
+  }
+  for (const AskedRate& rate : min_rates_) {
+    estimate.relax = std::max(estimate.relax, timings_[rate.subchain.index()].promised_period / rate.period);
+  }
+  return estimate;
+}
+
+}  // namespace ctn::planner

@@ -1,0 +1,103 @@
+// What a schedule of fixed priorities would come to on average, by formulas of means: a microsecond where a trial
+// (trial/trial.h) takes a millisecond, so that a search can look at thousands of schedules before it tries the best.
+//
+// On a core, with the subchains above i in use for a fraction U_i of the time, a run of i that costs c_i takes
+//   L_i = c_i / (1 - U_i)
+// and it completes every
+//   p_i = its period; L_i + its pause; so many times the period of the outputs that trigger it; and no less than L_i.
+// A chain's response time is its latency and its period: the first run; then for each next element, half a period until
+// its next run begins (none where it is triggered by the element before) and that run; and the longest period or
+// output period on the way.
+//
+// What it leaves out is what trials are for: order and phase, bursts, who meets whom.
+//
+// It also bounds what is promised (plan/promise.h), by the line; and says how full the fullest core would be.
+//
+// Units: milliseconds. Thread safety: none; one owner.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "graph/app.h"
+#include "model/cost.h"
+#include "trial/samples.h"
+#include "trial/schedule.h"
+#include "trial/trial.h"
+
+namespace ctn::planner {
+
+struct Estimate {
+  double objective = 0.0;     // the weighted sum of means
+  double relax = 1.0;         // by how much bounds would have to be relaxed, at the promised times
+  bool exact_missed = false;  // an exact rate is not promised
+  double load = 0.0;          // of the fullest core: CPU time used, as a fraction of what the slack leaves
+};
+
+class Surrogate {
+ public:
+  // `planned`: the percentiles that promises go by. All outlive it.
+  Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
+
+  // None where somebody gets no time at all. Precondition: as Trial::run(), without frames; who follows whom has no
+  // cycle.
+  std::optional<Estimate> operator()(const trial::Schedule& schedule);
+
+  // What a run of the subchain costs on average on a core, the machine's part included.
+  double mean_cost(SubchainId subchain, int core) const { return mean_[kind_of(core)][subchain.index()]; }
+
+ private:
+  struct Element {
+    std::optional<SubchainId> subchain;  // none: an unscheduled node
+    double period = 0.0;                 // its own, if it has one
+    double cost = 0.0;
+    double output_period = 0.0;
+  };
+  struct Term {
+    double weight = 0.0;
+    double max = 0.0;               // 0: no bound
+    std::vector<Element> elements;  // of a response time
+    std::optional<SubchainId> of;   // of a period
+    double fixed_period = 0.0;      // of a period that no schedule changes
+  };
+  struct Timing {  // of a subchain
+    double cost = 0.0;
+    double planned = 0.0;
+    double period = 0.0;
+    double execution = 0.0;
+    double promised_period = 0.0;
+    double promised_execution = 0.0;
+  };
+  struct Totals {
+    double response = 0.0;
+    double promised = 0.0;
+  };
+
+  std::size_t kind_of(int core) const { return app_.kind_of(core); }
+  double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
+  bool time_cores(const trial::Schedule& schedule);
+  void time_pipelines(const trial::Schedule& schedule);
+  void promise_cores(const trial::Schedule& schedule);
+  Totals totals_of(const trial::Schedule& schedule, const Term& term) const;
+
+  const graph::App& app_;
+  double usable_;                             // of a core
+  std::vector<std::vector<double>> mean_;     // by kind, subchain
+  std::vector<std::vector<double>> planned_;  // by kind, subchain
+  std::vector<double> output_period_;         // by subchain: the longest of its nodes'
+  std::vector<Term> terms_;
+  struct AskedRate {
+    SubchainId subchain;
+    double period = 0.0;
+  };
+  std::vector<AskedRate> min_rates_;
+  std::vector<AskedRate> exact_rates_;
+
+  // Reused.
+  std::vector<std::size_t> order_;  // subchains with a priority, core by core, the highest first
+  std::vector<Timing> timings_;     // by subchain
+  double load_ = 0.0;
+};
+
+}  // namespace ctn::planner

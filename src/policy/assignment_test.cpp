@@ -1,0 +1,60 @@
+#include "policy/assignment.h"
+
+#include <gtest/gtest.h>
+
+#include "plan/sample_plan.h"
+#include "policy/replan.h"
+
+namespace ctn::policy {
+namespace {
+
+using std::chrono::milliseconds;
+
+class FixedPrioritiesTest : public ::testing::Test {
+ protected:
+  graph::App app = plan::sample_app();
+  model::CostTable costs = plan::sample_costs(app);
+  plan::Plan plan = plan::sample_priorities(app, costs);
+  Assignment assignment = assignment_of(app, plan, os::CpuSet{4, 5, 6}, {});
+
+  const SubchainPlace& place(SubchainId id) const { return assignment.places[id.index()]; }
+};
+
+TEST_F(FixedPrioritiesTest, EachHasTheCoreToItselfAtItsOwnLevel) {
+  for (const SubchainId id : {plan::kFast, plan::kSlow, plan::kBatch}) {
+    EXPECT_EQ(place(id).core, -1) << "no controller of a core takes turns among them";
+    EXPECT_EQ(place(id).cpus, os::CpuSet{4});
+    EXPECT_EQ(place(id).pacing.max_in_flight, 1);
+  }
+  EXPECT_EQ(place(plan::kBatch).level, os::fixed_level(0));
+  EXPECT_EQ(place(plan::kSlow).level, os::fixed_level(1));
+  EXPECT_EQ(place(plan::kFast).level, os::fixed_level(2));
+  EXPECT_TRUE(assignment.cores[0].slots.empty());
+}
+
+TEST_F(FixedPrioritiesTest, ByTimeAtItsPhaseAndNoFasterThanItsCap) {
+  const dispatch::Pacing& pacing = place(plan::kFast).pacing;
+  EXPECT_EQ(pacing.period, milliseconds{20});
+  EXPECT_EQ(pacing.phase, milliseconds{5});
+  EXPECT_EQ(pacing.budget, milliseconds{6});
+  EXPECT_FALSE(pacing.after);
+  EXPECT_EQ(pacing.after_completion, Nanos{0});
+}
+
+TEST_F(FixedPrioritiesTest, ByOutputsOfAnother) {
+  const dispatch::Pacing& pacing = place(plan::kSlow).pacing;
+  EXPECT_EQ(pacing.after, (plan::After{plan::kFast, 2}));
+  EXPECT_FALSE(pacing.phase);
+  EXPECT_EQ(pacing.period, milliseconds{40}) << "how often that is expected";
+}
+
+TEST_F(FixedPrioritiesTest, AfterAPause) {
+  const dispatch::Pacing& pacing = place(plan::kBatch).pacing;
+  EXPECT_EQ(pacing.after_completion, milliseconds{10});
+  EXPECT_EQ(pacing.shortest, milliseconds{15});
+  EXPECT_FALSE(pacing.phase);
+  EXPECT_EQ(pacing.hang_after, std::max(kShortestHang, to_nanos(plan.subchains[3].execution * kHangMultiple)));
+}
+
+}  // namespace
+}  // namespace ctn::policy

@@ -1,0 +1,151 @@
+#include "trial/cores.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace ctn::trial {
+
+bool Cores::before(Job one, Job other) const {
+  const State& a = jobs_[one];
+  const State& b = jobs_[other];
+  return a.rank > b.rank || (a.rank == b.rank && a.order < b.order);
+}
+
+void Cores::insert(Core& core, Job job) {
+  std::vector<Job>& queue = core.queue;
+  auto place = queue.end();
+  while (place != queue.begin() && !before(job, *(place - 1))) --place;
+  queue.insert(place, job);
+}
+
+void Cores::remove(Core& core, Job job) {
+  if (core.queue.back() == job) return core.queue.pop_back();
+  core.queue.erase(std::find(core.queue.begin(), core.queue.end(), job));
+}
+
+void Cores::add_work(Job job, int core, Rank rank, Nanos budget) {
+  State& state = jobs_[job];
+  state.core = core;
+  state.rank = rank;
+  state.budget = budget;
+  state.has_work = true;
+  state.begun = false;
+  state.order = ++last_order_;
+  insert(at(core), job);
+}
+
+void Cores::continue_work(Job job) {
+  State& state = jobs_[job];
+  Core& core = at(state.core);
+  remove(core, job);
+  state.begun = false;
+  state.order = ++last_order_;
+  insert(core, job);
+  if (core.current == job) core.current = kNobody;
+}
+
+void Cores::end_work(int number) {
+  Core& core = at(number);
+  jobs_[core.current].has_work = false;
+  remove(core, core.current);
+  core.current = kNobody;
+}
+
+void Cores::change_rank(Job job, Rank rank, TimePoint now) {
+  State& state = jobs_[job];
+  if (state.rank == rank) return;
+  Core& core = at(state.core);
+  if (core.current == job) account(core, now);
+  remove(core, job);
+  state.order = rank > state.rank ? ++last_order_ : --first_order_;
+  state.rank = rank;
+  insert(core, job);
+}
+
+void Cores::demote_current(int number, TimePoint now) {
+  Core& core = at(number);
+  State& state = jobs_[core.current];
+  account(core, now);
+  remove(core, core.current);
+  state.rank = kDemoted;
+  state.order = ++last_order_;
+  state.budget = kUnlimited;
+  insert(core, core.current);
+  arm(number);
+}
+
+void Cores::account(Core& core, TimePoint now) {
+  const Nanos used = now - core.since;
+  if (used <= Nanos{0}) return;  // held
+  core.since = now;
+  if (core.current == kNobody) return;
+  State& state = jobs_[core.current];
+  state.left -= used;
+  if (state.budget != kUnlimited) state.budget -= used;
+  core.busy += used;
+}
+
+void Cores::arm(int number) {
+  const Core& core = at(number);
+  const State& state = jobs_[core.current];
+  timers_.set(static_cast<Timers::Source>(number), core.since + std::min(state.left, state.budget));
+}
+
+Job Cores::settle(int number, TimePoint now) {
+  Core& core = at(number);
+  const Job next = core.queue.empty() ? kNobody : core.queue.back();
+  if (next == core.current) {
+    if (next == kNobody) timers_.set(static_cast<Timers::Source>(number), kNever);
+    return kNobody;
+  }
+  account(core, now);
+  core.current = next;
+  if (next == kNobody) {
+    timers_.set(static_cast<Timers::Source>(number), kNever);
+    return kNobody;
+  }
+  State& state = jobs_[next];
+  if (!state.begun && core.held_until > now) {
+    core.current = kNobody;
+    timers_.set(static_cast<Timers::Source>(number), core.held_until);
+    return kNobody;
+  }
+  core.since = std::max(now, core.held_until);
+  if (!state.begun) return next;
+  state.left += context_switch_;
+  arm(number);
+  return kNobody;
+}
+
+void Cores::begin(int number, Nanos work) {
+  State& state = jobs_[at(number).current];
+  state.begun = true;
+  state.left = work;
+  arm(number);
+}
+
+void Cores::hold(int number, TimePoint now, Nanos length) {
+  if (length == Nanos{0}) return;
+  Core& core = at(number);
+  account(core, now);
+  core.held_until = std::max(core.held_until, now) + length;
+  core.busy += length;
+  if (core.current == kNobody) return;
+  core.since = core.held_until;
+  arm(number);
+}
+
+Cores::Event Cores::account_event(int number, TimePoint now) {
+  Core& core = at(number);
+  account(core, now);
+  if (core.current == kNobody) return Event::kFree;
+  return jobs_[core.current].left <= Nanos{0} ? Event::kDone : Event::kBudgetSpent;
+}
+
+Nanos Cores::take_busy(int number, TimePoint now) {
+  Core& core = at(number);
+  account(core, now);
+  return std::exchange(core.busy, Nanos{0});
+}
+
+}  // namespace ctn::trial

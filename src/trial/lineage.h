@@ -1,0 +1,106 @@
+// From runs to the terms of the objective, as record/lineage.h and record/run_metrics.h define them, but on the fly and
+// at a few nanoseconds a run: no run is remembered, each output just carries the begins of the source runs that it
+// descends from. One, unless a queue node took a batch on the way.
+//
+// Chains that begin alike share their beginnings: what is followed is the prefixes of chains, each once. A prefix ends
+// in a node, and what is known of it is from which source runs the node's newest output descends (given), and its run
+// under way (held).
+//
+// Units: TimePoint, Nanos. Thread safety: ChainPrefixes is immutable; Lineage has one owner.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "graph/app.h"
+
+namespace ctn::trial {
+
+// As a queue channel's (catan/channel.h): outputs that find so many waiting are lost.
+constexpr std::size_t kQueueCapacity = 4096;
+
+// The prefixes of an app's chains: made once, used by every trial.
+class ChainPrefixes {
+ public:
+  struct Prefix {
+    NodeId node;
+    int before = -1;          // the prefix that this one extends by its node; -1: the node is the source
+    bool queue = false;       // the node takes all outputs since its last run, and is not the source
+    bool many = false;        // so does it, or a node before it: outputs may descend from several source runs
+    bool extended = false;    // by a node that takes the newest output
+    std::vector<int> queues;  // prefixes that extend it by a queue node
+    std::vector<int> terms;   // that end here: indexes into the objective
+  };
+
+  // External nodes are passed over.
+  explicit ChainPrefixes(const graph::App& app);
+
+  const std::vector<Prefix>& all() const { return prefixes_; }
+  // Those that end in the node.
+  const std::vector<int>& of(NodeId node) const { return of_node_[node.index()]; }
+
+ private:
+  int find_or_add(const graph::Graph& graph, NodeId node, int before);
+
+  std::vector<Prefix> prefixes_;
+  std::vector<std::vector<int>> of_node_;
+};
+
+// What is measured of one term.
+struct TermSamples {
+  double sum = 0.0;  // ns
+  std::size_t count = 0;
+  std::vector<double> values;  // ns; only if they are wanted
+};
+
+class Lineage {
+ public:
+  // A response time or period counts if it begins at `warm_from` or later. `prefixes` and `app` outlive it.
+  Lineage(const graph::App& app, const ChainPrefixes& prefixes, TimePoint warm_from, bool keep_values);
+
+  // A run of the node takes its inputs.
+  void begin(NodeId node, TimePoint now);
+  // It has ended.
+  void end(NodeId node, TimePoint now, bool emitted);
+
+  // By the terms of the objective.
+  const std::vector<TermSamples>& terms() const { return terms_; }
+  std::vector<TermSamples>& terms() { return terms_; }
+
+ private:
+  using Prefix = ChainPrefixes::Prefix;
+  using Sources = std::vector<TimePoint>;  // begins of source runs, ascending
+  static constexpr TimePoint kNone = TimePoint::min();
+
+  struct Batches {  // of a prefix in which a node takes batches
+    Sources held;
+    Sources given;
+    Sources waiting;  // at its queue node
+    std::size_t outputs_waiting = 0;
+  };
+  struct PeriodTerms {  // of a node
+    std::vector<int> terms;
+    TimePoint last_end = kNone;
+  };
+
+  void take(std::size_t index, const Prefix& prefix);
+  void give(std::size_t index, const Prefix& prefix, TimePoint now);
+  void give_many(std::size_t index, const Prefix& prefix, TimePoint now);
+  void put_in_queue(Batches& queue, const TimePoint* first, const TimePoint* last);
+  void reach_end(const Prefix& prefix, TimePoint source, TimePoint now);
+  void add(int term, TimePoint from, TimePoint to);
+
+  const ChainPrefixes& prefixes_;
+  TimePoint warm_from_;
+  bool keep_values_;
+  std::vector<TimePoint> held_;       // by prefix
+  std::vector<TimePoint> given_;      // by prefix
+  std::vector<Batches> batches_;      // by prefix; used where `many`
+  std::vector<TimePoint> reached_;    // by term: the newest source run that has reached the end
+  std::vector<PeriodTerms> periods_;  // by node
+  std::vector<TermSamples> terms_;
+};
+
+}  // namespace ctn::trial

@@ -1,0 +1,366 @@
+#include "trial/machine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/mixed.h"
+
+namespace ctn::trial {
+namespace {
+
+std::size_t count_unscheduled(const graph::App& app) {
+  const auto nodes = app.graph.nodes();
+  return static_cast<std::size_t>(
+      std::count_if(nodes.begin(), nodes.end(), [](const graph::Node& node) { return node.unscheduled; }));
+}
+
+std::size_t count_pipe_threads(const graph::App& app, const Schedule& schedule) {
+  std::size_t threads = 0;
+  for (const Pipeline& pipeline : schedule.pipelines) {
+    threads +=
+        app.graph.subchain(pipeline.subchain).nodes.size() * static_cast<std::size_t>(std::max(pipeline.threads, 1));
+  }
+  return threads;
+}
+
+}  // namespace
+
+Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefixes& prefixes, const Schedule& schedule,
+                 const Options& options)
+    : app_(app),
+      samples_(samples),
+      schedule_(schedule),
+      options_(options),
+      warm_from_(TimePoint{} + options.warm_up),
+      nodes_(app.graph.nodes().size()),
+      unscheduled_of_node_(nodes_.size()),
+      timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app)),
+      cores_(static_cast<std::size_t>(schedule.cores),
+             schedule.subchains.size() + count_unscheduled(app) + count_pipe_threads(app, schedule),
+             options.overheads.context_switch, timers_),
+      lineage_(app, prefixes, warm_from_, options.p95) {
+  if (options.observer != nullptr) log_.emplace(app, *options.observer);
+  for (int core = 0; core < schedule.cores; ++core) kind_of_core_.push_back(app.kind_of(core));
+  add_nodes();
+  add_subchains();
+  add_pipelines();
+}
+
+void Machine::add_nodes() {
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    const graph::Node& described = app_.graph.nodes()[index];
+    nodes_[index].runs = options_.first_draw;
+    nodes_[index].output_period = described.output_period.value_or(Nanos{0});
+    if (!described.unscheduled) continue;
+    unscheduled_of_node_[index] = unscheduled_.size();
+    unscheduled_.push_back(
+        {.node = NodeId(index), .period = described.follows ? std::nullopt : described.period, .followers = {}});
+  }
+  for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
+    const std::optional<NodeId> follows = app_.graph.node(unscheduled_[index].node).follows;
+    if (follows) unscheduled_[*unscheduled_of_node_[follows->index()]].followers.push_back(index);
+  }
+}
+
+void Machine::add_subchains() {
+  for (std::size_t index = 0; index < schedule_.subchains.size(); ++index) {
+    const Place& place = schedule_.subchains[index];
+    Subchain& subchain = subchains_.emplace_back();
+    subchain.id = SubchainId(index);
+    subchain.nodes = app_.graph.subchain(subchain.id).nodes;
+    subchain.place = &place;
+    subchain.period = std::max(place.period, dispatch::kShortestPeriod);
+    subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);
+  }
+  for (std::size_t index = 0; index < subchains_.size(); ++index) {
+    const std::optional<plan::After>& after = schedule_.subchains[index].after;
+    if (after) subchains_[after->subchain.index()].followers.push_back(index);
+  }
+}
+
+// --- Time ---
+
+Figures Machine::run() {
+  start();
+  run_until(warm_from_);
+  for (int core = 0; core < cores_.count(); ++core) cores_.take_busy(core, now_);
+  const TimePoint end = warm_from_ + options_.horizon;
+  run_until(end);
+  return figures(end);
+}
+
+void Machine::start() {
+  for (std::size_t index = 0; index < subchains_.size(); ++index) {
+    Subchain& subchain = subchains_[index];
+    const Place& place = *subchain.place;
+    if (place.form != Form::kPriority || place.after) continue;
+    subchain.due = TimePoint{} + place.phase;
+    set_timer(source_of_subchain(index), subchain.due, subchain.timers_set);
+  }
+  for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
+    Unscheduled& node = unscheduled_[index];
+    if (!node.period) continue;
+    node.next_begin = TimePoint{} + *node.period;
+    set_timer(source_of_unscheduled(index), node.next_begin, node.timers_set);
+  }
+  start_frames();
+  for (Pipe& pipe : pipes_) pace(pipe, WokenBy::kEvent);
+  settle();
+}
+
+void Machine::run_until(TimePoint end) {
+  while (timers_.next() <= end) {
+    now_ = std::max(now_, timers_.next());
+    ++events_;
+    turn(timers_.next_source());
+    settle();
+  }
+  now_ = end;
+}
+
+void Machine::turn(Timers::Source source) {
+  if (source < source_of_subchain(0)) return core_event(static_cast<int>(source));
+  timers_.set(source, kNever);
+  if (source < source_of_unscheduled(0)) return subchain_due(source - source_of_subchain(0));
+  if (source < source_of_frames(0)) return unscheduled_due(source - source_of_unscheduled(0));
+  step_frames(static_cast<int>(source - source_of_frames(0)), WokenBy::kTimer);
+}
+
+// Whoever sleeps until `due` can run a little later: by how much is chance, the same in every trial.
+void Machine::set_timer(Timers::Source source, TimePoint due, std::uint32_t& timers_set) {
+  const Overheads& costs = options_.overheads;
+  Nanos latency = costs.timer_latency;
+  if (costs.timer_jitter > Nanos{0}) {
+    const std::uint64_t key = (std::uint64_t{source} << 32U) + options_.first_draw + ++timers_set;
+    latency += Nanos{static_cast<Nanos::rep>(mixed(key * kGolden) >> 48U) * costs.timer_jitter.count() >> 16};
+  }
+  timers_.set(source, std::max(due, now_) + latency);
+}
+
+void Machine::touch(int core) {
+  if (std::find(touched_.begin(), touched_.end(), core) == touched_.end()) touched_.push_back(core);
+}
+
+void Machine::settle() {
+  while (!touched_.empty()) {
+    const int core = touched_.back();
+    touched_.pop_back();
+    if (!pipes_.empty()) take_waiting(core);
+    const Job job = cores_.settle(core, now_);
+    if (job != kNobody) cores_.begin(core, begin_job(job, core));
+  }
+}
+
+// A controller looks, acts, and sleeps again.
+void Machine::hold(int core, WokenBy by) {
+  const Overheads& costs = options_.overheads;
+  cores_.hold(core, now_, costs.context_switch + (by == WokenBy::kTimer ? costs.dispatch_timer : costs.dispatch_event));
+}
+
+// --- Runs ---
+
+Nanos Machine::begin_job(Job job, int core) {
+  if (job < subchains_.size()) {
+    const Subchain& subchain = subchains_[job];
+    return begin_run(subchain.nodes[subchain.position], core);
+  }
+  if (job < first_pipe_thread()) return begin_run(unscheduled_[job - job_of_unscheduled(0)].node, core);
+  return begin_pipe_thread(pipe_threads_[job - first_pipe_thread()], core);
+}
+
+Nanos Machine::begin_run(NodeId id, int core) {
+  Node& node = nodes_[id.index()];
+  lineage_.begin(id, now_);
+  if (log_) log_->begin(id, now_);
+  const Nanos cpu = samples_.draw(id, kind_of_core_[static_cast<std::size_t>(core)], node.runs++);
+  return cpu + options_.overheads.run + options_.overheads.context_switch;
+}
+
+// Whether it emits.
+bool Machine::end_run(NodeId id) {
+  const bool emits = output_due(nodes_[id.index()]);
+  lineage_.end(id, now_, emits);
+  if (log_) log_->end(id, now_, emits);
+  return emits;
+}
+
+// At its first run, and then on average once a period, as long as it runs at least that often.
+bool Machine::output_due(Node& node) const {
+  if (node.output_period == Nanos{0}) return true;
+  if (node.next_output && now_ < *node.next_output) return false;
+  node.next_output = std::max(node.next_output.value_or(now_) + node.output_period, now_);
+  return true;
+}
+
+void Machine::core_event(int core) {
+  touch(core);
+  const Cores::Event event = cores_.account_event(core, now_);
+  if (event == Cores::Event::kFree) return;
+  if (event == Cores::Event::kBudgetSpent) return cores_.demote_current(core, now_);
+  const Job job = cores_.current(core);
+  if (job < subchains_.size()) return subchain_node_ended(job, core);
+  if (job < first_pipe_thread()) return unscheduled_ended(job - job_of_unscheduled(0), core);
+  pipe_thread_ended(pipe_threads_[job - first_pipe_thread()], core);
+}
+
+void Machine::subchain_node_ended(std::size_t index, int core) {
+  Subchain& subchain = subchains_[index];
+  const bool emits = end_run(subchain.nodes[subchain.position]);
+  if (emits && subchain.position + 1 < subchain.nodes.size()) {
+    ++subchain.position;
+    return cores_.continue_work(static_cast<Job>(index));
+  }
+  cores_.end_work(core);
+  subchain_run_over(subchain, emits);
+}
+
+void Machine::subchain_run_over(Subchain& subchain, bool emitted) {
+  count_run(subchain);
+  ++subchain.completed;
+  if (emitted) trigger_followers(subchain);
+  if (subchain.place->form == Form::kPriority) {
+    trigger_again(subchain);
+  } else if (frames_[static_cast<std::size_t>(subchain.place->core)]->awaited == subchain.id) {
+    step_frames(subchain.place->core, WokenBy::kEvent);
+  }
+}
+
+void Machine::count_run(Subchain& subchain) {
+  if (now_ < warm_from_) return;
+  if (subchain.runs++ == 0) subchain.first_end = now_;
+  subchain.last_end = now_;
+}
+
+// --- Triggers ---
+
+void Machine::subchain_due(std::size_t index) {
+  Subchain& subchain = subchains_[index];
+  if (subchain.place->form == Form::kPipeline) return pace(pipes_[*pipe_of_subchain_[index]], WokenBy::kTimer);
+  trigger(subchain, WokenBy::kTimer);
+}
+
+void Machine::trigger(Subchain& subchain, WokenBy by) {
+  hold(subchain.place->core, by);
+  send_trigger(subchain);
+}
+
+// Precondition: no run of it is under way.
+void Machine::send_trigger(Subchain& subchain) {
+  const Place& place = *subchain.place;
+  subchain.last_trigger = now_;
+  if (place.form == Form::kPriority && !place.pause && !place.after) {
+    subchain.due += subchain.period;
+    if (subchain.due <= now_) subchain.due += ((now_ - subchain.due) / subchain.period + 1) * subchain.period;
+  }
+  subchain.position = 0;
+  cores_.add_work(static_cast<Job>(subchain.id.index()), place.core, subchain.rank,
+                  place.budget > Nanos{0} ? place.budget : Cores::kUnlimited);
+  touch(place.core);
+}
+
+// A run of a subchain of fixed priority is over: its next trigger comes at once, or by a timer.
+void Machine::trigger_again(Subchain& subchain) {
+  const Place& place = *subchain.place;
+  if (place.after) {
+    if (std::exchange(subchain.trigger_owed, false)) trigger(subchain, WokenBy::kEvent);
+    return;
+  }
+  if (place.pause) {
+    hold(place.core, WokenBy::kEvent);
+    subchain.due = std::max(now_ + *place.pause, subchain.last_trigger + subchain.period);
+    if (subchain.due <= now_) return send_trigger(subchain);
+  } else if (subchain.due <= now_) {
+    return trigger(subchain, WokenBy::kEvent);
+  }
+  set_timer(source_of_subchain(subchain.id.index()), subchain.due, subchain.timers_set);
+}
+
+void Machine::trigger_followers(const Subchain& subchain) {
+  for (const std::size_t index : subchain.followers) {
+    Subchain& follower = subchains_[index];
+    if (++follower.outputs_counted < follower.place->after->every) continue;
+    follower.outputs_counted = 0;
+    if (under_way(follower)) {
+      follower.trigger_owed = true;
+    } else {
+      trigger(follower, WokenBy::kEvent);
+    }
+  }
+}
+
+// --- Unscheduled nodes ---
+
+void Machine::unscheduled_due(std::size_t index) {
+  Unscheduled& node = unscheduled_[index];
+  const Job job = job_of_unscheduled(index);
+  if (cores_.has_work(job)) {
+    node.owed = true;
+    return;
+  }
+  node.core = core_for_unscheduled(node.core);
+  cores_.add_work(job, node.core, kAboveAll);
+  touch(node.core);
+}
+
+void Machine::unscheduled_ended(std::size_t index, int core) {
+  Unscheduled& node = unscheduled_[index];
+  cores_.end_work(core);
+  if (end_run(node.node)) {
+    for (const std::size_t follower : node.followers) unscheduled_due(follower);
+  }
+  if (node.period) {
+    node.next_begin = std::max(node.next_begin + *node.period, now_);
+    set_timer(source_of_unscheduled(index), node.next_begin, node.timers_set);
+  } else if (std::exchange(node.owed, false)) {
+    unscheduled_due(index);
+  }
+}
+
+// An idle one, else where the lowest has the core; where it ran last rather than elsewhere.
+int Machine::core_for_unscheduled(int last) const {
+  int best = last;
+  for (int core = 0; core < cores_.count() && !cores_.idle(best); ++core) {
+    if (cores_.rank_on(core) < cores_.rank_on(best)) best = core;
+  }
+  return best;
+}
+
+// --- What it came to ---
+
+TermFigures Machine::figures_of(TermSamples& samples) const {
+  TermFigures figures{.count = samples.count};
+  if (samples.count > 0) figures.mean_ms = samples.sum / static_cast<double>(samples.count) / 1e6;
+  if (samples.count < kFewestSamples) figures.mean_ms = std::max(figures.mean_ms, to_millis(options_.horizon).count());
+  if (options_.p95 && samples.count > 0) {
+    // By nearest rank, as base/statistics.h.
+    const double rank = std::ceil(0.95 * static_cast<double>(samples.count) - 1e-9);
+    const auto place = samples.values.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
+    std::nth_element(samples.values.begin(), place, samples.values.end());
+    figures.p95_ms = *place / 1e6;
+  }
+  return figures;
+}
+
+Figures Machine::figures(TimePoint end) {
+  Figures figures;
+  figures.events = events_;
+  for (std::size_t term = 0; term < app_.objective.size(); ++term) {
+    figures.terms.push_back(figures_of(lineage_.terms()[term]));
+    figures.objective += app_.objective[term].weight * figures.terms.back().mean_ms;
+    figures.enough = figures.enough && figures.terms.back().count >= kFewestSamples;
+  }
+  for (int core = 0; core < cores_.count(); ++core) {
+    figures.busy.push_back(static_cast<double>(cores_.take_busy(core, end).count()) /
+                           static_cast<double>(options_.horizon.count()));
+  }
+  for (const Subchain& subchain : subchains_) {
+    SubchainFigures& of = figures.subchains.emplace_back();
+    of.runs = subchain.runs;
+    if (subchain.runs < 2) continue;
+    of.period_ms = to_millis(subchain.last_end - subchain.first_end).count() / static_cast<double>(subchain.runs - 1);
+  }
+  return figures;
+}
+
+}  // namespace ctn::trial

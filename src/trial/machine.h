@@ -1,0 +1,194 @@
+// One trial: a schedule in virtual time (trial.h). What competes for cores (cores.h), as numbered there:
+//   each subchain on one core        whichever node of it is to run
+//   each unscheduled node
+//   each thread of a pipeline's node
+//
+// Triggers and runs of fixed priorities and unscheduled nodes are in machine.cpp, cores of frames in
+// machine_frames.cpp, pipelines in machine_pipelines.cpp.
+//
+// Units: in the types. Thread safety: none; one owner; used once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dispatch/shared_core_dispatcher.h"
+#include "dispatch/subchain_trigger.h"
+#include "graph/app.h"
+#include "trial/cores.h"
+#include "trial/lineage.h"
+#include "trial/run_log.h"
+#include "trial/samples.h"
+#include "trial/schedule.h"
+#include "trial/timers.h"
+#include "trial/trial.h"
+
+namespace ctn::trial {
+
+class Machine {
+ public:
+  // All outlive it.
+  Machine(const graph::App& app, const Samples& samples, const ChainPrefixes& prefixes, const Schedule& schedule,
+          const Options& options);
+
+  // From the start to the end of the horizon.
+  Figures run();
+
+ private:
+  enum class WokenBy { kTimer, kEvent };
+
+  struct Node {
+    std::uint32_t runs = 0;  // begun, from the first draw on
+    Nanos output_period{0};  // 0: none
+    std::optional<TimePoint> next_output;
+  };
+  struct Subchain {
+    SubchainId id;
+    std::span<const NodeId> nodes;
+    const Place* place = nullptr;
+    std::vector<std::size_t> followers;  // subchains that its outputs trigger
+    std::size_t position = 0;            // of the node that runs or is to run
+    Rank rank = 0;
+    Nanos period{0};
+    TimePoint due{};  // the next trigger by time
+    TimePoint last_trigger{};
+    bool trigger_owed = false;  // by an output of another, at the end of the run under way
+    int outputs_counted = 0;    // of another, towards the next trigger
+    std::uint64_t completed = 0;
+    std::uint32_t timers_set = 0;
+    // Of the horizon.
+    std::size_t runs = 0;
+    TimePoint first_end{};
+    TimePoint last_end{};
+  };
+  struct Unscheduled {
+    NodeId node;
+    std::optional<Nanos> period;
+    std::vector<std::size_t> followers;  // other unscheduled nodes
+    TimePoint next_begin{};
+    int core = 0;       // where it ran last
+    bool owed = false;  // another run, after the one under way
+    std::uint32_t timers_set = 0;
+  };
+  struct Frames {
+    dispatch::SharedCoreDispatcher dispatcher;
+    std::vector<std::uint64_t> progress;  // by slot
+    std::optional<SubchainId> awaited;    // the end of whose run the dispatcher waits for
+    std::uint32_t timers_set = 0;
+  };
+  struct Stage {  // a node of a pipeline
+    NodeId node;
+    Job first_thread = 0;
+    std::uint64_t word = 0;   // the newest trigger that it was given
+    std::uint64_t token = 0;  // that of its newest run
+    bool busy = false;
+    int working = 0;  // threads of the run under way
+    Nanos share{0};   // that each of them works
+  };
+  struct Pipe {
+    std::size_t subchain = 0;
+    const Pipeline* pipeline = nullptr;
+    dispatch::SubchainTrigger trigger;
+    std::uint64_t completed = 0;
+    bool awaits_completion = false;
+    std::vector<Stage> stages;
+    std::deque<Job> waiting;  // for one of the cores
+  };
+  struct PipeThread {
+    std::size_t pipe = 0;
+    std::size_t stage = 0;
+    bool helper = false;
+  };
+
+  // --- Sources of events ---
+  Timers::Source source_of_subchain(std::size_t index) const {
+    return static_cast<Timers::Source>(schedule_.cores) + static_cast<Timers::Source>(index);
+  }
+  Timers::Source source_of_unscheduled(std::size_t index) const {
+    return source_of_subchain(subchains_.size() + index);
+  }
+  Timers::Source source_of_frames(int core) const {
+    return source_of_unscheduled(unscheduled_.size()) + static_cast<Timers::Source>(core);
+  }
+  Job job_of_unscheduled(std::size_t index) const { return static_cast<Job>(subchains_.size() + index); }
+  Job first_pipe_thread() const { return static_cast<Job>(subchains_.size() + unscheduled_.size()); }
+
+  void add_nodes();
+  void add_subchains();
+  void add_pipelines();
+  void start();
+  void run_until(TimePoint end);
+  void turn(Timers::Source source);
+  void set_timer(Timers::Source source, TimePoint due, std::uint32_t& timers_set);
+  void touch(int core);
+  void settle();
+  void hold(int core, WokenBy by);
+
+  // --- Runs ---
+  Nanos begin_job(Job job, int core);
+  Nanos begin_run(NodeId node, int core);
+  bool end_run(NodeId node);
+  bool output_due(Node& node) const;
+  void core_event(int core);
+  void subchain_node_ended(std::size_t index, int core);
+  void subchain_run_over(Subchain& subchain, bool emitted);
+  void count_run(Subchain& subchain);
+
+  // --- Triggers ---
+  bool under_way(const Subchain& subchain) const { return cores_.has_work(static_cast<Job>(subchain.id.index())); }
+  void subchain_due(std::size_t index);
+  void trigger(Subchain& subchain, WokenBy by);
+  void send_trigger(Subchain& subchain);
+  void trigger_again(Subchain& subchain);
+  void trigger_followers(const Subchain& subchain);
+
+  // --- Unscheduled nodes ---
+  void unscheduled_due(std::size_t index);
+  void unscheduled_ended(std::size_t index, int core);
+  int core_for_unscheduled(int last) const;
+
+  // --- Cores of frames ---
+  static Rank rank_of(dispatch::Level level) { return static_cast<Rank>(level); }
+  void start_frames();
+  void step_frames(int core, WokenBy by);
+
+  // --- Pipelines ---
+  void pace(Pipe& pipe, WokenBy by);
+  void wake(Pipe& pipe, std::size_t stage, std::uint64_t token);
+  void queue_for_core(Pipe& pipe, Job job);
+  void take_waiting(int core);
+  Nanos begin_pipe_thread(const PipeThread& thread, int core);
+  void pipe_thread_ended(const PipeThread& thread, int core);
+
+  Figures figures(TimePoint end);
+  TermFigures figures_of(TermSamples& samples) const;
+
+  const graph::App& app_;
+  const Samples& samples_;
+  const Schedule& schedule_;
+  const Options& options_;
+  TimePoint now_{};
+  TimePoint warm_from_;
+  std::vector<Node> nodes_;
+  std::vector<Subchain> subchains_;
+  std::vector<Unscheduled> unscheduled_;
+  std::vector<std::optional<std::size_t>> unscheduled_of_node_;
+  std::vector<std::optional<Frames>> frames_;  // by core; empty where there are none at all
+  std::vector<Pipe> pipes_;
+  std::vector<PipeThread> pipe_threads_;
+  std::vector<std::optional<std::size_t>> pipe_of_core_;
+  std::vector<std::optional<std::size_t>> pipe_of_subchain_;
+  std::vector<std::size_t> kind_of_core_;
+  Timers timers_;
+  Cores cores_;
+  Lineage lineage_;
+  std::optional<RunLog> log_;
+  std::vector<int> touched_;  // cores on which somebody else may have to run
+  std::uint64_t events_ = 0;
+};
+
+}  // namespace ctn::trial

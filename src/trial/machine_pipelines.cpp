@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "trial/machine.h"
+
+namespace ctn::trial {
+
+void Machine::add_pipelines() {
+  pipe_of_core_.resize(static_cast<std::size_t>(schedule_.cores));
+  pipe_of_subchain_.resize(schedule_.subchains.size());
+  for (const Pipeline& pipeline : schedule_.pipelines) {
+    const std::size_t number = pipes_.size();
+    Pipe& pipe = pipes_.emplace_back(Pipe{.subchain = pipeline.subchain.index(),
+                                          .pipeline = &pipeline,
+                                          .trigger = dispatch::SubchainTrigger(TimePoint{}, pipeline.pacing),
+                                          .stages = {},
+                                          .waiting = {}});
+    pipe_of_subchain_[pipe.subchain] = number;
+    for (const int core : pipeline.cores) pipe_of_core_[static_cast<std::size_t>(core)] = number;
+    for (const NodeId node : app_.graph.subchain(pipeline.subchain).nodes) {
+      const std::size_t stage = pipe.stages.size();
+      pipe.stages.push_back(
+          {.node = node, .first_thread = first_pipe_thread() + static_cast<Job>(pipe_threads_.size())});
+      for (int thread = 0; thread < std::max(pipeline.threads, 1); ++thread) {
+        pipe_threads_.push_back({number, stage, thread > 0});
+      }
+    }
+  }
+}
+
+// Its controller runs on one of its own cores.
+void Machine::pace(Pipe& pipe, WokenBy by) {
+  const std::vector<int>& cores = pipe.pipeline->cores;
+  const auto idle = std::find_if(cores.begin(), cores.end(), [&](int core) { return cores_.idle(core); });
+  hold(idle != cores.end() ? *idle : cores.front(), by);
+  const dispatch::SubchainTrigger::Decision decision = pipe.trigger.step(now_, pipe.completed);
+  if (decision.trigger) wake(pipe, 0, pipe.trigger.sent());
+  pipe.awaits_completion = decision.ask_on_completion;
+  const Timers::Source source = source_of_subchain(pipe.subchain);
+  if (decision.ask_at == kNever) {
+    timers_.set(source, kNever);
+  } else {
+    set_timer(source, decision.ask_at, subchains_[pipe.subchain].timers_set);
+  }
+}
+
+// A node that is at work takes the newest trigger that has come meanwhile afterwards, and no other.
+void Machine::wake(Pipe& pipe, std::size_t number, std::uint64_t token) {
+  Stage& stage = pipe.stages[number];
+  stage.word = token;
+  if (stage.busy) return;
+  stage.busy = true;
+  queue_for_core(pipe, stage.first_thread);
+}
+
+// First come, first served.
+void Machine::queue_for_core(Pipe& pipe, Job job) {
+  const std::vector<int>& cores = pipe.pipeline->cores;
+  const auto idle = std::find_if(cores.begin(), cores.end(), [&](int core) { return cores_.idle(core); });
+  if (idle == cores.end() || !pipe.waiting.empty()) return pipe.waiting.push_back(job);
+  cores_.add_work(job, *idle, 1);
+  touch(*idle);
+}
+
+// Who waits for a core of the pipeline takes this one, if it is free.
+void Machine::take_waiting(int core) {
+  const std::optional<std::size_t> number = pipe_of_core_[static_cast<std::size_t>(core)];
+  if (!number || !cores_.idle(core)) return;
+  Pipe& pipe = pipes_[*number];
+  if (pipe.waiting.empty()) return;
+  cores_.add_work(pipe.waiting.front(), core, 1);
+  pipe.waiting.pop_front();
+}
+
+// A run begins on the node's first thread, which wakes those that help.
+Nanos Machine::begin_pipe_thread(const PipeThread& thread, int core) {
+  Pipe& pipe = pipes_[thread.pipe];
+  Stage& stage = pipe.stages[thread.stage];
+  if (thread.helper) return stage.share;
+  stage.token = stage.word;
+  const Samples::Split split =
+      samples_.split(stage.node, kind_of_core_[static_cast<std::size_t>(core)], pipe.pipeline->threads);
+  const Nanos overhead = options_.overheads.run + options_.overheads.context_switch;
+  const Nanos alone = begin_run(stage.node, core) - overhead;
+  stage.share = Nanos{std::llround(static_cast<double>(alone.count()) * split.part)} + overhead;
+  stage.working = std::min(split.threads, std::max(pipe.pipeline->threads, 1));
+  for (Job helper = 1; helper < static_cast<Job>(stage.working); ++helper)
+    queue_for_core(pipe, stage.first_thread + helper);
+  return stage.share;
+}
+
+void Machine::pipe_thread_ended(const PipeThread& thread, int core) {
+  Pipe& pipe = pipes_[thread.pipe];
+  Stage& stage = pipe.stages[thread.stage];
+  cores_.end_work(core);
+  if (--stage.working > 0) return;  // whoever works longest ends the run
+  const bool emits = end_run(stage.node);
+  if (emits && thread.stage + 1 < pipe.stages.size()) {
+    wake(pipe, thread.stage + 1, stage.token);
+  } else {
+    Subchain& subchain = subchains_[pipe.subchain];
+    count_run(subchain);
+    pipe.completed = std::max(pipe.completed, stage.token);
+    if (emits) trigger_followers(subchain);
+    if (pipe.awaits_completion) pace(pipe, WokenBy::kEvent);
+  }
+  stage.busy = stage.word != stage.token;
+  if (stage.busy) queue_for_core(pipe, stage.first_thread);
+}
+
+}  // namespace ctn::trial

@@ -1,0 +1,71 @@
+#include "trial/samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/mixed.h"
+
+namespace ctn::trial {
+namespace {
+
+// Runs take time, or a schedule could run one over and over without any passing.
+constexpr Nanos kShortestRun{1};
+
+Nanos scaled(Nanos cpu, double factor) { return Nanos{std::llround(static_cast<double>(cpu.count()) * factor)}; }
+
+// The kind whose measured runs stand for those on `kind`; kinds.size(): none was measured.
+std::size_t measured_kind(const std::vector<std::vector<Nanos>>& kinds, std::size_t kind) {
+  if (kind < kinds.size() && !kinds[kind].empty()) return kind;
+  const auto other = std::find_if(kinds.begin(), kinds.end(), [](const auto& runs) { return !runs.empty(); });
+  return static_cast<std::size_t>(other - kinds.begin());
+}
+
+double proportion(Millis of, Millis to) { return of > Millis{0} && to > Millis{0} ? of / to : 1.0; }
+
+}  // namespace
+
+Samples::Samples(const graph::App& app, const model::CostTable& costs)
+    : kinds_(app.kinds()),
+      costs_(model::costs_by_kind(app, costs)),
+      draws_(app.graph.nodes().size() * kinds_ * kDraws, kShortestRun) {
+  for (const graph::Node& node : app.graph.nodes()) max_threads_.push_back(std::max(node.max_threads, 1));
+}
+
+Samples::Samples(const graph::App& app, const model::Workload& work, Nanos since_start, std::uint64_t seed)
+    : Samples(app, work.costs(app.graph)) {
+  for (std::size_t kind = 0; kind < kinds_; ++kind) {
+    const model::Workload there = work.on(app, kind);
+    for (std::size_t node = 0; node < max_threads_.size(); ++node) {
+      for (std::size_t number = 0; number < kDraws; ++number) {
+        at(node, kind, number) = std::max(there.draw(seed, NodeId(node), number + 1, since_start).cpu, kShortestRun);
+      }
+    }
+  }
+}
+
+Samples::Samples(const graph::App& app, const MeasuredRuns& measured, const model::CostTable& costs)
+    : Samples(app, costs) {
+  for (std::size_t node = 0; node < max_threads_.size(); ++node) {
+    const std::vector<std::vector<Nanos>> runs = node < measured.size() ? measured[node] : MeasuredRuns::value_type{};
+    for (std::size_t kind = 0; kind < kinds_; ++kind) {
+      const Millis planned = costs_[kind][NodeId(node)].single_thread();
+      const std::size_t from = measured_kind(runs, kind);
+      const bool known = from < runs.size();
+      const double factor =
+          known && from < kinds_ ? proportion(planned, costs_[from][NodeId(node)].single_thread()) : 1.0;
+      for (std::size_t number = 0; number < kDraws; ++number) {
+        const Nanos cpu = known ? runs[from][mixed_of(node, number) % runs[from].size()] : to_nanos(planned);
+        at(node, kind, number) = std::max(scaled(cpu, factor), kShortestRun);
+      }
+    }
+  }
+}
+
+Samples::Split Samples::split(NodeId node, std::size_t kind, int threads) const {
+  const model::CostProfile& cost = costs_[kind][node];
+  const int most = std::clamp(threads, 1, max_threads_[node.index()]);
+  const double part = proportion(cost.with_threads(most, max_threads_[node.index()]), cost.with_threads(1, 1));
+  return {cost.threads_used(most), part};
+}
+
+}  // namespace ctn::trial

@@ -1,0 +1,60 @@
+// What runs cost in a trial (trial.h): for each node and kind of core a row of draws, made once and used by every
+// trial. The k-th run of a node takes the k-th draw, whatever the schedule, so that two schedules that are compared
+// have the same luck.
+//
+// Units: Nanos. Thread safety: immutable once made.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/time.h"
+#include "graph/app.h"
+#include "model/cost.h"
+#include "model/workload.h"
+
+namespace ctn::trial {
+
+// CPU times of runs as measured: by NodeId, then by the kind of core that they ran on. No node must have any.
+using MeasuredRuns = std::vector<std::vector<std::vector<Nanos>>>;
+
+class Samples {
+ public:
+  static constexpr std::size_t kDraws = 4096;  // of each node and kind; a power of two
+
+  // Of runs that begin so long after the start: what grows with time has grown so far, and grows no more.
+  Samples(const graph::App& app, const model::Workload& work, Nanos since_start, std::uint64_t seed);
+  // Each draw is one of the node's measured runs. On a kind of core where it has not run, they are those of another,
+  // in proportion to `costs`; a node that never ran costs what these say.
+  Samples(const graph::App& app, const MeasuredRuns& measured, const model::CostTable& costs);
+
+  // CPU time of a run on one thread, > 0. `number`: any; draws repeat after kDraws.
+  Nanos draw(NodeId node, std::size_t kind, std::uint32_t number) const {
+    return draws_[(node.index() * kinds_ + kind) * kDraws + number % kDraws];
+  }
+
+  // On at most `threads`: how many a run works on, and what part each has of its CPU time on one.
+  struct Split {
+    int threads = 1;
+    double part = 1.0;
+  };
+  Split split(NodeId node, std::size_t kind, int threads) const;
+
+  std::size_t kinds() const { return kinds_; }
+
+ private:
+  Samples(const graph::App& app, const model::CostTable& costs);
+
+  Nanos& at(std::size_t node, std::size_t kind, std::size_t number) {
+    return draws_[(node * kinds_ + kind) * kDraws + number];
+  }
+
+  std::size_t kinds_;
+  std::vector<int> max_threads_;         // by node
+  std::vector<model::CostTable> costs_;  // by kind
+  std::vector<Nanos> draws_;             // by node, kind, number
+};
+
+}  // namespace ctn::trial

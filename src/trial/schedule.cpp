@@ -1,0 +1,70 @@
+#include "trial/schedule.h"
+
+#include <algorithm>
+
+#include "plan/limits.h"
+
+namespace ctn::trial {
+namespace {
+
+Place place_of(const plan::Member& member, int core) {
+  Place place{.core = core,
+              .priority = member.priority,
+              .period = to_nanos(member.period),
+              .phase = to_nanos(member.phase),
+              .after = member.after,
+              .budget = to_nanos(member.budget)};
+  if (member.pause) place.pause = to_nanos(*member.pause);
+  return place;
+}
+
+// Paced by its own output, at what is expected of it; where frames are fixed or its rate is exact, by time, as planned.
+dispatch::Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId id) {
+  const plan::SubchainPlan& planned = plan.subchains[id.index()];
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
+  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
+    return dispatch::pacing_of_owned(planned.period, planned.execution, Nanos{0});
+  }
+  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[id.index()]
+                                                         : plan::Expectation::Timing{planned.period, planned.execution};
+  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, Nanos{0}, to_nanos(limits.min));
+}
+
+// On one core no runs overlap: that is a core of fixed priorities with one member.
+Place place_of_owner(const dispatch::Pacing& pacing, int core) {
+  Place place{.core = core, .period = pacing.period};
+  if (pacing.after_completion > Nanos{0}) {
+    place.pause = pacing.after_completion;
+    place.period = pacing.shortest;
+  }
+  return place;
+}
+
+}  // namespace
+
+Schedule schedule_of(const graph::App& app, const plan::Plan& plan) {
+  Schedule schedule{.cores = static_cast<int>(plan.cores.size()), .subchains = {}, .frames = {}, .pipelines = {}};
+  for (std::size_t index = 0; index < plan.subchains.size(); ++index) {
+    const SubchainId id(index);
+    const plan::SubchainPlan& planned = plan.subchains[index];
+    const int core = planned.cores.front();
+    if (const plan::Member* member = plan::member_of(plan, id)) {
+      schedule.subchains.push_back(place_of(*member, core));
+    } else if (plan::shares_core(plan, planned)) {
+      schedule.subchains.push_back({.form = Form::kFrames, .core = core});
+    } else if (planned.cores.size() > 1) {
+      schedule.subchains.push_back({.form = Form::kPipeline, .core = core});
+      schedule.pipelines.push_back({id, planned.cores, planned.threads, pacing_of_owner(app, plan, id)});
+    } else {
+      schedule.subchains.push_back(place_of_owner(pacing_of_owner(app, plan, id), core));
+    }
+  }
+  const bool frames =
+      std::any_of(plan.cores.begin(), plan.cores.end(), [](const auto& core) { return !core.slots.empty(); });
+  for (std::size_t core = 0; frames && core < plan.cores.size(); ++core) {
+    schedule.frames.push_back(dispatch::shared_core_schedule(app, plan, static_cast<int>(core), {}));
+  }
+  return schedule;
+}
+
+}  // namespace ctn::trial

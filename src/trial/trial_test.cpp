@@ -1,0 +1,350 @@
+// Trials by hand, on a machine where scheduling costs nothing: who ran from when to when, and what it came to.
+#include "trial/trial.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "catan/channel.h"
+#include "graph/build.h"
+#include "graph/spec_text.h"
+
+namespace ctn::trial {
+namespace {
+
+using std::chrono::milliseconds;
+
+static_assert(kQueueCapacity == QueueChannel<int>::kCapacity);
+
+Nanos ms(double value) { return to_nanos(Millis{value}); }
+
+// "0-2 10-12": each node's runs, in milliseconds.
+class Timeline : public Observer {
+ public:
+  explicit Timeline(const graph::App& app) : app_(app) {}
+  void ended(const ObservedRun& run) override {
+    std::string& text = of_[app_.graph.node(run.node).name];
+    text += fmt::format("{}{:g}-{:g}", text.empty() ? "" : " ", to_millis(run.begin.time_since_epoch()).count(),
+                        to_millis(run.end.time_since_epoch()).count());
+    emitted_[app_.graph.node(run.node).name] += run.emitted ? 'x' : '.';
+  }
+  std::string operator[](const std::string& node) { return of_[node]; }
+  std::string emitted(const std::string& node) { return emitted_[node]; }
+
+ private:
+  const graph::App& app_;
+  std::map<std::string, std::string> of_;
+  std::map<std::string, std::string> emitted_;
+};
+
+// An app of the spec's nodes and edges, whose runs always cost the same.
+struct World {
+  World(const graph::AppSpec& spec, const std::vector<std::pair<std::string, double>>& costs_ms)
+      : app(graph::build_app(spec).value()), costs(app.graph, Millis{0}) {
+    for (const auto& [name, cost] : costs_ms) {
+      costs.set(*app.graph.find_node(name), model::CostProfile::constant(Millis{cost}));
+    }
+  }
+
+  Figures run(const Schedule& schedule, Nanos horizon) {
+    const Samples samples(app, MeasuredRuns{}, costs);
+    return Trial(app, samples)
+        .run(schedule, {.horizon = horizon,
+                        .warm_up = Nanos{0},
+                        .p95 = true,
+                        .overheads = Overheads::none(),
+                        .observer = &timeline});
+  }
+  SubchainId subchain(const std::string& name) const { return *app.graph.find_subchain(name); }
+
+  graph::App app;
+  model::CostTable costs;
+  Timeline timeline{app};
+};
+
+Schedule on_cores(int cores, std::vector<Place> places) {
+  return {.cores = cores, .subchains = std::move(places), .frames = {}, .pipelines = {}};
+}
+
+graph::AppSpec two() {
+  graph::AppSpec spec = graph::spec_of({"a", "b"}, {"a b"});
+  spec.objective = {graph::response("a b", 1.0), graph::period("b", 0.5)};
+  return spec;
+}
+
+TEST(Trial, TriggersByTimeAtThePhaseAndEveryPeriodAfterIt) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(10), .phase = ms(2)}, {.core = 1, .period = ms(8)}}), ms(25));
+  EXPECT_EQ(world.timeline["a"], "2-4 12-14 22-24");
+  EXPECT_EQ(world.timeline["b"], "0-3 8-11 16-19");
+}
+
+TEST(Trial, AHigherPriorityPreEmptsAndTheRunGoesOnAfterwards) {
+  World world(two(), {{"a", 2}, {"b", 6}});
+  world.run(on_cores(1, {{.priority = 2, .period = ms(10), .phase = ms(3)}, {.priority = 1, .period = ms(20)}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["a"], "3-5 13-15");
+  EXPECT_EQ(world.timeline["b"], "0-8");
+}
+
+TEST(Trial, ALowerPriorityWaitsForTheEndOfTheRun) {
+  World world(two(), {{"a", 2}, {"b", 6}});
+  world.run(on_cores(1, {{.priority = 1, .period = ms(20), .phase = ms(3)}, {.priority = 2, .period = ms(20)}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["a"], "6-8");
+  EXPECT_EQ(world.timeline["b"], "0-6");
+}
+
+// b is due at 20, while its run of 10 is under way: one trigger makes up for it, and the next one comes at 30.
+TEST(Trial, WhatComesDueDuringARunIsMadeUpForAtItsEndAndTheGridStays) {
+  World world(two(), {{"a", 12}, {"b", 4}});
+  world.run(on_cores(1, {{.priority = 2, .period = ms(100), .phase = ms(5)}, {.priority = 1, .period = ms(10)}}),
+            ms(45));
+  EXPECT_EQ(world.timeline["b"], "0-4 17-21 21-25 30-34 40-44");
+}
+
+TEST(Trial, SeveralTriggersThatAreMissedAreMadeUpForByOne) {
+  World world(two(), {{"a", 1}, {"b", 35}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(100)}, {.core = 1, .period = ms(10)}}), ms(80));
+  EXPECT_EQ(world.timeline["b"], "0-35 35-70");
+}
+
+TEST(Trial, APauseFollowsTheRunAndThePeriodIsTheLeastBetweenTriggers) {
+  World world(two(), {{"a", 2}, {"b", 9}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(10), .pause = ms(3)}, {.core = 1, .period = ms(10), .pause = ms(3)}}),
+            ms(35));
+  EXPECT_EQ(world.timeline["a"], "0-2 10-12 20-22 30-32");
+  EXPECT_EQ(world.timeline["b"], "0-9 12-21 24-33");
+}
+
+TEST(Trial, WithoutAPauseARunFollowsTheOther) {
+  World world(two(), {{"a", 2}, {"b", 9}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(1), .pause = Nanos{0}}}), ms(30));
+  EXPECT_EQ(world.timeline["b"], "0-9 9-18 18-27");
+}
+
+TEST(Trial, EverySoManyThOutputTriggersAFollower) {
+  World world(two(), {{"a", 1}, {"b", 2}});
+  world.run(on_cores(1, {{.priority = 1, .period = ms(5)}, {.priority = 2, .after = plan::After{SubchainId(0), 2}}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["a"], "0-1 5-6 10-11 15-16");
+  EXPECT_EQ(world.timeline["b"], "6-8 16-18");
+}
+
+// Outputs of a at 1, 6, 11, 16, ...; b begins at 1, and what came by 13 makes for one trigger then.
+TEST(Trial, OutputsThatComeDuringARunOfTheFollowerMakeForOneTriggerAtItsEnd) {
+  World world(two(), {{"a", 1}, {"b", 12}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(5)}, {.core = 1, .after = plan::After{SubchainId(0), 1}}}), ms(38));
+  EXPECT_EQ(world.timeline["b"], "1-13 13-25 25-37");
+}
+
+TEST(Trial, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
+  World world(two(), {{"a", 10}, {"b", 4}});
+  world.run(on_cores(1, {{.priority = 2, .period = ms(20), .budget = ms(3)}, {.priority = 1, .period = ms(20)}}),
+            ms(40));
+  EXPECT_EQ(world.timeline["a"], "0-14 20-34");
+  EXPECT_EQ(world.timeline["b"], "3-7 23-27");
+}
+
+TEST(Trial, ABudgetIsOfTheWholeRunAndOfCpuTimeAlone) {
+  graph::AppSpec spec = graph::spec_of({"a", "c", "b", "h"}, {"a c", "b h"});
+  spec.subchains = {graph::subchain("ac", "a c")};
+  spec.objective = {graph::response("a c", 1.0)};
+  World world(spec, {{"a", 2}, {"c", 4}, {"b", 4}, {"h", 3}});
+  Schedule schedule = on_cores(1, std::vector<Place>(3));
+  schedule.subchains[world.subchain("ac").index()] = {.priority = 2, .period = ms(50), .budget = ms(3)};
+  schedule.subchains[world.subchain("b").index()] = {.priority = 1, .period = ms(50)};
+  schedule.subchains[world.subchain("h").index()] = {.priority = 3, .period = ms(50), .phase = ms(1)};
+  world.run(schedule, ms(50));
+  EXPECT_EQ(world.timeline["h"], "1-4");
+  EXPECT_EQ(world.timeline["a"], "0-5");
+  EXPECT_EQ(world.timeline["b"], "6-10");
+  EXPECT_EQ(world.timeline["c"], "5-13");
+}
+
+// a begins at 10 k, b ends 5 ms after that.
+TEST(Trial, AResponseIsFromTheBeginOfTheSourceRunBefore) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}}),
+      ms(1000));
+  EXPECT_EQ(figures.terms[0].count, 99U);
+  EXPECT_NEAR(figures.terms[0].mean_ms, 15.0, 1e-9);
+  EXPECT_NEAR(figures.terms[0].p95_ms, 15.0, 1e-9);
+  EXPECT_EQ(figures.terms[1].count, 99U);
+  EXPECT_NEAR(figures.terms[1].mean_ms, 10.0, 1e-9);
+  EXPECT_NEAR(figures.objective, 15.0 + 0.5 * 10.0, 1e-9);
+  EXPECT_TRUE(figures.enough);
+  EXPECT_NEAR(figures.busy[0], 0.5, 1e-9);
+  EXPECT_NEAR(figures.subchains[0].period_ms, 10.0, 1e-9);
+  EXPECT_EQ(figures.subchains[0].runs, 100U);
+}
+
+// b is twice as slow as a: every other run of a reaches the end.
+TEST(Trial, ASourceRunThatIsOvertakenCountsForNothing) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 2, .period = ms(10)}, {.priority = 1, .period = ms(20), .phase = ms(4)}}), ms(1000));
+  EXPECT_EQ(figures.terms[0].count, 49U);
+  EXPECT_NEAR(figures.terms[0].mean_ms, 27.0, 1e-9);
+}
+
+// Runs of a begin at 0, 10, 20, 30; b takes those of 10 to 30 at 34 and ends at 37, 40 ms after the batch before.
+TEST(Trial, AQueueNodeTakesAllOutputsSinceItsLastRun) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "b").input = graph::InputKind::kQueue;
+  World world(spec, {{"a", 2}, {"b", 3}});
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 2, .period = ms(10)}, {.priority = 1, .period = ms(40), .phase = ms(34)}}), ms(4000));
+  // Of each four, from the begins of those before them: 37 + 10, 37, 27, 17.
+  EXPECT_EQ(figures.terms[0].count, 4U * 100U - 1U);
+  EXPECT_NEAR(figures.terms[0].mean_ms, (100 * (47 + 37 + 27 + 17) - 47) / 399.0, 1e-6);
+  EXPECT_NEAR(figures.terms[0].p95_ms, 47.0, 1e-9);
+}
+
+TEST(Trial, WhoHasAnOutputPeriodEmitsOncePerPeriodOnAverage) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "a").output_period = graph::At<Nanos>{milliseconds{25}, {}};
+  World world(spec, {{"a", 1}, {"b", 2}});
+  world.run(on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}}),
+            ms(60));
+  EXPECT_EQ(world.timeline.emitted("a"), "x..x.x");
+  EXPECT_EQ(world.timeline["b"], "1-3 31-33 51-53");
+}
+
+TEST(Trial, ARunThatEmitsNothingEndsItsSubchainsRun) {
+  graph::AppSpec spec = two();
+  spec.subchains = {graph::subchain("ab", "a b")};
+  graph::node(spec, "a").output_period = graph::At<Nanos>{milliseconds{25}, {}};
+  World world(spec, {{"a", 1}, {"b", 2}});
+  world.run(on_cores(1, {{.period = ms(10)}}), ms(60));
+  EXPECT_EQ(world.timeline["a"], "0-1 10-11 20-21 30-31 40-41 50-51");
+  EXPECT_EQ(world.timeline["b"], "1-3 31-33 51-53");
+}
+
+TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
+  graph::AppSpec spec = graph::spec_of({"u", "v", "a"}, {"u v a"});
+  graph::node(spec, "u").unscheduled = true;
+  graph::node(spec, "u").period = graph::At<Nanos>{milliseconds{10}, {}};
+  graph::node(spec, "v").unscheduled = true;
+  spec.objective = {graph::response("u v a", 1.0)};
+  World world(spec, {{"u", 1}, {"v", 2}, {"a", 5}});
+  const Figures figures = world.run(on_cores(1, {{.period = ms(10), .phase = ms(8)}}), ms(30));
+  EXPECT_EQ(world.timeline["u"], "10-11 20-21");
+  EXPECT_EQ(world.timeline["v"], "11-13 21-23");
+  EXPECT_EQ(world.timeline["a"], "8-16 18-26");
+  EXPECT_NEAR(figures.busy[0], (5 + 5 + 2 + 2 * 3) / 30.0, 1e-9);
+}
+
+TEST(Trial, UnscheduledNodesPreferAnIdleCore) {
+  graph::AppSpec spec = graph::spec_of({"u", "a"}, {"u a"});
+  graph::node(spec, "u").unscheduled = true;
+  graph::node(spec, "u").period = graph::At<Nanos>{milliseconds{10}, {}};
+  spec.objective = {graph::response("u a", 1.0)};
+  World world(spec, {{"u", 1}, {"a", 5}});
+  world.run(on_cores(2, {{.core = 0, .period = ms(10), .phase = ms(8)}}), ms(34));
+  EXPECT_EQ(world.timeline["a"], "8-13 18-23 28-33");
+}
+
+TEST(Trial, ATermOfTooFewSamplesCountsAsTheHorizonAndIsReported) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(1), 1}}}),
+      ms(1000));
+  EXPECT_FALSE(figures.enough);
+  EXPECT_EQ(figures.terms[0].count, 0U);
+  EXPECT_EQ(figures.terms[0].mean_ms, 1000.0);
+}
+
+TEST(Trial, WhatBeginsInTheWarmUpDoesNotCount) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  const Schedule schedule =
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}});
+  const Figures figures =
+      Trial(world.app, samples).run(schedule, {.horizon = ms(100), .warm_up = ms(51), .overheads = Overheads::none()});
+  // From the begin at 60 to the end at 145.
+  EXPECT_EQ(figures.terms[0].count, 8U);
+  EXPECT_EQ(figures.subchains[1].runs, 10U);
+}
+
+// a: 4 ms, b: 5 ms; slots without slack, one frame after the other.
+TEST(Trial, FramesAreThoseOfTheDispatcher) {
+  World world(two(), {{"a", 4}, {"b", 5}});
+  Schedule schedule = on_cores(1, {{.form = Form::kFrames}, {.form = Form::kFrames}});
+  dispatch::SharedCoreSchedule frames;
+  frames.slots = {{.subchain = SubchainId(0), .slice = ms(6), .every = 1, .rank = 0},
+                  {.subchain = SubchainId(1), .slice = ms(3), .every = 2, .rank = 1}};
+  schedule.frames = {frames};
+  world.run(schedule, ms(30));
+  EXPECT_EQ(world.timeline["a"], "0-4 7-11 13-17 20-24 26-30");
+  EXPECT_EQ(world.timeline["b"], "4-13 17-26");
+}
+
+TEST(Trial, APipelineOverlapsRunsOnItsCores) {
+  graph::AppSpec spec = two();
+  spec.subchains = {graph::subchain("ab", "a b")};
+  World world(spec, {{"a", 4}, {"b", 6}});
+  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
+  schedule.pipelines = {{SubchainId(0), {0, 1}, 1, dispatch::pacing_of_owned(Millis{6}, Millis{10}, Nanos{0})}};
+  const Figures figures = world.run(schedule, ms(30));
+  EXPECT_EQ(world.timeline["a"], "0-4 6-10 12-16 18-22 24-28");
+  EXPECT_EQ(world.timeline["b"], "4-10 10-16 16-22 22-28");
+  EXPECT_NEAR(figures.subchains[0].period_ms, 6.0, 1e-9);
+}
+
+TEST(Trial, ThreadsOfANodeShareItsRun) {
+  graph::AppSpec spec = two();
+  spec.subchains = {graph::subchain("ab", "a b")};
+  graph::node(spec, "b").max_threads = graph::At<int>{2, {}};
+  World world(spec, {{"a", 4}, {"b", 6}});
+  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
+  schedule.pipelines = {{SubchainId(0), {0, 1}, 2, dispatch::pacing_of_owned(Millis{10}, Millis{7}, Nanos{0})}};
+  world.run(schedule, ms(20));
+  EXPECT_EQ(world.timeline["a"], "0-4 10-14");
+  EXPECT_EQ(world.timeline["b"], "4-7 14-17");
+}
+
+TEST(Trial, IsTheSameEachTimeAndOtherwiseWithOtherDraws) {
+  World world(two(), {});
+  model::Workload work(world.app.graph);
+  for (const NodeId node : {NodeId(0), NodeId(1)}) {
+    work.set(node, {model::CostProfile::constant(Millis{4}), {Millis{2}}, 0.0, {0.01, Millis{5}}});
+  }
+  const Samples samples(world.app, work, Nanos{0}, 1);
+  const Trial trial(world.app, samples);
+  const Schedule schedule = on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .period = ms(12)}});
+  const Figures once = trial.run(schedule, {.p95 = true});
+  const Figures again = trial.run(schedule, {.p95 = true});
+  const Figures otherwise = trial.run(schedule, {.first_draw = 1000, .p95 = true});
+  EXPECT_EQ(once.objective, again.objective);
+  EXPECT_EQ(once.terms[0].p95_ms, again.terms[0].p95_ms);
+  EXPECT_EQ(once.events, again.events);
+  EXPECT_NE(once.objective, otherwise.objective);
+  EXPECT_NEAR(once.objective / otherwise.objective, 1.0, 0.05);
+}
+
+TEST(Trial, SchedulingTakesWhatTheOverheadsSay) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  Overheads costs = Overheads::none();
+  costs.timer_latency = ms(0.1);
+  costs.run = ms(0.2);
+  costs.context_switch = ms(0.3);
+  costs.dispatch_timer = ms(0.4);
+  costs.dispatch_event = ms(0.5);
+  const Schedule schedule =
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}});
+  Timeline& timeline = world.timeline;
+  Trial(world.app, samples)
+      .run(schedule, {.horizon = ms(10), .warm_up = Nanos{0}, .overheads = costs, .observer = &timeline});
+  EXPECT_EQ(timeline["a"], "0.8-3.3");  // the timer, the controller
+  EXPECT_EQ(timeline["b"], "4.1-7.6");
+}
+
+}  // namespace
+}  // namespace ctn::trial

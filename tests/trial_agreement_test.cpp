@@ -1,0 +1,290 @@
+// Trials (src/trial) beside what they are short for: the simulator, on the same schedules at the same costs, and the
+// lineage of the record, on the trial's own runs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "baselines/policies.h"
+#include "planner/planner.h"
+#include "planner/random_apps.h"
+#include "record/run_metrics.h"
+#include "sim/simulation.h"
+#include "trial/trial.h"
+
+namespace ctn {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr std::uint64_t kSeed = 7;
+constexpr Nanos kMeasured = seconds{60};
+
+// Runs vary: half of them cost two thirds of what is planned with or less.
+model::Workload varying(const graph::App& app, const model::CostTable& costs) {
+  model::Workload work(app.graph);
+  for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+    const model::CostTable there = costs.on(app, kind);
+    for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
+      const NodeId id(node);
+      if (app.graph.node(id).external) continue;
+      const Millis cost = there[id].single_thread();
+      const model::NodeWork law{model::CostProfile::constant(cost), {cost * 0.66}, 0.0, {}};
+      app.core_kinds.empty() ? work.set(id, law) : work.set_on(id, kind, law);
+    }
+  }
+  return work;
+}
+
+planner::RandomCase random_case(std::uint64_t seed, int subchains, int cores) {
+  return planner::random_case(seed,
+                              {.subchains = subchains,
+                               .chains = 4,
+                               .queue = seed % 3 == 0,
+                               .caps = seed % 2 == 0,
+                               .pairs = true,
+                               .kinds = seed % 4 == 0},
+                              cores);
+}
+
+// --- Fixed priorities ---
+
+// The plan that the policy below is to follow.
+baselines::RatePlan& given_plan() {
+  static baselines::RatePlan plan;
+  return plan;
+}
+
+Result<baselines::RatePlan> plan_as_given(const graph::App&, const model::CostTable&, const baselines::RateRequest&) {
+  return given_plan();
+}
+
+// Any core and any period, so that a core has work for 65 % of its time at most, and the shorter the period the higher
+// the priority: then each run ends within its period.
+baselines::RatePlan random_rates(const planner::RandomCase& of, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+  };
+  const std::size_t count = of.app.graph.subchains().size();
+  baselines::RatePlan plan;
+  std::vector<double> part(count);
+  std::vector<double> sum(static_cast<std::size_t>(of.cores), 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    plan.subchains.push_back({.core = static_cast<int>(random() % static_cast<unsigned>(of.cores))});
+    part[i] = uniform(0.1, 1.0);
+    sum[static_cast<std::size_t>(plan.subchains[i].core)] += part[i];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    baselines::TaskPlan& task = plan.subchains[i];
+    const model::CostTable there = of.costs.on(of.app, of.app.kind_of(task.core));
+    const Millis cost = there.subchain_total(of.app.graph, SubchainId(i));
+    task.period = cost * (sum[static_cast<std::size_t>(task.core)] / (0.65 * part[i]));
+  }
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return plan.subchains[a].period > plan.subchains[b].period; });
+  for (std::size_t i = 0; i < count; ++i) plan.subchains[order[i]].priority = static_cast<int>(i) + 1;
+  return plan;
+}
+
+trial::Schedule schedule_of(const baselines::RatePlan& plan, int cores) {
+  trial::Schedule schedule{.cores = cores, .subchains = {}, .frames = {}, .pipelines = {}};
+  // The simulator's controllers begin one after the other, and the grids of their triggers with them.
+  const sim::MachineCosts machine;
+  const Nanos apart = machine.context_switch + machine.dispatch_event;
+  for (const baselines::TaskPlan& task : plan.subchains) {
+    const auto before = static_cast<Nanos::rep>(schedule.subchains.size());
+    schedule.subchains.push_back(
+        {.core = task.core, .priority = task.priority, .period = to_nanos(task.period), .phase = before * apart});
+  }
+  return schedule;
+}
+
+struct Both {
+  trial::Figures tried;
+  sim::Outcome simulated;
+};
+
+Both run_both(const planner::RandomCase& of, const trial::Schedule& schedule, sim::Options options) {
+  const model::Workload work = varying(of.app, of.costs);
+  options.machine.cores = of.cores;
+  auto outcome =
+      sim::simulate(of.app, std::make_unique<sim::DrawnCosts>(of.app, work, kSeed), std::move(options), kMeasured);
+  if (!outcome) throw std::runtime_error(outcome.error().message());
+  const trial::Samples samples(of.app, work, Nanos{0}, kSeed);
+  const Nanos warm_up = of.app.scheduler.bootstrap + policy::kSettle;
+  return {trial::Trial(of.app, samples).run(schedule, {.horizon = kMeasured, .warm_up = warm_up, .p95 = true}),
+          std::move(*outcome)};
+}
+
+double deviation(double figure, double of) { return std::abs(figure / of - 1.0); }
+
+// Each response time of which there are some hundred samples, and the objective.
+void expect_close(const planner::RandomCase& of, const Both& both, double response, double objective) {
+  std::size_t chain = 0;
+  for (std::size_t term = 0; term < of.app.objective.size(); ++term) {
+    if (of.app.objective[term].metric != graph::Metric::kResponseTime) continue;
+    const sim::ChainOutcome& simulated = both.simulated.chains[chain++];
+    if (simulated.response_ms.count < 100) continue;
+    EXPECT_LT(deviation(both.tried.terms[term].mean_ms, simulated.response_ms.mean), response)
+        << simulated.path << ": " << both.tried.terms[term].mean_ms << " ms tried, " << simulated.response_ms.mean
+        << " ms simulated";
+  }
+  ASSERT_TRUE(both.simulated.objective.has_value());
+  EXPECT_LT(deviation(both.tried.objective, *both.simulated.objective), objective)
+      << both.tried.objective << " tried, " << *both.simulated.objective << " simulated";
+  for (std::size_t core = 0; core < both.tried.busy.size(); ++core) {
+    const sim::CoreOutcome& simulated = both.simulated.cores[core];
+    EXPECT_NEAR(both.tried.busy[core], simulated.real_time + simulated.ordinary, 0.02) << "core " << core;
+  }
+}
+
+class TrialAgreement : public ::testing::TestWithParam<int> {};
+
+TEST_P(TrialAgreement, WithTheSimulatorOnFixedPriorities) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const planner::RandomCase of = random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 3);
+  given_plan() = random_rates(of, seed);
+  const sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
+  expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
+TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakes) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const planner::RandomCase of = random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 4);
+  const plan::Plan plan = planner::make_plan(of.app, of.costs, {.cores = of.cores}).value();
+  sim::Options options{.policy = policy::make_policy("catan").value()};
+  options.plans = {{Nanos{0}, plan}};
+  expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.05, 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(RandomApps, TrialAgreement, ::testing::Range(0, 16));
+
+// --- Lineage ---
+
+// The terms, from the runs that a trial reports.
+class Measured : public trial::Observer {
+ public:
+  Measured(const graph::App& app, record::Interval interval) : metrics_(app, interval) {}
+  void ended(const trial::ObservedRun& run) override {
+    record::Run recorded;
+    recorded.node = run.node;
+    recorded.number = run.number;
+    recorded.begin = run.begin;
+    recorded.end = run.end;
+    recorded.emitted = run.emitted;
+    for (const auto& [predecessor, first, last] : run.consumed) recorded.consumed.push_back({predecessor, first, last});
+    metrics_.add(recorded);
+  }
+
+  struct Sum {
+    void add(Nanos value) {
+      total += static_cast<double>(value.count());
+      ++count;
+    }
+    double total = 0.0;
+    std::size_t count = 0;
+  };
+  const record::RunMetrics<Sum>& metrics() const { return metrics_; }
+
+ private:
+  record::RunMetrics<Sum> metrics_;
+};
+
+// Everything that a chain can meet: followers, batches in the middle and one after the other, an external node between
+// two of ours, outputs that are left out, nodes that run at any rate.
+graph::App tangled() {
+  graph::AppSpec spec = graph::spec_of({"u", "v", "a", "b", "x", "c", "q", "d", "r", "e"},
+                                       {"u v a b c q d r e", "a q", "v d", "b x d", "b x r"});
+  graph::node(spec, "u").unscheduled = true;
+  graph::node(spec, "u").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  graph::node(spec, "v").unscheduled = true;
+  graph::node(spec, "x").external = true;
+  graph::node(spec, "q").input = graph::InputKind::kQueue;
+  graph::node(spec, "r").input = graph::InputKind::kQueue;
+  graph::node(spec, "c").output_period = graph::At<Nanos>{std::chrono::milliseconds{17}, {}};
+  graph::node(spec, "v").output_period = graph::At<Nanos>{std::chrono::milliseconds{11}, {}};
+  spec.subchains = {graph::subchain("ab", "a b"), graph::subchain("de", "d")};
+  for (const char* path : {"u v a b c q d r e", "a q d", "v d r e", "b x d", "b x r e", "q d", "a b c", "u v a", "q"}) {
+    spec.objective.push_back(graph::response(path, 1.0));
+  }
+  for (const char* node : {"u", "c", "q", "e"}) spec.objective.push_back(graph::period(node, 1.0));
+  return graph::build_app(spec).value();
+}
+
+trial::Schedule random_schedule(const graph::App& app, int cores, std::mt19937_64& random) {
+  trial::Schedule schedule{.cores = cores, .subchains = {}, .frames = {}, .pipelines = {}};
+  const std::size_t count = app.graph.subchains().size();
+  const auto micros = [&](unsigned low, unsigned high) {
+    return Nanos{std::chrono::microseconds{low + random() % (high - low)}};
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    trial::Place& place = schedule.subchains.emplace_back();
+    place.core = static_cast<int>(random() % static_cast<unsigned>(cores));
+    place.priority = static_cast<int>(i) + 1;
+    place.period = micros(2'000, 40'000);
+    switch (random() % 4) {
+      case 0:
+        place.pause = micros(0, 5'000);
+        break;
+      case 1:
+        if (i > 0) place.after = plan::After{SubchainId(random() % i), 1 + static_cast<int>(random() % 3)};
+        break;
+      default:
+        place.phase = micros(0, 2'000);
+    }
+    if (random() % 4 == 0) place.budget = micros(500, 4'000);
+  }
+  return schedule;
+}
+
+class TrialLineage : public ::testing::TestWithParam<int> {};
+
+TEST_P(TrialLineage, IsThatOfTheRecord) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
+  const graph::App app = tangled();
+  model::CostTable costs(app.graph, Millis{0});
+  for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
+    const bool small = app.graph.nodes()[node].unscheduled;
+    costs.set(NodeId(node),
+              model::CostProfile::constant(Millis{(small ? 0.05 : 1.0) * (0.5 + static_cast<double>(random() % 8))}));
+  }
+  const trial::Samples samples(app, varying(app, costs), Nanos{0}, kSeed);
+  const trial::Schedule schedule = random_schedule(app, 1 + GetParam() % 3, random);
+  const TimePoint warm_from = TimePoint{} + seconds{1};
+  const Nanos horizon = seconds{20};
+  Measured measured(app, {warm_from, warm_from + horizon});
+  // Without overheads, controllers hold no core between what a run takes and what the record takes it to have taken.
+  const trial::Figures figures = trial::Trial(app, samples)
+                                     .run(schedule, {.horizon = horizon,
+                                                     .warm_up = warm_from - TimePoint{},
+                                                     .overheads = trial::Overheads::none(),
+                                                     .observer = &measured});
+  std::size_t chain = 0;
+  std::size_t samples_seen = 0;
+  for (std::size_t term = 0; term < app.objective.size(); ++term) {
+    const graph::Term& of = app.objective[term];
+    const bool is_chain = of.metric == graph::Metric::kResponseTime;
+    const Measured::Sum& sum =
+        is_chain ? measured.metrics().chains()[chain++].response : measured.metrics().node(of.path.front()).period;
+    EXPECT_EQ(figures.terms[term].count, sum.count) << app.graph.path_name(of.path);
+    if (sum.count < trial::kFewestSamples) continue;
+    EXPECT_NEAR(figures.terms[term].mean_ms, sum.total / static_cast<double>(sum.count) / 1e6, 1e-9)
+        << app.graph.path_name(of.path);
+    samples_seen += sum.count;
+  }
+  EXPECT_GT(samples_seen, 1000U);
+}
+
+INSTANTIATE_TEST_SUITE_P(RandomSchedules, TrialLineage, ::testing::Range(0, 40));
+
+}  // namespace
+}  // namespace ctn
