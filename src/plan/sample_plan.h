@@ -65,13 +65,11 @@ inline Plan sample_plan(const graph::App& app, const model::CostTable& costs) {
                     {{1, 2}, Millis{10} / 0.95, Millis{20}, 1, 1.0, Millis{20}, 1},
                     {{0}, frame / 1.5, frame / 1.5, {}, 1.5, Millis{6}, 1}};
   plan.cores.resize(kSampleCores);
-  plan.cores[0] = {frame,
-                   Millis{10},
-                   graph::FrameMode::kElastic,
-                   {{kFast, Millis{0}, Millis{6}, 1, 0},
-                    {kSlow, Millis{6}, Millis{5}, 4, 3},
-                    {kBatch, Millis{11}, Millis{6}, {}, 0}},
-                   Millis{2}};
+  plan.cores[0].frame = frame;
+  plan.cores[0].frame_min = Millis{10};
+  plan.cores[0].slots = {
+      {kFast, Millis{0}, Millis{6}, 1, 0}, {kSlow, Millis{6}, Millis{5}, 4, 3}, {kBatch, Millis{11}, Millis{6}, {}, 0}};
+  plan.cores[0].idle = Millis{2};
   fill_predictions(plan, app, costs);
   return plan;
 }
