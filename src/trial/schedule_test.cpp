@@ -92,10 +92,8 @@ TEST(ScheduleOfAPlan, TakesMembersOfACoreAsTheyAre) {
   core.members = {fast, slow, batch};
   const Schedule schedule = schedule_of(app, plan);
   EXPECT_TRUE(schedule.frames.empty());
-  Place expected{.priority = 3,
-                 .period = to_nanos(Millis{10}),
-                 .phase = to_nanos(Millis{2}),
-                 .budget = to_nanos(Millis{7})};
+  Place expected{
+      .priority = 3, .period = to_nanos(Millis{10}), .phase = to_nanos(Millis{2}), .budget = to_nanos(Millis{7})};
   EXPECT_EQ(schedule.subchains[kFast.index()], expected);
   expected = {.priority = 2, .period = to_nanos(Millis{50}), .pause = to_nanos(Millis{4})};
   EXPECT_EQ(schedule.subchains[kSlow.index()], expected);
