@@ -40,7 +40,9 @@ class Timers {
       at /= 2;
       const Entry& left = tree_[2 * at];
       const Entry& right = tree_[2 * at + 1];
-      tree_[at] = right.time < left.time ? right : left;
+      const Entry earlier = right.time < left.time ? right : left;
+      if (tree_[at].time == earlier.time && tree_[at].source == earlier.source) return;
+      tree_[at] = earlier;
     }
   }
 
