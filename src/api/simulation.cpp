@@ -86,6 +86,7 @@ class Simulation::Impl {
     snapshot.plans = outcome.plans_adopted;
     snapshot.cost_changes = outcome.cost_changes;
     snapshot.planning_ms = static_cast<double>(outcome.plans_made) * to_millis(planning_).count();
+    snapshot.budget_overruns = outcome.budget_overruns;
     snapshot.starved = outcome.throttled;
     std::size_t index = 0;
     for (const graph::Term& term : app_.objective) {
