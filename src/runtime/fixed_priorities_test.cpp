@@ -49,14 +49,15 @@ class FixedPrioritiesTest : public ::testing::Test {
   FixedPrioritiesTest() { fake.share_cpus(true); }
 
   void run_for(Nanos duration, std::vector<policy::SubchainPlace> places) {
+    run_for(duration, std::make_shared<policy::GivenPlaces>(std::move(places)));
+  }
+
+  void run_for(Nanos duration, std::shared_ptr<const policy::Policy> policy) {
     const std::string path = testing::TempDir() + fmt::format("live_priorities_{}.catan", ::getpid());
     std::remove(path.c_str());
-    auto engine = Engine::create(app, fake,
-                                 {.policy = std::make_shared<policy::GivenPlaces>(std::move(places)),
-                                  .cpus = os::CpuSet{0, 1},
-                                  .record = path,
-                                  .note = {},
-                                  .on_notice = {}});
+    auto engine = Engine::create(
+        app, fake,
+        {.policy = std::move(policy), .cpus = os::CpuSet{0, 1}, .record = path, .note = {}, .on_notice = {}});
     ASSERT_TRUE(engine.ok()) << engine.error().message();
     for (const char* name : {"a", "b", "imu"}) {
       (*engine)->wiring().set_body(name, [this, name = std::string(name)](ctn::Run& run) {
@@ -144,9 +145,61 @@ TEST_F(FixedPrioritiesTest, ARunBeyondItsBudgetDoesNotDelayWhoIsBelow) {
   EXPECT_LE(snapshot.budget_overruns, overruns.size());
 }
 
+// Plans frames at first, and gives fixed priorities once costs were measured.
+class PrioritiesLater : public policy::Policy {
+ public:
+  explicit PrioritiesLater(std::vector<policy::SubchainPlace> places)
+      : Policy("later"), frames_(*policy::make_policy("catan")), priorities_(std::move(places)) {}
+  bool follows_plan() const override { return true; }
+  bool adapts() const override { return true; }
+  bool raises() const override { return true; }
+  Result<policy::Decision> decide(const policy::Situation& situation) const override {
+    return frames_->decide(situation);
+  }
+  Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
+                                                       const policy::Decision& in_force,
+                                                       double /*to_beat*/) const override {
+    policy::Decision decision = *priorities_.decide(situation);
+    decision.plan = in_force.plan;
+    return std::optional(std::move(decision));
+  }
+
+ private:
+  std::shared_ptr<const policy::Policy> frames_;
+  policy::GivenPlaces priorities_;
+};
+
+TEST_F(FixedPrioritiesTest, WhoTriggersIsRaisedBeforeAnybodyIsAboveIt) {
+  run_for(seconds{2}, std::make_shared<PrioritiesLater>(
+                          std::vector<policy::SubchainPlace>{place_by_phase(4, 0, milliseconds{10}, Nanos{0}),
+                                                             place_by_phase(3, 1, milliseconds{10}, milliseconds{5})}));
+  EXPECT_EQ(snapshot.plans, 2U);
+  EXPECT_EQ(threads_at[os::fixed_level(4)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(3)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(5)], 1) << "the driver of a sensor";
+  EXPECT_EQ(threads_at[os::fixed_level(6)], 4) << "a controller for each subchain and core";
+  // At any time the nodes' levels are below those of who triggers.
+  std::map<os::ThreadId, os::Level> levels;
+  std::map<os::ThreadId, os::Level> highest;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (change.level) highest[change.thread] = std::max(highest[change.thread], *change.level);
+  }
+  bool given = false;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (!change.level) continue;
+    levels[change.thread] = *change.level;
+    if (given || *change.level != os::fixed_level(4)) continue;
+    given = true;
+    for (const auto& [thread, level] : highest) {
+      if (level == os::fixed_level(5) || level == os::fixed_level(6)) EXPECT_EQ(levels[thread], level);
+    }
+  }
+  EXPECT_TRUE(given);
+}
+
 // --- Followers in the region ---
 
-class FollowersTest : public ::testing::Test {
+class OutputFollowersTest : public ::testing::Test {
  protected:
   std::uint32_t wakes(std::size_t controller) const { return region.controller_cell(controller).word.load(); }
 
@@ -157,7 +210,7 @@ class FollowersTest : public ::testing::Test {
   SignalCell& signal = region.signal(kA);
 };
 
-TEST_F(FollowersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
+TEST_F(OutputFollowersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
   EXPECT_TRUE(signal.add_follower(1));
   EXPECT_TRUE(signal.add_follower(3));
   EXPECT_TRUE(signal.add_follower(1)) << "again and again";
@@ -173,7 +226,7 @@ TEST_F(FollowersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
   EXPECT_EQ(wakes(3), 2U);
 }
 
-TEST_F(FollowersTest, WhereThereIsNoRoomOneIsTold) {
+TEST_F(OutputFollowersTest, WhereThereIsNoRoomOneIsTold) {
   for (std::size_t controller = 0; controller < SignalCell::kFollowers; ++controller) {
     EXPECT_TRUE(signal.add_follower(controller));
   }
@@ -182,7 +235,7 @@ TEST_F(FollowersTest, WhereThereIsNoRoomOneIsTold) {
   EXPECT_TRUE(signal.add_follower(5));
 }
 
-TEST_F(FollowersTest, NumbersThatAreNobodysWakeNobody) {
+TEST_F(OutputFollowersTest, NumbersThatAreNobodysWakeNobody) {
   signal.followers[0].store(0xffffffff);
   signal.followers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
   EXPECT_TRUE(signal.add_follower(0));
