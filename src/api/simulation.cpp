@@ -88,6 +88,7 @@ class Simulation::Impl {
     snapshot.plans = outcome.plans_adopted;
     snapshot.cost_changes = outcome.cost_changes;
     snapshot.planning_ms = static_cast<double>(outcome.plans_made) * to_millis(planning_).count();
+    snapshot.budget_overruns = outcome.budget_overruns;
     snapshot.starved = outcome.throttled;
     if (simulation_->plan()) runtime::show_plan(app_, *simulation_->plan(), snapshot);
     std::size_t index = 0;

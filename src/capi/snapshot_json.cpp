@@ -32,6 +32,7 @@ std::string to_json(const Snapshot& snapshot) {
             {"plans", snapshot.plans},
             {"cost_changes", snapshot.cost_changes},
             {"planning_ms", snapshot.planning_ms},
+            {"budget_overruns", snapshot.budget_overruns},
             {"starved", snapshot.starved},
             {"starved_ms", snapshot.starved_ms},
             {"relax_factor", snapshot.relax_factor},

@@ -129,6 +129,12 @@ void SubchainTrigger::schedule_next(TimePoint now) {
   }
 }
 
+// Outputs may come at any rate: whoever writes them is not trusted.
+TimePoint SubchainTrigger::ready() const {
+  if (!pacing_.after || sent_ == 0) return due_;
+  return std::max(due_, silent_since_ + std::max(pacing_.shortest, kShortestPeriod));
+}
+
 SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t completed) {
   assert(completed <= sent_);
   if (stood_still(asked_for_, now)) progress_at_ = now;
@@ -141,7 +147,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   }
   if (pacing_.after) due_ = output_due_.value_or(silent_since_ + silence_limit(pacing_));
 
-  if (now >= due_ && may_overlap(completed)) {
+  if (now >= ready() && may_overlap(completed)) {
     decision.trigger = due_;
     if (sent_ == completed) progress_at_ = now;
     ++sent_;
@@ -152,10 +158,10 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     if (pacing_.after) due_ = silent_since_ + silence_limit(pacing_);
   }
   if (may_overlap(completed)) {
-    decision.ask_at = std::max(due_, now);
+    decision.ask_at = std::max(ready(), now);
   } else {
-    decision.ask_on_completion = now >= due_;
-    decision.ask_at = decision.ask_on_completion ? kNever : due_;
+    decision.ask_on_completion = now >= ready();
+    decision.ask_at = decision.ask_on_completion ? kNever : ready();
   }
   watch(now, completed, decision);
   limit(now, decision);

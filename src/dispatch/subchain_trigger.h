@@ -24,7 +24,8 @@
 //   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
 //              that come while a run is under way count, and one trigger follows when that has ended. Without a trigger
 //              for silence_limit() it is triggered all the same, and again after as long: a leader that is missing,
-//              stalled or slow costs its followers their rate, but does not silence them.
+//              stalled or slow costs its followers their rate, but does not silence them. Nor does one that floods
+//              them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger, before which they get their level back. That is for one run at a time (max_in_flight 1) on one CPU,
@@ -133,6 +134,7 @@ class SubchainTrigger {
 
  private:
   bool may_overlap(std::uint64_t completed) const;
+  TimePoint ready() const;
   void schedule_next(TimePoint now);
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
   void limit(TimePoint now, Decision& decision);

@@ -294,6 +294,28 @@ TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
   EXPECT_EQ(silence_limit(after_another(1, milliseconds{10})), milliseconds{1000}) << "and a second at least";
 }
 
+TEST(FollowingTrigger, AFloodOfOutputsDoesNotTriggerItMoreOftenThanItMay) {
+  Pacing pacing = after_another(1);
+  pacing.shortest = milliseconds{4};
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  trigger.step(at(Nanos{0}), 0);
+  trigger.hear(at(milliseconds{1}), 1, at(milliseconds{1}));
+  ASSERT_TRUE(trigger.step(at(milliseconds{1}), 0).trigger);
+  trigger.hear(at(milliseconds{2}), 2, at(milliseconds{2}));
+  const auto decision = trigger.step(at(milliseconds{2}), 1);
+  EXPECT_FALSE(decision.trigger);
+  EXPECT_EQ(decision.ask_at, at(milliseconds{5}));
+  trigger.hear(at(milliseconds{5}), 900, at(milliseconds{5}));
+  EXPECT_EQ(trigger.step(at(milliseconds{5}), 1).trigger, at(milliseconds{2})) << "due since it came";
+  pacing.shortest = Nanos{0};
+  trigger.change_pacing(at(milliseconds{6}), pacing);
+  trigger.hear(at(milliseconds{6}), 901, at(milliseconds{6}));
+  ASSERT_TRUE(trigger.step(at(milliseconds{6}), 2).trigger);
+  trigger.hear(at(milliseconds{6}), 902, at(milliseconds{6}));
+  EXPECT_EQ(trigger.step(at(milliseconds{6}), 3).ask_at, at(milliseconds{6}) + kShortestPeriod);
+}
+
 TEST(FollowingTrigger, ACountThatGoesBackBeginsAnew) {
   SubchainTrigger trigger(at(Nanos{0}), after_another(1));
   trigger.hear(at(Nanos{0}), 100, at(Nanos{0}));

@@ -102,7 +102,7 @@ Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId t
                     "use fewer threads");
   if (link.threads().size() >= NodeCell::kMaxThreads) return no_room;
   const bool joined = has(node);  // else it is placed when the node joins
-  const os::Level placed_at = level_of(node);
+  const os::Level placed_at = joined ? level_of(node) : os::Level::kOrdinary;
   if (joined) {
     if (Status placed = place(node, process, thread); !placed) return placed;
   }

@@ -1,11 +1,12 @@
 // A node's end of the region (region.h): it waits for its trigger there and reports its runs there. All that a node
 // does on the hot path is in this file, word_ring.h and report.h: atomics, one futex wait and at most two wakes a run
-// (of an unscheduled node and a tail: one a follower, and of a tail one for its controller), no lock, no allocation, no call to the scheduler.
+// (of an unscheduled node and a tail: one a follower, and of a tail one for its controller), no lock, no allocation, no
+// call to the scheduler.
 //
 // A trigger carries a token: the number of the subchain's trigger that it goes back to. A head gets it from its
 // controller, the others from their predecessor in the subchain when that ends a run with output. The tail (or whoever
-// gives no output) hands it to the SignalCell, which is how the controller knows what is under way. The tail also counts
-// its outputs there, and wakes the controllers of subchains that follow them.
+// gives no output) hands it to the SignalCell, which is how the controller knows what is under way. The tail also
+// counts its outputs there, and wakes the controllers of subchains that follow them.
 //
 // An unscheduled node that follows another has no subchain and no token: its word counts the outputs of the other,
 // which raises the word and wakes the follower. Outputs that come while the follower is busy start it once more,

@@ -82,7 +82,7 @@ struct Recorded {
 
 Recorded run_priorities(const graph::App& app, std::vector<policy::SubchainPlace> places,
                         std::unique_ptr<RunCosts> costs) {
-  const std::string path = fmt::format("/tmp/catan-priorities-{}.catan", ::getpid());
+  const std::string path = testing::TempDir() + fmt::format("simulated_priorities_{}.catan", ::getpid());
   std::remove(path.c_str());
   Options options{.policy = std::make_shared<policy::GivenPlaces>(std::move(places))};
   options.machine.costs = MachineCosts::none();
@@ -177,10 +177,10 @@ TEST(FixedPriorities, AFollowerOfASilentLeaderIsTriggeredAllTheSame) {
   ASSERT_TRUE(made.ok()) << made.error().message();
   Simulation& simulation = **made;
   std::vector<TimePoint> began;
-  simulation.set_body(*app.graph.find_node("a"), [](Run& run) {
+  simulation.set_body(*app.graph.find_node("a"), [](ctn::Run& run) {
     if (run.number() > 20) run.skip_output();
   });
-  simulation.set_body(*app.graph.find_node("b"), [&](Run&) { began.push_back(simulation.now()); });
+  simulation.set_body(*app.graph.find_node("b"), [&](ctn::Run&) { began.push_back(simulation.now()); });
   simulation.run_for(seconds{4});
   ASSERT_EQ(began.size(), 23U);
   EXPECT_EQ(began[19] - TimePoint{}, milliseconds{193});

@@ -156,6 +156,7 @@ std::string sim_text(const std::vector<Seeded>& runs, int cores) {
   };
   count("steals", [](const Outcome& run) { return run.steals; });
   count("hangs", [](const Outcome& run) { return run.hangs; });
+  count("overruns", [](const Outcome& run) { return run.budget_overruns; });
   count("dropped", [](const Outcome& run) { return run.dropped; });
   count("throttled", [](const Outcome& run) { return run.throttled; });
   for (const Seeded& run : runs) {

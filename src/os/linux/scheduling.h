@@ -1,6 +1,7 @@
 // Levels and affinity of threads on Linux: set, then read back, then believed.
 //
-// kOrdinary is SCHED_OTHER with the nice value that the thread has; the others are SCHED_FIFO 1 to 4, in their order.
+// kOrdinary is SCHED_OTHER with the nice value that the thread has; the others are SCHED_FIFO 1 to 4, in their order,
+// and fixed levels SCHED_FIFO from 5 on.
 // All carry SCHED_RESET_ON_FORK, so that what a thread makes starts ordinary. An unprivileged process can set that flag
 // but not clear it: restore() leaves it set then (restore.h).
 //

@@ -1,0 +1,326 @@
+// Subchains with fixed priorities in the whole runtime, in virtual time, with threads that compete for CPUs: every
+// figure exact. And the parts: followers in the region, CPU time of a run, who is raised above whom.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "os/fake/fake_os.h"
+#include "policy/test_app.h"
+#include "policy/testing/given_places.h"
+#include "record/reader.h"
+#include "runtime/engine.h"
+#include "runtime/membership.h"
+#include "runtime/run_clock.h"
+
+namespace ctn::runtime {
+namespace {
+
+using policy::place_after;
+using policy::place_by_phase;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::Each;
+using testing::ElementsAre;
+
+graph::App priorities_app() {
+  return parse(R"(
+catan: 1
+app: priorities
+nodes: { a: {}, b: {}, imu: { unscheduled: true, period: 50ms } }
+edges: [ a -> b ]
+objective: [ { response_time: [a], weight: 1 }, { response_time: [b], weight: 1 } ]
+scheduler: { bootstrap: 100ms }
+)");
+}
+
+const SubchainId kA{std::size_t{0}};
+const SubchainId kB{std::size_t{1}};
+
+class FixedPrioritiesTest : public ::testing::Test {
+ protected:
+  FixedPrioritiesTest() { fake.share_cpus(true); }
+
+  void run_for(Nanos duration, std::vector<policy::SubchainPlace> places) {
+    run_for(duration, std::make_shared<policy::GivenPlaces>(std::move(places)));
+  }
+
+  void run_for(Nanos duration, std::shared_ptr<const policy::Policy> policy) {
+    const std::string path = testing::TempDir() + fmt::format("live_priorities_{}.catan", ::getpid());
+    std::remove(path.c_str());
+    auto engine = Engine::create(
+        app, fake,
+        {.policy = std::move(policy), .cpus = os::CpuSet{0, 1}, .record = path, .note = {}, .on_notice = {}});
+    ASSERT_TRUE(engine.ok()) << engine.error().message();
+    for (const char* name : {"a", "b", "imu"}) {
+      (*engine)->wiring().set_body(name, [this, name = std::string(name)](ctn::Run& run) {
+        fake.burn(costs[name](run.number()));
+        if (name == "a" && run.number() % 4 == 0) run.skip_output();
+      });
+    }
+    const Status started = (*engine)->start();
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    fake.sleep_until(fake.now() + duration);
+    for (const os::ThreadId thread : *fake.threads(fake.current_process())) ++threads_at[*fake.level(thread)];
+    snapshot = (*engine)->snapshot();
+    ASSERT_TRUE((*engine)->stop().ok());
+    engine->reset();
+    const auto reader = record::Reader::open(path);
+    ASSERT_TRUE(reader.ok()) << reader.error().message();
+    triggers.resize(app.graph.subchains().size());
+    EXPECT_TRUE(reader
+                    ->each_trigger(
+                        [&](const record::Trigger& trigger) { triggers[trigger.subchain.index()].push_back(trigger); })
+                    .ok());
+    EXPECT_TRUE(reader->each_overrun([&](const record::Overrun& overrun) { overruns.push_back(overrun); }).ok());
+    std::remove(path.c_str());
+  }
+
+  const graph::App app = priorities_app();
+  os::FakeOs fake{os::fake_topology(2)};
+  std::map<std::string, std::function<Nanos(std::uint64_t)>> costs{{"a", [](std::uint64_t) { return milliseconds{3}; }},
+                                                                   {"b", [](std::uint64_t) { return milliseconds{4}; }},
+                                                                   {"imu", [](std::uint64_t) { return Nanos{0}; }}};
+  Snapshot snapshot;
+  std::map<os::Level, int> threads_at;
+  std::vector<std::vector<record::Trigger>> triggers;
+  std::vector<record::Overrun> overruns;
+};
+
+TEST_F(FixedPrioritiesTest, TriggersComeAtTheirPhaseAndWithOutputsAlone) {
+  run_for(milliseconds{400},
+          {place_by_phase(1, 0, milliseconds{10}, milliseconds{7}), place_after(0, 0, kA, 1, milliseconds{10})});
+  ASSERT_GT(triggers[kA.index()].size(), 35U);
+  for (const record::Trigger& trigger : triggers[kA.index()]) {
+    EXPECT_EQ((trigger.due - TimePoint{}) % milliseconds{10}, milliseconds{7});
+    EXPECT_EQ(trigger.sent, trigger.due);
+  }
+  std::vector<TimePoint> with_output;
+  for (const record::Trigger& trigger : triggers[kA.index()]) {
+    if (trigger.number % 4 != 0) with_output.push_back(trigger.due + milliseconds{3});
+  }
+  ASSERT_GT(triggers[kB.index()].size(), 25U);
+  for (std::size_t k = 0; k < triggers[kB.index()].size(); ++k) {
+    EXPECT_EQ(triggers[kB.index()][k].due, with_output[k]);
+    EXPECT_EQ(triggers[kB.index()][k].sent, with_output[k]);
+  }
+  EXPECT_EQ(snapshot.budget_overruns, 0U);
+}
+
+TEST_F(FixedPrioritiesTest, WhoTriggersAndWhoRunsByItselfOutrankAllOfThem) {
+  run_for(milliseconds{205},
+          {place_by_phase(6, 0, milliseconds{10}, Nanos{0}), place_by_phase(2, 1, milliseconds{10}, milliseconds{5})});
+  EXPECT_EQ(threads_at[os::fixed_level(6)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(2)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(7)], 1) << "the driver of a sensor";
+  EXPECT_EQ(threads_at[os::fixed_level(8)], 2) << "a controller each";
+  std::map<os::ThreadId, os::Level> last;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (change.level) last[change.thread] = *change.level;
+  }
+  for (const auto& [thread, level] : last) EXPECT_EQ(level, os::Level::kOrdinary) << "restored";
+}
+
+// a may use 3 of every 10 ms above b, and uses 9 every fifth time: b needs 4 of every 10 ms.
+TEST_F(FixedPrioritiesTest, ARunBeyondItsBudgetDoesNotDelayWhoIsBelow) {
+  costs["a"] = [](std::uint64_t run) { return run % 5 == 0 ? milliseconds{9} : milliseconds{3}; };
+  run_for(seconds{1}, {place_by_phase(1, 0, milliseconds{10}, Nanos{0}, milliseconds{3}),
+                       place_by_phase(0, 0, milliseconds{10}, Nanos{0})});
+  ASSERT_GE(overruns.size(), 15U);
+  for (const record::Overrun& overrun : overruns) {
+    EXPECT_EQ(overrun.subchain, kA);
+    EXPECT_EQ(overrun.number % 5, 0U);
+    EXPECT_EQ(overrun.cpu, milliseconds{3} + dispatch::kBudgetGrain);
+  }
+  for (const record::Trigger& trigger : triggers[kB.index()])
+    EXPECT_EQ(trigger.sent, trigger.due) << "b was never late";
+  EXPECT_GE(snapshot.budget_overruns + 2, overruns.size()) << "but for what was not collected yet";
+  EXPECT_LE(snapshot.budget_overruns, overruns.size());
+}
+
+// Plans frames at first, and gives fixed priorities once costs were measured.
+class PrioritiesLater : public policy::Policy {
+ public:
+  explicit PrioritiesLater(std::vector<policy::SubchainPlace> places)
+      : Policy("later"), frames_(*policy::make_policy("catan")), priorities_(std::move(places)) {}
+  bool follows_plan() const override { return true; }
+  bool adapts() const override { return true; }
+  bool raises() const override { return true; }
+  Result<policy::Decision> decide(const policy::Situation& situation) const override {
+    return frames_->decide(situation);
+  }
+  Result<std::optional<policy::Decision>> decide_again(const policy::Situation& situation,
+                                                       const policy::Decision& in_force,
+                                                       double /*to_beat*/) const override {
+    policy::Decision decision = *priorities_.decide(situation);
+    decision.plan = in_force.plan;
+    return std::optional(std::move(decision));
+  }
+
+ private:
+  std::shared_ptr<const policy::Policy> frames_;
+  policy::GivenPlaces priorities_;
+};
+
+TEST_F(FixedPrioritiesTest, WhoTriggersIsRaisedBeforeAnybodyIsAboveIt) {
+  run_for(seconds{2}, std::make_shared<PrioritiesLater>(
+                          std::vector<policy::SubchainPlace>{place_by_phase(4, 0, milliseconds{10}, Nanos{0}),
+                                                             place_by_phase(3, 1, milliseconds{10}, milliseconds{5})}));
+  EXPECT_EQ(snapshot.plans, 2U);
+  EXPECT_EQ(threads_at[os::fixed_level(4)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(3)], 1);
+  EXPECT_EQ(threads_at[os::fixed_level(5)], 1) << "the driver of a sensor";
+  EXPECT_EQ(threads_at[os::fixed_level(6)], 4) << "a controller for each subchain and core";
+  // At any time the nodes' levels are below those of who triggers.
+  std::map<os::ThreadId, os::Level> levels;
+  std::map<os::ThreadId, os::Level> highest;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (change.level) highest[change.thread] = std::max(highest[change.thread], *change.level);
+  }
+  bool given = false;
+  for (const os::FakeOs::Change& change : fake.changes()) {
+    if (!change.level) continue;
+    levels[change.thread] = *change.level;
+    if (given || *change.level != os::fixed_level(4)) continue;
+    given = true;
+    for (const auto& [thread, level] : highest) {
+      if (level != os::fixed_level(5) && level != os::fixed_level(6)) continue;
+      EXPECT_EQ(levels[thread], level);
+    }
+  }
+  EXPECT_TRUE(given);
+}
+
+// --- Followers in the region ---
+
+class OutputFollowersTest : public ::testing::Test {
+ protected:
+  std::uint32_t wakes(std::size_t controller) const { return region.controller_cell(controller).word.load(); }
+
+  const graph::App app = priorities_app();
+  os::FakeOs fake{os::fake_topology(1)};
+  LocalRegion memory{app.graph, 4};
+  const Region& region = memory.region();
+  SignalCell& signal = region.signal(kA);
+};
+
+TEST_F(OutputFollowersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
+  EXPECT_TRUE(signal.add_follower(1));
+  EXPECT_TRUE(signal.add_follower(3));
+  EXPECT_TRUE(signal.add_follower(1)) << "again and again";
+  signal.give_output(fake, region, TimePoint{} + milliseconds{7});
+  EXPECT_EQ(wakes(0), 0U);
+  EXPECT_EQ(wakes(1), 1U);
+  EXPECT_EQ(wakes(3), 1U);
+  EXPECT_EQ(signal.outputs.load(), 1U);
+  EXPECT_EQ(signal.newest_output.load(), Nanos{milliseconds{7}}.count());
+  signal.remove_follower(1);
+  signal.give_output(fake, region, TimePoint{} + milliseconds{8});
+  EXPECT_EQ(wakes(1), 1U);
+  EXPECT_EQ(wakes(3), 2U);
+}
+
+TEST_F(OutputFollowersTest, WhereThereIsNoRoomOneIsTold) {
+  for (std::size_t controller = 0; controller < SignalCell::kFollowers; ++controller) {
+    EXPECT_TRUE(signal.add_follower(controller));
+  }
+  EXPECT_FALSE(signal.add_follower(5));
+  signal.remove_follower(2);
+  EXPECT_TRUE(signal.add_follower(5));
+}
+
+TEST_F(OutputFollowersTest, NumbersThatAreNobodysWakeNobody) {
+  signal.followers[0].store(0xffffffff);
+  signal.followers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
+  EXPECT_TRUE(signal.add_follower(0));
+  signal.give_output(fake, region, TimePoint{});
+  EXPECT_EQ(wakes(0), 1U);
+  for (std::size_t controller = 1; controller < region.controller_cells(); ++controller) {
+    EXPECT_EQ(wakes(controller), 0U);
+  }
+}
+
+// --- CPU time of a run ---
+
+TEST(RunClockTest, CountsAllThreadsSinceTheTriggerAlsoThoseThatHaveEnded) {
+  const graph::App app = priorities_app();
+  os::FakeOs fake{os::fake_topology(2)};
+  LocalRegion memory(app.graph, 1);
+  const Links links = links_of(fake, app.graph, memory.region());
+  const std::vector<SubchainLinks> subchains = subchain_links(app.graph, links, memory.region());
+  const auto worker = [&](Nanos before, Nanos after) {
+    return fake.spawn("worker", [&fake, before, after] {
+      fake.burn(before);
+      fake.sleep_until(TimePoint{} + milliseconds{10});
+      fake.burn(after);
+    });
+  };
+  const auto first = worker(milliseconds{5}, milliseconds{2});
+  const auto second = worker(milliseconds{1}, milliseconds{30});
+  NodeLink& node = *links[app.graph.find_node("a")->index()];
+  for (const os::ThreadId thread : *fake.threads(fake.current_process())) {
+    if (thread != fake.current_thread()) node.add_thread(thread);
+  }
+  RunClock clock(fake);
+  fake.sleep_until(TimePoint{} + milliseconds{9});
+  clock.begin(subchains[kA.index()]);
+  EXPECT_EQ(clock.used(subchains[kA.index()]), Nanos{0});
+  fake.sleep_until(TimePoint{} + milliseconds{11});
+  EXPECT_EQ(clock.used(subchains[kA.index()]), milliseconds{2}) << "one each";
+  fake.sleep_until(TimePoint{} + milliseconds{20});
+  EXPECT_EQ(clock.used(subchains[kA.index()]), milliseconds{11}) << "the first has ended, as it was seen last";
+  clock.begin(subchains[kA.index()]);
+  EXPECT_EQ(clock.used(subchains[kA.index()]), Nanos{0});
+}
+
+// --- Who is raised ---
+
+TEST(RaisedAbove, UnscheduledNodesThatHaveJoinedAndThoseThatJoinLater) {
+  const graph::App app = parse(R"(
+catan: 1
+app: drivers
+nodes: { imu: { unscheduled: true, period: 5ms }, gps: { unscheduled: true, period: 5ms }, left: {} }
+objective: [ { period: left, weight: 1 } ]
+)");
+  os::FakeOs fake{os::fake_topology(1)};
+  LocalRegion memory(app.graph, 1);
+  Links links = links_of(fake, app.graph, memory.region());
+  Notices notices(fake, {}, false);
+  Enforcer enforcer(fake, true, nullptr, &notices);
+  Membership members(app, fake, memory.region(), links, notices);
+  members.open(enforcer,
+               {.cpus = os::CpuSet{0}, .scheduled = os::Level::kBackground, .unscheduled = os::Level::kUnscheduled});
+  const auto sleeper = [&] { return fake.spawn("node", [&fake] { fake.sleep_until(TimePoint{} + seconds{1}); }); };
+  std::vector<std::unique_ptr<os::Thread>> threads;
+  std::vector<os::ThreadId> ids;
+  for (int index = 0; index < 3; ++index) threads.push_back(sleeper());
+  for (const os::ThreadId thread : *fake.threads(fake.current_process())) {
+    if (thread != fake.current_thread()) ids.push_back(thread);
+  }
+  ASSERT_EQ(ids.size(), 3U);
+  const auto join = [&](const char* name, os::ThreadId thread) {
+    EXPECT_TRUE(members.join(*app.graph.find_node(name), fake.current_process(), thread).ok());
+  };
+  join("imu", ids[0]);
+  join("left", ids[1]);
+  EXPECT_EQ(*fake.level(ids[0]), os::Level::kUnscheduled);
+  members.raise_unscheduled(os::fixed_level(3));
+  EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3));
+  EXPECT_EQ(*fake.level(ids[1]), os::Level::kBackground) << "scheduled ones are the controllers'";
+  join("gps", ids[2]);
+  EXPECT_EQ(*fake.level(ids[2]), os::fixed_level(3));
+  members.raise_unscheduled(os::Level::kUnscheduled);
+  EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3)) << "never lower";
+  enforcer.release_all();
+  for (const os::ThreadId thread : ids) EXPECT_EQ(*fake.level(thread), os::Level::kOrdinary);
+}
+
+}  // namespace
+}  // namespace ctn::runtime
