@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
-#include "policy/test_app.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "runtime/engine.h"

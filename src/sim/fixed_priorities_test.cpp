@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "policy/test_app.h"
+#include "config/testing/apps.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "sim/json.h"
