@@ -173,7 +173,7 @@ TEST_F(FixedPrioritiesTest, WhoTriggersIsRaisedBeforeAnybodyIsAboveIt) {
   run_for(seconds{2}, std::make_shared<PrioritiesLater>(
                           std::vector<policy::SubchainPlace>{place_by_phase(4, 0, milliseconds{10}, Nanos{0}),
                                                              place_by_phase(3, 1, milliseconds{10}, milliseconds{5})}));
-  EXPECT_EQ(snapshot.plans, 2U);
+  EXPECT_GE(snapshot.plans, 2U);
   EXPECT_EQ(threads_at[os::fixed_level(4)], 1);
   EXPECT_EQ(threads_at[os::fixed_level(3)], 1);
   EXPECT_EQ(threads_at[os::fixed_level(5)], 1) << "the driver of a sensor";
