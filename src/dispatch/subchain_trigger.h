@@ -22,7 +22,8 @@
 //              run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
 //   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
-//              that come while a run is under way count, and one trigger follows when that has ended. Without a trigger
+//              that come while a run is under way, or less than `shortest` after the last trigger, count, and one
+//              trigger follows when that is over. Without a trigger
 //              for silence_limit() it is triggered all the same, and again after as long: a leader that is missing,
 //              stalled or slow costs its followers their rate, but does not silence them. Nor does one that floods
 //              them trigger them more often than `shortest` says.
@@ -152,6 +153,7 @@ class SubchainTrigger {
   std::optional<std::uint64_t> counted_;  // outputs, up to the newest that made a trigger due; none: not heard yet
   TimePoint heard_at_{};
   std::optional<TimePoint> output_due_;  // a trigger is due since the output that came then
+  TimePoint earliest_{};                 // the next trigger, where it follows another
   TimePoint silent_since_;               // the last trigger
 
   // The budget of the run under way.

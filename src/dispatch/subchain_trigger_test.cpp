@@ -283,6 +283,22 @@ TEST(FollowingTrigger, OutputsDuringARunMakeOneTriggerWhenItHasEnded) {
   EXPECT_EQ(trigger.step(at(milliseconds{9}), 2).trigger, at(milliseconds{9})) << "the seventh still counts";
 }
 
+TEST(FollowingTrigger, OutputsThatComeTooSoonWait) {
+  Pacing pacing = after_another(1);
+  pacing.shortest = milliseconds{8};
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  std::vector<int> triggered_at;
+  for (int time = 0; time < 30; ++time) {
+    trigger.hear(at(milliseconds{time}), static_cast<std::uint64_t>(time / 5), at(milliseconds{time / 5 * 5}));
+    const auto decision = trigger.step(at(milliseconds{time}), trigger.sent());
+    if (decision.trigger) triggered_at.push_back(time);
+    if (time == 11) {
+      EXPECT_EQ(decision.ask_at, at(milliseconds{13}));
+    }
+  }
+  EXPECT_THAT(triggered_at, testing::ElementsAre(5, 13, 21, 29));
+}
+
 TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
   SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
   trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));

@@ -17,8 +17,6 @@ namespace {
 using trial::Place;
 using trial::Schedule;
 
-// Beyond what the slack leaves, in a trial: luck.
-constexpr double kLoadTolerance = 0.005;
 constexpr double kOverload = 1e9;
 
 constexpr std::size_t kBeginnings = 16;

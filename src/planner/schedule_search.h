@@ -58,6 +58,9 @@ struct Found {
 // long, which a robot does not forgive.
 constexpr double kTailWeight = 0.05;
 
+// A core may be used for so much more than what the slack leaves before it counts: luck of the draws.
+constexpr double kLoadTolerance = 0.005;
+
 // What a bound that has to be relaxed by all of itself adds to the score, as a multiple of the objective.
 constexpr double kBoundWeight = 5.0;
 inline double relaxed_score(double score, double relax) { return score * (1.0 + kBoundWeight * (relax - 1.0)); }

@@ -71,6 +71,7 @@ void Machine::add_subchains() {
     subchain.nodes = app_.graph.subchain(subchain.id).nodes;
     subchain.place = &place;
     subchain.period = std::max(place.period, dispatch::kShortestPeriod);
+    subchain.last_trigger = TimePoint{} - subchain.period;
     subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);
   }
   for (std::size_t index = 0; index < subchains_.size(); ++index) {
@@ -238,6 +239,7 @@ void Machine::count_run(Subchain& subchain) {
 void Machine::subchain_due(std::size_t index) {
   Subchain& subchain = subchains_[index];
   if (subchain.place->form == Form::kPipeline) return pace(pipes_[*pipe_of_subchain_[index]], WokenBy::kTimer);
+  subchain.trigger_owed = false;
   trigger(subchain, WokenBy::kTimer);
 }
 
@@ -264,7 +266,7 @@ void Machine::send_trigger(Subchain& subchain) {
 void Machine::trigger_again(Subchain& subchain) {
   const Place& place = *subchain.place;
   if (place.after) {
-    if (std::exchange(subchain.trigger_owed, false)) trigger(subchain, WokenBy::kEvent);
+    if (subchain.trigger_owed) trigger_follower(subchain);
     return;
   }
   if (place.pause) {
@@ -282,11 +284,19 @@ void Machine::trigger_followers(const Subchain& subchain) {
     Subchain& follower = subchains_[index];
     if (++follower.outputs_counted < follower.place->after->every) continue;
     follower.outputs_counted = 0;
-    if (under_way(follower)) {
-      follower.trigger_owed = true;
-    } else {
-      trigger(follower, WokenBy::kEvent);
-    }
+    follower.trigger_owed = true;
+    if (!under_way(follower)) trigger_follower(follower);
+  }
+}
+
+// At once, or when its period is over. Precondition: no run of it is under way.
+void Machine::trigger_follower(Subchain& follower) {
+  const TimePoint earliest = follower.last_trigger + follower.period;
+  if (now_ >= earliest) {
+    follower.trigger_owed = false;
+    trigger(follower, WokenBy::kEvent);
+  } else {
+    set_timer(source_of_subchain(follower.id.index()), earliest, follower.timers_set);
   }
 }
 

@@ -56,7 +56,7 @@ class Machine {
     Nanos period{0};
     TimePoint due{};  // the next trigger by time
     TimePoint last_trigger{};
-    bool trigger_owed = false;  // by an output of another, at the end of the run under way
+    bool trigger_owed = false;  // by an output of another
     int outputs_counted = 0;    // of another, towards the next trigger
     std::uint64_t completed = 0;
     std::uint32_t timers_set = 0;
@@ -145,6 +145,7 @@ class Machine {
   void send_trigger(Subchain& subchain);
   void trigger_again(Subchain& subchain);
   void trigger_followers(const Subchain& subchain);
+  void trigger_follower(Subchain& follower);
 
   // --- Unscheduled nodes ---
   void unscheduled_due(std::size_t index);

@@ -28,7 +28,7 @@ struct Place {
   Form form = Form::kPriority;
   int core = 0;      // of a pipeline the first
   int priority = 1;  // from 1
-  Nanos period{0};   // > 0 where there is no `after`
+  Nanos period{0};   // > 0 where there is no `after`; with one, what comes sooner waits
   Nanos phase{0};
   std::optional<Nanos> pause{};
   std::optional<plan::After> after{};

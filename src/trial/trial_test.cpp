@@ -135,6 +135,14 @@ TEST(Trial, EverySoManyThOutputTriggersAFollower) {
   EXPECT_EQ(world.timeline["b"], "6-8 16-18");
 }
 
+TEST(Trial, AFollowersOutputsThatComeSoonerThanItsPeriodWait) {
+  World world(two(), {{"a", 1}, {"b", 2}});
+  world.run(
+      on_cores(2, {{.core = 0, .period = ms(5)}, {.core = 1, .period = ms(8), .after = plan::After{SubchainId(0), 1}}}),
+      ms(30));
+  EXPECT_EQ(world.timeline["b"], "1-3 9-11 17-19 25-27");
+}
+
 // Outputs of a at 1, 6, 11, 16, ...; b begins at 1, and what came by 13 makes for one trigger then.
 TEST(Trial, OutputsThatComeDuringARunOfTheFollowerMakeForOneTriggerAtItsEnd) {
   World world(two(), {{"a", 1}, {"b", 12}});
