@@ -232,7 +232,7 @@ class FailsOnOneCpu : public policy::PlannedPolicy {
 TEST_F(HousekeepingTest, NodesGoOnWhereACpuGoesForWhichThereIsNoPlan) {
   std::map<std::string, int> runs;
   std::map<int, int> on_cpu;
-  cost = [&](const std::string& node) {
+  cost = [&](const std::string& node, std::uint64_t) {
     ++runs[node];
     ++on_cpu[fake.current_cpu()];
     return costs.at(node);
