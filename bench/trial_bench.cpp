@@ -1,7 +1,8 @@
 // How fast a trial (src/trial) is beside the simulator, and how far from it: the same schedule and costs in both, on
-// one CPU. Fixed priorities are those of the baseline `verucchi`, frames and owned cores those of the planner.
+// one CPU. Fixed priorities are those of the baseline `verucchi`, frames and owned cores those that the planner makes.
 //
-// Usage: trial_bench [SECONDS], of virtual time; else 60. Exit: 0, however slow or far they are.
+// Usage: trial_bench [SECONDS [terms]], of virtual time; else 60. With `terms`, each response time and core as well.
+// Exit: 0, however slow or far they are.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,14 +83,30 @@ Schedule fixed_priorities(const Case& of, int cores) {
 
 Schedule planned(const Case& of, int cores) {
   const plan::Plan plan = value_of(planner::make_plan(of.app, of.work.costs(of.app.graph), {.cores = cores}));
-  return {"frames",
+  return {"planner",
           trial::schedule_of(of.app, plan),
           {.policy = value_of(policy::make_policy("catan")), .machine = {.cores = cores}, .plans = {{Nanos{0}, plan}}}};
 }
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-void measure(const Case& of, const Schedule& by, int seconds) {
+// Each response time and core: the trial's figure, the simulator's.
+void print_terms(const Case& of, const trial::Figures& figures, const sim::Outcome& outcome) {
+  std::size_t chain = 0;
+  for (std::size_t term = 0; term < of.app.objective.size(); ++term) {
+    if (of.app.objective[term].metric != graph::Metric::kResponseTime) continue;
+    const sim::ChainOutcome& measured = outcome.chains[chain++];
+    fmt::print("    {:<60} {:>9.3f} {:>9.3f} {:>+6.2f} %  n {} {}\n", measured.path, figures.terms[term].mean_ms,
+               measured.response_ms.mean, 100.0 * (figures.terms[term].mean_ms / measured.response_ms.mean - 1.0),
+               figures.terms[term].count, measured.response_ms.count);
+  }
+  for (std::size_t core = 0; core < figures.busy.size(); ++core) {
+    fmt::print("    core {} busy {:.4f} simulated {:.4f}\n", core, figures.busy[core],
+               outcome.cores[core].real_time + outcome.cores[core].ordinary);
+  }
+}
+
+void measure(const Case& of, const Schedule& by, int seconds, bool terms) {
   auto simulation =
       value_of(sim::Simulation::create(of.app, std::make_unique<sim::DrawnCosts>(of.app, of.work, kSeed), by.options));
   const double began = cpu_seconds();
@@ -115,32 +132,21 @@ void measure(const Case& of, const Schedule& by, int seconds) {
              of.name, by.method, by.options.machine.cores, virtual_seconds / tried, virtual_seconds / simulated,
              tried * 1e9 / events, simulated * 1e9 / sim_events, tried * 1e3, figures.objective,
              outcome.objective.value_or(NAN), off);
-  if (std::getenv("TRIAL_BENCH_TERMS") == nullptr) return;
-  std::size_t chain = 0;
-  for (std::size_t term = 0; term < of.app.objective.size(); ++term) {
-    if (of.app.objective[term].metric != graph::Metric::kResponseTime) continue;
-    const sim::ChainOutcome& measured = outcome.chains[chain++];
-    fmt::print("    {:<60} {:>9.3f} {:>9.3f} {:>+6.2f} %  n {} {}\n", measured.path, figures.terms[term].mean_ms,
-               measured.response_ms.mean, 100.0 * (figures.terms[term].mean_ms / measured.response_ms.mean - 1.0),
-               figures.terms[term].count, measured.response_ms.count);
-  }
-  for (std::size_t core = 0; core < figures.busy.size(); ++core) {
-    fmt::print("    core {} busy {:.4f} simulated {:.4f}\n", core, figures.busy[core],
-               outcome.cores[core].real_time + outcome.cores[core].ordinary);
-  }
+  if (terms) print_terms(of, figures, outcome);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const int seconds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 60;
+  const bool terms = argc > 2 && std::string(argv[2]) == "terms";
   fmt::print("{:<12} {:<11} {:>5} {:>10} {:>9} {:>10} {:>9} {:>9} {:>10} {:>10} {:>9}\n", "app", "schedule", "cores",
              "x real", "sim: x", "ns/event", "sim: ns", "ms", "objective", "sim: obj.", "off by");
   for (const char* name : {"navigation", "vr"}) {
     const Case of = of_file(name);
     for (const int cores : {1, 2, 4}) {
-      measure(of, fixed_priorities(of, cores), seconds);
-      measure(of, planned(of, cores), seconds);
+      measure(of, fixed_priorities(of, cores), seconds, terms);
+      measure(of, planned(of, cores), seconds, terms);
     }
   }
 }

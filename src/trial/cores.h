@@ -38,8 +38,6 @@ class Cores {
   int count() const { return static_cast<int>(cores_.size()); }
   bool idle(int core) const { return at(core).queue.empty(); }
   bool has_work(Job job) const { return jobs_[job].has_work; }
-  int core_of(Job job) const { return jobs_[job].core; }
-  Rank rank_of(Job job) const { return jobs_[job].rank; }
   Job current(int core) const { return at(core).current; }
   Rank rank_on(int core) const { return idle(core) ? -1 : jobs_[at(core).queue.back()].rank; }
 
