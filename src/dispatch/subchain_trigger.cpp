@@ -119,7 +119,6 @@ void SubchainTrigger::schedule_next(TimePoint now) {
   if (pacing_.after) {
     output_due_.reset();
     last_due_ = now;
-    earliest_ = now + pacing_.shortest;
   } else if (has_phase(pacing_)) {
     due_ = grid_point(pacing_, now + Nanos{1});
     last_due_ = due_ - pacing_.period;
@@ -146,7 +145,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   if (paced_by_output && completed > completed_) {
     due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);
   }
-  if (pacing_.after) due_ = output_due_ ? std::max(*output_due_, earliest_) : silent_since_ + silence_limit(pacing_);
+  if (pacing_.after) due_ = output_due_.value_or(silent_since_ + silence_limit(pacing_));
 
   if (now >= ready() && may_overlap(completed)) {
     decision.trigger = due_;
@@ -181,7 +180,6 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
     counted_.reset();
     output_due_.reset();
     silent_since_ = now;
-    earliest_ = sent_ == 0 ? now : last_due_ + pacing.shortest;
   }
   if (has_phase(pacing)) {
     const bool owed = has_phase(before) && due_ <= now;

@@ -153,7 +153,6 @@ class SubchainTrigger {
   std::optional<std::uint64_t> counted_;  // outputs, up to the newest that made a trigger due; none: not heard yet
   TimePoint heard_at_{};
   std::optional<TimePoint> output_due_;  // a trigger is due since the output that came then
-  TimePoint earliest_{};                 // the next trigger, where it follows another
   TimePoint silent_since_;               // the last trigger
 
   // The budget of the run under way.

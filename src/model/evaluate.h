@@ -16,8 +16,8 @@
 namespace ctn::model {
 
 struct SubchainTiming {
-  Millis period{0};                   // p
-  Millis execution{0};                // L
+  Millis period{0};                     // p
+  Millis execution{0};                  // L
   std::optional<SubchainId> follows{};  // each output of which triggers it
 };
 

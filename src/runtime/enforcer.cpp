@@ -30,18 +30,21 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
     return placed;
   }
-  if (level != os::Level::kOrdinary) raise_or_refuse(thread, level);
+  // A program whose server was away restores its threads for some seconds, and may do so just as one is raised here.
+  constexpr int kAttempts = 3;
+  if (level != os::Level::kOrdinary) raise_or_refuse(thread, level, owner == os_.current_process() ? 1 : kAttempts);
   return Done{};
 }
 
 void Enforcer::raise(os::ThreadId thread, os::Level level) {
   const std::lock_guard lock(mutex_);
-  raise_or_refuse(thread, level);
+  raise_or_refuse(thread, level, 1);
 }
 
-void Enforcer::raise_or_refuse(os::ThreadId thread, os::Level level) {
+void Enforcer::raise_or_refuse(os::ThreadId thread, os::Level level, int attempts) {
   if (!real_time()) return;
-  const Status raised = os_.set_level(thread, level);
+  Status raised = os_.set_level(thread, level);
+  for (int attempt = 1; !raised && attempt < attempts; ++attempt) raised = os_.set_level(thread, level);
   if (!raised && os_.level(thread)) refuse(raised.error().message());
 }
 

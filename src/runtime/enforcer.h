@@ -30,7 +30,8 @@ class Enforcer {
   bool real_time() const { return real_time_.load(std::memory_order_acquire); }
 
   // Puts a thread on `cpus` at `level` (kOrdinary where levels cannot be had). A CPU that cannot be had is an error, a
-  // level that cannot be had is not: see above. A thread that is gone is neither. One of another process that the guard
+  // level that cannot be had is not: see above. That of a thread of another process is asked for again if it does not
+  // stay. A thread that is gone is neither. One of another process that the guard
   // cannot watch is left alone, which is an error.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner);
   // The same of a thread of this process.
@@ -58,7 +59,8 @@ class Enforcer {
 
  private:
   void tell(const std::string& kind, const std::string& detail);
-  void raise_or_refuse(os::ThreadId thread, os::Level level);
+  // What fails so many times is taken to be refused.
+  void raise_or_refuse(os::ThreadId thread, os::Level level, int attempts);
   void refuse(const std::string& why);
 
   os::Os& os_;

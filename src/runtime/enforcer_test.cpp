@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 
 #include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
 
 namespace ctn::runtime {
 namespace {
@@ -45,6 +47,22 @@ TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
   enforcer.release(thread);
   EXPECT_EQ(*fake.level(thread), Level::kActive) << "whoever raised it will lower it";
   EXPECT_EQ(*fake.affinity(thread), CpuSet{1});
+}
+
+// Its own program may restore it just then: nobody else is to pay for that.
+TEST(Enforcer, ALevelThatAThreadOfAnotherProcessLosesAtOnceIsAskedForAgain) {
+  os::FakeOs fake;
+  os::FaultyOs faulty(fake);
+  const os::ProcessId other{static_cast<int>(fake.current_process()) + 1};
+  const os::ThreadId thread = fake.current_thread();
+  Enforcer enforcer(faulty, true, std::move(*fake.start_guardian()), nullptr);
+  faulty.ignore_next(os::Call::kSetLevel, 2);
+  ASSERT_TRUE(enforcer.apply(thread, Level::kBackground, CpuSet{0}, other).ok());
+  EXPECT_TRUE(enforcer.real_time());
+  EXPECT_EQ(*fake.level(thread), Level::kBackground);
+  faulty.ignore_next(os::Call::kSetLevel, 3);
+  ASSERT_TRUE(enforcer.apply(thread, Level::kActive, CpuSet{0}, other).ok());
+  EXPECT_FALSE(enforcer.real_time()) << "what never stays is refused";
 }
 
 TEST_F(EnforcerTest, AThreadThatReusesANumberGetsBackItsOwnScheduling) {

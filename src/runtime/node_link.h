@@ -89,10 +89,10 @@ struct SubchainLinks {
   std::vector<NodeLink*> nodes;  // in the order they run
   SignalCell* signal = nullptr;
 
-  // Triggers the head with this number. A run that has not begun has not ended, whatever the region says; otherwise this
-  // run would count as ended at once. But a program that triggers its nodes itself, as long as it does not know that the
-  // server goes on, may have used the number just before: that run counts as this one, since the node does not see a
-  // trigger of the number that it is at.
+  // Triggers the head with this number. A run that has not begun has not ended, whatever the region says; otherwise
+  // this run would count as ended at once. But a program that triggers its nodes itself, as long as it does not know
+  // that the server goes on, may have used the number just before: that run counts as this one, since the node does not
+  // see a trigger of the number that it is at.
   void trigger(std::uint64_t number) const;
 };
 
