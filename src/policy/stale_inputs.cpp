@@ -37,7 +37,7 @@ std::optional<record::Notice> StaleInputs::look(Input& input, const record::Run&
   const std::string& to = graph_.node(input.edge.to).name;
   if (age > limit.max_age) {
     const bool begins = !input.episode;
-    if (begins) input.episode.emplace();
+    if (begins) input.episode = Episode{};
     ++input.episode->runs;
     input.episode->oldest = std::max(input.episode->oldest, age);
     input.episode->last = run.begin;

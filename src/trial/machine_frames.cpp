@@ -9,8 +9,8 @@ void Machine::start_frames() {
   for (std::size_t core = 0; core < schedule_.frames.size(); ++core) {
     const dispatch::SharedCoreSchedule& schedule = schedule_.frames[core];
     if (schedule.slots.empty()) continue;
-    Frames& frames = frames_[core].emplace(
-        Frames{dispatch::SharedCoreDispatcher(TimePoint{}, schedule, static_cast<int>(core)), {}, {}, 0});
+    frames_[core] = Frames{dispatch::SharedCoreDispatcher(TimePoint{}, schedule, static_cast<int>(core)), {}, {}, 0};
+    Frames& frames = *frames_[core];
     for (const dispatch::SharedCoreSlot& slot : schedule.slots) frames.dispatcher.adopt(slot.subchain, {});
     step_frames(static_cast<int>(core), WokenBy::kEvent);
   }
