@@ -15,16 +15,12 @@
 #include "config/app_file.h"
 #include "config/cost_file.h"
 #include "sim/simulation.h"
+#include "value_of.h"
 
 namespace {
 
 using namespace ctn;
-
-template <class T>
-T value_of(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message());
-  return std::move(*result);
-}
+using bench::value_of;
 
 struct Case {
   std::string name;

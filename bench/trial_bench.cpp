@@ -21,18 +21,14 @@
 #include "planner/planner.h"
 #include "sim/simulation.h"
 #include "trial/trial.h"
+#include "value_of.h"
 
 namespace {
 
 using namespace ctn;
+using bench::value_of;
 
 constexpr std::uint64_t kSeed = 1;
-
-template <class T>
-T value_of(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message());
-  return std::move(*result);
-}
 
 struct Case {
   std::string name;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "plan/limits.h"
+
 namespace ctn::dispatch {
 
 Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after) {
@@ -19,6 +21,17 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
   pacing.after_completion = std::max(pacing.period * pacing.max_in_flight - to_nanos(execution), Nanos{1});
   pacing.shortest = std::max(shortest, kShortestPeriod);
   return pacing;
+}
+
+Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId subchain, Nanos hang_after) {
+  const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
+  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
+    return pacing_of_owned(planned.period, planned.execution, hang_after);
+  }
+  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
+                                                         : plan::Expectation::Timing{planned.period, planned.execution};
+  return elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.min));
 }
 
 namespace {

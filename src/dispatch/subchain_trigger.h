@@ -47,6 +47,7 @@
 
 #include "base/time.h"
 #include "dispatch/standstill.h"
+#include "graph/app.h"
 #include "plan/plan.h"
 
 namespace ctn::dispatch {
@@ -82,6 +83,10 @@ Pacing pacing_of_owned(Millis period, Millis execution, Nanos hang_after);
 
 // The same, paced by its own output; `shortest` >= 0.
 Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after, Nanos shortest);
+
+// How a plan has a subchain paced that owns its cores: by its own output, at what is expected of it; where frames are
+// fixed or its rate is exact, by time, as planned. Precondition: it owns its cores.
+Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId subchain, Nanos hang_after);
 
 // When the next trigger is due of a subchain that is paced so from `now` on; `last`: when it was triggered last.
 TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last);

@@ -28,6 +28,12 @@ bool in_frames(const CorePlan& core, const Members& members) {
   return core.form == Form::kFrames && members.size() > 1;
 }
 
+std::string names_of(const graph::Graph& graph, const Members& members) {
+  std::string names;
+  for (const SubchainId id : members) names += (names.empty() ? "" : ", ") + graph.subchain(id).name;
+  return names;
+}
+
 // On a core that nobody shares there are no turns to take: its frame is empty.
 void check_no_frame(Check& check, std::size_t number) {
   const CorePlan& core = check.plan.cores[number];
@@ -46,9 +52,8 @@ void check_slots(Check& check, std::size_t number, const Members& members) {
   std::vector<SubchainId> planned;
   for (const Slot& slot : core.slots) planned.push_back(slot.subchain);
   if (planned != expected) {
-    std::string names;
-    for (const SubchainId id : expected) names += (names.empty() ? "" : ", ") + check.app.graph.subchain(id).name;
-    check.problem(Check::core_key(number, "slots"), fmt::format("the slots of this core must be: {}", names));
+    check.problem(Check::core_key(number, "slots"),
+                  fmt::format("the slots of this core must be: {}", names_of(check.app.graph, expected)));
     return;
   }
   Millis offset{0};
@@ -149,9 +154,8 @@ void check_priorities(Check& check, std::size_t number, const Members& members) 
   for (const Member& member : core.members) planned.push_back(member.subchain);
   std::sort(planned.begin(), planned.end());
   if (planned != members) {
-    std::string names;
-    for (const SubchainId id : members) names += (names.empty() ? "" : ", ") + check.app.graph.subchain(id).name;
-    check.problem(Check::core_key(number, "members"), fmt::format("the members of this core must be: {}", names));
+    check.problem(Check::core_key(number, "members"),
+                  fmt::format("the members of this core must be: {}", names_of(check.app.graph, members)));
     return;
   }
   for (std::size_t i = 0; i < core.members.size(); ++i) {

@@ -66,15 +66,9 @@ bool worth_swapping(const plan::Plan& current, const std::optional<plan::Plan>& 
 }
 
 dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, SubchainId subchain) {
-  const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
-  const Nanos hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
-  const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
-  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
-    return dispatch::pacing_of_owned(planned.period, planned.execution, hang_after);
-  }
-  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
-                                                         : plan::Expectation::Timing{planned.period, planned.execution};
-  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.min));
+  const Millis execution = plan.subchains[subchain.index()].execution;
+  const Nanos hang_after = std::max(kShortestHang, to_nanos(execution * kHangMultiple));
+  return dispatch::pacing_of_owner(app, plan, subchain, hang_after);
 }
 
 const char* to_string(PlanReason reason) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "plan/limits.h"
-
 namespace ctn::trial {
 namespace {
 
@@ -16,18 +14,6 @@ Place place_of(const plan::Member& member, int core) {
               .budget = to_nanos(member.budget)};
   if (member.pause) place.pause = to_nanos(*member.pause);
   return place;
-}
-
-// Paced by its own output, at what is expected of it; where frames are fixed or its rate is exact, by time, as planned.
-dispatch::Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId id) {
-  const plan::SubchainPlan& planned = plan.subchains[id.index()];
-  const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
-  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
-    return dispatch::pacing_of_owned(planned.period, planned.execution, Nanos{0});
-  }
-  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[id.index()]
-                                                         : plan::Expectation::Timing{planned.period, planned.execution};
-  return dispatch::elastic_pacing_of_owned(timing.period, timing.execution, Nanos{0}, to_nanos(limits.min));
 }
 
 // On one core no runs overlap: that is a core of fixed priorities with one member.
@@ -54,9 +40,10 @@ Schedule schedule_of(const graph::App& app, const plan::Plan& plan) {
       schedule.subchains.push_back({.form = Form::kFrames, .core = core});
     } else if (planned.cores.size() > 1) {
       schedule.subchains.push_back({.form = Form::kPipeline, .core = core});
-      schedule.pipelines.push_back({id, planned.cores, planned.threads, pacing_of_owner(app, plan, id)});
+      schedule.pipelines.push_back(
+          {id, planned.cores, planned.threads, dispatch::pacing_of_owner(app, plan, id, Nanos{0})});
     } else {
-      schedule.subchains.push_back(place_of_owner(pacing_of_owner(app, plan, id), core));
+      schedule.subchains.push_back(place_of_owner(dispatch::pacing_of_owner(app, plan, id, Nanos{0}), core));
     }
   }
   const bool frames =

@@ -39,21 +39,11 @@ struct PlanOptions {
   bool explain = false;
 };
 
-Result<model::CostTable> costs_of(const graph::App& app, const std::string& file) {
-  if (!file.empty()) return config::load_costs(file, app);
+Result<model::Workload> work_of(const graph::App& app, const std::string& file) {
+  if (!file.empty()) return config::load_workload(file, app);
   note(fmt::format(
       "no cost file: every node is taken to cost {} (scheduler.bootstrap_cost); --costs FILE gives real ones",
       config::format_duration(app.scheduler.bootstrap_cost)));
-  return model::CostTable(app.graph, to_millis(app.scheduler.bootstrap_cost));
-}
-
-// How long the search is, as a multiple of a few seconds.
-constexpr double kLeastEffort = 0.001;
-constexpr double kMostEffort = 1000.0;
-
-// How runs vary: of the cost file, or not at all.
-Result<model::Workload> work_of(const graph::App& app, const std::string& file) {
-  if (!file.empty()) return config::load_workload(file, app);
   model::Workload work(app.graph);
   for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
     if (app.graph.nodes()[i].external) continue;
@@ -62,12 +52,14 @@ Result<model::Workload> work_of(const graph::App& app, const std::string& file) 
   return work;
 }
 
-Result<plan::Plan> planned(const graph::App& app, const model::CostTable& costs, const planner::Request& request,
-                           const PlanOptions& options) {
+// How long the search is, as a multiple of a few seconds.
+constexpr double kLeastEffort = 0.001;
+constexpr double kMostEffort = 1000.0;
+
+Result<plan::Plan> planned(const graph::App& app, const model::Workload& work, const model::CostTable& costs,
+                           const planner::Request& request, const PlanOptions& options) {
   if (options.planner != "auto") return planner::make_plan(app, costs, request);
-  const auto work = work_of(app, options.costs);
-  if (!work) return work.error();
-  const trial::Samples samples(app, *work, Nanos{0}, 1);
+  const trial::Samples samples(app, work, Nanos{0}, 1);
   return planner::make_expected_plan(app, samples, costs,
                                      {.cores = request.cores, .slack = request.slack, .effort = options.effort});
 }
@@ -113,29 +105,30 @@ int make(const PlanOptions& options) {
   if (!app) return report_error(app.error());
   const auto slack = slack_of(*app, options.slack);
   if (!slack) return report_error(slack.error());
-  const auto costs = costs_of(*app, options.costs);
-  if (!costs) return report_error(costs.error());
+  const auto work = work_of(*app, options.costs);
+  if (!work) return report_error(work.error());
+  const model::CostTable costs = work->costs(app->graph);
   const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
   const planner::Request request{options.cores.value_or(app->core_count().value_or(1)), *slack, method};
   if (const RateMethod rates = rate_method(options.planner)) {
     if (options.explain) {
       return report_error(Error::caller("--explain is of Catan's own plans", "leave out --explain or --planner"));
     }
-    return make_rates(*app, *costs, request, rates, options.json);
+    return make_rates(*app, costs, request, rates, options.json);
   }
   const auto begin = std::chrono::steady_clock::now();
   if (options.explain && options.planner == "auto") {
     return report_error(
         Error::caller("--explain is of plans by formula", "leave out --explain, or use --planner joint"));
   }
-  auto plan = planned(*app, *costs, request, options);
+  auto plan = planned(*app, *work, costs, request, options);
   if (!plan) return report_error(plan.error());
   plan->solve_time = std::chrono::steady_clock::now() - begin;
-  if (const auto proof = plan::validate(*plan, *app, *costs, request.cores); !proof) {
+  if (const auto proof = plan::validate(*plan, *app, costs, request.cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
   std::optional<planner::Explanation> why;
-  if (options.explain) why = planner::explain(*app, *costs, request, *plan);
+  if (options.explain) why = planner::explain(*app, costs, request, *plan);
   print(shown(*plan, *app, why ? &*why : nullptr, options.json));
   return kSuccess;
 }
