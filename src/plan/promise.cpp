@@ -72,6 +72,33 @@ class Analysis {
     return late + run + jitter_[feeder];
   }
 
+  // The least time between any two triggers, however early outputs come: who is triggered by a pause or by outputs is
+  // held back until its period is over. 0: there is none.
+  static Millis held_apart(const Member& member) {
+    return member.after || member.pause ? member.period : Millis{0};
+  }
+
+  // How often the member may be triggered within `window`, at most: as a fraction (the line), or in whole numbers.
+  struct Line {
+    double at_once = 1.0;  // in no time at all
+    double rate = 0.0;     // and so many more a ms
+  };
+  Line line_of(const Member& member, Millis window) const {
+    const std::size_t i = member.subchain.index();
+    const Line by_jitter{1.0 + jitter_[i] / spacing_[i], 1.0 / spacing_[i].count()};
+    const Millis apart = held_apart(member);
+    if (apart < kLeastSpacing) return by_jitter;
+    const Line held{1.0, 1.0 / apart.count()};
+    const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
+    return at(held) < at(by_jitter) ? held : by_jitter;
+  }
+  double triggers_within(const Member& member, Millis window) const {
+    const std::size_t i = member.subchain.index();
+    const double by_jitter = std::ceil((window + jitter_[i]) / spacing_[i] - kRounding);
+    const Millis apart = held_apart(member);
+    return apart < kLeastSpacing ? by_jitter : std::min(by_jitter, std::ceil(window / apart - kRounding));
+  }
+
   // From below, until nothing changes: jitters grow with responses, and responses with jitters.
   bool find_responses() {
     for (int round = 0; round < kRounds; ++round) {
@@ -99,23 +126,24 @@ class Analysis {
     for (int step = 0; step < kSteps; ++step) {
       Millis longer = own;
       for (std::size_t j = 0; j < above; ++j) {
-        const std::size_t other = core.members[j].subchain.index();
-        longer += std::ceil((response + jitter_[other]) / spacing_[other] - kRounding) * cost_[other];
+        longer += triggers_within(core.members[j], response) * cost_[core.members[j].subchain.index()];
       }
       if (longer > kLongestPromise) return std::nullopt;
       if (longer <= response * (1.0 + kRounding)) return response;
       response = longer;
     }
-    return line_of(core, above);
+    return by_lines(core, above, response);
   }
 
-  std::optional<Millis> line_of(const CorePlan& core, std::size_t above) const {
+  // Valid wherever the lines are chosen, tightest where they are chosen near what comes out.
+  std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near) const {
     Millis sum = cost_[core.members[above].subchain.index()];
     double used = 0.0;
     for (std::size_t j = 0; j < above; ++j) {
-      const std::size_t other = core.members[j].subchain.index();
-      sum += cost_[other] * (1.0 + jitter_[other] / spacing_[other]);
-      used += cost_[other] / spacing_[other];
+      const Line line = line_of(core.members[j], near);
+      const Millis cost = cost_[core.members[j].subchain.index()];
+      sum += cost * line.at_once;
+      used += cost.count() * line.rate;
     }
     if (used >= 1.0 || sum / (1.0 - used) > kLongestPromise) return std::nullopt;
     return sum / (1.0 - used);

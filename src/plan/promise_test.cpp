@@ -73,6 +73,16 @@ TEST_F(PromiseTest, ManyShortInterruptionsAreBoundedByALine) {
   EXPECT_LE(promised(kSlow).execution.count(), exact + 0.2 / (1 - 0.2 / 0.25) + 1e-6);
 }
 
+// The runs of fast and of slow, which it triggers and which interrupts it, make one another longer and less even.
+TEST_F(PromiseTest, WhoRunsBelowItsFollowerIsPromisedWhatTheFollowersPeriodAllows) {
+  std::swap(member(kFast).priority, member(kSlow).priority);
+  std::swap(plan.cores[0].members[0], plan.cores[0].members[1]);
+  EXPECT_FALSE(promise(plan, app, costs));
+  member(kSlow).period = Millis{40};
+  EXPECT_EQ(promised(kSlow).execution, Millis{20});
+  EXPECT_EQ(promised(kFast).execution, Millis{6 + 20});
+}
+
 TEST_F(PromiseTest, AFollowedElementAddsItsExecutionAlone) {
   member(kSlow).after->every = 1;
   Prediction prediction = predict(app, costs, plan.subchains, plan.cores);

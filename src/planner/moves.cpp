@@ -17,6 +17,8 @@ using trial::Schedule;
 constexpr double kSmallStep = 0.12;
 constexpr double kLargeStep = 0.8;
 constexpr std::size_t kMostOutputs = 6;
+// A follower is held apart by so much of the time between the outputs that trigger it.
+constexpr double kHeldApart = 0.8;
 
 // By a factor between exp(-size) and exp(size).
 double stretched(double value, double size, Random& random) {
@@ -81,7 +83,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
 }
 
 void Moves::change_time(Place& place, std::size_t subchain, Random& random) const {
-  if (place.after || limits_[subchain].exact) return;
+  if (limits_[subchain].exact) return;
   const double size = random.once_in(4) ? kLargeStep : kSmallStep;
   if (place.pause) {
     place.pause = to_nanos(Millis{stretched(to_millis(*place.pause).count(), size, random)});
@@ -128,9 +130,12 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   const Place before = place;
   place.pause.reset();
   place.phase = Nanos{0};
-  place.period = limits_[subchain].shortest;
   const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
-  place.after = plan::After{SubchainId(random.below(schedule.subchains.size())), every};
+  const std::size_t feeder = random.below(schedule.subchains.size());
+  place.after = plan::After{SubchainId(feeder), every};
+  // Some less than outputs are likely to be apart.
+  const double apart = every * std::max(to_millis(schedule.subchains[feeder].period).count(), 1.5 * cost_[feeder]);
+  place.period = std::max(to_nanos(Millis{kHeldApart * apart}), limits_[subchain].shortest);
   if (has_cycle(schedule)) place = before;
 }
 

@@ -130,7 +130,7 @@ class Search {
     const std::optional<Estimate> estimate = surrogate_(schedule);
     if (!estimate) return 2.0 * kOverload;
     if (estimate->load > 1.0) return kOverload * estimate->load;
-    if (estimate->exact_missed) return kOverload;
+    if (estimate->exact_missed || !estimate->promised) return kOverload;
     return relaxed_score(estimate->objective, estimate->relax);
   }
 
@@ -185,7 +185,7 @@ class Search {
     double relax = candidate.relax.value_or(1.0);
     if (!candidate.relax) {
       const std::optional<Estimate> estimate = surrogate_(candidate.schedule);
-      if (!estimate || estimate->exact_missed) return 2.0 * kOverload;
+      if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * kOverload;
       relax = estimate->relax;
     }
     return relaxed_score(score, relax);

@@ -129,6 +129,7 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
 // Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
 void Surrogate::promise_cores(const trial::Schedule& schedule) {
   constexpr double kOutOfReach = 1e9;
+  promised_ = true;
   int core = -1;
   double used = 0.0;
   double sum = 0.0;
@@ -141,12 +142,19 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
     if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
     timing.promised_execution = used < kNothingLeft ? (timing.planned + sum) / (1.0 - used) : kOutOfReach;
+    promised_ = promised_ && used < kNothingLeft;
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
     timing.promised_period = std::max(spacing, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
-    used += timing.planned / spacing;
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
     if (place.after) jitter += timings_[place.after->subchain.index()].promised_execution;
+    // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
+    const double held = to_millis(place.period).count();
+    if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
+      spacing = held;
+      jitter = 0.0;
+    }
+    used += timing.planned / spacing;
     sum += timing.planned * (1.0 + jitter / spacing);
   }
 }
@@ -199,7 +207,7 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
     if (!time_cores(schedule)) return std::nullopt;
   }
   for (int round = 1; round < kRounds; ++round) promise_cores(schedule);
-  Estimate estimate{.load = load_};
+  Estimate estimate{.promised = promised_, .load = load_};
   for (const Term& term : terms_) {
     const Totals totals = totals_of(schedule, term);
     estimate.objective += term.weight * totals.response;

@@ -32,6 +32,7 @@ struct Estimate {
   double objective = 0.0;     // the weighted sum of means
   double relax = 1.0;         // by how much bounds would have to be relaxed, at the promised times
   bool exact_missed = false;  // an exact rate is not promised
+  bool promised = true;       // everybody is promised something
   double load = 0.0;          // of the fullest core: CPU time used, as a fraction of what the slack leaves
 };
 
@@ -98,6 +99,7 @@ class Surrogate {
   std::vector<std::size_t> order_;  // subchains with a priority, core by core, the highest first
   std::vector<Timing> timings_;     // by subchain
   double load_ = 0.0;
+  bool promised_ = true;
 };
 
 }  // namespace ctn::planner
