@@ -1,6 +1,8 @@
 #include "planner/expected.h"
 
 #include <algorithm>
+#include <chrono>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -20,7 +22,7 @@ namespace {
 constexpr double kBudgetMargin = 1.2;
 // Steps at effort 1.
 constexpr double kGuesses = 24'000;
-constexpr double kTrials = 2'000;
+constexpr std::chrono::duration<double> kWork{5.0};
 
 Millis longest_run(const graph::App& app, const trial::Samples& samples, SubchainId id, std::size_t kind) {
   Nanos longest{0};
@@ -48,46 +50,21 @@ plan::Member member_of(const graph::App& app, const trial::Place& place, Subchai
   return member;
 }
 
-// What a trial measured, beside what it promises. A response time is a latency and a period on average, too.
-plan::Expectation expectation_of(const plan::Plan& plan, const Found& found) {
-  plan::Expectation expected;
-  expected.objective = found.figures.objective;
-  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
-    const plan::SubchainPlan& promised = plan.subchains[i];
-    const double period = found.figures.subchains[i].period_ms;
-    expected.subchains.push_back(
-        {period > 0.0 ? std::min(Millis{period}, promised.period) : promised.period, promised.execution});
-  }
-  return expected;
-}
-
-void expect_chains(plan::Expectation& expected, const graph::App& app, const Found& found) {
-  for (std::size_t term = 0; term < app.objective.size(); ++term) {
-    if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
-    const trial::TermFigures& figures = found.figures.terms[term];
-    const Millis response{figures.mean_ms};
-    const Millis period = figures.count > 0
-                              ? std::min(to_millis(found.horizon) / static_cast<double>(figures.count), response)
-                              : response;
-    expected.chains.push_back({response, response - period, period});
-  }
-}
-
 }  // namespace
 
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
-                                  const Found& found, double slack) {
+                                  const trial::Schedule& schedule, double slack) {
   const std::vector<model::CostTable> by_kind = model::costs_by_kind(app, costs);
   plan::Plan plan;
   plan.planner = "auto";
   plan.quality = plan::Quality::kFeasible;
   plan.gap = 1.0;
   plan.slack = slack;
-  plan.cores.resize(static_cast<std::size_t>(found.schedule.cores));
-  for (std::size_t i = 0; i < found.schedule.subchains.size(); ++i) {
-    if (found.schedule.subchains[i].form != trial::Form::kPriority) return std::nullopt;
+  plan.cores.resize(static_cast<std::size_t>(schedule.cores));
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    if (schedule.subchains[i].form != trial::Form::kPriority) return std::nullopt;
     const SubchainId id(i);
-    const trial::Place& place = found.schedule.subchains[i];
+    const trial::Place& place = schedule.subchains[i];
     const std::size_t kind = app.kind_of(place.core);
     const Millis cost = by_kind[kind].subchain_total(app.graph, id);
     plan::SubchainPlan& subchain = plan.subchains.emplace_back();
@@ -112,34 +89,55 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
     plan.subchains[i].execution = (*promises)[i].execution;
   }
   plan::fill_predictions(plan, app, costs);
-  plan.expected = expectation_of(plan, found);
-  expect_chains(*plan.expected, app, found);
   return plan;
+}
+
+// A response time is a latency and a period on average, too.
+plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const Expected& expected) {
+  const trial::Figures& figures = expected.figures;
+  plan::Expectation expectation{.objective = figures.objective, .subchains = {}, .chains = {}};
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    const plan::SubchainPlan& promised = plan.subchains[i];
+    const Millis period{figures.subchains[i].period_ms};
+    const bool measured = period > Millis{0};
+    expectation.subchains.push_back(
+        {measured ? std::min(period, promised.period) : promised.period, promised.execution});
+  }
+  for (std::size_t term = 0; term < app.objective.size(); ++term) {
+    if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
+    const trial::TermFigures& of = figures.terms[term];
+    const Millis response{of.mean_ms};
+    const Millis period =
+        of.count > 0 ? std::min(to_millis(expected.horizon) / static_cast<double>(of.count), response) : response;
+    expectation.chains.push_back({response, response - period, period});
+  }
+  return expectation;
 }
 
 Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Samples& samples,
                                       const model::CostTable& costs, const ExpectedRequest& request) {
   Result<plan::Plan> formulas = make_plan(app, costs, {.cores = request.cores, .slack = request.slack});
   if (!formulas) return formulas;
-  SearchRequest search;
-  search.cores = request.cores;
-  search.slack = request.slack;
-  search.seed = request.seed;
-  search.guesses = static_cast<std::size_t>(kGuesses * request.effort);
-  search.trials = static_cast<std::size_t>(kTrials * request.effort);
-  search.known.push_back({trial::schedule_of(app, *formulas), formulas->relax_factor});
-  const std::vector<Found> found = search_schedule(app, samples, costs, search);
+  ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack, .seed = request.seed});
+  search.set_costs(samples, costs);
+  search.add(trial::schedule_of(app, *formulas), formulas->relax_factor);
+  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
+  search.improve(std::chrono::duration_cast<Nanos>(kWork * request.effort));
   // The search goes by a guess of what is promised; here it is known.
-  plan::Plan best = std::move(*formulas);
-  double best_score = relaxed_score(found.back().score, best.relax_factor);
-  for (std::size_t i = 0; i + 1 < found.size(); ++i) {
-    std::optional<plan::Plan> plan = plan_of(app, samples, costs, found[i], request.slack);
+  plan::Plan best = *formulas;
+  trial::Schedule best_schedule = trial::schedule_of(app, best);
+  double best_score = std::numeric_limits<double>::infinity();
+  for (const Found& found : search.best()) {
+    std::optional<plan::Plan> plan =
+        found.relax ? *formulas : plan_of(app, samples, costs, found.schedule, request.slack);
     if (!plan || !plan::validate(*plan, app, costs, request.cores)) continue;
-    const double score = relaxed_score(found[i].score, plan->relax_factor);
+    const double score = relaxed_score(found.score, plan->relax_factor);
     if (score >= best_score) continue;
     best_score = score;
     best = std::move(*plan);
+    best_schedule = found.schedule;
   }
+  best.expected = expectation_of(app, best, search.expected(best_schedule));
   best.planner = "auto";
   return best;
 }

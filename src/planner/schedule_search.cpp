@@ -2,14 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "model/portable_math.h"
-#include "planner/moves.h"
-#include "planner/surrogate.h"
 
 namespace ctn::planner {
 namespace {
@@ -19,236 +15,291 @@ using trial::Schedule;
 
 constexpr double kOverload = 1e9;
 
-constexpr std::size_t kBeginnings = 16;
-constexpr std::size_t kImproved = 6;  // of them, in the first round
+constexpr std::size_t kCandidates = 5;
+constexpr std::size_t kMostBeginnings = 16;
+constexpr std::size_t kLeastStepsABeginning = 1000;
 // At the start of the annealing, a step that makes the score worse by so much of it is taken once in e times.
 constexpr double kTemperature = 0.03;
-// A step that a short trial finds worse by no more is given a long one.
-constexpr double kPromising = 1.01;
+// The same, near a candidate whose score is known.
+constexpr double kTemperatureNearby = 0.004;
+constexpr std::size_t kStepsNearby = 800;
+// How often one step at random is drawn again that formulas find worse by more than this.
+constexpr std::size_t kRedraws = 20;
+constexpr double kPromising = 1.02;
+// A first trial that is worse by no more is followed by the second.
+constexpr double kNearlyAsGood = 1.002;
+// After so many changes in vain a candidate, unless it is the best, gives way to a new beginning.
+constexpr std::size_t kGiveUpAfter = 15;
 
-// A long trial is so many times as long as the slowest term, so that a mean means something.
-constexpr double kTermsATrial = 30.0;
-constexpr Nanos kShortestHorizon = std::chrono::seconds{8};
-constexpr Nanos kLongestHorizon = std::chrono::seconds{120};
+// A trial is so many times as long as the slowest term, so that a mean means something.
+constexpr double kTermsATrial = 12.0;
+constexpr Nanos kShortestHorizon = std::chrono::seconds{4};
+constexpr Nanos kLongestHorizon = std::chrono::seconds{60};
+constexpr std::uint32_t kSecondDraw = 1400;
+constexpr std::uint32_t kLastDraw = 2800;
 
-struct Candidate {
-  Schedule schedule;
-  double score = std::numeric_limits<double>::infinity();
-  std::optional<double> relax{};  // where it is known; else by the surrogate
-};
-
-bool better(const Candidate& a, const Candidate& b) { return a.score < b.score; }
-
-class Search {
- public:
-  Search(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
-         const SearchRequest& request)
-      : app_(app),
-        request_(request),
-        surrogate_(app, samples, planned, request.slack),
-        trial_(app, samples),
-        random_(request.seed),
-        moves_(app, mean_costs(), all_cores()) {}
-
-  std::vector<Found> run() {
-    std::vector<Candidate> candidates = guess();
-    for (const KnownSchedule& known : request_.known) candidates.push_back({known.schedule, 0.0, relax_of(known)});
-    horizon_ = horizon_for(candidates.front().schedule);
-    for (Candidate& candidate : candidates) candidate.score = try_out(candidate, horizon_ / 4);
-    std::stable_sort(candidates.begin(), candidates.end(), better);
-    improve(candidates);
-    std::vector<Found> found;
-    for (const Candidate& candidate : candidates) found.push_back(tried(candidate.schedule));
-    for (const KnownSchedule& known : request_.known) found.push_back(tried(known.schedule));
-    return found;
-  }
-
- private:
-  std::vector<double> mean_costs() const {
-    std::vector<double> costs;
-    for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
-      costs.push_back(surrogate_.mean_cost(SubchainId(i), 0));
-    }
-    return costs;
-  }
-  std::vector<int> all_cores() const {
-    std::vector<int> cores(static_cast<std::size_t>(request_.cores));
-    std::iota(cores.begin(), cores.end(), 0);
-    return cores;
-  }
-
-  // --- by the surrogate ---
-
-  std::vector<Candidate> guess() {
-    std::vector<Candidate> best;
-    for (std::size_t number = 0; number < kBeginnings; ++number) {
-      best.push_back(anneal(beginning(number == 0), request_.guesses / kBeginnings));
-    }
-    std::stable_sort(best.begin(), best.end(), better);
-    return best;
-  }
-
-  // Cores evenly filled, or by chance; what weighs much and costs little above the rest; each core's time in the
-  // proportions that are best where response times are periods (Lagrange).
-  Schedule beginning(bool even) {
-    const std::size_t count = app_.graph.subchains().size();
-    std::vector<double> weight;
-    for (std::size_t i = 0; i < count; ++i) {
-      constexpr double kLeastWeight = 1e-4;
-      weight.push_back(std::max(app_.weight_of(SubchainId(i)), kLeastWeight));
-    }
-    std::vector<std::size_t> order(count);
-    std::iota(order.begin(), order.end(), 0);
-    const auto cost = [&](std::size_t i, int core) { return surrogate_.mean_cost(SubchainId(i), core); };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return weight[a] * cost(a, 0) > weight[b] * cost(b, 0); });
-    Schedule schedule{.cores = request_.cores, .subchains = std::vector<Place>(count), .frames = {}, .pipelines = {}};
-    std::vector<double> demand(static_cast<std::size_t>(request_.cores), 0.0);
-    for (const std::size_t i : order) {
-      const std::size_t core =
-          even ? static_cast<std::size_t>(std::min_element(demand.begin(), demand.end()) - demand.begin())
-               : random_.below(demand.size());
-      schedule.subchains[i].core = static_cast<int>(core);
-      demand[core] += std::sqrt(weight[i] * cost(i, static_cast<int>(core)));
-    }
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return weight[a] / cost(a, 0) > weight[b] / cost(b, 0); });
-    for (std::size_t rank = 0; rank < count; ++rank) {
-      schedule.subchains[order[rank]].priority = static_cast<int>(count - rank);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      Place& place = schedule.subchains[i];
-      const double root = std::sqrt(cost(i, place.core) / weight[i]);
-      const Millis period{root * demand[static_cast<std::size_t>(place.core)] / (1.0 - request_.slack)};
-      place.period =
-          moves_.exact(i) ? moves_.shortest_period(i) : std::max(to_nanos(period), moves_.shortest_period(i));
-    }
-    return schedule;
-  }
-
-  double guessed_score(const Schedule& schedule) {
-    const std::optional<Estimate> estimate = surrogate_(schedule);
-    if (!estimate) return 2.0 * kOverload;
-    if (estimate->load > 1.0) return kOverload * estimate->load;
-    if (estimate->exact_missed || !estimate->promised) return kOverload;
-    return relaxed_score(estimate->objective, estimate->relax);
-  }
-
-  Candidate anneal(Schedule schedule, std::size_t steps) {
-    Candidate at{std::move(schedule), 0.0, {}};
-    at.score = guessed_score(at.schedule);
-    Candidate best = at;
-    Candidate next = at;
-    for (std::size_t step = 0; step < steps; ++step) {
-      next.schedule = at.schedule;
-      moves_.change(next.schedule, random_);
-      next.score = guessed_score(next.schedule);
-      const double left = 1.0 - static_cast<double>(step) / static_cast<double>(steps);
-      const double temperature = kTemperature * best.score * left;
-      const double worse = (next.score - at.score) / temperature;
-      constexpr double kNever = 30.0;
-      if (worse > 0.0 && (worse > kNever || random_.fraction() >= model::portable_exp(-worse))) continue;
-      std::swap(at, next);
-      if (at.score < best.score) best = at;
-    }
-    return best;
-  }
-
-  // --- by trials ---
-
-  Nanos horizon_for(const Schedule& schedule) {
-    const trial::Figures figures = trial_.run(schedule, {.horizon = kShortestHorizon});
-    double slowest = 0.0;
-    for (const trial::TermFigures& term : figures.terms) slowest = std::max(slowest, term.mean_ms);
-    return std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
-  }
-
-  // Of frames and pipelines the surrogate knows nothing, or less.
-  static std::optional<double> relax_of(const KnownSchedule& known) {
-    const bool guessed = known.schedule.frames.empty() && known.schedule.pipelines.empty();
-    return guessed ? std::nullopt : std::optional(known.relax);
-  }
-
-  // Without bounds.
-  double unbounded_score(const trial::Figures& figures) const {
-    double overload = 0.0;
-    for (const double busy : figures.busy) overload += std::max(0.0, busy - (1.0 - request_.slack) - kLoadTolerance);
-    double score = figures.objective;
-    for (std::size_t term = 0; term < figures.terms.size(); ++term) {
-      score += kTailWeight * app_.objective[term].weight * figures.terms[term].p95_ms;
-    }
-    return overload > 0.0 ? score + kOverload * overload : score;
-  }
-
-  double score_of(const Candidate& candidate, const trial::Figures& figures) {
-    const double score = unbounded_score(figures);
-    double relax = candidate.relax.value_or(1.0);
-    if (!candidate.relax) {
-      const std::optional<Estimate> estimate = surrogate_(candidate.schedule);
-      if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * kOverload;
-      relax = estimate->relax;
-    }
-    return relaxed_score(score, relax);
-  }
-
-  double try_out(const Candidate& candidate, Nanos horizon) {
-    return score_of(candidate, trial_.run(candidate.schedule, {.horizon = horizon, .p95 = true}));
-  }
-
-  // Step by step, so many.
-  void improve(Candidate& candidate, std::size_t steps) {
-    candidate.score = try_out(candidate, horizon_);
-    if (!candidate.schedule.frames.empty()) return;
-    double brief = try_out(candidate, horizon_ / 4);
-    Candidate next = candidate;
-    for (std::size_t step = 0; step < steps; ++step) {
-      next.schedule = candidate.schedule;
-      moves_.change(next.schedule, random_);
-      if (guessed_score(next.schedule) >= kOverload) continue;
-      const double next_brief = try_out(next, horizon_ / 4);
-      if (next_brief > brief * kPromising) continue;
-      next.score = try_out(next, horizon_);
-      if (next.score >= candidate.score) continue;
-      std::swap(candidate, next);
-      brief = next_brief;
-    }
-  }
-
-  // The best third of them and then a third of those go on, at the same effort a round.
-  void improve(std::vector<Candidate>& candidates) {
-    if (request_.trials == 0) return;
-    candidates.resize(std::min(candidates.size(), kImproved));
-    constexpr std::size_t kRounds = 3;
-    auto going_on = static_cast<std::ptrdiff_t>(candidates.size());
-    for (std::size_t round = 0; round < kRounds; ++round) {
-      const std::size_t steps = request_.trials / kRounds / static_cast<std::size_t>(going_on);
-      std::for_each_n(candidates.begin(), going_on, [&](Candidate& candidate) { improve(candidate, steps); });
-      std::stable_sort(candidates.begin(), candidates.begin() + going_on, better);
-      going_on = (going_on + 2) / 3;
-    }
-  }
-
-  Found tried(const Schedule& schedule) {
-    Found found{.schedule = schedule, .figures = {}, .horizon = horizon_, .score = 0.0};
-    found.figures = trial_.run(schedule, {.horizon = horizon_, .p95 = true});
-    found.score = unbounded_score(found.figures);
-    return found;
-  }
-
-  const graph::App& app_;
-  const SearchRequest& request_;
-  Surrogate surrogate_;
-  trial::Trial trial_;
-  Random random_;
-  Moves moves_;
-  Nanos horizon_{0};
-};
+// CPU time on an ordinary machine.
+Nanos work_of_guesses(std::size_t steps, std::size_t subchains) {
+  return Nanos{static_cast<Nanos::rep>(steps * (100 + 70 * subchains))};
+}
+Nanos work_of_trial(const trial::Figures& figures) {
+  constexpr Nanos kSetUp = std::chrono::microseconds{20};
+  return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
+}
 
 }  // namespace
 
-std::vector<Found> search_schedule(const graph::App& app, const trial::Samples& samples,
-                                   const model::CostTable& planned, const SearchRequest& request) {
-  return Search(app, samples, planned, request).run();
+ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)
+    : app_(app), setting_(setting), random_(setting.seed) {}
+
+void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned) {
+  costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack);
+  std::vector<double> costs;
+  for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
+    costs.push_back(costs_->surrogate.mean_cost(SubchainId(i), 0));
+  }
+  std::vector<int> cores(static_cast<std::size_t>(setting_.cores));
+  std::iota(cores.begin(), cores.end(), 0);
+  moves_.emplace(app_, std::move(costs), std::move(cores));
+  for (Candidate& candidate : candidates_) {
+    candidate.tried = false;
+    candidate.in_vain = 0;
+  }
+  horizon_ = Nanos{0};
+  steps_in_vain_ = 0;
+}
+
+void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
+  const auto same = std::find_if(candidates_.begin(), candidates_.end(),
+                                 [&](const Candidate& known) { return known.schedule == schedule; });
+  if (same == candidates_.end()) candidates_.push_back({.schedule = std::move(schedule), .relax = relax});
+}
+
+// --- By formulas ---
+
+Nanos ScheduleSearch::guess(std::size_t steps) {
+  const Nanos before = work_;
+  costs_->surrogate.correct({});
+  const std::size_t beginnings = std::clamp(steps / kLeastStepsABeginning, std::size_t{2}, kMostBeginnings);
+  for (std::size_t number = 0; number < beginnings; ++number) {
+    keep(anneal(beginning(number == 0), steps / beginnings, kTemperature));
+  }
+  return work_ - before;
+}
+
+// Whoever has no trial goes before those that formulas alone find worse.
+void ScheduleSearch::keep(Candidate candidate) {
+  candidates_.push_back(std::move(candidate));
+  std::stable_sort(candidates_.begin(), candidates_.end(), better);
+  std::size_t improvable = 0;
+  std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kCandidates; });
+}
+
+// Cores evenly filled, or by chance; what weighs much and costs little above the rest; each core's time in the
+// proportions that are best where response times are periods (Lagrange).
+Schedule ScheduleSearch::beginning(bool even) {
+  const std::size_t count = app_.graph.subchains().size();
+  std::vector<double> weight;
+  for (std::size_t i = 0; i < count; ++i) {
+    constexpr double kLeastWeight = 1e-4;
+    weight.push_back(std::max(app_.weight_of(SubchainId(i)), kLeastWeight));
+  }
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  const auto cost = [&](std::size_t i, int core) { return costs_->surrogate.mean_cost(SubchainId(i), core); };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return weight[a] * cost(a, 0) > weight[b] * cost(b, 0); });
+  Schedule schedule{.cores = setting_.cores, .subchains = std::vector<Place>(count), .frames = {}, .pipelines = {}};
+  std::vector<double> demand(static_cast<std::size_t>(setting_.cores), 0.0);
+  for (const std::size_t i : order) {
+    const std::size_t core =
+        even ? static_cast<std::size_t>(std::min_element(demand.begin(), demand.end()) - demand.begin())
+             : random_.below(demand.size());
+    schedule.subchains[i].core = static_cast<int>(core);
+    demand[core] += std::sqrt(weight[i] * cost(i, static_cast<int>(core)));
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return weight[a] / cost(a, 0) > weight[b] / cost(b, 0); });
+  for (std::size_t rank = 0; rank < count; ++rank) {
+    schedule.subchains[order[rank]].priority = static_cast<int>(count - rank);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    Place& place = schedule.subchains[i];
+    const double root = std::sqrt(cost(i, place.core) / weight[i]);
+    const Millis period{root * demand[static_cast<std::size_t>(place.core)] / (1.0 - setting_.slack)};
+    place.period =
+        moves_->exact(i) ? moves_->shortest_period(i) : std::max(to_nanos(period), moves_->shortest_period(i));
+  }
+  return schedule;
+}
+
+double ScheduleSearch::guessed_score(const Schedule& schedule) {
+  const std::optional<Estimate> estimate = costs_->surrogate(schedule);
+  if (!estimate) return 2.0 * kOverload;
+  if (estimate->load > 1.0) return kOverload * estimate->load;
+  if (estimate->exact_missed || !estimate->promised) return kOverload;
+  return relaxed_score(estimate->objective, estimate->relax);
+}
+
+ScheduleSearch::Candidate ScheduleSearch::anneal(Schedule schedule, std::size_t steps, double first_temperature) {
+  Candidate at{.schedule = std::move(schedule)};
+  at.score = guessed_score(at.schedule);
+  Candidate best = at;
+  Candidate next = at;
+  for (std::size_t step = 0; step < steps; ++step) {
+    next.schedule = at.schedule;
+    moves_->change(next.schedule, random_);
+    next.score = guessed_score(next.schedule);
+    const double left = 1.0 - static_cast<double>(step) / static_cast<double>(steps);
+    const double temperature = first_temperature * best.score * left;
+    const double worse = (next.score - at.score) / temperature;
+    constexpr double kNever = 30.0;
+    if (worse > 0.0 && (worse > kNever || random_.fraction() >= model::portable_exp(-worse))) continue;
+    std::swap(at, next);
+    if (at.score < best.score) best = at;
+  }
+  best.unbounded = best.score;
+  work_ += work_of_guesses(steps, app_.graph.subchains().size());
+  return best;
+}
+
+// --- By trials ---
+
+void ScheduleSearch::set_horizon(const Schedule& schedule) {
+  const trial::Figures figures = costs_->trial.run(schedule, {.horizon = kShortestHorizon});
+  work_ += work_of_trial(figures);
+  double slowest = 0.0;
+  for (const trial::TermFigures& term : figures.terms) slowest = std::max(slowest, term.mean_ms);
+  horizon_ = std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
+}
+
+trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw) {
+  if (horizon_ == Nanos{0}) set_horizon(schedule);
+  trial::Figures figures =
+      costs_->trial.run(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
+  work_ += work_of_trial(figures);
+  return figures;
+}
+
+// Without bounds.
+double ScheduleSearch::unbounded_score(const trial::Figures& figures) const {
+  double overload = 0.0;
+  for (const double busy : figures.busy) overload += std::max(0.0, busy - (1.0 - setting_.slack) - kLoadTolerance);
+  double score = figures.objective;
+  for (std::size_t term = 0; term < figures.terms.size(); ++term) {
+    score += kTailWeight * app_.objective[term].weight * figures.terms[term].p95_ms;
+  }
+  return overload > 0.0 ? score + kOverload * overload : score;
+}
+
+// What bounds make of it. Of frames and pipelines the surrogate knows nothing, or less.
+double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
+  if (fixed(candidate)) return relaxed_score(score, candidate.relax.value_or(1.0));
+  const std::optional<Estimate> estimate = costs_->surrogate(candidate.schedule);
+  if (!estimate || estimate->exact_missed || !estimate->promised) return 2.0 * kOverload;
+  return relaxed_score(score, estimate->relax);
+}
+
+void ScheduleSearch::try_first(Candidate& candidate) {
+  const trial::Figures figures = try_out(candidate.schedule, 0);
+  candidate.unbounded = unbounded_score(figures);
+  candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
+  candidate.factors.clear();
+  if (fixed(candidate)) return;
+  const std::vector<double>& guessed = costs_->surrogate.terms();
+  for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
+    const double found = figures.terms[term].mean_ms + kTailWeight * figures.terms[term].p95_ms;
+    candidate.factors.push_back(guessed[term] > 0.0 ? found / guessed[term] : 1.0);
+  }
+}
+
+void ScheduleSearch::try_again(Candidate& candidate) {
+  const double second = unbounded_score(try_out(candidate.schedule, kSecondDraw));
+  candidate.unbounded = (candidate.unbounded + second) / 2.0;
+  candidate.score = bounded_score(candidate, candidate.unbounded);
+  candidate.tried = true;
+}
+
+Nanos ScheduleSearch::improve(Nanos work) {
+  const Nanos before = work_;
+  do {
+    step();
+  } while (work_ - before < work);
+  return work_ - before;
+}
+
+void ScheduleSearch::step() {
+  const auto untried =
+      std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.tried; });
+  if (untried != candidates_.end()) {
+    try_first(*untried);
+    try_again(*untried);
+    return std::stable_sort(candidates_.begin(), candidates_.end(), better);
+  }
+  ++steps_in_vain_;
+  const std::size_t index = random_.once_in(2) ? 0 : random_.below(candidates_.size());
+  Candidate& parent = candidates_[index];
+  if (fixed(parent)) return replace_by_new(parent);
+  Candidate child = changed(parent);
+  ++parent.in_vain;
+  if (child.schedule != parent.schedule) {
+    try_first(child);
+    if (child.first_score < parent.first_score * kNearlyAsGood) try_again(child);
+  }
+  if (child.tried && child.score < parent.score) {
+    if (index == 0) steps_in_vain_ = 0;
+    parent = std::move(child);
+    return std::stable_sort(candidates_.begin(), candidates_.end(), better);
+  }
+  if (index > 0 && parent.in_vain > kGiveUpAfter) replace_by_new(parent);
+}
+
+ScheduleSearch::Candidate ScheduleSearch::changed(const Candidate& candidate) {
+  costs_->surrogate.correct(candidate.factors);
+  if (random_.once_in(2)) return anneal(candidate.schedule, kStepsNearby, kTemperatureNearby);
+  Candidate child{.schedule = candidate.schedule};
+  const double before = guessed_score(candidate.schedule);
+  std::size_t draws = 0;
+  do {
+    child.schedule = candidate.schedule;
+    moves_->change(child.schedule, random_);
+  } while (guessed_score(child.schedule) > before * kPromising && ++draws < kRedraws);
+  work_ += work_of_guesses(draws, app_.graph.subchains().size());
+  return child;
+}
+
+// Those that are not to be changed stay beside it.
+void ScheduleSearch::replace_by_new(Candidate& candidate) {
+  costs_->surrogate.correct({});
+  Candidate fresh = anneal(beginning(false), kLeastStepsABeginning, kTemperature);
+  try_first(fresh);
+  try_again(fresh);
+  if (fixed(candidate)) return keep(std::move(fresh));
+  if (fresh.score < candidates_.front().score) steps_in_vain_ = 0;
+  candidate = std::move(fresh);
+  std::stable_sort(candidates_.begin(), candidates_.end(), better);
+}
+
+// --- What was found ---
+
+std::vector<Found> ScheduleSearch::best() const {
+  std::vector<Found> found;
+  for (const Candidate& candidate : candidates_) {
+    found.push_back({candidate.schedule, candidate.unbounded, candidate.relax});
+  }
+  return found;
+}
+
+Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> relax) {
+  Candidate candidate{.schedule = schedule, .relax = relax};
+  try_first(candidate);
+  try_again(candidate);
+  return {schedule, candidate.unbounded, relax};
+}
+
+Expected ScheduleSearch::expected(const Schedule& schedule) {
+  trial::Figures figures = try_out(schedule, kLastDraw);
+  return {std::move(figures), horizon_};
 }
 
 }  // namespace ctn::planner

@@ -1,57 +1,56 @@
 // The search for the schedule of the least expected objective: local search over cores, priorities, periods, pauses,
-// phases and who triggers whom.
+// phases and who triggers whom. It goes on as long as one lets it, and keeps what it has found when costs change, so
+// that it serves a planner with seconds of time as well as one with milliseconds now and then.
 //
 // How it goes:
-//   1. From several beginnings, thousands of steps by formulas of means (surrogate.h). They say which schedules are
-//      worth a trial.
-//   2. The best of each beginning is tried (trial/trial.h), and the best of those are improved step by step, each step
-//      by a short trial, and by a long one if that looks good. Round by round fewer of them go on.
-//   3. Schedules of other forms (frames, several cores for one subchain), and the one in force, are tried beside them.
-// Cost draws are the same in all trials, so that two schedules differ by what they do and not by luck.
+//   guess()     From several beginnings, thousands of steps by formulas of means (surrogate.h), half a microsecond each.
+//               The best become candidates.
+//   improve()   The candidates are tried (trial/trial.h), some milliseconds each. Then each is changed, again and again,
+//               in one of two ways: by many steps of the formulas, corrected term by term by what its trial found; or by
+//               one step at random, which finds what no formula knows (order, phase). A change that a trial confirms
+//               replaces its parent; a candidate that does not get better any more gives way to a new beginning.
+//   best()      What was found. expected() tries one once more.
+// Schedules of other forms (frames, several cores for one subchain) can be put beside those that it finds; it tries
+// them and leaves them as they are.
 //
 // What is compared (score): the weighted sum of means; more where bounds are not kept as promised, for each part by
 // which they would have to be relaxed; more for a tail far from the mean; and a core that is used beyond what the slack
-// leaves is worse than anything.
+// leaves is worse than anything. All candidates are tried with the same cost draws, so that two differ by what they do
+// and not by luck; in two trials with different draws, so that none is made for one sequence of them; and what is
+// expected of the best comes from a third, or it would always look better than it is.
 //
-// Nothing is proven of the result but its promises, which plan/promise.h computes. The same request gives the same
-// answer on every machine.
+// Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
+// on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
 //
-// Units: in the types. Thread safety: pure functions.
+// Units: in the types. Thread safety: none; one owner.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "graph/app.h"
 #include "model/cost.h"
+#include "planner/moves.h"
+#include "planner/surrogate.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
 #include "trial/trial.h"
 
 namespace ctn::planner {
 
-// A schedule that somebody else has found, and by how much bounds are relaxed under it.
-struct KnownSchedule {
-  trial::Schedule schedule;
-  double relax = 1.0;
-};
-
-struct SearchRequest {
-  int cores = 1;
-  double slack = graph::kDefaultSlack;
-  std::size_t guesses = 24'000;  // steps by the surrogate, about a microsecond each
-  std::size_t trials = 2'000;    // each of some hundred microseconds to some milliseconds; 0: the best guess
-  std::uint64_t seed = 1;
-  // To be tried as they are; those without frames are improved too. Valid for the app and the cores.
-  std::vector<KnownSchedule> known;
-};
-
 struct Found {
   trial::Schedule schedule;
-  trial::Figures figures;  // of a long trial, with p95
-  Nanos horizon{0};        // of that
-  double score = 0.0;      // what it would be if all bounds were kept
+  double score = 0.0;             // what it would be if all bounds were kept
+  std::optional<double> relax{};  // of one that was put there, as it was told
+};
+
+// What a trial says of a schedule that was found: with draws that no search has seen.
+struct Expected {
+  trial::Figures figures;  // with p95
+  Nanos horizon{0};
 };
 
 // How far apart means and tails may be before it counts: a mean of many good runs hides the ones that take ten times as
@@ -65,10 +64,94 @@ constexpr double kLoadTolerance = 0.005;
 constexpr double kBoundWeight = 5.0;
 inline double relaxed_score(double score, double relax) { return score * (1.0 + kBoundWeight * (relax - 1.0)); }
 
-// `planned`: the percentiles that promises go by. Preconditions: request.cores >= 1, and the app lists as many if it
-// lists any; slack in [0, 1); the app has a subchain.
-// Few; those that are known are the last of them, in their order.
-std::vector<Found> search_schedule(const graph::App& app, const trial::Samples& samples,
-                                   const model::CostTable& planned, const SearchRequest& request);
+class ScheduleSearch {
+ public:
+  struct Setting {
+    int cores = 1;
+    double slack = graph::kDefaultSlack;
+    std::uint64_t seed = 1;
+  };
+
+  // `app` outlives it. Preconditions: cores >= 1, and the app lists as many if it lists any; slack in [0, 1); the app
+  // has a subchain.
+  ScheduleSearch(const graph::App& app, const Setting& setting);
+
+  // What runs cost from now on; `planned`: the percentiles that promises go by. What is known of candidates by trials
+  // is forgotten. To be called before all below.
+  void set_costs(trial::Samples samples, model::CostTable planned);
+
+  // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
+  // relaxed under it, where that is known.
+  void add(trial::Schedule schedule, std::optional<double> relax);
+
+  // Steps by formulas alone; returns what work that was.
+  Nanos guess(std::size_t steps);
+  // At least one step, and until that much work is done; returns how much was. Precondition: there is a candidate.
+  Nanos improve(Nanos work);
+  // How many steps of improve() have been in vain since the last that made the best one better.
+  std::size_t steps_in_vain() const { return steps_in_vain_; }
+
+  // All candidates, the best first, with bounds as formulas guess them. Of those that were not tried, the score is a
+  // guess, too.
+  std::vector<Found> best() const;
+  // The schedule as it would be found now; it does not become a candidate.
+  Found tried(const trial::Schedule& schedule, std::optional<double> relax);
+  Expected expected(const trial::Schedule& schedule);
+
+  const trial::Samples& samples() const { return costs_->samples; }
+  const model::CostTable& planned() const { return costs_->planned; }
+
+ private:
+  struct Costs {
+    Costs(const graph::App& app, trial::Samples drawn, model::CostTable percentiles, double slack)
+        : samples(std::move(drawn)),
+          planned(std::move(percentiles)),
+          surrogate(app, samples, planned, slack),
+          trial(app, samples) {}
+    trial::Samples samples;
+    model::CostTable planned;
+    Surrogate surrogate;
+    trial::Trial trial;
+  };
+  struct Candidate {
+    trial::Schedule schedule;
+    double score = 0.0;             // with bounds, of two trials or by formulas alone
+    double unbounded = 0.0;         // without
+    double first_score = 0.0;       // with bounds, of the first trial
+    bool tried = false;
+    std::vector<double> factors{};  // from formulas to what the first trial found, by term
+    std::optional<double> relax{};  // where it is known; else by the surrogate
+    std::size_t in_vain = 0;        // changes since it got better
+  };
+  static bool better(const Candidate& a, const Candidate& b) { return a.score < b.score; }
+  static bool fixed(const Candidate& candidate) {
+    return !candidate.schedule.frames.empty() || !candidate.schedule.pipelines.empty();
+  }
+
+  trial::Schedule beginning(bool even);
+  double guessed_score(const trial::Schedule& schedule);
+  Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
+  void keep(Candidate candidate);
+
+  double unbounded_score(const trial::Figures& figures) const;
+  double bounded_score(const Candidate& candidate, double score);
+  trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw);
+  void try_first(Candidate& candidate);
+  void try_again(Candidate& candidate);
+  void set_horizon(const trial::Schedule& schedule);
+  void step();
+  Candidate changed(const Candidate& candidate);
+  void replace_by_new(Candidate& candidate);
+
+  const graph::App& app_;
+  Setting setting_;
+  Random random_;
+  std::unique_ptr<Costs> costs_;
+  std::optional<Moves> moves_;
+  std::vector<Candidate> candidates_;  // the best first
+  Nanos horizon_{0};                   // of a trial; 0: not known yet
+  Nanos work_{0};
+  std::size_t steps_in_vain_ = 0;
+};
 
 }  // namespace ctn::planner

@@ -29,10 +29,21 @@ double own_period(const graph::Graph& graph, NodeId node) {
   return period ? to_millis(*period).count() : 0.0;
 }
 
-double mean_of(const trial::Samples& samples, NodeId node, std::size_t kind) {
-  Nanos sum{0};
-  for (std::uint32_t number = 0; number < trial::Samples::kDraws; ++number) sum += samples.draw(node, kind, number);
-  return to_millis(sum).count() / static_cast<double>(trial::Samples::kDraws);
+struct Moments {
+  double mean = 0.0;
+  double variance = 0.0;
+};
+Moments moments_of(const trial::Samples& samples, NodeId node, std::size_t kind) {
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::uint32_t number = 0; number < trial::Samples::kDraws; ++number) {
+    const double cost = to_millis(samples.draw(node, kind, number)).count();
+    sum += cost;
+    squares += cost * cost;
+  }
+  constexpr auto kCount = static_cast<double>(trial::Samples::kDraws);
+  const double mean = sum / kCount;
+  return {mean, std::max(squares / kCount - mean * mean, 0.0)};
 }
 
 }  // namespace
@@ -46,11 +57,18 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   const std::vector<model::CostTable> tables = model::costs_by_kind(app, planned);
   for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
     std::vector<double>& means = mean_.emplace_back();
+    std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
     for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
       double mean = trigger;
-      for (const NodeId node : app.graph.subchain(SubchainId(i)).nodes) mean += run + mean_of(samples, node, kind);
+      double variance = 0.0;
+      for (const NodeId node : app.graph.subchain(SubchainId(i)).nodes) {
+        const Moments moments = moments_of(samples, node, kind);
+        mean += run + moments.mean;
+        variance += moments.variance;
+      }
       means.push_back(mean);
+      squares.push_back(mean * mean + variance);
       percentiles.push_back(tables[kind].subchain_total(app.graph, SubchainId(i)).count() / usable_);
     }
   }
@@ -74,7 +92,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       const NodeId node = element.nodes.front();
       // A follower's input does not wait: it starts with it.
       added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
-      added.cost = run + mean_of(samples, node, 0);
+      added.cost = run + moments_of(samples, node, 0).mean;
     }
   }
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -98,9 +116,70 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     const std::size_t i = pipeline.subchain.index();
     Timing& timing = timings_[i];
     timing.period = to_millis(pipeline.pacing.period).count();
+    timing.wait = timing.period / 2.0;
     timing.execution = timing.cost / pipeline.threads;
     timing.promised_period = timing.period;
     timing.promised_execution = timing.planned / pipeline.threads;
+  }
+}
+
+// What a run finds of the run under way of somebody above it, on average: who that is can be told apart by what it is
+// triggered by. `above`: that one's priority.
+double Surrogate::residual(const trial::Place& place, const trial::Schedule& schedule, const Timing& above,
+                           int priority) const {
+  const double anytime = above.square / (2.0 * above.period);
+  if (place.pause) {
+    // Nothing was above it when its run before ended.
+    return anytime * std::min(1.0, to_millis(*place.pause).count() / above.execution);
+  }
+  if (!place.after) return anytime;
+  const trial::Place& feeder = schedule.subchains[place.after->subchain.index()];
+  // Nor above its feeder when that ended.
+  return feeder.core == place.core && feeder.priority <= priority ? 0.0 : anytime;
+}
+
+// Of the subchain at `place`, with those above it on its core in order_[first, last). A run takes
+//   L = (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above whom it may meet
+// (what is left of a run that is met at any time). Whoever above it runs longer than its period makes it miss triggers:
+// so many as fit into that run, but one.
+void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last,
+                              double used) {
+  const trial::Place& place = schedule.subchains[i];
+  Timing& timing = timings_[i];
+  const double stretch = 1.0 / (1.0 - used);
+  double met = 0.0;
+  for (std::size_t above = first; above < last; ++above) {
+    const std::size_t j = order_[above];
+    met += residual(place, schedule, timings_[j], schedule.subchains[j].priority);
+  }
+  timing.execution = (timing.cost + met) * stretch;
+  const double least = to_millis(place.period).count();
+  const double variance = timing.square - timing.cost * timing.cost;
+  if (place.pause) {
+    timing.period = std::max(least, timing.execution + to_millis(*place.pause).count());
+    timing.wait = (timing.period + variance * stretch * stretch / timing.period) / 2.0;
+    return;
+  }
+  const double apart = place.after ? std::max(least, outputs_apart(schedule, i)) : least;
+  const double alone = timing.cost * stretch;
+  double missed = 0.0;  // triggers, of each
+  double squares = 0.0;
+  double long_gaps = 0.0;
+  for (std::size_t above = first; above < last; ++above) {
+    const Timing& other = timings_[order_[above]];
+    const double blocked = other.cost / (1.0 - used + other.cost / other.period) + alone;
+    if (blocked <= apart) continue;
+    missed += (blocked - apart) / other.period;
+    squares += blocked * blocked * (1.0 / other.period);
+    long_gaps += 1.0 / other.period;
+  }
+  constexpr double kFewest = 0.02;
+  const double kept = std::max(1.0 - missed, kFewest);
+  timing.period = std::max(apart / kept, alone);
+  const double even = std::max(1.0 / timing.period - long_gaps, 0.0);
+  timing.wait = std::max((even * apart * apart + squares) / 2.0, timing.period / 2.0);
+  if (place.after && place.after->every == 1) {
+    timing.wait = std::max(timing.wait, timings_[place.after->subchain.index()].wait);
   }
 }
 
@@ -109,40 +188,53 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
   load_ = 0.0;
   int core = -1;
   double used = 0.0;
-  for (const std::size_t i : order_) {
-    const trial::Place& place = schedule.subchains[i];
-    if (place.core != core) used = 0.0;
-    core = place.core;
+  std::size_t first = 0;
+  for (std::size_t at = 0; at < order_.size(); ++at) {
+    const std::size_t i = order_[at];
+    if (schedule.subchains[i].core != core) {
+      used = 0.0;
+      first = at;
+    }
+    core = schedule.subchains[i].core;
     if (used >= kNothingLeft) return false;
-    Timing& timing = timings_[i];
-    timing.execution = timing.cost / (1.0 - used);
-    double period = to_millis(place.period).count();
-    if (place.pause) period = std::max(period, timing.execution + to_millis(*place.pause).count());
-    if (place.after) period = std::max(period, outputs_apart(schedule, i));
-    timing.period = std::max(period, timing.execution);
-    used += timing.cost / timing.period;
+    time_subchain(schedule, i, first, at, used);
+    used += timings_[i].cost / timings_[i].period;
     load_ = std::max(load_, used / usable_);
   }
   return true;
 }
 
+// Whether its triggers may come early by as much as its own runs make others late: where it is not below all that
+// trigger it, response and jitter grow with one another, and only what it is held apart by bounds both.
+bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain) {
+  const trial::Place* place = &schedule.subchains[subchain];
+  while (place->after) {
+    const trial::Place& feeder = schedule.subchains[place->after->subchain.index()];
+    if (feeder.core != place->core || feeder.priority < place->priority) return true;
+    place = &feeder;
+  }
+  return false;
+}
+
 // Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
 void Surrogate::promise_cores(const trial::Schedule& schedule) {
   constexpr double kOutOfReach = 1e9;
+  constexpr double kLeastHeld = 1e-6;
   promised_ = true;
   int core = -1;
   double used = 0.0;
+  double used_if_held = 0.0;
   double sum = 0.0;
   for (const std::size_t i : order_) {
     const trial::Place& place = schedule.subchains[i];
-    if (place.core != core) used = sum = 0.0;
+    if (place.core != core) used = used_if_held = sum = 0.0;
     core = place.core;
     Timing& timing = timings_[i];
     double spacing = to_millis(place.period).count();
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
     if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
     timing.promised_execution = used < kNothingLeft ? (timing.planned + sum) / (1.0 - used) : kOutOfReach;
-    promised_ = promised_ && used < kNothingLeft;
+    promised_ = promised_ && used_if_held < kNothingLeft;
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
     timing.promised_period = std::max(spacing, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
@@ -155,6 +247,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
       jitter = 0.0;
     }
     used += timing.planned / spacing;
+    used_if_held += timing.planned / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
     sum += timing.planned * (1.0 + jitter / spacing);
   }
 }
@@ -169,6 +262,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
   for (const Element& element : term.elements) {
     Timing timing{.period = element.period,
                   .execution = element.cost,
+                  .wait = element.period / 2.0,
                   .promised_period = element.period,
                   .promised_execution = element.cost};
     bool follows = false;
@@ -178,7 +272,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
       follows = after && after->every == 1 && before != nullptr && before->subchain == after->subchain;
     }
     if (before != nullptr && !follows) {
-      latency.response += timing.period / 2.0;
+      latency.response += timing.wait;
       latency.promised += timing.promised_period;
     }
     latency.response += timing.execution;
@@ -195,8 +289,9 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   order_.clear();
   for (std::size_t i = 0; i < places.size(); ++i) {
     const std::size_t kind = kind_of(places[i].core);
-    timings_[i] = {.cost = mean_[kind][i], .planned = planned_[kind][i]};
-    timings_[i].period = to_millis(places[i].period).count();
+    timings_[i] = {.cost = mean_[kind][i], .square = square_[kind][i], .planned = planned_[kind][i]};
+    timings_[i].period = std::max(to_millis(places[i].period).count(), timings_[i].cost);
+    timings_[i].wait = timings_[i].period / 2.0;
     if (places[i].form == trial::Form::kPriority) order_.push_back(i);
   }
   std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
@@ -208,9 +303,12 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   }
   for (int round = 1; round < kRounds; ++round) promise_cores(schedule);
   Estimate estimate{.promised = promised_, .load = load_};
+  values_.clear();
   for (const Term& term : terms_) {
     const Totals totals = totals_of(schedule, term);
-    estimate.objective += term.weight * totals.response;
+    const double factor = factors_.empty() ? 1.0 : factors_[values_.size()];
+    values_.push_back(totals.response);
+    estimate.objective += term.weight * factor * totals.response;
     if (term.max > 0.0) estimate.relax = std::max(estimate.relax, totals.promised / term.max);
   }
   for (const AskedRate& rate : exact_rates_) {

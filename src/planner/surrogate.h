@@ -18,6 +18,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "graph/app.h"
@@ -41,9 +42,16 @@ class Surrogate {
   // `planned`: the percentiles that promises go by. All outlive it.
   Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
 
+  // From now on the objective is of terms so many times as long as the formulas say, one factor a term: what a trial of a
+  // schedule found that is much like those asked about. It goes back to 1 with an empty list.
+  void correct(std::vector<double> factors) { factors_ = std::move(factors); }
+
   // None where somebody gets no time at all. Precondition: as Trial::run(), without frames; who follows whom has no
   // cycle.
   std::optional<Estimate> operator()(const trial::Schedule& schedule);
+
+  // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
+  const std::vector<double>& terms() const { return values_; }
 
   // What a run of the subchain costs on average on a core, the machine's part included.
   double mean_cost(SubchainId subchain, int core) const { return mean_[kind_of(core)][subchain.index()]; }
@@ -64,9 +72,11 @@ class Surrogate {
   };
   struct Timing {  // of a subchain
     double cost = 0.0;
+    double square = 0.0;  // mean of the squares
     double planned = 0.0;
     double period = 0.0;
     double execution = 0.0;
+    double wait = 0.0;  // from any time to the next trigger
     double promised_period = 0.0;
     double promised_execution = 0.0;
   };
@@ -77,14 +87,18 @@ class Surrogate {
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
+  double residual(const trial::Place& place, const trial::Schedule& schedule, const Timing& above, int priority) const;
+  void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
+  static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
   Totals totals_of(const trial::Schedule& schedule, const Term& term) const;
 
   const graph::App& app_;
   double usable_;                             // of a core
   std::vector<std::vector<double>> mean_;     // by kind, subchain
+  std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
   std::vector<double> output_period_;         // by subchain: the longest of its nodes'
   std::vector<Term> terms_;
@@ -94,10 +108,12 @@ class Surrogate {
   };
   std::vector<AskedRate> min_rates_;
   std::vector<AskedRate> exact_rates_;
+  std::vector<double> factors_;  // by term; empty: all 1
 
   // Reused.
   std::vector<std::size_t> order_;  // subchains with a priority, core by core, the highest first
   std::vector<Timing> timings_;     // by subchain
+  std::vector<double> values_;      // by term
   double load_ = 0.0;
   bool promised_ = true;
 };
