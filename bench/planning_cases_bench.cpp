@@ -91,9 +91,9 @@ RandomCase from_files(const std::string& stem, int cores) {
   return {*std::move(app), *std::move(costs), cores, graph::kDefaultSlack};
 }
 
-RandomCase navigation(int cores) { return from_files("apps/navigation/navigation", cores); }
-RandomCase with_detector(int cores) { return from_files("apps/navigation/navigation_with_detector", cores); }
-RandomCase vr(int cores) { return from_files("apps/vr/vr", cores); }
+RandomCase navigation(int cores) { return from_files("bench/cases/navigation", cores); }
+RandomCase with_detector(int cores) { return from_files("bench/cases/navigation_with_detector", cores); }
+RandomCase vr(int cores) { return from_files("bench/cases/vr", cores); }
 
 // Costs over a range of 1 to 20 ms, about as many chains as subchains, some subchains of two nodes.
 std::vector<RandomCase> random_apps(int subchains, int cores, std::uint64_t count) {

@@ -1,10 +1,11 @@
-// What the application feels under each policy: the synthetic case studies on one core, run for real, one policy after
-// the other, in rounds so that a noisy machine treats all alike. docs/benchmarks.md says how to read it.
+// What the application feels under each policy: the frozen case studies with their synthetic loads, run for real, one
+// policy after the other, in rounds so that a noisy machine treats all alike. docs/benchmarks.md says how to read it.
 //
-// Both loads have spikes and grow with time.
+// The loads have spikes, and what takes long grows with time.
 //
-// Usage: policies_bench [--quick] [--json]. Needs the permission for real-time levels. Exit: 0, whatever comes out; 1
-// if a run fails.
+// Usage: policies_bench [--quick] [--json] [--cores N], else on one core; of the machine's CPUs, the last so many.
+// Needs the permission for real-time levels. Exit: 0, whatever comes out; 1 if a run fails; 2 if there are not so many
+// CPUs.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,7 +15,6 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -22,6 +22,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cases.h"
 #include "command_output.h"
 
 namespace {
@@ -29,6 +30,7 @@ namespace {
 using Json = nlohmann::json;
 using ctn::bench::output_of;
 
+// In options, {costs} stands for the case's cost file.
 struct Contender {
   std::string name;
   std::string options;
@@ -37,14 +39,23 @@ const std::vector<Contender> kContenders{
     {"catan", "--scheduler catan"},
     {"catan, fixed frames", "--scheduler catan --frames fixed"},
     {"catan, no stealing", "--scheduler catan --no-stealing"},
-    {"default", "--scheduler default"},
+    {"verucchi", "--scheduler verucchi:{costs}"},
+    {"davare", "--scheduler davare:{costs}"},
+    {"picas", "--scheduler picas:{costs}"},
     {"fifo", "--scheduler fifo"},
+    {"default", "--scheduler default"},
 };
 
-struct Case {
-  std::string name;
-  std::string app;
-  std::string load;
+struct Setting {
+  int seconds = 30;
+  int rounds = 3;
+  int cores = 1;
+
+  // The last of the machine's.
+  std::string cpus() const {
+    const long count = sysconf(_SC_NPROCESSORS_ONLN);
+    return fmt::format("{}-{}", count - cores, count - 1);
+  }
 };
 
 // Of the chain that weighs most, and the weighted sum of all.
@@ -56,11 +67,12 @@ struct Measured {
   double p99_to_promised = 0.0;   // the worst of all chains; NaN as well
 };
 
-Measured measure(const Case& of, const Contender& who, int seconds, int seed) {
-  const std::string apps = CATAN_SOURCE_DIR "/apps/";
+Measured measure(const std::string& name, const Contender& who, const Setting& setting, int seed) {
+  const std::string files = ctn::bench::frozen_files(name);
   const std::string text = output_of(
-      fmt::format("{} run {}{} --synthetic {}{} --cpus {} --seconds {} --seed {} {} --json 2>/dev/null", CATAN_COMMAND,
-                  apps, of.app, apps, of.load, sysconf(_SC_NPROCESSORS_ONLN) - 1, seconds, seed, who.options));
+      fmt::format("{} run {}.yaml --synthetic {}.load.yaml --cpus {} --seconds {} --seed {} {} --json 2>/dev/null",
+                  CATAN_COMMAND, files, files, setting.cpus(), setting.seconds, seed,
+                  fmt::format(fmt::runtime(who.options), fmt::arg("costs", files + ".costs.yaml"))));
   const Json run = Json::parse(text);
   Measured measured;
   const Json& objective = run.at("objective").at("measured");
@@ -94,12 +106,12 @@ double median_of(const std::vector<Measured>& all, double Measured::*figure) {
   return median(std::move(values));
 }
 
-Json run_case(const Case& of, int seconds, int rounds) {
+Json run_case(const std::string& name, const Setting& setting) {
   std::map<std::string, std::vector<Measured>> results;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < setting.rounds; ++round) {
     for (const Contender& who : kContenders) {
-      fmt::print(stderr, "... {}, {}, round {} of {}\n", of.name, who.name, round + 1, rounds);
-      results[who.name].push_back(measure(of, who, seconds, round + 1));
+      fmt::print(stderr, "... {}, {}, round {} of {}\n", name, who.name, round + 1, setting.rounds);
+      results[who.name].push_back(measure(name, who, setting, round + 1));
     }
   }
   Json rows = Json::array();
@@ -117,14 +129,18 @@ Json run_case(const Case& of, int seconds, int rounds) {
                     {"first_chain_mean_to_expected", figure(&Measured::mean_to_expected)},
                     {"worst_p99_to_promised", figure(&Measured::p99_to_promised)}});
   }
-  return {{"case", of.name}, {"rounds", rounds}, {"seconds", seconds}, {"policies", rows}};
+  return {{"case", name},
+          {"rounds", setting.rounds},
+          {"seconds", setting.seconds},
+          {"cores", setting.cores},
+          {"policies", rows}};
 }
 
 std::string cell(const Json& value) { return value.is_null() ? "-" : fmt::format("{:.2f}", value.get<double>()); }
 
 void print_case(const Json& result) {
-  fmt::print("\n{}: medians of {} rounds of {} s, one core\n", result["case"].get<std::string>(),
-             result["rounds"].get<int>(), result["seconds"].get<int>());
+  fmt::print("\n{}: medians of {} rounds of {} s, cores: {}\n", result["case"].get<std::string>(),
+             result["rounds"].get<int>(), result["seconds"].get<int>(), result["cores"].get<int>());
   fmt::print("{:<22} {:>13} {:>9} {:>16} {:>15} {:>17} {:>17}\n", "policy", "objective, ms", "to catan",
              "first chain mean", "first chain p99", "mean to expected", "p99 to promised");
   for (const Json& row : result["policies"]) {
@@ -133,21 +149,29 @@ void print_case(const Json& result) {
                cell(row["first_chain_p99_ms"]), cell(row["first_chain_mean_to_expected"]),
                cell(row["worst_p99_to_promised"]));
   }
+  std::fflush(stdout);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::set<std::string_view> options(argv + 1, argv + argc);
-  const bool quick = options.contains("--quick");
-  const bool json = options.contains("--json");
-  const int seconds = quick ? 20 : 30;
-  const int rounds = quick ? 1 : 3;
+  bool json = false;
+  Setting setting;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view option = argv[i];
+    if (option == "--json") json = true;
+    if (option == "--quick") setting.seconds = 20, setting.rounds = 1;
+    if (option == "--cores" && i + 1 < argc) setting.cores = std::atoi(argv[++i]);
+  }
+  if (setting.cores < 1 || setting.cores > sysconf(_SC_NPROCESSORS_ONLN)) {
+    fmt::print(stderr, "policies_bench: this machine has {} CPUs; give --cores from 1 to so many\n",
+               sysconf(_SC_NPROCESSORS_ONLN));
+    return 2;
+  }
   try {
     Json results = Json::array();
-    for (const Case& each : {Case{"navigation", "navigation/navigation.yaml", "navigation/navigation.load.yaml"},
-                             Case{"VR", "vr/vr.yaml", "vr/vr.load.yaml"}}) {
-      results.push_back(run_case(each, seconds, rounds));
+    for (const char* name : {"navigation", "navigation_with_detector", "vr"}) {
+      results.push_back(run_case(name, setting));
       if (!json) print_case(results.back());
     }
     if (json) fmt::print("{}\n", results.dump(2));

@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/app_file.h"
-#include "config/cost_file.h"
+#include "cases.h"
 #include "planner/expected.h"
 #include "planner/planner.h"
 #include "trial/trial.h"
@@ -21,27 +20,15 @@
 namespace {
 
 using namespace ctn;
+using bench::Case;
 using bench::value_of;
 
 constexpr std::uint64_t kSearchSeed = 1;
 constexpr std::uint64_t kJudgeSeed = 1001;
 constexpr Nanos kHorizon = std::chrono::seconds{600};
 
-struct Case {
-  std::string name;
-  graph::App app;
-  model::Workload work;
-};
-
 // As half a minute after the start: a trial does not follow growth.
 constexpr Nanos kSinceStart = std::chrono::seconds{30};
-
-Case of_files(const std::string& name, const std::string& app_file, const std::string& load_file) {
-  const std::string apps = CATAN_SOURCE_DIR "/bench/cases/";
-  graph::App app = value_of(config::load_app(apps + app_file));
-  model::Workload work = value_of(config::load_workload(apps + load_file, app));
-  return {name, std::move(app), std::move(work)};
-}
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -53,7 +40,7 @@ void judge(const Case& of, int cores, const std::string& how, const plan::Plan& 
   for (std::size_t term = 0; term < of.app.objective.size(); ++term) {
     if (of.app.objective[term].weight > of.app.objective[heaviest].weight) heaviest = term;
   }
-  fmt::print("{:<12} {:>5} {:<10} {:>9.1f} {:>10.2f} {:>10.2f} {:>8.2f}\n", of.name, cores, how, 1e3 * took,
+  fmt::print("{:<24} {:>5} {:<10} {:>9.1f} {:>10.2f} {:>10.2f} {:>8.2f}\n", of.name, cores, how, 1e3 * took,
              plan.expected ? plan.expected->objective : plan.objective, figures.objective,
              figures.terms[heaviest].p95_ms);
 }
@@ -64,14 +51,10 @@ int main(int argc, char** argv) {
   std::vector<double> efforts;
   for (int i = 1; i < argc; ++i) efforts.push_back(std::atof(argv[i]));
   if (efforts.empty()) efforts = {0.01, 0.1, 1.0};
-  const std::vector<Case> cases{
-      of_files("navigation", "navigation.yaml", "navigation.load.yaml"),
-      of_files("detector", "navigation_with_detector.yaml", "navigation_with_detector.load.yaml"),
-      of_files("vr", "vr.yaml", "vr.load.yaml"),
-  };
-  fmt::print("{:<12} {:>5} {:<10} {:>9} {:>10} {:>10} {:>8}\n", "app", "cores", "effort", "CPU ms", "expected",
+  fmt::print("{:<24} {:>5} {:<10} {:>9} {:>10} {:>10} {:>8}\n", "app", "cores", "effort", "CPU ms", "expected",
              "objective", "p95");
-  for (const Case& of : cases) {
+  for (const char* name : {"navigation", "navigation_with_detector", "vr"}) {
+    const Case of = bench::frozen_case(name);
     const model::CostTable costs = of.work.costs(of.app.graph);
     const trial::Samples samples(of.app, of.work, kSinceStart, kSearchSeed);
     for (const int cores : {1, 2, 3}) {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "cases.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
 #include "sim/simulation.h"
@@ -52,10 +53,8 @@ Case made_up(int subchains, const std::string& scheduler, int cores) {
 }
 
 Case navigation(const std::string& scheduler) {
-  const std::string folder = CATAN_SOURCE_DIR "/apps/navigation/navigation";
-  graph::App app = value_of(config::load_app(folder + ".yaml"));
-  model::Workload work = value_of(config::load_workload(folder + ".load.yaml", app));
-  return {"navigation", std::move(app), std::move(work), scheduler, 1};
+  bench::Case of = bench::frozen_case("navigation");
+  return {of.name, std::move(of.app), std::move(of.work), scheduler, 1};
 }
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }

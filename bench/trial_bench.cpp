@@ -13,11 +13,11 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "baselines/policies.h"
 #include "baselines/verucchi.h"
-#include "config/app_file.h"
-#include "config/cost_file.h"
+#include "cases.h"
 #include "planner/planner.h"
 #include "sim/simulation.h"
 #include "trial/trial.h"
@@ -30,11 +30,7 @@ using bench::value_of;
 
 constexpr std::uint64_t kSeed = 1;
 
-struct Case {
-  std::string name;
-  graph::App app;
-  model::Workload work;
-};
+using bench::Case;
 
 // As at its start: a trial does not follow growth.
 model::Workload without_growth(const graph::App& app, model::Workload work) {
@@ -46,11 +42,9 @@ model::Workload without_growth(const graph::App& app, model::Workload work) {
   return work;
 }
 
-Case of_file(const std::string& name) {
-  const std::string path = std::string(CATAN_SOURCE_DIR "/apps/") + name + "/" + name;
-  graph::App app = value_of(config::load_app(path + ".yaml"));
-  model::Workload work = without_growth(app, value_of(config::load_workload(path + ".load.yaml", app)));
-  return {name, std::move(app), std::move(work)};
+Case at_start(Case of) {
+  of.work = without_growth(of.app, std::move(of.work));
+  return of;
 }
 
 struct Schedule {
@@ -139,7 +133,7 @@ int main(int argc, char** argv) {
   fmt::print("{:<12} {:<11} {:>5} {:>10} {:>9} {:>10} {:>9} {:>9} {:>10} {:>10} {:>9}\n", "app", "schedule", "cores",
              "x real", "sim: x", "ns/event", "sim: ns", "ms", "objective", "sim: obj.", "off by");
   for (const char* name : {"navigation", "vr"}) {
-    const Case of = of_file(name);
+    const Case of = at_start(bench::frozen_case(name));
     for (const int cores : {1, 2, 4}) {
       measure(of, fixed_priorities(of, cores), seconds, terms);
       measure(of, planned(of, cores), seconds, terms);
