@@ -1,5 +1,5 @@
-// What the search for schedules (planner/schedule_search.h) comes to for how much effort: the case studies on 1, 2 and 3
-// cores. The plan is judged by a long trial with other draws than those that it was searched with.
+// What the search for schedules (planner/schedule_search.h) comes to for how much effort: the case studies on 1, 2 and
+// 3 cores. The plan is judged by a long trial with other draws than those that it was searched with.
 //
 // Usage: search_bench [EFFORT...]. Exit: 0.
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // What a scheduler's name means, of Catan's own policies (policy/policy.h) and of those that it is compared with
 // (baselines/policies.h):
 //
-//   "catan", "default", "fifo", "rate:HZ"   Catan's own
+//   "catan", "auto", "default", "fifo", "rate:HZ"   Catan's own
 //   "static:FILE"                           a plan that `catan plan --json` wrote, which is followed and never revised
 //   "picas", "davare", "verucchi"           of others, which decide once, by compute times: NAME:FILE takes them from a
 //                                           cost file, NAME from known costs, which only a simulation has

@@ -29,6 +29,7 @@ PlanningLoop::PlanningLoop(const graph::App& app, PlanningOptions options)
       measured_(app),
       hung_runs_(app.graph),
       clock_(TimePoint{}, app.scheduler),
+      memory_(options_.policy->make_memory()),
       power_(kinds_, app.kinds()),
       news_(app) {}
 
@@ -58,7 +59,7 @@ void PlanningLoop::begin_with(policy::Decision decision) {
 }
 
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
-  clock_ = policy::ReplanClock(start, app_.scheduler);
+  clock_ = policy::ReplanClock(start, app_.scheduler, memory_ ? policy::kSavedForSearch : Nanos{0});
   in_force(adapts() ? PlanReason::kBootstrap : PlanReason::kStatic, host);
 }
 
@@ -76,9 +77,11 @@ bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   if (!adapts()) return false;
   const std::optional<PlanReason> why = due(now, host);
   if (!why) return false;
+  const Nanos reckoned = memory_ ? memory_->work() : Nanos{0};
   const PlanningTime took = options_.timer([&] { make_new_plan(*why, host); });
   if (next_ && next_->plan) next_->plan->solve_time = took.elapsed;
-  clock_.made(now, *why, took.cpu, measured_.known());
+  const Nanos work = memory_ ? memory_->work() - reckoned : Nanos{0};
+  clock_.made(now, *why, std::max(took.cpu, work), measured_.known());
   return true;
 }
 
@@ -87,7 +90,7 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
   if (check_cpus(now, host)) return PlanReason::kCpus;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
-  const std::optional<PlanReason> why = clock_.due(now, measured_.known());
+  const std::optional<PlanReason> why = clock_.due(now, measured_.known(), memory_ && memory_->more_to_do());
   return why == PlanReason::kMeasured || options_.replan || !decision_.plan ? why : std::nullopt;
 }
 
@@ -100,6 +103,7 @@ bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
   if (online == online_ || online.empty()) return false;
   online_ = std::move(online);
   app_online_ = kinds_.only_with(app_, online_);
+  memory_ = options_.policy->make_memory();
   cpus_changed_ = true;
   host.notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(options_.cpus),
                                   os::to_string(online_)));
@@ -125,7 +129,14 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   const model::CostTable typical = with_assumed(measured_.typical_costs(app_.scheduler.bootstrap_cost), unknown, why);
   policy::Situation now = situation(costs, typical);
   now.assumed = unknown;
-  Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_, why);
+  now.why = why;
+  now.memory = memory_.get();
+  trial::MeasuredRuns runs;
+  if (memory_) {
+    runs = measured_.runs();
+    now.runs = &runs;
+  }
+  Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_);
   next_reason_ = why;
   if (decision && *decision) {
     next_ = std::move(**decision);

@@ -87,6 +87,21 @@ void Estimator::rescale(double factor, std::size_t mode) {
 
 void Estimator::invalidate() { invalidated_.assign(invalidated_.size(), kMinSamples); }
 
+std::vector<Nanos> Estimator::sample() const {
+  constexpr double kSize = 200.0;
+  std::vector<Nanos> sample;
+  const auto total = static_cast<double>(recent_modes_.values.size());
+  for (std::size_t mode = 0; mode < runs_.size(); ++mode) {
+    std::vector<Nanos> runs = runs_[mode].values;
+    if (runs.empty() || recent_count_[mode] == 0) continue;
+    std::sort(runs.begin(), runs.end());
+    const double frequency = static_cast<double>(recent_count_[mode]) / total;
+    const auto size = static_cast<std::size_t>(std::ceil(kSize * frequency));
+    for (std::size_t i = 0; i < size; ++i) sample.push_back(runs[(2 * i + 1) * runs.size() / (2 * size)]);
+  }
+  return sample;
+}
+
 CostProfile Estimator::profile(double percentile) const {
   assert(count_ > 0);
   const auto total = static_cast<double>(recent_modes_.values.size());

@@ -49,6 +49,9 @@ class Estimator {
   CostProfile profile() const { return profile(percentile_); }
   // The same with another percentile in (0, 100]: 50 is what a run typically costs.
   CostProfile profile(double percentile) const;
+  // CPU times that are distributed as those of recent runs are: of each mode so many as it is frequent, spread evenly
+  // over its window. A few hundred; none where there was no run.
+  std::vector<Nanos> sample() const;
 
  private:
   // The last `capacity` values, in no order that matters.

@@ -74,9 +74,7 @@ class Analysis {
 
   // The least time between any two triggers, however early outputs come: who is triggered by a pause or by outputs is
   // held back until its period is over. 0: there is none.
-  static Millis held_apart(const Member& member) {
-    return member.after || member.pause ? member.period : Millis{0};
-  }
+  static Millis held_apart(const Member& member) { return member.after || member.pause ? member.period : Millis{0}; }
 
   // How often the member may be triggered within `window`, at most: as a fraction (the line), or in whole numbers.
   struct Line {

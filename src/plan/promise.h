@@ -7,8 +7,8 @@
 // over many; and J_j is how much closer together than that some of them may come: those of a subchain that is late
 // because of its own long runs, or that is triggered by outputs which are sometimes early. Of who is triggered by
 // outputs or by a pause, no two triggers are closer together than its period: where that says less (T = period, J = 0),
-// it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and jitter
-// grow with one another.
+// it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and
+// jitter grow with one another.
 //
 // From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers.
 //

@@ -16,6 +16,8 @@ using trial::Schedule;
 constexpr double kOverload = 1e9;
 
 constexpr std::size_t kCandidates = 5;
+// To try them all again would use up the time in which others could be found.
+constexpr std::size_t kKeptAtNewCosts = 2;
 constexpr std::size_t kMostBeginnings = 16;
 constexpr std::size_t kLeastStepsABeginning = 1000;
 // At the start of the annealing, a step that makes the score worse by so much of it is taken once in e times.
@@ -32,9 +34,9 @@ constexpr double kNearlyAsGood = 1.002;
 constexpr std::size_t kGiveUpAfter = 15;
 
 // A trial is so many times as long as the slowest term, so that a mean means something.
-constexpr double kTermsATrial = 12.0;
+constexpr double kTermsATrial = 8.0;
 constexpr Nanos kShortestHorizon = std::chrono::seconds{4};
-constexpr Nanos kLongestHorizon = std::chrono::seconds{60};
+constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
 
@@ -61,30 +63,40 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned)
   std::vector<int> cores(static_cast<std::size_t>(setting_.cores));
   std::iota(cores.begin(), cores.end(), 0);
   moves_.emplace(app_, std::move(costs), std::move(cores));
+  std::size_t improvable = 0;
+  std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
   for (Candidate& candidate : candidates_) {
     candidate.tried = false;
     candidate.in_vain = 0;
   }
-  horizon_ = Nanos{0};
   steps_in_vain_ = 0;
 }
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
+  // Until it is tried nobody knows what it is worth.
+  Candidate candidate{.schedule = std::move(schedule), .score = 2.0 * kOverload, .relax = relax};
+  if (fixed(candidate)) std::erase_if(candidates_, fixed);
   const auto same = std::find_if(candidates_.begin(), candidates_.end(),
-                                 [&](const Candidate& known) { return known.schedule == schedule; });
-  if (same == candidates_.end()) candidates_.push_back({.schedule = std::move(schedule), .relax = relax});
+                                 [&](const Candidate& known) { return known.schedule == candidate.schedule; });
+  if (same == candidates_.end()) candidates_.push_back(std::move(candidate));
 }
 
 // --- By formulas ---
 
-Nanos ScheduleSearch::guess(std::size_t steps) {
-  const Nanos before = work_;
-  costs_->surrogate.correct({});
+void ScheduleSearch::guess(std::size_t steps) {
   const std::size_t beginnings = std::clamp(steps / kLeastStepsABeginning, std::size_t{2}, kMostBeginnings);
-  for (std::size_t number = 0; number < beginnings; ++number) {
-    keep(anneal(beginning(number == 0), steps / beginnings, kTemperature));
+  const auto known = std::find_if(candidates_.begin(), candidates_.end(),
+                                  [](const Candidate& each) { return !each.factors.empty(); });
+  // What is known of one schedule is likely to be so of others, and makes guesses comparable with what was tried.
+  costs_->surrogate.correct(known == candidates_.end() ? std::vector<double>{} : known->factors);
+  std::vector<Candidate> guessed;
+  if (known != candidates_.end()) {
+    guessed.push_back(anneal(known->schedule, steps / beginnings, kTemperatureNearby));
   }
-  return work_ - before;
+  while (guessed.size() < beginnings) {
+    guessed.push_back(anneal(beginning(guessed.empty()), steps / beginnings, kTemperature));
+  }
+  for (Candidate& candidate : guessed) keep(std::move(candidate));
 }
 
 // Whoever has no trial goes before those that formulas alone find worse.
@@ -175,8 +187,7 @@ void ScheduleSearch::set_horizon(const Schedule& schedule) {
 
 trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw) {
   if (horizon_ == Nanos{0}) set_horizon(schedule);
-  trial::Figures figures =
-      costs_->trial.run(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
+  trial::Figures figures = costs_->trial.run(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
   work_ += work_of_trial(figures);
   return figures;
 }
@@ -220,12 +231,11 @@ void ScheduleSearch::try_again(Candidate& candidate) {
   candidate.tried = true;
 }
 
-Nanos ScheduleSearch::improve(Nanos work) {
+void ScheduleSearch::improve(Nanos work) {
   const Nanos before = work_;
   do {
     step();
   } while (work_ - before < work);
-  return work_ - before;
 }
 
 void ScheduleSearch::step() {
@@ -285,7 +295,7 @@ void ScheduleSearch::replace_by_new(Candidate& candidate) {
 std::vector<Found> ScheduleSearch::best() const {
   std::vector<Found> found;
   for (const Candidate& candidate : candidates_) {
-    found.push_back({candidate.schedule, candidate.unbounded, candidate.relax});
+    found.push_back({candidate.schedule, candidate.unbounded, candidate.tried, candidate.relax});
   }
   return found;
 }
@@ -294,7 +304,7 @@ Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> rela
   Candidate candidate{.schedule = schedule, .relax = relax};
   try_first(candidate);
   try_again(candidate);
-  return {schedule, candidate.unbounded, relax};
+  return {schedule, candidate.unbounded, true, relax};
 }
 
 Expected ScheduleSearch::expected(const Schedule& schedule) {

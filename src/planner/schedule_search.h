@@ -3,11 +3,13 @@
 // that it serves a planner with seconds of time as well as one with milliseconds now and then.
 //
 // How it goes:
-//   guess()     From several beginnings, thousands of steps by formulas of means (surrogate.h), half a microsecond each.
+//   guess()     From several beginnings, thousands of steps by formulas of means (surrogate.h), half a microsecond
+//   each.
 //               The best become candidates.
-//   improve()   The candidates are tried (trial/trial.h), some milliseconds each. Then each is changed, again and again,
-//               in one of two ways: by many steps of the formulas, corrected term by term by what its trial found; or by
-//               one step at random, which finds what no formula knows (order, phase). A change that a trial confirms
+//   improve()   The candidates are tried (trial/trial.h), some milliseconds each. Then each is changed, again and
+//   again,
+//               in one of two ways: by many steps of the formulas, corrected term by term by what its trial found; or
+//               by one step at random, which finds what no formula knows (order, phase). A change that a trial confirms
 //               replaces its parent; a candidate that does not get better any more gives way to a new beginning.
 //   best()      What was found. expected() tries one once more.
 // Schedules of other forms (frames, several cores for one subchain) can be put beside those that it finds; it tries
@@ -44,6 +46,7 @@ namespace ctn::planner {
 struct Found {
   trial::Schedule schedule;
   double score = 0.0;             // what it would be if all bounds were kept
+  bool tried = false;             // or a guess by formulas
   std::optional<double> relax{};  // of one that was put there, as it was told
 };
 
@@ -80,19 +83,20 @@ class ScheduleSearch {
   // is forgotten. To be called before all below.
   void set_costs(trial::Samples samples, model::CostTable planned);
 
-  // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
-  // relaxed under it, where that is known.
+  // To be tried and, if it has no frames or pipelines, improved: valid for the app and the cores. `relax`: by how much
+  // bounds are relaxed under it, where that is known. One with frames or pipelines replaces the one before.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
-  // Steps by formulas alone; returns what work that was.
-  Nanos guess(std::size_t steps);
-  // At least one step, and until that much work is done; returns how much was. Precondition: there is a candidate.
-  Nanos improve(Nanos work);
+  // So many steps by formulas alone.
+  void guess(std::size_t steps);
+  // At least one step, and until that much work is done. Precondition: there is a candidate.
+  void improve(Nanos work);
+  // All work so far.
+  Nanos work() const { return work_; }
   // How many steps of improve() have been in vain since the last that made the best one better.
   std::size_t steps_in_vain() const { return steps_in_vain_; }
 
-  // All candidates, the best first, with bounds as formulas guess them. Of those that were not tried, the score is a
-  // guess, too.
+  // All candidates, the best first; that order is with bounds as formulas guess them.
   std::vector<Found> best() const;
   // The schedule as it would be found now; it does not become a candidate.
   Found tried(const trial::Schedule& schedule, std::optional<double> relax);
@@ -115,9 +119,9 @@ class ScheduleSearch {
   };
   struct Candidate {
     trial::Schedule schedule;
-    double score = 0.0;             // with bounds, of two trials or by formulas alone
-    double unbounded = 0.0;         // without
-    double first_score = 0.0;       // with bounds, of the first trial
+    double score = 0.0;        // with bounds, of two trials or by formulas alone
+    double unbounded = 0.0;    // without
+    double first_score = 0.0;  // with bounds, of the first trial
     bool tried = false;
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
     std::optional<double> relax{};  // where it is known; else by the surrogate

@@ -42,8 +42,8 @@ class Surrogate {
   // `planned`: the percentiles that promises go by. All outlive it.
   Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
 
-  // From now on the objective is of terms so many times as long as the formulas say, one factor a term: what a trial of a
-  // schedule found that is much like those asked about. It goes back to 1 with an empty list.
+  // From now on the objective is of terms so many times as long as the formulas say, one factor a term: what a trial of
+  // a schedule found that is much like those asked about. It goes back to 1 with an empty list.
   void correct(std::vector<double> factors) { factors_ = std::move(factors); }
 
   // None where somebody gets no time at all. Precondition: as Trial::run(), without frames; who follows whom has no

@@ -13,7 +13,7 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::SubchainPla
                                   const plan::Member& member) {
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
-  pacing.hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
+  pacing.hang_after = std::max(5 * kShortestHang, to_nanos(planned.execution * kHangMultiple));
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };

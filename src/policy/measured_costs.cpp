@@ -35,6 +35,12 @@ std::size_t MeasuredCosts::known() const {
   return known;
 }
 
+trial::MeasuredRuns MeasuredCosts::runs() const {
+  trial::MeasuredRuns runs;
+  for (const NodeCosts& node : nodes_) runs.push_back(node.runs());
+  return runs;
+}
+
 model::CostTable MeasuredCosts::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
 
 model::CostTable MeasuredCosts::costs_at(double percentile, Millis unmeasured) const {

@@ -11,6 +11,7 @@
 #include "model/cost.h"
 #include "policy/node_costs.h"
 #include "record/events.h"
+#include "trial/samples.h"
 
 namespace ctn::policy {
 
@@ -36,6 +37,8 @@ class MeasuredCosts {
   model::CostTable costs(Millis unmeasured) const { return costs_at(app_.scheduler.percentile, unmeasured); }
   // What runs typically cost: the median where costs() has the percentile.
   model::CostTable typical_costs(Millis unmeasured) const;
+  // CPU times of recent runs, by node and kind of core, as often each as runs like it occur.
+  trial::MeasuredRuns runs() const;
 
  private:
   model::CostTable costs_at(double percentile, Millis unmeasured) const;

@@ -63,6 +63,12 @@ void NodeCosts::put_into(model::CostTable& table, double percentile) const {
   }
 }
 
+std::vector<std::vector<Nanos>> NodeCosts::runs() const {
+  std::vector<std::vector<Nanos>> runs;
+  for (const OnKind& kind : kinds_) runs.push_back(kind.estimator.sample());
+  return runs;
+}
+
 void NodeCosts::rescale(std::size_t kind, double factor) {
   kinds_[kind].estimator.rescale(factor);
   for (model::ChangeDetector& detector : kinds_[kind].detectors) detector.rescale(factor);

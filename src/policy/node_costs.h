@@ -36,6 +36,9 @@ class NodeCosts {
   // Puts what is known at that percentile into the table; nothing where the node has not run.
   void put_into(model::CostTable& table, double percentile) const;
 
+  // CPU times of recent runs by kind of core, as often each as runs like it occur.
+  std::vector<std::vector<Nanos>> runs() const;
+
   // Runs on cores of that kind will take `factor` times as long as those seen.
   void rescale(std::size_t kind, double factor);
   // Nobody knows what runs on cores of that kind take now: what was seen serves until there are a few more runs.

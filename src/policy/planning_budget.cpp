@@ -6,14 +6,14 @@
 namespace ctn::policy {
 
 Nanos PlanningBudget::owed(TimePoint now) const {
-  const double repaid = kPlanningShare * static_cast<double>((now - since_).count());
-  return std::max(owed_ - Nanos{static_cast<Nanos::rep>(repaid)}, Nanos{0});
+  const double repaid = share() * static_cast<double>((now - since_).count());
+  return std::max(owed_ - Nanos{static_cast<Nanos::rep>(repaid)}, -saved_);
 }
 
 bool PlanningBudget::allows(TimePoint now, Urgency urgency) const {
   switch (urgency) {
     case Urgency::kRoutine:
-      return owed(now) == Nanos{0};
+      return owed(now) <= Nanos{0};
     case Urgency::kChange:
       return owed(now) <= last_;
     case Urgency::kEmergency:

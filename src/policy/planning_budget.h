@@ -18,8 +18,15 @@ namespace ctn::policy {
 // Of one core.
 constexpr double kPlanningShare = 0.005;
 
+// A search that goes on in small steps (policy.h, Memory) has more use of its time at the beginning: it may save up
+// half of a minute's, which it has from the start, and repays at half the rate. That makes no more in any minute.
+constexpr Nanos kSavedForSearch = std::chrono::milliseconds{150};
+
 class PlanningBudget {
  public:
+  // `saved`: so much may be used at once, once it was not used for long enough; and at the beginning.
+  explicit PlanningBudget(Nanos saved = Nanos{0}) : saved_(saved), owed_(-saved) {}
+
   enum class Urgency { kRoutine, kChange, kEmergency };
 
   bool allows(TimePoint now, Urgency urgency) const;
@@ -31,8 +38,10 @@ class PlanningBudget {
 
  private:
   Nanos owed(TimePoint now) const;
+  double share() const { return saved_ > Nanos{0} ? kPlanningShare / 2.0 : kPlanningShare; }
 
-  Nanos owed_{0};  // as of since_
+  Nanos saved_;
+  Nanos owed_;  // as of since_; less than 0: saved
   TimePoint since_{};
   Nanos last_{0};
   Nanos spent_{0};

@@ -54,6 +54,27 @@ TEST(PlanningBudget, WhatCannotWaitIsPaidBackAfterwards) {
   EXPECT_TRUE(budget.allows(at(seconds{11}), Urgency::kRoutine));
 }
 
+TEST(PlanningBudget, ASearchUsesWhatIsSavedAtOnceAndNoMoreInAnyMinute) {
+  PlanningBudget budget(kSavedForSearch);
+  Nanos first_second{0};
+  Nanos first_minute{0};
+  for (Nanos now{0}; now < seconds{60}; now += milliseconds{50}) {
+    if (!budget.allows(at(now), Urgency::kRoutine)) continue;
+    budget.spend(at(now), milliseconds{10});
+    first_minute += milliseconds{10};
+    if (now < seconds{1}) first_second += milliseconds{10};
+  }
+  EXPECT_GE(first_second, kSavedForSearch);
+  EXPECT_LE(first_minute, kPlanningShare * seconds{60} + milliseconds{10});
+  // A minute later it is saved again, and no more than that.
+  Nanos later{0};
+  while (budget.allows(at(seconds{200}), Urgency::kRoutine)) {
+    budget.spend(at(seconds{200}), milliseconds{10});
+    later += milliseconds{10};
+  }
+  EXPECT_EQ(later, kSavedForSearch + milliseconds{10});
+}
+
 struct Spent {
   TimePoint at;
   Nanos cpu;

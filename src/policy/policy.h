@@ -1,6 +1,7 @@
 // How an app is scheduled: each policy turns a situation into a decision, for the runtime and for the simulator alike.
 //
 //   "catan"         plans rates, cores, shares of cores and levels; made again as costs change
+//   "auto"          the same, by what schedules come to in virtual time (search_policy.h)
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
@@ -21,14 +22,33 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "base/time.h"
 #include "graph/app.h"
 #include "model/cost.h"
 #include "os/cpu_set.h"
 #include "os/level.h"
 #include "plan/plan.h"
 #include "policy/assignment.h"
+#include "policy/plan_reason.h"
+#include "trial/samples.h"
 
 namespace ctn::policy {
+
+// What a policy remembers from one decision to the next. Whoever asks it keeps that, one for each app and set of cores.
+class Memory {
+ public:
+  virtual ~Memory() = default;
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+
+  // Whether it is worth asking again although nothing has changed.
+  virtual bool more_to_do() const = 0;
+  // The CPU time of all decisions so far, as reckoned for an ordinary machine. Never falls.
+  virtual Nanos work() const = 0;
+
+ protected:
+  Memory() = default;
+};
 
 // What is decided upon. References are good for the call.
 struct Situation {
@@ -40,6 +60,9 @@ struct Situation {
   bool stealing = true;                      // false: nobody steals, whatever the app says
   std::optional<graph::FrameMode> frames{};  // in place of those of a plan that is given
   std::span<const NodeId> assumed{};         // whose costs nobody has measured: scheduled nodes that have not run
+  PlanReason why = PlanReason::kBootstrap;
+  const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
+  Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
 };
 
 struct Decision {
@@ -64,6 +87,10 @@ class Policy {
   virtual bool adapts() const { return false; }
   // Needs real-time levels.
   virtual bool raises() const = 0;
+  // Decides itself whether what is in force is to be replaced.
+  virtual bool judges() const { return false; }
+  // Null: it remembers nothing.
+  virtual std::unique_ptr<Memory> make_memory() const { return nullptr; }
   // Decides once, by the situation's costs: they must be real ones, not a guess for the beginning.
   virtual bool needs_costs() const { return false; }
 

@@ -113,10 +113,11 @@ bool Incumbent::yields_to(const plan::Plan& candidate) const {
   return unconditional_ || worth_swapping(plan_, now_, candidate);
 }
 
-Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
-                                            PlanReason why) {
-  if (!in_force.plan) return policy.decide_again(situation, in_force, std::numeric_limits<double>::infinity());
-  const Incumbent incumbent(*in_force.plan, why, situation.app, situation.costs, situation.typical);
+Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation,
+                                            const Decision& in_force) {
+  constexpr double kAnything = std::numeric_limits<double>::infinity();
+  if (!in_force.plan || policy.judges()) return policy.decide_again(situation, in_force, kAnything);
+  const Incumbent incumbent(*in_force.plan, situation.why, situation.app, situation.costs, situation.typical);
   Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force, incumbent.to_beat());
   if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();
   return decision;
@@ -126,14 +127,14 @@ void ReplanClock::changed(PlanReason what) {
   if (!change_) change_ = what;
 }
 
-std::optional<PlanReason> ReplanClock::due(TimePoint now, std::size_t known) const {
+std::optional<PlanReason> ReplanClock::due(TimePoint now, std::size_t known, bool more) const {
   if (!measured_plan_made_) return now >= due_ && known > 0 ? std::optional(PlanReason::kMeasured) : std::nullopt;
   const bool spaced = now >= last_ + std::min(kChangeSpacing, interval_);
   if (spaced && budget_.allows(now, PlanningBudget::Urgency::kChange)) {
     if (known > known_) return PlanReason::kMeasured;
     if (change_) return change_;
   }
-  if (now >= due_ && budget_.allows(now, PlanningBudget::Urgency::kRoutine)) return PlanReason::kPeriodic;
+  if ((now >= due_ || (more && spaced)) && budget_.allows(now, PlanningBudget::Urgency::kRoutine)) return PlanReason::kPeriodic;
   return std::nullopt;
 }
 

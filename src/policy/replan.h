@@ -11,6 +11,7 @@
 #include "graph/app.h"
 #include "model/cost.h"
 #include "plan/plan.h"
+#include "policy/plan_reason.h"
 #include "policy/planning_budget.h"
 #include "policy/policy.h"
 
@@ -54,10 +55,6 @@ constexpr Nanos kChangeSpacing = std::chrono::milliseconds{250};
 // was under way under the old one ends.
 constexpr Nanos kSettle = std::chrono::milliseconds{500};
 
-// Why a plan is made; the words are the record's.
-enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus };
-const char* to_string(PlanReason reason);
-
 // The plan in force, when another is made that may replace it.
 class Incumbent {
  public:
@@ -79,22 +76,22 @@ class Incumbent {
 };
 
 // What is to come into force in place of `in_force`, where something is: whatever is decided, if `in_force` follows no
-// plan. `why`: it is decided again. Errors: the policy's.
-Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force,
-                                            PlanReason why);
+// plan. Errors: the policy's.
+Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force);
 
 // When a plan is due. The first that rests on measurements: when the bootstrap is over and any scheduled node has run.
 // Further ones every `replan`, when a node has run that had not before, or when something has changed permanently, all
 // as the budget allows. `known`: how many scheduled nodes have run; never falls.
 class ReplanClock {
  public:
-  ReplanClock(TimePoint start, const graph::SchedulerOptions& options)
-      : due_(start + options.bootstrap), interval_(options.replan) {}
+  // `saved`: as the budget's.
+  ReplanClock(TimePoint start, const graph::SchedulerOptions& options, Nanos saved = Nanos{0})
+      : due_(start + options.bootstrap), interval_(options.replan), budget_(saved) {}
 
   // Something has changed: kChange, kPower. What came first is named when the plan is due.
   void changed(PlanReason what);
 
-  std::optional<PlanReason> due(TimePoint now, std::size_t known) const;
+  std::optional<PlanReason> due(TimePoint now, std::size_t known, bool more = false) const;
   // A plan was begun at `now` for that reason, due or not, and took `cpu` to make.
   void made(TimePoint now, PlanReason why, Nanos cpu, std::size_t known);
 

@@ -1,0 +1,216 @@
+#include "policy/search_policy.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "plan/validate.h"
+#include "planner/expected.h"
+#include "planner/planner.h"
+#include "planner/schedule_search.h"
+#include "policy/replan.h"
+#include "trial/schedule.h"
+#include "trial/trial.h"
+
+namespace ctn::policy {
+namespace {
+
+constexpr std::size_t kGuesses = 6000;
+constexpr std::size_t kGuessesAgain = 3000;
+constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
+// By which a schedule must be better to replace the one in force, by two trials with the same draws.
+constexpr double kBetter = 0.015;
+// A node's mean cost, and its highest, by which windows of 50 runs may differ when nothing has changed.
+constexpr double kMeanChanged = 0.1;
+constexpr double kLongestChanged = 0.3;
+// So many steps of the search without success, and it rests until something changes.
+constexpr std::size_t kEnoughInVain = 200;
+// The planner's effort for what the formulas contribute.
+constexpr std::size_t kFormulaEffort = 20'000;
+
+bool differ(double before, double after, double threshold) {
+  return std::abs(after - before) > threshold * std::max(before, after);
+}
+
+double mean_of(const std::vector<Nanos>& runs) {
+  return static_cast<double>(std::accumulate(runs.begin(), runs.end(), Nanos{0}).count()) /
+         static_cast<double>(runs.size());
+}
+double longest_of(const std::vector<Nanos>& runs) {
+  return static_cast<double>(std::max_element(runs.begin(), runs.end())->count());
+}
+
+bool changed(const std::vector<Nanos>& before, const std::vector<Nanos>& after) {
+  if (before.empty() || after.empty()) return before.empty() != after.empty();
+  return differ(mean_of(before), mean_of(after), kMeanChanged) ||
+         differ(longest_of(before), longest_of(after), kLongestChanged);
+}
+bool changed(const trial::MeasuredRuns& before, const trial::MeasuredRuns& after) {
+  for (std::size_t node = 0; node < before.size(); ++node) {
+    for (std::size_t kind = 0; kind < before[node].size(); ++kind) {
+      if (changed(before[node][kind], after[node][kind])) return true;
+    }
+  }
+  return false;
+}
+
+// What the machine takes for each run is in what was measured; trials add it.
+trial::MeasuredRuns without_overhead(trial::MeasuredRuns runs) {
+  const Nanos machine = trial::Overheads{}.run;
+  for (auto& kinds : runs) {
+    for (std::vector<Nanos>& kind : kinds) {
+      for (Nanos& run : kind) run = std::max(run - machine, Nanos{1});
+    }
+  }
+  return runs;
+}
+
+// One app, on one set of cores.
+struct Searching {
+  explicit Searching(const Situation& situation)
+      : app(situation.app),
+        search(app, {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack}),
+        costs(situation.costs) {}
+
+  graph::App app;  // the search refers to it
+  planner::ScheduleSearch search;
+  trial::MeasuredRuns runs;  // that it goes by; empty at first
+  model::CostTable costs;    // the same
+  std::optional<plan::Plan> formulas;              // their plan, at costs that may have changed since
+  std::optional<trial::Schedule> formulas_schedule;
+  std::optional<trial::Schedule> chosen;           // that was decided on last
+  std::optional<planner::Found> chosen_as_tried;   // at these costs
+};
+
+class SearchMemory : public Memory {
+ public:
+  bool more_to_do() const override { return searching_ && searching_->search.steps_in_vain() < kEnoughInVain; }
+  Nanos work() const override { return searching_ ? searching_->search.work() : Nanos{0}; }
+
+  Searching& of(const Situation& situation) {
+    if (!searching_) searching_ = std::make_unique<Searching>(situation);
+    return *searching_;
+  }
+
+ private:
+  std::unique_ptr<Searching> searching_;
+};
+
+// One decision.
+class Deciding {
+ public:
+  Deciding(Searching& searching, const Situation& situation, const Decision& in_force)
+      : with_(searching), situation_(situation), in_force_(in_force) {}
+
+  // Errors: of the formulas, which can do no better.
+  Result<std::optional<Decision>> decide() {
+    const bool fresh = take_costs();
+    const bool routine = is_routine(situation_.why) && in_force_.plan.has_value();
+    if (!routine || (fresh && follows_formulas())) {
+      if (Status asked = ask_formulas(); !asked) return asked.error();
+    }
+    if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
+    const bool whatever = !in_force_.plan || situation_.why == PlanReason::kMeasured ||
+                          situation_.why == PlanReason::kCpus;
+    if (whatever) return best(std::numeric_limits<double>::infinity());
+    with_.search.improve(kSearchStep);
+    const std::optional<plan::Plan> now = in_force_now();
+    if (!now) return best(std::numeric_limits<double>::infinity());
+    if (!with_.chosen_as_tried) {
+      with_.chosen_as_tried = with_.search.tried(*with_.chosen, std::nullopt);
+    }
+    const double score = planner::relaxed_score(with_.chosen_as_tried->score, now->relax_factor);
+    Result<std::optional<Decision>> better = best(score * (1.0 - kBetter));
+    if (!better || *better || !fresh) return better;
+    return std::optional(following(*now, *with_.chosen));
+  }
+
+ private:
+  // Whether costs are new ones.
+  bool take_costs() {
+    if (!with_.runs.empty() && is_routine(situation_.why) && !changed(with_.runs, *situation_.runs)) return false;
+    with_.runs = *situation_.runs;
+    with_.costs = situation_.costs;
+    with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs);
+    with_.chosen_as_tried.reset();
+    return true;
+  }
+
+  bool follows_formulas() const { return with_.chosen && with_.chosen == with_.formulas_schedule; }
+
+  Status ask_formulas() {
+    Result<plan::Plan> plan = planner::make_plan(with_.app, with_.costs,
+                                                 {.cores = static_cast<int>(situation_.cpus.size()),
+                                                  .slack = situation_.slack,
+                                                  .effort = kFormulaEffort,
+                                                  .warm = with_.formulas ? &*with_.formulas : nullptr,
+                                                  .count_cores = false});
+    if (!plan) return plan.error();
+    // What it was decided on before is decided on again at the new costs.
+    const bool followed = follows_formulas();
+    with_.formulas = std::move(*plan);
+    with_.formulas_schedule = trial::schedule_of(with_.app, *with_.formulas);
+    if (followed) {
+      with_.chosen = with_.formulas_schedule;
+      with_.chosen_as_tried.reset();
+    }
+    with_.search.add(*with_.formulas_schedule, with_.formulas->relax_factor);
+    return Done{};
+  }
+
+  std::optional<plan::Plan> plan_of(const trial::Schedule& schedule) const {
+    std::optional<plan::Plan> plan =
+        schedule == with_.formulas_schedule
+            ? with_.formulas
+            : planner::plan_of(with_.app, with_.search.samples(), with_.costs, schedule, situation_.slack);
+    if (!plan || !plan::validate(*plan, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
+    return plan;
+  }
+  // None: it cannot go on.
+  std::optional<plan::Plan> in_force_now() const { return with_.chosen ? plan_of(*with_.chosen) : std::nullopt; }
+
+  // The best plan whose score is below `limit`, if there is one. Guesses count where anything does.
+  Result<std::optional<Decision>> best(double limit) {
+    const bool any = std::isinf(limit);
+    for (const planner::Found& found : with_.search.best()) {
+      if (!any && !found.tried) continue;
+      const std::optional<plan::Plan> plan = plan_of(found.schedule);
+      if (!plan || planner::relaxed_score(found.score, plan->relax_factor) >= limit) continue;
+      with_.chosen = found.schedule;
+      with_.chosen_as_tried.reset();
+      return std::optional(following(*plan, found.schedule));
+    }
+    return std::optional<Decision>();
+  }
+
+  Decision following(plan::Plan plan, const trial::Schedule& schedule) {
+    for (const NodeId node : situation_.assumed) plan.assumed.push_back({node, with_.costs[node].single_thread()});
+    plan.planner = "auto";
+    plan.expected = planner::expectation_of(with_.app, plan, with_.search.expected(schedule));
+    return PlannedPolicy::following(std::move(plan), situation_);
+  }
+
+  Searching& with_;
+  const Situation& situation_;
+  const Decision& in_force_;
+};
+
+}  // namespace
+
+std::unique_ptr<Memory> SearchPolicy::make_memory() const { return std::make_unique<SearchMemory>(); }
+
+Result<std::optional<Decision>> SearchPolicy::decide_again(const Situation& situation, const Decision& in_force,
+                                                           double /*to_beat*/) const {
+  auto* const memory = static_cast<SearchMemory*>(situation.memory);
+  if (memory == nullptr || situation.runs == nullptr || situation.frames) {
+    return replacement(formulas_, situation, in_force);
+  }
+  Result<std::optional<Decision>> decision = Deciding(memory->of(situation), situation, in_force).decide();
+  return decision ? std::move(decision) : replacement(formulas_, situation, in_force);
+}
+
+}  // namespace ctn::policy
