@@ -47,6 +47,19 @@ TEST(Estimator, WeighsModesByHowOftenTheyOccur) {
   EXPECT_DOUBLE_EQ(profile.single_thread().count(), 2.6);
 }
 
+TEST(Estimator, ASampleHasModesAndRunsAsOftenAsTheyOccur) {
+  Estimator estimator(10, 95, {"short", "long"});
+  EXPECT_TRUE(estimator.sample().empty());
+  for (int run = 0; run < 100; ++run) {
+    const bool is_long = run % 5 == 0;
+    estimator.add(ms(is_long ? 100 + run % 10 : 1), is_long ? 1 : 0);
+  }
+  const std::vector<Nanos> sample = estimator.sample();
+  const auto longs = std::count_if(sample.begin(), sample.end(), [](Nanos run) { return run > ms(50); });
+  EXPECT_NEAR(static_cast<double>(longs) / static_cast<double>(sample.size()), 0.2, 0.01);
+  EXPECT_EQ(std::count(sample.begin(), sample.end(), ms(100)), std::count(sample.begin(), sample.end(), ms(105)));
+}
+
 TEST(Estimator, KeepsAPercentileOfARareMode) {
   Estimator estimator(5, 100.0, {"often", "rare"});
   estimator.add(ms(100), 1);

@@ -79,7 +79,7 @@ TEST(Surrogate, ALongRunMakesThoseBelowItMissTriggers) {
   schedule.subchains[0].period = std::chrono::milliseconds{3};
   const double held_back = two.b + two.a / (1.0 - two.b / 20.0);
   const double kept = 1.0 - (held_back - 3.0) / 20.0;
-  EXPECT_NEAR(two.surrogate(schedule).value().load , two.a * kept / 3.0 + two.b / 20.0, 1e-9);
+  EXPECT_NEAR(two.surrogate(schedule).value().load, two.a * kept / 3.0 + two.b / 20.0, 1e-9);
 }
 
 TEST(Surrogate, IsCorrectedTermByTerm) {
@@ -101,7 +101,8 @@ TEST(Surrogate, KnowsWhenNothingIsLeft) {
 
 TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
   Two two;
-  const plan::Plan plan = make_expected_plan(two.app, two.samples, two.costs, {.cores = 2, .slack = kSlack, .effort = 0.1}).value();
+  const plan::Plan plan =
+      make_expected_plan(two.app, two.samples, two.costs, {.cores = 2, .slack = kSlack, .effort = 0.1}).value();
   // b alone on its core: 4 ms and what the machine takes, as often as the slack allows.
   const double p = two.b / (1.0 - kSlack);
   EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));

@@ -85,8 +85,8 @@ void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
 
 void ScheduleSearch::guess(std::size_t steps) {
   const std::size_t beginnings = std::clamp(steps / kLeastStepsABeginning, std::size_t{2}, kMostBeginnings);
-  const auto known = std::find_if(candidates_.begin(), candidates_.end(),
-                                  [](const Candidate& each) { return !each.factors.empty(); });
+  const auto known =
+      std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.factors.empty(); });
   // What is known of one schedule is likely to be so of others, and makes guesses comparable with what was tried.
   costs_->surrogate.correct(known == candidates_.end() ? std::vector<double>{} : known->factors);
   std::vector<Candidate> guessed;

@@ -9,11 +9,12 @@
 namespace ctn::policy {
 namespace {
 
-dispatch::Pacing pacing_of_member(const graph::App& app, const plan::SubchainPlan& planned,
-                                  const plan::Member& member) {
+dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan, const plan::Member& member) {
+  const plan::SubchainPlan& planned = plan.subchains[member.subchain.index()];
+  const Nanos shortest_hang = plan.assumed.empty() ? kShortestHang : kShortestHangIfAssumed;
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
-  pacing.hang_after = std::max(5 * kShortestHang, to_nanos(planned.execution * kHangMultiple));
+  pacing.hang_after = std::max(shortest_hang, to_nanos(planned.execution * kHangMultiple));
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };
@@ -41,7 +42,7 @@ SubchainPlace place_of(const graph::App& app, const plan::Plan& plan, const os::
   if (plan::shares_core(plan, planned)) {
     place.core = planned.cores.front();
   } else if (const plan::Member* const member = plan::member_of(plan, id)) {
-    place.pacing = pacing_of_member(app, planned, *member);
+    place.pacing = pacing_of_member(app, plan, *member);
     place.level = os::fixed_level(member->priority - 1);
   } else {
     place.pacing = pacing_of(app, plan, id);

@@ -134,7 +134,8 @@ std::optional<PlanReason> ReplanClock::due(TimePoint now, std::size_t known, boo
     if (known > known_) return PlanReason::kMeasured;
     if (change_) return change_;
   }
-  if ((now >= due_ || (more && spaced)) && budget_.allows(now, PlanningBudget::Urgency::kRoutine)) return PlanReason::kPeriodic;
+  if ((now >= due_ || (more && spaced)) && budget_.allows(now, PlanningBudget::Urgency::kRoutine))
+    return PlanReason::kPeriodic;
   return std::nullopt;
 }
 

@@ -199,6 +199,22 @@ TEST(ReplanClock, WaitsForTheBootstrapAndForAnyNode) {
   EXPECT_EQ(clock.due(start + seconds{4}, 2), PlanReason::kPeriodic);
 }
 
+TEST(ReplanClock, WhoHasMoreToDoIsAskedAgainAsTheBudgetAllows) {
+  const TimePoint start{};
+  graph::SchedulerOptions options;
+  options.replan = seconds{1000};
+  ReplanClock clock(start, options, milliseconds{10});
+  constexpr bool kMore = true;
+  EXPECT_FALSE(clock.due(start + seconds{1}, 2, kMore)) << "still the bootstrap";
+  clock.made(start + seconds{3}, PlanReason::kMeasured, milliseconds{8}, 2);
+  EXPECT_FALSE(clock.due(start + seconds{3}, 2, kMore)) << "a step at a time";
+  EXPECT_EQ(clock.due(start + seconds{3} + kChangeSpacing, 2, kMore), PlanReason::kPeriodic);
+  EXPECT_FALSE(clock.due(start + seconds{3} + kChangeSpacing, 2));
+  clock.made(start + seconds{4}, PlanReason::kPeriodic, milliseconds{10}, 2);
+  EXPECT_FALSE(clock.due(start + seconds{5}, 2, kMore)) << "what was saved is used up";
+  EXPECT_EQ(clock.due(start + seconds{9}, 2, kMore), PlanReason::kPeriodic);
+}
+
 TEST(ReplanClock, ANodeThatHasRunForTheFirstTimeIsPlannedForAtOnce) {
   const TimePoint start{};
   graph::SchedulerOptions options;

@@ -78,12 +78,12 @@ struct Searching {
 
   graph::App app;  // the search refers to it
   planner::ScheduleSearch search;
-  trial::MeasuredRuns runs;  // that it goes by; empty at first
-  model::CostTable costs;    // the same
-  std::optional<plan::Plan> formulas;              // their plan, at costs that may have changed since
+  trial::MeasuredRuns runs;            // that it goes by; empty at first
+  model::CostTable costs;              // the same
+  std::optional<plan::Plan> formulas;  // their plan, at costs that may have changed since
   std::optional<trial::Schedule> formulas_schedule;
-  std::optional<trial::Schedule> chosen;           // that was decided on last
-  std::optional<planner::Found> chosen_as_tried;   // at these costs
+  std::optional<trial::Schedule> chosen;          // that was decided on last
+  std::optional<planner::Found> chosen_as_tried;  // at these costs
 };
 
 class SearchMemory : public Memory {
@@ -114,8 +114,8 @@ class Deciding {
       if (Status asked = ask_formulas(); !asked) return asked.error();
     }
     if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
-    const bool whatever = !in_force_.plan || situation_.why == PlanReason::kMeasured ||
-                          situation_.why == PlanReason::kCpus;
+    const bool whatever =
+        !in_force_.plan || situation_.why == PlanReason::kMeasured || situation_.why == PlanReason::kCpus;
     if (whatever) return best(std::numeric_limits<double>::infinity());
     with_.search.improve(kSearchStep);
     const std::optional<plan::Plan> now = in_force_now();

@@ -1,0 +1,186 @@
+// Decisions one after the other, as a planning loop asks for them.
+#include "policy/search_policy.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <utility>
+#include <vector>
+
+#include "config/testing/apps.h"
+#include "plan/validate.h"
+#include "planner/random_apps.h"
+
+namespace ctn::policy {
+namespace {
+
+constexpr double kSlack = 0.06;
+
+constexpr const char* kThree = R"(
+catan: 1
+app: three
+nodes: { a: {}, b: {}, c: {}, base: { external: true } }
+edges: [ a -> b -> base, a -> c -> b ]
+objective:
+  - { response_time: [a, b, base], weight: 1 }
+  - { response_time: [a, c, b, base], weight: 0.05 }
+scheduler: { slack: 6% }
+)";
+
+// What a planning loop would have, of an app on its first cores.
+struct Asked {
+  Asked(graph::App of, int count)
+      : app(std::move(of)),
+        costs(app.graph, Millis{1}),
+        runs(app.graph.nodes().size(), std::vector<std::vector<Nanos>>(app.kinds())),
+        memory(policy.make_memory()) {
+    std::vector<int> numbers;
+    for (int cpu = 0; cpu < count; ++cpu) numbers.push_back(cpu);
+    cpus = os::CpuSet(numbers);
+    in_force = policy.decide({.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = kSlack}).value();
+  }
+
+  // All runs of the node take so long.
+  void cost(NodeId node, Millis cpu) {
+    costs.set(node, model::CostProfile::constant(cpu));
+    for (std::vector<Nanos>& kind : runs[node.index()]) kind = {to_nanos(cpu)};
+  }
+
+  // Whether what is in force was replaced.
+  bool decide(PlanReason why) {
+    Result<std::optional<Decision>> decision = policy.decide_again({.app = app,
+                                                                    .cpus = cpus,
+                                                                    .costs = costs,
+                                                                    .typical = costs,
+                                                                    .slack = kSlack,
+                                                                    .why = why,
+                                                                    .runs = &runs,
+                                                                    .memory = memory.get()},
+                                                                   in_force, 0.0);
+    if (!decision || !*decision) return false;
+    in_force = std::move(**decision);
+    return true;
+  }
+
+  SearchPolicy policy;
+  graph::App app;
+  model::CostTable costs;
+  trial::MeasuredRuns runs;
+  std::unique_ptr<Memory> memory;
+  os::CpuSet cpus;
+  Decision in_force;
+};
+
+struct Three : Asked {
+  Three() : Asked(parse(kThree), 1) {
+    cost(NodeId(0), Millis{1});
+    cost(NodeId(1), Millis{2});
+    cost(NodeId(2), Millis{40});
+  }
+};
+
+TEST(SearchPolicy, TheFirstPlanOfMeasuredCostsReplacesAnyOther) {
+  Three asked;
+  EXPECT_NE(asked.in_force.plan->planner, "auto");
+  ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
+  EXPECT_EQ(asked.in_force.plan->planner, "auto");
+  EXPECT_EQ(asked.in_force.plan->cores[0].form, plan::Form::kPriorities);
+  EXPECT_TRUE(asked.in_force.plan->expected);
+}
+
+TEST(SearchPolicy, GetsBetterAndComesToRest) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  const double first = asked.in_force.plan->expected->objective;
+  int steps = 0;
+  int swaps = 0;
+  for (; asked.memory->more_to_do(); ++steps) {
+    ASSERT_LT(steps, 1000);
+    swaps += asked.decide(PlanReason::kPeriodic) ? 1 : 0;
+  }
+  EXPECT_LE(asked.in_force.plan->expected->objective, first);
+  EXPECT_LE(swaps, steps / 5);
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic)) << "nothing has changed";
+}
+
+TEST(SearchPolicy, CountsItsWork) {
+  Three asked;
+  Nanos before{0};
+  for (int step = 0; step < 20; ++step) {
+    asked.decide(step == 0 ? PlanReason::kMeasured : PlanReason::kPeriodic);
+    const Nanos work = asked.memory->work() - before;
+    EXPECT_GT(work, Nanos{0});
+    EXPECT_LT(work, std::chrono::milliseconds{60});
+    before += work;
+  }
+}
+
+TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  while (asked.memory->more_to_do()) asked.decide(PlanReason::kPeriodic);
+  asked.cost(NodeId(2), Millis{48});
+  EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const plan::Member* member = plan::member_of(*asked.in_force.plan, SubchainId(2));
+  ASSERT_NE(member, nullptr);
+  EXPECT_GE(member->budget, Millis{48});
+}
+
+TEST(SearchPolicy, NoiseInCostsIsNoReason) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  while (asked.memory->more_to_do()) asked.decide(PlanReason::kPeriodic);
+  asked.cost(NodeId(2), Millis{41});
+  const plan::Plan before = *asked.in_force.plan;
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic));
+  EXPECT_EQ(*asked.in_force.plan, before);
+}
+
+TEST(SearchPolicy, FormulasDecideWhereAnExactRateCannotBeMet) {
+  constexpr const char* kExact = R"(
+catan: 1
+app: exact
+nodes: { a: { min_rate: 100Hz, max_rate: 100Hz }, b: {} }
+edges: [ a -> b ]
+subchains: { ab: [a, b] }
+objective: [ { response_time: [a, b], weight: 1 } ]
+scheduler: { slack: 6% }
+)";
+  Asked asked(parse(kExact), 1);
+  asked.cost(NodeId(0), Millis{15});
+  asked.cost(NodeId(1), Millis{1});
+  ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
+  EXPECT_GT(asked.in_force.plan->relax_factor, 1.0);
+  EXPECT_NE(asked.in_force.plan->planner, "auto");
+}
+
+TEST(SearchPolicy, FormulasDecideForWhoRemembersNothing) {
+  Three asked;
+  asked.memory.reset();
+  ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
+  EXPECT_NE(asked.in_force.plan->planner, "auto");
+}
+
+RC_GTEST_PROP(SearchPolicyProperty, WhateverIsDecidedIsValid, (std::uint64_t seed)) {
+  const int cores = 1 + static_cast<int>(seed % 3);
+  const planner::RandomCase random = planner::random_case(
+      seed, {.subchains = 4, .queue = true, .caps = true, .exact = seed % 5 == 0, .bounds = true, .pairs = true},
+      cores);
+  Asked asked(random.app, cores);
+  const auto cost_all = [&](double factor) {
+    for (std::size_t i = 0; i < random.app.graph.nodes().size(); ++i) {
+      asked.cost(NodeId(i), random.costs[NodeId(i)].single_thread() * factor);
+    }
+  };
+  for (const double factor : {1.0, 1.0, 1.3, 0.5}) {
+    cost_all(factor);
+    if (!asked.decide(factor == 1.0 ? PlanReason::kMeasured : PlanReason::kChange)) continue;
+    const plan::Plan& plan = *asked.in_force.plan;
+    if (plan.planner != "auto") continue;
+    const Status valid = plan::validate(plan, asked.app, asked.costs, cores);
+    if (!valid) RC_FAIL(valid.error().message());
+  }
+}
+
+}  // namespace
+}  // namespace ctn::policy
