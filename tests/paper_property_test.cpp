@@ -46,10 +46,9 @@ struct Value {
 Value value_of(const RandomCase& any, const std::vector<model::SubchainTiming>& timings, bool exact) {
   Value value{1.0, 0.0};
   for (const graph::Term& term : any.app.objective) {
-    const double ms =
-        term.metric == graph::Metric::kPeriod
-            ? model::evaluate_period(any.app.graph, term.path.front(), timings).count()
-            : model::evaluate_chain(any.app.graph, term.path, any.costs, timings).response.count();
+    const double ms = term.metric == graph::Metric::kPeriod
+                          ? model::evaluate_period(any.app.graph, term.path.front(), timings).count()
+                          : model::evaluate_chain(any.app.graph, term.path, any.costs, timings).response.count();
     value.objective += term.weight * ms;
     if (term.max) value.factor = std::max(value.factor, ms / to_millis(*term.max).count());
   }
@@ -115,7 +114,8 @@ class AllAllocations {
     const auto rivals = std::count(group_.begin(), group_.end(), group_[i]);
     const SubchainId id(i);
     if (rivals > 1) {
-      const Millis equal = static_cast<double>(rivals) * costs_[kind].subchain_total(any_.app.graph, id) / (1.0 - any_.slack);
+      const Millis equal =
+          static_cast<double>(rivals) * costs_[kind].subchain_total(any_.app.graph, id) / (1.0 - any_.slack);
       const Millis period = std::max(equal, plan::period_limits(any_.app.graph, id).min);
       timings_[i] = {period, period, {}};
       return own(i + 1);
@@ -299,8 +299,8 @@ TEST(PaperProperty, StageTwoIsWhatBruteForceFindsWithAQueue) {
   for (std::uint64_t seed = 1; seed <= 80; ++seed) {
     SCOPED_TRACE(seed);
     const bool bounds = seed % 4 == 0;
-    const RandomCase any = random_case(
-        seed, {.subchains = 4, .dearest = 5.0, .queue = true, .caps = seed % 2 == 0, .bounds = bounds}, 1);
+    const RandomCase any =
+        random_case(seed, {.subchains = 4, .dearest = 5.0, .queue = true, .caps = seed % 2 == 0, .bounds = bounds}, 1);
     const std::optional<plan::Plan> plan = valid_plan(any);
     ASSERT_TRUE(plan);
     const BruteForce::Best best = BruteForce(any).run();

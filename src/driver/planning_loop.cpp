@@ -58,7 +58,7 @@ void PlanningLoop::begin_with(policy::Decision decision) {
 }
 
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
-  clock_ = policy::ReplanClock(start, app_.scheduler);
+  clock_ = policy::ReplanClock(start, app_.scheduler, options_.policy->replan_every(app_.scheduler));
   in_force(adapts() ? PlanReason::kBootstrap : PlanReason::kStatic, host);
 }
 
@@ -125,6 +125,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   const model::CostTable typical = with_assumed(measured_.typical_costs(app_.scheduler.bootstrap_cost), unknown, why);
   policy::Situation now = situation(costs, typical);
   now.assumed = unknown;
+  now.periodic = why == PlanReason::kPeriodic ? clock_.periodic() + 1 : 0;
   Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_, why);
   next_reason_ = why;
   if (decision && *decision) {

@@ -1,10 +1,11 @@
 // Section 5.2: the solver of stage II's geometric program.
 #include "paper/geometric_program.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <Eigen/Dense>
 
 namespace ctn::paper {
 namespace {

@@ -29,7 +29,7 @@ using Posynomial = std::vector<Monomial>;
 
 struct GeometricProgram {
   int variables = 0;
-  Posynomial objective;                // not empty
+  Posynomial objective;                 // not empty
   std::vector<Posynomial> constraints;  // <= 1; none empty
 
   Monomial add_variable() { return {1.0, {{variables++, 1.0}}}; }

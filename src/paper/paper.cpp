@@ -183,8 +183,9 @@ Error unattainable(const graph::App& app, const Problem& problem, int cores) {
                          "scale all weights down: only their ratios matter");
   }
   return Error::caller(
-      fmt::format("the exact rates of {} cannot be met on the cores that stage I of the paper's planner gives them, of {}",
-                  exact, cores),
+      fmt::format(
+          "the exact rates of {} cannot be met on the cores that stage I of the paper's planner gives them, of {}",
+          exact, cores),
       "give it more cores, lower a rate, make its nodes cheaper, or use another planner");
 }
 

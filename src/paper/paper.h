@@ -10,8 +10,8 @@
 // What the paper leaves open or has no word for is as docs/planner and docs/app-file.md say: slack, queue nodes, rate
 // caps and exact rates, cores of several kinds, min_slice.
 //
-// A plan is called optimal if both stages are proven, each for its own problem: stage I chooses as if shares were equal,
-// so that another allocation can be better all the same. Else its gap is that of the stage that is further off.
+// A plan is called optimal if both stages are proven, each for its own problem: stage I chooses as if shares were
+// equal, so that another allocation can be better all the same. Else its gap is that of the stage that is further off.
 //
 // Pure and deterministic: it reads no clock. `Plan::solve_time` is left 0.
 //
@@ -31,9 +31,9 @@ constexpr std::size_t kMostSubchains = 256;
 constexpr int kMostCores = 1024;
 
 struct Request {
-  int cores = 1;                         // of those that the app lists, the first so many
-  double slack = graph::kDefaultSlack;   // fraction in [0, 1)
-  std::size_t steps = 4'000'000;         // of each stage, below a microsecond each for an app of a few subchains
+  int cores = 1;                          // of those that the app lists, the first so many
+  double slack = graph::kDefaultSlack;    // fraction in [0, 1)
+  std::size_t steps = 4'000'000;          // of each stage, below a microsecond each for an app of a few subchains
   const plan::Plan* allocated = nullptr;  // stage II alone, on the cores that each subchain has in this plan
 };
 

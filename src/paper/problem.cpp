@@ -81,13 +81,13 @@ Owned best_owned(const graph::App& app, const model::CostTable& costs, SubchainI
   bool best_keeps = false;
   for (int q = 1; q <= std::min(cores, threads); ++q) {
     const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, q, slack);
-    const bool keeps = subchain.exact_period <= 0.0 ||
-                       found.period.count() <= subchain.exact_period * (1.0 + plan::kTolerance);
+    const bool keeps =
+        subchain.exact_period <= 0.0 || found.period.count() <= subchain.exact_period * (1.0 + plan::kTolerance);
     const Timing timing{keeps && subchain.exact_period > 0.0 ? subchain.exact_period
                                                              : std::max(found.period.count(), subchain.min_period),
                         found.execution.count()};
-    const bool shorter = timing.period + timing.execution <
-                         (best.timing.period + best.timing.execution) * (1.0 - kRounding);
+    const bool shorter =
+        timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kRounding);
     if (q == 1 || (keeps && !best_keeps) || (keeps == best_keeps && shorter)) {
       best = {timing, q};
       best_keeps = keeps;

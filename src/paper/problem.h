@@ -31,8 +31,8 @@ struct Metric {
   double limit = 0.0;     // of a bound
   double constant = 0.0;  // what unscheduled nodes add
   std::vector<Part> latency;
-  std::vector<int> slowest;     // the longest period of these subchains is added, once ...
-  double slowest_fixed = 0.0;   // ... or this one, if longer: of unscheduled nodes and of outputs
+  std::vector<int> slowest;    // the longest period of these subchains is added, once ...
+  double slowest_fixed = 0.0;  // ... or this one, if longer: of unscheduled nodes and of outputs
 };
 
 double value_of(const Metric& metric, std::span<const Timing> timings);
@@ -69,7 +69,9 @@ struct Problem {
   std::vector<int> cores;           // how many there are, by kind
   double usable = 1.0;              // of a core: 1 - slack
 
-  const OnKind& on(std::size_t subchain, int kind) const { return subchains[subchain].on[static_cast<std::size_t>(kind)]; }
+  const OnKind& on(std::size_t subchain, int kind) const {
+    return subchains[subchain].on[static_cast<std::size_t>(kind)];
+  }
 };
 
 Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack);

@@ -47,9 +47,9 @@ class Formulation {
   };
   struct Written {
     const Metric* metric = nullptr;
-    std::vector<Slower> slower;    // empty: there is just one
-    int only = -1;                 // that one, if it is on a shared core
-    double fixed = 0.0;            // of the periods that are given, the longest
+    std::vector<Slower> slower;        // empty: there is just one
+    int only = -1;                     // that one, if it is on a shared core
+    double fixed = 0.0;                // of the periods that are given, the longest
     std::optional<std::size_t> bound;  // the constraint that it is, if it is a bound
   };
 

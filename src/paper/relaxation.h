@@ -13,8 +13,8 @@ namespace ctn::paper {
 // A core with several members.
 struct SharedCore {
   int kind = 0;
-  std::vector<std::size_t> members;       // in the order of their ids
-  std::optional<std::size_t> exact;       // of these, one whose exact rate sets the frame: T = p / n
+  std::vector<std::size_t> members;  // in the order of their ids
+  std::optional<std::size_t> exact;  // of these, one whose exact rate sets the frame: T = p / n
   double longest_frame = 0.0;
 };
 
@@ -36,15 +36,15 @@ struct Division {
 
 Division divide(const Problem& problem, const Allocation& allocation);
 
-// What is to be least: the objective while all bounds hold if relaxed by `factor` (infinite: whatever they are), or that
-// factor itself.
+// What is to be least: the objective while all bounds hold if relaxed by `factor` (infinite: whatever they are), or
+// that factor itself.
 struct Goal {
   bool least_factor = false;
   double factor = 0.0;
 };
 
-// The goal is at least constant + sum_i price_i p_i, summed over members of shared cores. Of what has a rate cap, a part
-// of the price is for keeping it: price_i p_i >= (price_i - of_cap_i) p_i + of_cap_i x the shortest period.
+// The goal is at least constant + sum_i price_i p_i, summed over members of shared cores. Of what has a rate cap, a
+// part of the price is for keeping it: price_i p_i >= (price_i - of_cap_i) p_i + of_cap_i x the shortest period.
 struct Prices {
   double constant = 0.0;
   std::vector<double> of;      // by subchain, >= 0

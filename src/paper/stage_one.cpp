@@ -54,8 +54,8 @@ class Bounds {
 struct Choice {
   Timing timing;
   int kind = 0;
-  int owned = 0;      // cores of its own; 0: it shares one
-  int rivals = 1;     // how many share the core, itself included
+  int owned = 0;       // cores of its own; 0: it shares one
+  int rivals = 1;      // how many share the core, itself included
   double usage = 1.0;  // of cores
 };
 
@@ -362,8 +362,8 @@ class LocalSearch {
 
 class BranchAndBound {
  public:
-  BranchAndBound(const Problem& problem, std::vector<std::vector<Choice>> choices, const Multipliers& multipliers, Value known,
-                 std::size_t& steps)
+  BranchAndBound(const Problem& problem, std::vector<std::vector<Choice>> choices, const Multipliers& multipliers,
+                 Value known, std::size_t& steps)
       : problem_(problem),
         bounds_(problem),
         choices_(std::move(choices)),

@@ -104,14 +104,17 @@ class WholeNumbers {
       if (!division_.is_free(i)) begun.whole.push_back(i);
     }
     const auto rank = [&](std::size_t i) {
-      return division_.is_exact(i) ? std::pair(core.exact == i ? -2.0 : -1.0, 0.0) : std::pair(division_.most_every(i), -division_.cost(i));
+      return division_.is_exact(i) ? std::pair(core.exact == i ? -2.0 : -1.0, 0.0)
+                                   : std::pair(division_.most_every(i), -division_.cost(i));
     };
     std::stable_sort(begun.whole.begin(), begun.whole.end(),
                      [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
     return begun;
   }
 
-  double root(std::size_t i) const { return std::sqrt((relaxed_.prices.of[i] - relaxed_.prices.of_cap[i]) * division_.cost(i)); }
+  double root(std::size_t i) const {
+    return std::sqrt((relaxed_.prices.of[i] - relaxed_.prices.of_cap[i]) * division_.cost(i));
+  }
 
   // The core once subchain i runs every n frames.
   OpenCore with(const OpenCore& open, std::size_t i, int n) const {
@@ -154,7 +157,8 @@ class WholeNumbers {
       while (best + side >= 1 && best + side <= most) {
         auto next = at(best + side);
         // Where nothing is possible yet, more frames a run leave more of the core.
-        if (!(next.second < found.second) && !(side > 0 && !std::isfinite(next.second) && !std::isfinite(found.second))) break;
+        if (!(next.second < found.second) && !(side > 0 && !std::isfinite(next.second) && !std::isfinite(found.second)))
+          break;
         best += side;
         found = std::move(next);
       }
@@ -199,8 +203,9 @@ class WholeNumbers {
         best = std::min(best, least);
         return;
       }
-      for_each(open, begin.whole[at], [&] { return best; },
-               [&](int, const OpenCore& next, double next_least) { self(self, at + 1, next, next_least); });
+      for_each(
+          open, begin.whole[at], [&] { return best; },
+          [&](int, const OpenCore& next, double next_least) { self(self, at + 1, next, next_least); });
     };
     descend(descend, 0, begin.open, begin.open.least());
     return before - steps_ > most ? begin.open.least() : best;
@@ -219,11 +224,12 @@ class WholeNumbers {
       return;
     }
     const std::size_t i = begin_[core].whole[at];
-    for_each(open, i, [&] { return to_beat() - before - rest_[core + 1]; },
-             [&](int n, const OpenCore& next, double) {
-               every_[i] = n;
-               choose(core, at + 1, next, before);
-             });
+    for_each(
+        open, i, [&] { return to_beat() - before - rest_[core + 1]; },
+        [&](int n, const OpenCore& next, double) {
+          every_[i] = n;
+          choose(core, at + 1, next, before);
+        });
     if (steps_ == 0) complete_ = false;
   }
 

@@ -7,6 +7,7 @@
 
 #include "config/quantity.h"
 #include "policy/hand_set.h"
+#include "policy/paper.h"
 #include "policy/planned.h"
 
 namespace ctn::policy {
@@ -25,6 +26,7 @@ Result<std::optional<Decision>> Policy::decide_again(const Situation& situation,
 
 Result<Made> make_policy(std::string_view text) {
   if (text == "catan") return Made(std::make_shared<CatanPolicy>());
+  if (text == "paper") return Made(std::make_shared<PaperPolicy>());
   if (text == "default") return Made(std::make_shared<DefaultPolicy>());
   if (text == "fifo") return Made(std::make_shared<FifoPolicy>());
   constexpr std::string_view kRate = "rate:";
@@ -36,7 +38,7 @@ Result<Made> make_policy(std::string_view text) {
     }
   }
   return Error::caller(fmt::format("'{}' is no scheduler", text),
-                       "write catan, default, fifo, or a source rate as in rate:12.5");
+                       "write catan, paper, default, fifo, or a source rate as in rate:12.5");
 }
 
 }  // namespace ctn::policy

@@ -1,6 +1,7 @@
 // How an app is scheduled: each policy turns a situation into a decision, for the runtime and for the simulator alike.
 //
 //   "catan"         plans rates, cores, shares of cores and levels; made again as costs change
+//   "paper"         the paper's Catan (paper.h)
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
@@ -40,6 +41,7 @@ struct Situation {
   bool stealing = true;                      // false: nobody steals, whatever the app says
   std::optional<graph::FrameMode> frames{};  // in place of those of a plan that is given
   std::span<const NodeId> assumed{};         // whose costs nobody has measured: scheduled nodes that have not run
+  int periodic = 0;                          // decided again as time has passed: the how many-th time in a row, from 1
 };
 
 struct Decision {
@@ -62,6 +64,8 @@ class Policy {
   virtual bool follows_plan() const = 0;
   // Is asked again as costs and cores change.
   virtual bool adapts() const { return false; }
+  // How often, if nothing has changed.
+  virtual Nanos replan_every(const graph::SchedulerOptions& options) const { return options.replan; }
   // Needs real-time levels.
   virtual bool raises() const = 0;
   // Decides once, by the situation's costs: they must be real ones, not a guess for the beginning.
@@ -82,7 +86,7 @@ class Policy {
   std::string name_;
 };
 
-// "catan", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
+// "catan", "paper", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
 Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
 
 }  // namespace ctn::policy

@@ -69,7 +69,8 @@ dispatch::Pacing pacing_of(const graph::App& app, const plan::Plan& plan, Subcha
   const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
   const Nanos hang_after = std::max(kShortestHang, to_nanos(planned.execution * kHangMultiple));
   const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
-  if (app.scheduler.frames == graph::FrameMode::kFixed || limits.exact) {
+  const bool fixed = app.scheduler.frames == graph::FrameMode::kFixed || plan::has_fixed_frames(plan, planned);
+  if (fixed || limits.exact) {
     return dispatch::pacing_of_owned(planned.period, planned.execution, hang_after);
   }
   const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
@@ -148,6 +149,7 @@ void ReplanClock::made(TimePoint now, PlanReason why, Nanos cpu, std::size_t kno
   last_ = now;
   known_ = known;
   change_.reset();
+  periodic_ = why == PlanReason::kPeriodic ? periodic_ + 1 : 0;
   if (why == PlanReason::kMeasured) measured_plan_made_ = true;
   if (measured_plan_made_) due_ = now + interval_;
 }
