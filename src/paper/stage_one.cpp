@@ -542,14 +542,16 @@ Allocation put_together(Allocation allocation) {
 StageOne allocate_cores(const Problem& problem, std::size_t steps) {
   std::vector<std::vector<Choice>> choices;
   for (std::size_t i = 0; i < problem.subchains.size(); ++i) choices.push_back(choices_of(problem, i));
-  // Local search may use half of the steps, of which each of its own costs what it looks at.
-  const std::size_t weight = 1 + problem.subchains.size() / 8;
-  std::size_t search = steps / (2 * weight);
+  // A step of local search looks at all subchains.
+  std::size_t search = steps / (2 * (1 + problem.subchains.size() / 8));
   StageOne stage;
   stage.allocation = put_together(LocalSearch(problem, search).run());
   const Value found = Bounds(problem).value_of(equal_shares(problem, stage.allocation));
   const Multipliers multipliers = good_multipliers(problem, choices, found.objective);
-  std::size_t left = steps / 2 / weight;
+  // Where there is no hope of a proof, and a step takes long, there are fewer.
+  constexpr std::size_t kHopeful = 24;
+  const std::size_t count = std::max(kHopeful, problem.subchains.size());
+  std::size_t left = steps * kHopeful / count * kHopeful / count;
   const BranchAndBound search_all(problem, std::move(choices), multipliers, found, left);
   if (std::optional<Allocation> better = search_all.allocation()) stage.allocation = std::move(*better);
   stage.factor = search_all.best().factor;

@@ -79,8 +79,8 @@ Result<Decision> PaperPolicy::decide(const Situation& situation) const { return 
 
 Result<std::optional<Decision>> PaperPolicy::decide_again(const Situation& situation, const Decision& in_force,
                                                           double /*to_beat*/) const {
-  const bool keeps_cores = situation.periodic % kStageOneEvery != 0 && in_force.plan &&
-                           in_force.plan->cores.size() == situation.cpus.size();
+  const bool keeps_cores =
+      situation.periodic % kStageOneEvery != 0 && in_force.plan && in_force.plan->cores.size() == situation.cpus.size();
   Result<Decision> decision = Planning(situation, keeps_cores ? &*in_force.plan : nullptr).run();
   if (!decision) return decision.error();
   return std::optional(std::move(*decision));

@@ -2,9 +2,9 @@
 // that the plan in force gives each subchain; stage I every 20 s, and whenever a plan is made for another reason than
 // that time has passed: the bootstrap is over, a node has run that had not, compute times, power or CPUs have changed.
 //
-// What is around it is as for `catan`: what counts as a change, how much planning may cost, and that a plan replaces the
-// one in force only if that is worth it (replan.h). So are exact rates, which the paper does not have: assumed costs
-// are halved, or they are relaxed with the other bounds (docs/decisions/0023).
+// What is around it is as for `catan`: what counts as a change, how much planning may cost, and that a plan replaces
+// the one in force only if that is worth it (replan.h). So are exact rates, which the paper does not have: assumed
+// costs are halved, or they are relaxed with the other bounds (docs/decisions/0023).
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once

@@ -199,6 +199,22 @@ TEST(ReplanClock, WaitsForTheBootstrapAndForAnyNode) {
   EXPECT_EQ(clock.due(start + seconds{4}, 2), PlanReason::kPeriodic);
 }
 
+TEST(ReplanClock, CountsPeriodicPlansInARow) {
+  const TimePoint start{};
+  ReplanClock clock(start, {}, seconds{5});
+  clock.made(start + seconds{3}, PlanReason::kMeasured, Nanos{0}, 1);
+  EXPECT_EQ(clock.periodic(), 0);
+  EXPECT_FALSE(clock.due(start + seconds{7}, 1));
+  for (int count = 1; count <= 3; ++count) {
+    const TimePoint at = start + seconds{3} + count * seconds{5};
+    EXPECT_EQ(clock.due(at, 1), PlanReason::kPeriodic);
+    clock.made(at, PlanReason::kPeriodic, Nanos{0}, 1);
+    EXPECT_EQ(clock.periodic(), count);
+  }
+  clock.made(start + seconds{20}, PlanReason::kChange, Nanos{0}, 1);
+  EXPECT_EQ(clock.periodic(), 0);
+}
+
 TEST(ReplanClock, ANodeThatHasRunForTheFirstTimeIsPlannedForAtOnce) {
   const TimePoint start{};
   graph::SchedulerOptions options;
