@@ -32,19 +32,24 @@ using planner::RandomLimits;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kSteps = 4'000'000;
 
+// Exact rates, where they may be missed, come first, then bounds.
 struct Value {
+  double exact = kInfinity;
   double factor = kInfinity;
   double objective = kInfinity;
 
   void take(const Value& other) {
-    const bool same = std::abs(other.factor - factor) <= 1e-9 * factor;
-    if (same ? other.objective < objective : other.factor < factor) *this = other;
+    const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-9 * b; };
+    if (!same(other.exact, exact)) {
+      if (other.exact < exact) *this = other;
+    } else if (same(other.factor, factor) ? other.objective < objective : other.factor < factor) {
+      *this = other;
+    }
   }
 };
 
-// `exact`: exact rates count as bounds.
-Value value_of(const RandomCase& any, const std::vector<model::SubchainTiming>& timings, bool exact) {
-  Value value{1.0, 0.0};
+Value value_of(const RandomCase& any, const std::vector<model::SubchainTiming>& timings) {
+  Value value{1.0, 1.0, 0.0};
   for (const graph::Term& term : any.app.objective) {
     const double ms = term.metric == graph::Metric::kPeriod
                           ? model::evaluate_period(any.app.graph, term.path.front(), timings).count()
@@ -54,8 +59,8 @@ Value value_of(const RandomCase& any, const std::vector<model::SubchainTiming>& 
   }
   for (const graph::Node& node : any.app.graph.nodes()) {
     if (!node.subchain || !node.min_rate) continue;
-    if (!exact && node.max_rate && *node.min_rate == *node.max_rate) continue;
-    value.factor = std::max(value.factor, timings[node.subchain->index()].period / node.min_rate->period());
+    double& factor = node.max_rate && *node.min_rate == *node.max_rate ? value.exact : value.factor;
+    factor = std::max(factor, timings[node.subchain->index()].period / node.min_rate->period());
   }
   return value;
 }
@@ -109,7 +114,7 @@ class AllAllocations {
   }
 
   void own(std::size_t i) {
-    if (i == group_.size()) return best_.take(value_of(any_, timings_, true));
+    if (i == group_.size()) return best_.take(value_of(any_, timings_));
     const std::size_t kind = kinds_[group_[i]];
     const auto rivals = std::count(group_.begin(), group_.end(), group_[i]);
     const SubchainId id(i);
@@ -160,7 +165,7 @@ class AllNumbers {
         if (plan::shares_core(plan_, plan_.subchains[i])) continue;
         timings_[i] = {plan_.subchains[i].period, plan_.subchains[i].execution, {}};
       }
-      return best_.take(value_of(any_, timings_, false));
+      return best_.take(value_of(any_, timings_));
     }
     if (plan_.cores[number].slots.empty()) return core(number + 1);
     std::vector<int> every;

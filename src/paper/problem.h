@@ -65,7 +65,7 @@ struct Problem {
   std::vector<Subchain> subchains;  // by SubchainId
   std::vector<Metric> terms;        // of the objective
   std::vector<Metric> bounds;       // soft: where they cannot all hold, all are relaxed by one factor
-  std::vector<Metric> exact;        // exact rates, as bounds on periods
+  std::vector<Metric> exact;        // exact rates, as bounds on periods, for stage I
   std::vector<int> cores;           // how many there are, by kind
   double usable = 1.0;              // of a core: 1 - slack
 

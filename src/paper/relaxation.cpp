@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "paper/geometric_program.h"
@@ -21,6 +20,7 @@ class Formulation {
   Formulation(const Division& division, const Goal& goal, const std::vector<int>& every)
       : division_(division), problem_(division.problem), goal_(goal), every_(every) {
     periods_.resize(problem_.subchains.size());
+    limits_.resize(problem_.subchains.size());
     for (const SharedCore& core : division.cores) add_core(core);
     goal.least_factor ? minimise_factor() : minimise_objective();
   }
@@ -44,6 +44,12 @@ class Formulation {
   struct Slower {
     int subchain = -1;  // -1: the fixed period
     std::size_t constraint = 0;
+  };
+  // Which constraints limit a period: by a rate cap, by T and by most_every T.
+  struct Limits {
+    std::optional<std::size_t> cap{};
+    std::optional<std::size_t> shortest{};
+    std::optional<std::size_t> longest{};
   };
   struct Written {
     const Metric* metric = nullptr;
@@ -81,8 +87,11 @@ class Formulation {
     const auto any_every = [&](std::size_t i) {
       const double most = division_.most_every(i);
       const Monomial every = add_variable(division_.is_free(i) ? 0.5 * most : std::sqrt(most));
+      limits_[i].longest = program_.constraints.size();
       require({1.0 / most * every});
-      if (!division_.is_free(i)) require({every.inverse()});
+      if (division_.is_free(i)) return every;
+      limits_[i].shortest = program_.constraints.size();
+      require({every.inverse()});
       return every;
     };
     Monomial frame;
@@ -111,7 +120,7 @@ class Formulation {
         if (subchain.min_period > 0.0) {
           const std::size_t before = program_.constraints.size();
           require({subchain.min_period * periods_[i].inverse()});
-          if (program_.constraints.size() > before) caps_.emplace_back(i, before);
+          if (program_.constraints.size() > before) limits_[i].cap = before;
         }
       }
       if (division_.cost(i) > 0.0) busy.push_back(division_.cost(i) / problem_.usable * periods_[i].inverse());
@@ -239,10 +248,23 @@ class Formulation {
     }
   }
 
+  Prices::Open open(std::size_t i, double price, const GeometricSolution& solution) const {
+    const double period = value_of(periods_[i], solution.x);
+    // In time: what a limit is worth that p meets just so.
+    const auto worth = [&](const std::optional<std::size_t>& constraint) {
+      return constraint ? solution.duals[*constraint] * solution.value / period : 0.0;
+    };
+    const double longest = worth(limits_[i].longest);
+    const double cap = std::min(worth(limits_[i].cap), price + longest);
+    const double shortest = std::min(worth(limits_[i].shortest), price + longest - cap);
+    return {std::max(0.0, price - cap - shortest + longest), shortest - division_.most_every(i) * longest,
+            cap * problem_.subchains[i].min_period};
+  }
+
   // Whatever the duals are, what this returns bounds the goal: they only make it a good bound.
   Prices prices(const GeometricSolution& solution) const {
-    const std::vector<double> none(problem_.subchains.size(), 0.0);
-    Prices prices{0.0, none, none};
+    Prices prices{0.0, std::vector<double>(problem_.subchains.size(), 0.0),
+                  std::vector<Prices::Open>(problem_.subchains.size())};
     for (const Written& term : terms_) add(term, term.metric->weight, solution.duals, prices);
     double sum = 0.0;
     for (const Written& bound : bounds_) sum += bound.bound ? solution.duals[*bound.bound] : 0.0;
@@ -259,9 +281,8 @@ class Formulation {
       }
     }
     if (goal_.least_factor) prices.constant += std::max(0.0, 1.0 - sum);
-    for (const auto& [i, constraint] : caps_) {
-      prices.of_cap[i] =
-          std::min(prices.of[i], solution.duals[constraint] * solution.value / problem_.subchains[i].min_period);
+    for (std::size_t i = 0; i < limits_.size(); ++i) {
+      if (division_.core_of[i] >= 0 && !division_.is_exact(i)) prices.open[i] = open(i, prices.of[i], solution);
     }
     return prices;
   }
@@ -277,7 +298,7 @@ class Formulation {
   std::vector<Monomial> frames_;   // by shared core
   std::vector<Written> terms_;
   std::vector<Written> bounds_;
-  std::vector<std::pair<std::size_t, std::size_t>> caps_;  // subchain and constraint
+  std::vector<Limits> limits_;  // by subchain
 };
 
 }  // namespace

@@ -43,12 +43,21 @@ struct Goal {
   double factor = 0.0;
 };
 
-// The goal is at least constant + sum_i price_i p_i, summed over members of shared cores. Of what has a rate cap, a
-// part of the price is for keeping it: price_i p_i >= (price_i - of_cap_i) p_i + of_cap_i x the shortest period.
+// The goal is at least constant + sum_i price_i p_i, summed over members of shared cores. As long as a member's number
+// of frames is open, part of its price goes into what limits its period p on a core with frames of T,
+//
+//   shortest period <= p,   T <= p <= most_every T   (of a free number only the last),
+//
+// so that price p >= open.period p + open.frame T + open.constant for every p within these limits.
 struct Prices {
+  struct Open {
+    double period = 0.0;  // >= 0
+    double frame = 0.0;
+    double constant = 0.0;
+  };
   double constant = 0.0;
-  std::vector<double> of;      // by subchain, >= 0
-  std::vector<double> of_cap;  // by subchain, >= 0 and at most the price
+  std::vector<double> of;  // by subchain, >= 0
+  std::vector<Open> open;  // by subchain
 };
 
 struct Relaxed {

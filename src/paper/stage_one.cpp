@@ -15,14 +15,21 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-11;
 
-// Bounds come before the objective: exact rates are bounds here, and relaxed like the others.
+// Exact rates come before bounds, bounds before the objective. All of them can be had here by relaxing them.
 struct Value {
-  double factor = kInfinity;
+  double exact = kInfinity;   // the factor by which exact rates are missed
+  double factor = kInfinity;  // that of bounds
   double objective = kInfinity;
 
   bool clearly_below(const Value& other) const {
-    if (factor < other.factor * (1.0 - kRounding)) return true;
-    return factor <= other.factor * (1.0 + kRounding) && objective < other.objective * (1.0 - kRounding);
+    for (const double Value::*part : {&Value::exact, &Value::factor}) {
+      if (this->*part < other.*part * (1.0 - kRounding)) return true;
+      if (this->*part > other.*part * (1.0 + kRounding)) return false;
+    }
+    return objective < other.objective * (1.0 - kRounding);
+  }
+  bool same_factors(const Value& other) const {
+    return exact <= other.exact * (1.0 + kRounding) && factor <= other.factor * (1.0 + kRounding);
   }
 };
 
@@ -41,7 +48,7 @@ class Bounds {
  public:
   explicit Bounds(const Problem& problem) : problem_(problem) {}
   Value value_of(const std::vector<Timing>& timings) const {
-    return {std::max(factor_of(problem_.bounds, timings), factor_of(problem_.exact, timings)),
+    return {factor_of(problem_.exact, timings), factor_of(problem_.bounds, timings),
             objective_of(problem_.terms, timings)};
   }
 
@@ -393,7 +400,8 @@ class BranchAndBound {
     rest_.assign(count + 1, 0.0);
     for (std::size_t at = count; at-- > 0;) rest_[at] = rest_[at + 1] + least[order_[at]];
     chosen_.resize(count);
-    root_ = {bounds_.value_of(timings_).factor, linear.constant + rest_.front()};
+    root_ = bounds_.value_of(timings_);
+    root_.objective = linear.constant + rest_.front();
     descend(0, linear.constant);
   }
 
@@ -558,7 +566,7 @@ StageOne allocate_cores(const Problem& problem, std::size_t steps) {
   stage.objective = search_all.best().objective;
   if (!search_all.complete()) {
     // Where a lower factor is not ruled out, nothing is said of the objective.
-    const bool least = stage.factor <= search_all.root().factor * (1.0 + kRounding);
+    const bool least = search_all.best().same_factors(search_all.root());
     const double bound = std::max(0.0, search_all.root().objective);
     stage.gap = !least ? 1.0 : stage.objective > 0.0 ? std::max(0.0, 1.0 - bound / stage.objective) : 0.0;
   }

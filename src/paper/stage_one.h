@@ -22,7 +22,8 @@ namespace ctn::paper {
 
 struct StageOne {
   Allocation allocation;
-  double factor = 1.0;     // by which bounds have to be relaxed, with equal shares; the least there is comes first
+  double factor = 1.0;     // by which bounds have to be relaxed, with equal shares; the least there is, once exact
+                           // rates are missed by as little as can be
   double objective = 0.0;  // with equal shares; the least under that factor
   double gap = 0.0;        // how much less it could be at most, as a fraction; 0: it is proven
 };

@@ -20,26 +20,27 @@ constexpr std::size_t kProgramSteps = 1000;
 //   members with a whole number n:  price n T each, and c / (n T) of the core
 //   the rest:                       (sum sqrt(price c))^2 / what is left of the core, which is least by Cauchy-Schwarz
 struct OpenCore {
-  double constant = 0.0;  // of exact rates, and of caps as long as there is no whole number
-  double usable = 0.0;    // without what they use
-  double price = 0.0;     // sum of price x n
-  double work = 0.0;      // sum of c / n
-  double roots = 0.0;     // of the rest
-  double shortest = 0.0;  // frame
-  double longest = kInfinity;
+  double constant = 0.0;   // of exact rates, and of open numbers
+  double usable = 0.0;     // without what they use
+  double price = 0.0;      // of the frame: sum of price x n, and of open numbers
+  double work = 0.0;       // sum of c / n
+  double roots = 0.0;      // of the rest
+  double open_work = 0.0;  // of the rest: sum of c / n for the largest n
+  double shortest = 0.0;   // frame
+  double longest = 0.0;
 
   double least() const {
-    if (usable <= 0.0) return work > 0.0 || roots > 0.0 ? kInfinity : constant + price * shortest;
-    const double full = work / usable;
-    const double least_frame = std::max(shortest, full);
-    if (least_frame > longest * (1.0 + kRounding)) return kInfinity;
-    if (roots <= 0.0) return constant + price * least_frame;
+    const double least_work = work + open_work;
+    const double shortest_frame = std::max(shortest, least_work > 0.0 ? least_work / usable : 0.0);
+    if (usable <= 0.0 && (work > 0.0 || roots > 0.0)) return kInfinity;
+    if (shortest_frame > longest * (1.0 + kRounding)) return kInfinity;
+    if (roots <= 0.0) return constant + price * (price >= 0.0 ? shortest_frame : longest);
     // The best frame for all of it, where it may be that long.
-    const double best = price > 0.0 ? (work + roots * std::sqrt(work / price)) / usable : kInfinity;
-    if (best >= shortest && best <= longest) {
-      return constant + (price > 0.0 ? std::pow(std::sqrt(price * work) + roots, 2.0) : roots * roots) / usable;
+    const double best = price > 0.0 ? (work + roots * std::sqrt(work / price)) / usable : longest;
+    if (price > 0.0 && best >= shortest_frame && best <= longest) {
+      return constant + std::pow(std::sqrt(price * work) + roots, 2.0) / usable;
     }
-    const double frame = best < shortest ? least_frame : longest;
+    const double frame = best < shortest_frame ? shortest_frame : longest;
     const double left = usable - (work > 0.0 ? work / frame : 0.0);
     return left > 0.0 ? constant + price * frame + roots * roots / left : kInfinity;
   }
@@ -62,12 +63,8 @@ class WholeNumbers {
     best_ = known;
     const std::size_t cores = division_.cores.size();
     rest_.assign(cores + 1, 0.0);
-    double bound = relaxed_.prices.constant;
-    for (std::size_t core = cores; core-- > 0;) {
-      rest_[core] = rest_[core + 1] + least_of(core);
-      bound += begin_[core].open.least();
-    }
-    bound_ = complete_ ? std::max(bound, relaxed_.prices.constant + rest_.front()) : bound;
+    for (std::size_t core = cores; core-- > 0;) rest_[core] = rest_[core + 1] + least_of(core);
+    bound_ = relaxed_.prices.constant + rest_.front();
     if (cores == 0) {
       judge();
     } else {
@@ -90,6 +87,7 @@ class WholeNumbers {
     Begun begun;
     OpenCore& open = begun.open;
     open.usable = division_.problem.usable * (1.0 + kRounding);
+    open.longest = core.longest_frame;
     for (const std::size_t i : core.members) {
       const Subchain& subchain = division_.problem.subchains[i];
       if (division_.is_exact(i)) {
@@ -99,7 +97,9 @@ class WholeNumbers {
         if (!division_.is_free(i)) open.longest = std::min(open.longest, subchain.exact_period);
       } else {
         open.roots += root(i);
-        open.constant += relaxed_.prices.of_cap[i] * subchain.min_period;
+        open.open_work += division_.cost(i) / division_.most_every(i);
+        open.constant += relaxed_.prices.open[i].constant;
+        open.price += relaxed_.prices.open[i].frame;
       }
       if (!division_.is_free(i)) begun.whole.push_back(i);
     }
@@ -112,9 +112,7 @@ class WholeNumbers {
     return begun;
   }
 
-  double root(std::size_t i) const {
-    return std::sqrt((relaxed_.prices.of[i] - relaxed_.prices.of_cap[i]) * division_.cost(i));
-  }
+  double root(std::size_t i) const { return std::sqrt(relaxed_.prices.open[i].period * division_.cost(i)); }
 
   // The core once subchain i runs every n frames.
   OpenCore with(const OpenCore& open, std::size_t i, int n) const {
@@ -125,10 +123,12 @@ class WholeNumbers {
       next.longest = std::min(open.longest, subchain.exact_period / n);
       return next;
     }
-    next.constant -= relaxed_.prices.of_cap[i] * subchain.min_period;
+    next.constant -= relaxed_.prices.open[i].constant;
+    next.price -= relaxed_.prices.open[i].frame;
     next.roots = std::max(0.0, open.roots - root(i));
     next.price += relaxed_.prices.of[i] * n;
     next.work += division_.cost(i) / n;
+    next.open_work = std::max(0.0, open.open_work - division_.cost(i) / division_.most_every(i));
     next.shortest = std::max(open.shortest, subchain.min_period / n);
     return next;
   }
@@ -197,8 +197,9 @@ class WholeNumbers {
     constexpr std::size_t kShare = 10;
     const std::size_t before = steps_;
     const std::size_t most = steps_ / kShare / division_.cores.size();
+    const auto takes_too_long = [&] { return steps_ == 0 || before - steps_ > most; };
     const auto descend = [&](const auto& self, std::size_t at, const OpenCore& open, double least) -> void {
-      if (before - steps_ > most) return;
+      if (takes_too_long()) return;
       if (at == begin.whole.size()) {
         best = std::min(best, least);
         return;
@@ -208,7 +209,7 @@ class WholeNumbers {
           [&](int, const OpenCore& next, double next_least) { self(self, at + 1, next, next_least); });
     };
     descend(descend, 0, begin.open, begin.open.least());
-    return before - steps_ > most ? begin.open.least() : best;
+    return takes_too_long() ? begin.open.least() : best;
   }
 
   void choose(std::size_t core, std::size_t at, const OpenCore& open, double before) {
