@@ -12,6 +12,7 @@
 
 #include "model/evaluate.h"
 #include "model/formulas.h"
+#include "paper/equal_shares.h"
 #include "paper/paper.h"
 #include "paper/problem.h"
 #include "paper/stage_one.h"

@@ -3,12 +3,14 @@
 //
 //   problem.h            the app in numbers: compute times, equation (1), table 1
 //   stage_one.h          stage I (section 5.1): which subchain runs on which cores
+//   equal_shares.h       what stage I takes an allocation to come to
+//   local_search.h       where it begins, and ends if it is cut short
 //   stage_two.h          stage II (section 5.2): the fractions f_i and periods p_i on each shared core
 //   relaxation.h         stage II as a geometric program, and what its solution says of whole numbers
 //   geometric_program.h  how such a program is solved
 //
-// What the paper leaves open or has no word for is as docs/planner and docs/app-file.md say: slack, queue nodes, rate
-// caps and exact rates, cores of several kinds, min_slice.
+// What the paper leaves open or has no word for is as docs/app-file.md and docs/decisions/0026 say: slack, queue nodes,
+// rate caps and exact rates, cores of several kinds, min_slice.
 //
 // A plan is called optimal if both stages are proven, each for its own problem: stage I chooses as if shares were
 // equal, so that another allocation can be better all the same. Else its gap is that of the stage that is further off.

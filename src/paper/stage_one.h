@@ -5,7 +5,7 @@
 // matters, not who, so here each subchain chooses a class: k cores of its own, or one core among m. Branch and bound
 // over these choices; what bounds a partial choice is table 1 with the rest at their shortest, and a Lagrangian bound,
 // in which each core has a price. It is exact as long as it is not cut short (`steps`); what it begins with, and ends
-// with where it is cut short, is what local search finds: subchains moved, swapped, cores lent.
+// with where it is cut short, is what local search finds (local_search.h).
 //
 // One difference from the paper, which takes all nodes to gain from any number of cores here: a node's compute time on
 // several cores is what is known of it, in stage I as in stage II.
@@ -14,7 +14,6 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "paper/problem.h"
 
@@ -29,8 +28,5 @@ struct StageOne {
 };
 
 StageOne allocate_cores(const Problem& problem, std::size_t steps);
-
-// What stage I takes periods to be.
-std::vector<Timing> equal_shares(const Problem& problem, const Allocation& allocation);
 
 }  // namespace ctn::paper
