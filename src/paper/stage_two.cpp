@@ -46,6 +46,7 @@ struct OpenCore {
   }
 };
 
+// Precondition: there is a shared core.
 class WholeNumbers {
  public:
   WholeNumbers(const Division& division, const Goal& goal, const Relaxed& relaxed, std::size_t& steps)
@@ -58,18 +59,12 @@ class WholeNumbers {
     }
   }
 
-  // The best value below `known`, if there is any.
-  std::optional<StageTwo> run(double known) {
-    best_ = known;
+  std::optional<StageTwo> run() {
     const std::size_t cores = division_.cores.size();
     rest_.assign(cores + 1, 0.0);
     for (std::size_t core = cores; core-- > 0;) rest_[core] = rest_[core + 1] + least_of(core);
     bound_ = relaxed_.prices.constant + rest_.front();
-    if (cores == 0) {
-      judge();
-    } else {
-      choose(0, 0, begin_[0].open, relaxed_.prices.constant);
-    }
+    choose(0, 0, begin_[0].open, relaxed_.prices.constant);
     return found_;
   }
 
@@ -312,7 +307,7 @@ struct Answer {
 
 std::optional<Answer> least(const Division& division, const Goal& goal, const Relaxed& relaxed, std::size_t& steps) {
   WholeNumbers search(division, goal, relaxed, steps);
-  std::optional<StageTwo> found = search.run(kInfinity);
+  std::optional<StageTwo> found = search.run();
   if (!found) return std::nullopt;
   return Answer{*std::move(found), search.value(), search.bound()};
 }
