@@ -24,12 +24,12 @@ function(catan_module name)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
   catan_unity(catan_${name} ALONE ${ARG_ALONE})
-  if(name MATCHES "^(model|plan|trial|planner|dispatch|policy|driver|sim|baselines)$")
+  if(name MATCHES "^(model|plan|trial|planner|paper|dispatch|policy|driver|sim|baselines)$")
     # What is planned and simulated must be the same on machines whose processors can fuse a multiplication with an addition.
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
     # Where simulations spend their time. At -O3 GCC 12 takes strings in aggregates that are all set for uninitialised:
     # other builds still have that warning.
-    if(name MATCHES "^(model|trial|planner|dispatch|driver|sim|baselines)$" AND NOT CATAN_SANITIZE AND NOT CATAN_FUZZ)
+    if(name MATCHES "^(model|trial|planner|paper|dispatch|driver|sim|baselines)$" AND NOT CATAN_SANITIZE AND NOT CATAN_FUZZ)
       target_compile_options(catan_${name} PRIVATE $<$<CONFIG:Release,RelWithDebInfo>:-O3>
                              $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     endif()

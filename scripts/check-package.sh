@@ -64,7 +64,7 @@ expect() { # WANTED WORD...
 }
 expect doctor catan do
 expect --explain catan plan --exp
-expect two-stage catan plan --planner tw
+expect paper catan plan --planner pa
 expect "$scratch/plan" catan check "$scratch/pl"
 
 # The library, from C, where there is a compiler.

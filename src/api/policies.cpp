@@ -54,10 +54,11 @@ Result<SimulatedPolicy> simulated_policy(std::string_view name, const graph::App
     if (parts->name == "static" && parts->file) return follow_plan_of(*parts->file, name, app);
     if (baselines::is_baseline(parts->name)) return baseline(*parts, name, app);
   }
-  if (auto own = policy::make_policy(name)) return SimulatedPolicy{std::move(*own)};
+  const bool by_paper = name == "catan" && app.scheduler.planner == graph::PlannerKind::kPaper;
+  if (auto own = policy::make_policy(by_paper ? "paper" : name)) return SimulatedPolicy{std::move(*own)};
   return Error::caller(
       fmt::format("'{}' is no scheduler", name),
-      "write catan, auto, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or picas, deadline, davare "
+      "write catan, auto, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or picas, deadline, davare "
       "or verucchi, with compute times as in picas:COSTS.yaml");
 }
 

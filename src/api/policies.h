@@ -2,6 +2,8 @@
 // (baselines/policies.h):
 //
 //   "catan", "auto", "default", "fifo", "rate:HZ"   Catan's own
+//   "paper"                                 the paper's Catan; "catan" is the same where the app file says
+//                                           `planner: paper`
 //   "static:FILE"                           a plan that `catan plan --json` wrote, which is followed and never revised
 //   "picas", "davare", "verucchi"           of others, which decide once, by compute times: NAME:FILE takes them from a
 //                                           cost file, NAME from known costs, which only a simulation has

@@ -34,8 +34,8 @@ class PoliciesTest : public ::testing::Test {
 
 TEST_F(PoliciesTest, AreCalledAsWritten) {
   for (const std::string& name :
-       {std::string("catan"), std::string("default"), std::string("fifo"), std::string("rate:12.5Hz"), "picas:" + costs,
-        "davare:" + costs, "verucchi:" + costs}) {
+       {std::string("catan"), std::string("paper"), std::string("default"), std::string("fifo"),
+        std::string("rate:12.5Hz"), "picas:" + costs, "davare:" + costs, "verucchi:" + costs}) {
     const auto live = live_policy(name, app);
     ASSERT_TRUE(live.ok()) << live.error().message();
     EXPECT_EQ((*live)->name(), name);
@@ -44,6 +44,12 @@ TEST_F(PoliciesTest, AreCalledAsWritten) {
     EXPECT_EQ(simulated->policy->name(), name);
     EXPECT_FALSE(simulated->reserve);
   }
+}
+
+TEST_F(PoliciesTest, CatanIsThePapersWhereTheAppSaysSo) {
+  app.scheduler.planner = graph::PlannerKind::kPaper;
+  EXPECT_EQ((*live_policy("catan", app))->name(), "paper");
+  EXPECT_EQ((*live_policy("fifo", app))->name(), "fifo");
 }
 
 TEST_F(PoliciesTest, WhatOnlyASimulationCanDoIsRefusedInLife) {

@@ -19,10 +19,11 @@ constexpr std::array<Keys, 10> kNodeKeys{"input",         "modes",    "external"
 constexpr std::array<Keys, 3> kEdgeKeys{"path", "max_age", "on_stale"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
 constexpr std::array<Keys, 2> kStealKeys{"priority", "off"};
-constexpr std::array<Keys, 8> kSchedulerKeys{"slack",      "frames",    "min_slice",      "window",
-                                             "percentile", "bootstrap", "bootstrap_cost", "replan"};
+constexpr std::array<Keys, 9> kSchedulerKeys{"slack",     "frames",         "min_slice", "window", "percentile",
+                                             "bootstrap", "bootstrap_cost", "replan",    "planner"};
 constexpr std::array<Keys, 2> kInputs{"latest", "queue"};
 constexpr std::array<Keys, 2> kFrames{"elastic", "fixed"};
+constexpr std::array<Keys, 2> kPlanners{"auto", "paper"};
 constexpr std::array<Keys, 2> kOnStale{"run", "skip"};
 
 constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
@@ -319,6 +320,10 @@ void AppReader::read_scheduler(const MapReader& map) {
   }
   if (const Value* frames = keys.find("frames")) {
     if (read_word(*frames, "scheduler.frames", kFrames, problems_) == 1) options.frames = graph::FrameMode::kFixed;
+  }
+  if (const Value* planner = keys.find("planner")) {
+    const auto word = read_word(*planner, "scheduler.planner", kPlanners, problems_);
+    if (word == 1) options.planner = graph::PlannerKind::kPaper;
   }
   duration("min_slice", read_positive_duration, options.min_slice);
   duration("bootstrap", read_duration, options.bootstrap);

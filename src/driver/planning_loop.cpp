@@ -59,7 +59,8 @@ void PlanningLoop::begin_with(policy::Decision decision) {
 }
 
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
-  clock_ = policy::ReplanClock(start, app_.scheduler, memory_ ? policy::kSavedForSearch : Nanos{0});
+  clock_ = policy::ReplanClock(start, app_.scheduler, options_.policy->replan_every(app_.scheduler),
+                               memory_ ? policy::kSavedForSearch : Nanos{0});
   in_force(adapts() ? PlanReason::kBootstrap : PlanReason::kStatic, host);
 }
 
@@ -130,6 +131,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   policy::Situation now = situation(costs, typical);
   now.assumed = unknown;
   now.why = why;
+  now.periodic = why == PlanReason::kPeriodic ? clock_.periodic() + 1 : 0;
   now.memory = memory_.get();
   trial::MeasuredRuns runs;
   if (memory_) {

@@ -42,11 +42,16 @@ class Tested : public policy::Policy {
                                                        const policy::Decision& in_force,
                                                        double to_beat) const override {
     asked.push_back(situation.costs[NodeId(0)].single_thread().count());
+    periodic.push_back(situation.periodic);
     if (fails) return Error::caller("there is no plan", "wait");
     return real_->decide_again(situation, in_force, to_beat);
   }
 
+  Nanos replan_every(const graph::SchedulerOptions& options) const override { return every.value_or(options.replan); }
+
   mutable std::vector<double> asked;  // what node a costs
+  mutable std::vector<int> periodic;
+  std::optional<Nanos> every;
   bool fails = false;
 
  private:
@@ -104,6 +109,14 @@ TEST_F(PlanningLoopTest, PlansWithWhatIsKnownAndSaysWhatIsNot) {
   told.clear();
   for (int second = 3; second < 30; ++second) turn(loop, at(seconds{second}));
   EXPECT_EQ(told, Told{}) << "said once";
+}
+
+TEST_F(PlanningLoopTest, PlansAsOftenAsThePolicySaysAndTellsItThatTimeHasPassed) {
+  tested->every = seconds{5};
+  PlanningLoop loop = loop_of();
+  run(loop, 1, milliseconds{10});
+  for (int half_second = 4; half_second <= 36; ++half_second) turn(loop, at(milliseconds{500} * half_second));
+  EXPECT_EQ(tested->periodic, (std::vector<int>{0, 1, 2, 3})) << "after 2, 7, 12 and 17 s";
 }
 
 TEST_F(PlanningLoopTest, ReplacesAPlanWithAssumedCostsAsSoonAsTheyAreKnown) {

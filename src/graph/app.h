@@ -129,6 +129,9 @@ class Graph {
 
 enum class FrameMode { kElastic, kFixed };
 
+// Who plans for the scheduler `catan`: Catan's own planner, or the paper's.
+enum class PlannerKind { kAuto, kPaper };
+
 struct SchedulerOptions {
   std::optional<double>
       slack;  // fraction of a core in [0, 1); none: what the machine needs, 6 % where it cannot be asked
@@ -139,6 +142,7 @@ struct SchedulerOptions {
   Nanos bootstrap = std::chrono::seconds{2};
   Nanos bootstrap_cost = std::chrono::milliseconds{5};
   Nanos replan = std::chrono::seconds{1};
+  PlannerKind planner = PlannerKind::kAuto;
 };
 
 constexpr double kDefaultSlack = 0.06;

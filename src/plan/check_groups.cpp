@@ -82,10 +82,8 @@ void check_shared_core(Check& check, std::size_t number, const Members& members)
   const CorePlan& core = check.plan.cores[number];
   check_slots(check, number, members);
   const bool fixed = core.frames == graph::FrameMode::kFixed;
-  if (fixed != needs_fixed_frames(check.app, members)) {
-    check.problem(Check::core_key(number, "frames"),
-                  fixed ? "frames are elastic where the app does not say otherwise and no rate is exact"
-                        : "frames are fixed where the app says so or a rate is exact");
+  if (!fixed && needs_fixed_frames(check.app, members)) {
+    check.problem(Check::core_key(number, "frames"), "frames are fixed where the app says so or a rate is exact");
   }
   if (fixed) return;
   for (const SubchainId id : members) {

@@ -142,7 +142,7 @@ struct Expectation {
 };
 
 struct Plan {
-  std::string planner;  // which one made it: "joint", "two-stage"
+  std::string planner;  // which one made it: "joint", "paper", "auto"
   Quality quality = Quality::kOptimal;
   double gap = 0.0;  // proven distance from the optimum, as a fraction of the objective
   Millis solve_time{0};
@@ -166,6 +166,12 @@ const Member* member_of(const Plan& plan, SubchainId subchain);
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
 inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {
   return !plan.cores[static_cast<std::size_t>(subchain.cores.front())].slots.empty();
+}
+
+// Whether the plan's frames are fixed where a subchain is, which then keeps to its period if it owns its cores.
+// Precondition: as above.
+inline bool has_fixed_frames(const Plan& plan, const SubchainPlan& subchain) {
+  return plan.cores[static_cast<std::size_t>(subchain.cores.front())].frames == graph::FrameMode::kFixed;
 }
 
 }  // namespace ctn::plan

@@ -89,7 +89,8 @@ class Expecting {
         app_.graph, id, costs_of(planned), static_cast<int>(planned.cores.size()), planned.threads, plan_.slack);
     const Millis execution = std::min(owned.execution, planned.execution);
     const PeriodLimits limits = period_limits(app_.graph, id);
-    if (app_.scheduler.frames == graph::FrameMode::kFixed || limits.exact) return {planned.period, execution};
+    const bool fixed = app_.scheduler.frames == graph::FrameMode::kFixed || has_fixed_frames(plan_, planned);
+    if (fixed || limits.exact) return {planned.period, execution};
     return {std::min(planned.period, std::max(owned.period, limits.min)), execution};
   }
 

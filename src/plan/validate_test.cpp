@@ -107,7 +107,6 @@ const std::vector<Break> kSharedCores{
     {"SlotTwice", "cores[0].slots", [](Plan& p) { p.cores[0].slots.push_back(p.cores[0].slots[2]); }},
     {"FrameMinBeyondTheFrame", "cores[0].frame_min_ms", [](Plan& p) { p.cores[0].frame_min = Millis{21}; }},
     {"FrameMinBreaksACap", "cores[0].frame_min_ms", [](Plan& p) { p.cores[0].frame_min = Millis{9}; }},
-    {"FramesFixedForNoReason", "cores[0].frames", [](Plan& p) { p.cores[0].frames = graph::FrameMode::kFixed; }},
     {"SliceIsNotShareOfCost", "subchains.slow.slice_ms", [](Plan& p) { of(p, kSlow).slice = Millis{6}; }},
     {"ShareIsNoWholeFraction", "subchains.slow.share", [](Plan& p) { of(p, kSlow).share = 0.3; }},
     {"QueueNodeWithAnEvery", "subchains.log.every", [](Plan& p) { of(p, kBatch).every = 1; }},
@@ -176,6 +175,14 @@ TEST(Validate, AcceptsTheSamplePlan) {
   const model::CostTable costs = sample_costs(app);
   const Status status = validate(sample_plan(app, costs), app, costs, kSampleCores);
   EXPECT_TRUE(status.ok()) << status.error().message();
+}
+
+TEST(Validate, FramesMayBeFixedForNoReason) {
+  const graph::App app = sample_app();
+  const model::CostTable costs = sample_costs(app);
+  Plan plan = sample_plan(app, costs);
+  plan.cores[0].frames = graph::FrameMode::kFixed;
+  EXPECT_TRUE(validate(plan, app, costs, kSampleCores).ok());
 }
 
 TEST(Validate, NeedsTheCostsThatThePlanWasMadeFor) {

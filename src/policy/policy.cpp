@@ -7,6 +7,7 @@
 
 #include "config/quantity.h"
 #include "policy/hand_set.h"
+#include "policy/paper.h"
 #include "policy/planned.h"
 #include "policy/search_policy.h"
 
@@ -27,6 +28,7 @@ Result<std::optional<Decision>> Policy::decide_again(const Situation& situation,
 Result<Made> make_policy(std::string_view text) {
   if (text == "catan") return Made(std::make_shared<CatanPolicy>());
   if (text == "auto") return Made(std::make_shared<SearchPolicy>());
+  if (text == "paper") return Made(std::make_shared<PaperPolicy>());
   if (text == "default") return Made(std::make_shared<DefaultPolicy>());
   if (text == "fifo") return Made(std::make_shared<FifoPolicy>());
   constexpr std::string_view kRate = "rate:";
@@ -38,7 +40,7 @@ Result<Made> make_policy(std::string_view text) {
     }
   }
   return Error::caller(fmt::format("'{}' is no scheduler", text),
-                       "write catan, auto, default, fifo, or a source rate as in rate:12.5");
+                       "write catan, auto, paper, default, fifo, or a source rate as in rate:12.5");
 }
 
 }  // namespace ctn::policy

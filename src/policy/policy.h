@@ -2,6 +2,7 @@
 //
 //   "catan"         plans rates, cores, shares of cores and levels; made again as costs change
 //   "auto"          the same, by what schedules come to in virtual time (search_policy.h)
+//   "paper"         the paper's Catan (paper.h)
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
@@ -63,6 +64,7 @@ struct Situation {
   PlanReason why = PlanReason::kBootstrap;
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
+  int periodic = 0;                          // decided again as time has passed: the how many-th time in a row, from 1
 };
 
 struct Decision {
@@ -85,6 +87,8 @@ class Policy {
   virtual bool follows_plan() const = 0;
   // Is asked again as costs and cores change.
   virtual bool adapts() const { return false; }
+  // How often, if nothing has changed.
+  virtual Nanos replan_every(const graph::SchedulerOptions& options) const { return options.replan; }
   // Needs real-time levels.
   virtual bool raises() const = 0;
   // Decides itself whether what is in force is to be replaced.
@@ -109,7 +113,7 @@ class Policy {
   std::string name_;
 };
 
-// "catan", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
+// "catan", "paper", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
 Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
 
 }  // namespace ctn::policy

@@ -144,6 +144,7 @@ void ReplanClock::made(TimePoint now, PlanReason why, Nanos cpu, std::size_t kno
   last_ = now;
   known_ = known;
   change_.reset();
+  periodic_ = why == PlanReason::kPeriodic ? periodic_ + 1 : 0;
   if (why == PlanReason::kMeasured) measured_plan_made_ = true;
   if (measured_plan_made_) due_ = now + interval_;
 }

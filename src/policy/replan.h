@@ -83,13 +83,14 @@ class Incumbent {
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation, const Decision& in_force);
 
 // When a plan is due. The first that rests on measurements: when the bootstrap is over and any scheduled node has run.
-// Further ones every `replan`, when a node has run that had not before, or when something has changed permanently, all
-// as the budget allows. `known`: how many scheduled nodes have run; never falls.
+// Further ones every `interval`, when a node has run that had not before, or when something has changed permanently,
+// all as the budget allows. `known`: how many scheduled nodes have run; never falls.
 class ReplanClock {
  public:
+  ReplanClock(TimePoint start, const graph::SchedulerOptions& options) : ReplanClock(start, options, options.replan) {}
   // `saved`: as the budget's.
-  ReplanClock(TimePoint start, const graph::SchedulerOptions& options, Nanos saved = Nanos{0})
-      : due_(start + options.bootstrap), interval_(options.replan), budget_(saved) {}
+  ReplanClock(TimePoint start, const graph::SchedulerOptions& options, Nanos interval, Nanos saved = Nanos{0})
+      : due_(start + options.bootstrap), interval_(interval), budget_(saved) {}
 
   // Something has changed: kChange, kPower. What came first is named when the plan is due.
   void changed(PlanReason what);
@@ -98,6 +99,8 @@ class ReplanClock {
   // A plan was begun at `now` for that reason, due or not, and took `cpu` to make.
   void made(TimePoint now, PlanReason why, Nanos cpu, std::size_t known);
 
+  // How many of the plans made last were periodic, without another in between.
+  int periodic() const { return periodic_; }
   const PlanningBudget& budget() const { return budget_; }
 
  private:
@@ -107,6 +110,7 @@ class ReplanClock {
   std::size_t known_ = 0;  // when the last plan was made
   TimePoint last_{};       // when a plan was made, once one was
   std::optional<PlanReason> change_;
+  int periodic_ = 0;
   PlanningBudget budget_;
 };
 

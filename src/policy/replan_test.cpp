@@ -203,7 +203,7 @@ TEST(ReplanClock, WhoHasMoreToDoIsAskedAgainAsTheBudgetAllows) {
   const TimePoint start{};
   graph::SchedulerOptions options;
   options.replan = seconds{1000};
-  ReplanClock clock(start, options, milliseconds{10});
+  ReplanClock clock(start, options, options.replan, milliseconds{10});
   constexpr bool kMore = true;
   EXPECT_FALSE(clock.due(start + seconds{1}, 2, kMore)) << "still the bootstrap";
   clock.made(start + seconds{3}, PlanReason::kMeasured, milliseconds{8}, 2);
@@ -213,6 +213,22 @@ TEST(ReplanClock, WhoHasMoreToDoIsAskedAgainAsTheBudgetAllows) {
   clock.made(start + seconds{4}, PlanReason::kPeriodic, milliseconds{10}, 2);
   EXPECT_FALSE(clock.due(start + seconds{5}, 2, kMore)) << "what was saved is used up";
   EXPECT_EQ(clock.due(start + seconds{9}, 2, kMore), PlanReason::kPeriodic);
+}
+
+TEST(ReplanClock, CountsPeriodicPlansInARow) {
+  const TimePoint start{};
+  ReplanClock clock(start, {}, seconds{5});
+  clock.made(start + seconds{3}, PlanReason::kMeasured, Nanos{0}, 1);
+  EXPECT_EQ(clock.periodic(), 0);
+  EXPECT_FALSE(clock.due(start + seconds{7}, 1));
+  for (int count = 1; count <= 3; ++count) {
+    const TimePoint at = start + seconds{3} + count * seconds{5};
+    EXPECT_EQ(clock.due(at, 1), PlanReason::kPeriodic);
+    clock.made(at, PlanReason::kPeriodic, Nanos{0}, 1);
+    EXPECT_EQ(clock.periodic(), count);
+  }
+  clock.made(start + seconds{20}, PlanReason::kChange, Nanos{0}, 1);
+  EXPECT_EQ(clock.periodic(), 0);
 }
 
 TEST(ReplanClock, ANodeThatHasRunForTheFirstTimeIsPlannedForAtOnce) {

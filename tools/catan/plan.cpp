@@ -16,6 +16,7 @@
 #include "config/cost_file.h"
 #include "config/quantity.h"
 #include "explain.h"
+#include "paper/paper.h"
 #include "plan/json.h"
 #include "plan/validate.h"
 #include "plan_text.h"
@@ -32,7 +33,7 @@ struct PlanOptions {
   std::string app;
   std::string costs;
   std::string slack;
-  std::string planner = "joint";
+  std::string planner;  // empty: as the app says
   std::optional<int> cores;
   double effort = 1.0;
   bool json = false;
@@ -52,12 +53,18 @@ Result<model::Workload> work_of(const graph::App& app, const std::string& file) 
   return work;
 }
 
+// The app, as the planner takes it.
+graph::App as_planned_by(const std::string& planner, const graph::App& app) {
+  return planner == "paper" ? paper::as_in_the_paper(app) : app;
+}
+
 // How long the search is, as a multiple of a few seconds.
 constexpr double kLeastEffort = 0.001;
 constexpr double kMostEffort = 1000.0;
 
 Result<plan::Plan> planned(const graph::App& app, const model::Workload& work, const model::CostTable& costs,
                            const planner::Request& request, const PlanOptions& options) {
+  if (options.planner == "paper") return paper::make_plan(app, costs, {.cores = request.cores, .slack = request.slack});
   if (options.planner != "auto") return planner::make_plan(app, costs, request);
   const trial::Samples samples(app, work, Nanos{0}, 1);
   return planner::make_expected_plan(app, samples, costs,
@@ -100,16 +107,19 @@ int make_rates(const graph::App& app, const model::CostTable& costs, const plann
   return kSuccess;
 }
 
-int make(const PlanOptions& options) {
-  const auto app = config::load_app(options.app);
-  if (!app) return report_error(app.error());
+int make(PlanOptions options) {
+  const auto loaded = config::load_app(options.app);
+  if (!loaded) return report_error(loaded.error());
+  if (options.planner.empty()) {
+    options.planner = loaded->scheduler.planner == graph::PlannerKind::kPaper ? "paper" : "joint";
+  }
+  const std::optional<graph::App> app = as_planned_by(options.planner, *loaded);
   const auto slack = slack_of(*app, options.slack);
   if (!slack) return report_error(slack.error());
   const auto work = work_of(*app, options.costs);
   if (!work) return report_error(work.error());
   const model::CostTable costs = work->costs(app->graph);
-  const auto method = options.planner == "two-stage" ? planner::Method::kTwoStage : planner::Method::kJoint;
-  const planner::Request request{options.cores.value_or(app->core_count().value_or(1)), *slack, method};
+  const planner::Request request{.cores = options.cores.value_or(app->core_count().value_or(1)), .slack = *slack};
   if (const RateMethod rates = rate_method(options.planner)) {
     if (options.explain) {
       return report_error(Error::caller("--explain is of Catan's own plans", "leave out --explain or --planner"));
@@ -117,9 +127,8 @@ int make(const PlanOptions& options) {
     return make_rates(*app, costs, request, rates, options.json);
   }
   const auto begin = std::chrono::steady_clock::now();
-  if (options.explain && options.planner == "auto") {
-    return report_error(
-        Error::caller("--explain is of plans by formula", "leave out --explain, or use --planner joint"));
+  if (options.explain && options.planner != "joint") {
+    return report_error(Error::caller("--explain is of plans by joint", "leave out --explain, or use --planner joint"));
   }
   auto plan = planned(*app, *work, costs, request, options);
   if (!plan) return report_error(plan.error());
@@ -152,13 +161,14 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
       ->type_name("PCT");
   command
-      ->add_option(
-          "--planner", options->planner,
-          "joint, two-stage: by formula, cores allocated jointly with the shares, or before them as if shares were "
-          "equal; auto: by what schedules come to in virtual time, of frames and of fixed priorities; or one of the "
-          "methods that Catan is compared with, which give periods and fixed priorities")
-      ->check(CLI::IsMember({"joint", "two-stage", "auto", "davare", "verucchi"}))
-      ->capture_default_str();
+      ->add_option("--planner", options->planner,
+                   "joint, paper: by formula, cores allocated jointly with the shares, or before them as if shares "
+                   "were equal, as "
+                   "in the paper; auto: by what schedules come to in virtual time, of frames and of fixed priorities; "
+                   "or one of the "
+                   "methods that Catan is compared with, which give periods and fixed priorities. Else as the app says "
+                   "(scheduler.planner), or joint")
+      ->check(CLI::IsMember({"joint", "paper", "auto", "davare", "verucchi"}));
   command
       ->add_option("--effort", options->effort, "Of --planner auto: how long to search, as a multiple of a few seconds")
       ->check(CLI::Range(kLeastEffort, kMostEffort))

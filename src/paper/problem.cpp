@@ -1,0 +1,175 @@
+// The app in numbers: sections 5.1 and 5.2 of the paper up to what is optimised.
+#include "paper/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "model/formulas.h"
+#include "plan/limits.h"
+#include "plan/predict.h"
+
+namespace ctn::paper {
+namespace {
+
+// Where slices may be as short as one likes, a run is spread over no more frames than this.
+constexpr double kMostEvery = 1000.0;
+constexpr double kRounding = 1e-12;
+
+double ms(const std::optional<Nanos>& time) { return to_millis(time.value_or(Nanos{0})).count(); }
+
+void add(Metric& metric, int subchain, double periods) {
+  const auto same = [&](const Metric::Part& part) { return part.subchain == subchain; };
+  auto part = std::find_if(metric.latency.begin(), metric.latency.end(), same);
+  if (part == metric.latency.end()) part = metric.latency.insert(part, Metric::Part{subchain, 0.0, 0.0});
+  part->periods += periods;
+  part->executions += 1.0;
+}
+
+// Table 1.
+Metric response_time(const graph::App& app, const model::CostTable& costs, const graph::Term& term) {
+  Metric metric;
+  bool first = true;
+  for (const graph::ChainElement& element : app.graph.chain_elements(term.path)) {
+    for (const NodeId node : element.nodes) {
+      metric.slowest_fixed = std::max(metric.slowest_fixed, ms(app.graph.node(node).output_period));
+    }
+    if (element.subchain) {
+      const int subchain = static_cast<int>(element.subchain->index());
+      add(metric, subchain, first ? 0.0 : 1.0);
+      if (std::find(metric.slowest.begin(), metric.slowest.end(), subchain) == metric.slowest.end()) {
+        metric.slowest.push_back(subchain);
+      }
+    } else {
+      const double period = ms(app.graph.node(element.nodes.front()).period);
+      metric.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      metric.slowest_fixed = std::max(metric.slowest_fixed, period);
+    }
+    first = false;
+  }
+  return metric;
+}
+
+Metric period_of(const graph::App& app, NodeId node) {
+  Metric metric;
+  if (const auto& subchain = app.graph.node(node).subchain) {
+    metric.slowest.push_back(static_cast<int>(subchain->index()));
+  } else {
+    metric.slowest_fixed = ms(app.graph.node(node).period);
+  }
+  return metric;
+}
+
+Metric metric_of(const graph::App& app, const model::CostTable& costs, const graph::Term& term) {
+  return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
+}
+
+// Threads beyond these change no node's cost.
+int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
+  int useful = 1;
+  for (const NodeId node : app.graph.subchain(id).nodes) {
+    const auto& measured = costs[node].by_threads();
+    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
+  }
+  return useful;
+}
+
+// Equation (1) for each q, and the q with the shortest response time of those that keep an exact rate, if any does.
+Owned best_owned(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, int threads,
+                 const Subchain& subchain, double slack) {
+  Owned best;
+  bool best_keeps = false;
+  for (int q = 1; q <= std::min(cores, threads); ++q) {
+    const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, q, slack);
+    const bool keeps =
+        subchain.exact_period <= 0.0 || found.period.count() <= subchain.exact_period * (1.0 + plan::kTolerance);
+    const Timing timing{keeps && subchain.exact_period > 0.0 ? subchain.exact_period
+                                                             : std::max(found.period.count(), subchain.min_period),
+                        found.execution.count()};
+    const bool shorter =
+        timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kRounding);
+    if (q == 1 || (keeps && !best_keeps) || (keeps == best_keeps && shorter)) {
+      best = {timing, q};
+      best_keeps = keeps;
+    }
+  }
+  return best;
+}
+
+OnKind on_kind(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
+               const Subchain& subchain) {
+  OnKind on;
+  on.cost = costs.subchain_total(app.graph, id).count();
+  const double min_slice = to_millis(app.scheduler.min_slice).count();
+  if (on.cost >= min_slice && on.cost > 0.0) {
+    const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
+    on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kRounding)));
+  }
+  const int threads = useful_threads(app, costs, id);
+  const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
+  for (int k = 1; k <= cores && k <= nodes * threads; ++k) {
+    on.owned.push_back(best_owned(app, costs, id, k, threads, subchain, slack));
+  }
+  return on;
+}
+
+}  // namespace
+
+double value_of(const Metric& metric, std::span<const Timing> timings) {
+  double value = metric.constant;
+  for (const Metric::Part& part : metric.latency) {
+    const Timing& timing = timings[static_cast<std::size_t>(part.subchain)];
+    value += part.periods * timing.period + part.executions * timing.execution;
+  }
+  double slowest = metric.slowest_fixed;
+  for (const int subchain : metric.slowest) {
+    slowest = std::max(slowest, timings[static_cast<std::size_t>(subchain)].period);
+  }
+  return value + slowest;
+}
+
+double objective_of(std::span<const Metric> terms, std::span<const Timing> timings) {
+  double sum = 0.0;
+  for (const Metric& term : terms) sum += term.weight * value_of(term, timings);
+  return sum;
+}
+
+double factor_of(std::span<const Metric> bounds, std::span<const Timing> timings) {
+  double factor = 1.0;
+  for (const Metric& bound : bounds) factor = std::max(factor, value_of(bound, timings) / bound.limit);
+  return factor;
+}
+
+Problem make_problem(const graph::App& app, const model::CostTable& costs, int cores, double slack) {
+  Problem problem;
+  problem.usable = 1.0 - slack;
+  problem.cores = app.cores_by_kind(cores);
+  const std::vector<model::CostTable> by_kind = model::costs_by_kind(app, costs);
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    const SubchainId id(i);
+    Subchain& subchain = problem.subchains.emplace_back();
+    const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
+    subchain.queue = plan::takes_batches(app.graph, id);
+    subchain.min_period = limits.min.count();
+    if (limits.exact) {
+      subchain.exact_period = limits.exact->count();
+      problem.exact.push_back(period_of(app, *limits.exact_of));
+      problem.exact.back().limit = subchain.exact_period;
+    }
+    for (std::size_t kind = 0; kind < problem.cores.size(); ++kind) {
+      subchain.on.push_back(on_kind(app, by_kind[kind], id, problem.cores[kind], slack, subchain));
+    }
+  }
+  for (const graph::Term& term : app.objective) {
+    problem.terms.push_back(metric_of(app, costs, term));
+    problem.terms.back().weight = term.weight;
+  }
+  for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
+    problem.bounds.push_back(bound.term ? metric_of(app, costs, app.objective[*bound.term])
+                                        : period_of(app, *bound.node));
+    problem.bounds.back().limit = bound.asked.count();
+  }
+  return problem;
+}
+
+}  // namespace ctn::paper
