@@ -19,6 +19,8 @@
 //   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
 //   "picas:COSTS"    as "default", but each subchain on one core, at chain-aware fixed priorities
 //   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file
+// CPUs that go offline, or that are taken from the process while the session runs (its cpuset, or `taskset` on its main
+// thread or on all threads), are not planned with until they are back.
 // Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
 // says so in the snapshot, in the record and to on_notice.
 //

@@ -94,15 +94,21 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
 bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
   if (now < next_cpu_check_) return false;
   next_cpu_check_ = now + kCpuCheckPeriod;
-  const Result<os::CpuSet> all_online = host.online_cpus();
-  if (!all_online) return false;
-  os::CpuSet online = os::common(options_.cpus, *all_online);
+  const Result<os::CpuSet> usable = host.usable_cpus();
+  if (!usable) return false;
+  os::CpuSet online = os::common(options_.cpus, *usable);
+  if (online.empty() && !std::exchange(no_cpus_, true)) {
+    host.notice("cpus", fmt::format("of CPUs {}, none is online and allowed to the app's programs: it goes on as "
+                                    "planned for {}, where the system lets it; give one back",
+                                    os::to_string(options_.cpus), os::to_string(online_)));
+  }
+  if (!online.empty()) no_cpus_ = false;
   if (online == online_ || online.empty()) return false;
   online_ = std::move(online);
   app_online_ = kinds_.only_with(app_, online_);
   cpus_changed_ = true;
-  host.notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(options_.cpus),
-                                  os::to_string(online_)));
+  host.notice("cpus", fmt::format("of CPUs {}, {} are online and allowed: planning for these",
+                                  os::to_string(options_.cpus), os::to_string(online_)));
   return true;
 }
 

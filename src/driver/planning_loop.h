@@ -66,8 +66,8 @@ class PlanningHost {
  public:
   virtual ~PlanningHost() = default;
 
-  // Errors: they are not known; nothing changes then.
-  virtual Result<os::CpuSet> online_cpus() = 0;
+  // That are online, and that the app's programs may use. Errors: they are not known; nothing changes then.
+  virtual Result<os::CpuSet> usable_cpus() = 0;
   virtual os::PowerState power_state() = 0;
 
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
@@ -132,7 +132,7 @@ class PlanningLoop {
   const graph::App& app_;
   PlanningOptions options_;
   policy::CpuKinds kinds_;
-  os::CpuSet online_;      // of the CPUs that were given
+  os::CpuSet online_;      // of the CPUs that were given: those that can be used
   graph::App app_online_;  // the app on these alone
   policy::MeasuredCosts measured_;
   policy::HungRuns hung_runs_;
@@ -146,6 +146,7 @@ class PlanningLoop {
   bool cost_changed_ = false;  // since the last turn
   bool cpus_changed_ = false;  // and that is not adopted yet
   bool plan_failed_ = false;   // and that was told
+  bool no_cpus_ = false;       // none can be used, and that was told
 
   // Made, and soon in force.
   std::optional<policy::Decision> next_;

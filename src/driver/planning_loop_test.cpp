@@ -77,7 +77,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
     loop.adopt(*this);
   }
 
-  Result<os::CpuSet> online_cpus() override { return online; }
+  Result<os::CpuSet> usable_cpus() override { return online; }
   os::PowerState power_state() override { return {}; }
   void in_force(const policy::Decision& /*decision*/, policy::PlanReason reason) override {
     told.push_back(std::string("plan ") + policy::to_string(reason));
@@ -202,6 +202,25 @@ TEST_F(PlanningLoopTest, RatesOnlyFollowWhatIsLeftOfTheCpus) {
     EXPECT_EQ(loop.decision().assignment.places.front().cpus, cpus);
   }
   EXPECT_EQ(std::count(told.begin(), told.end(), "replan-failed"), 2);
+}
+
+TEST_F(PlanningLoopTest, WithoutAnyCpuItGoesOnAsPlannedAndSaysSoOnce) {
+  PlanningLoop loop = loop_of({0, 1});
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  told.clear();
+  for (const os::CpuSet& none : {os::CpuSet{}, os::CpuSet{2}}) {
+    online = none;
+    for (int second = 3; second < 6; ++second) turn(loop, at(seconds{second}));
+    EXPECT_EQ(told, (Told{"cpus"}));
+  }
+  EXPECT_TRUE(loop.decision().plan.has_value());
+  EXPECT_EQ(loop.cpus(), (os::CpuSet{0, 1}));
+  online = os::CpuSet{0, 1};
+  turn(loop, at(seconds{7}));
+  online = os::CpuSet{};
+  turn(loop, at(seconds{8}));
+  EXPECT_EQ(told, (Told{"cpus", "cpus"})) << "told again when it happens again";
 }
 
 // --- Rates that cannot be met ---

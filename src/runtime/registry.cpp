@@ -67,6 +67,7 @@ Status Registry::hello(Program& program, const Request& request) {
   const os::ThreadId thread{request.thread};
   if (Status own = own_thread(program, thread); !own) return own;
   program.service = thread;
+  scheduler_.watch_cpus_of(thread);
   return Done{};
 }
 
@@ -82,6 +83,7 @@ void Registry::leave(ProgramId id, const std::string& why) {
   const auto found = programs_.find(id);
   if (found == programs_.end()) return;
   for (const NodeId node : found->second.nodes) scheduler_.leave(node, why);
+  if (found->second.service) scheduler_.forget_cpus_of(*found->second.service);
   programs_.erase(found);
 }
 

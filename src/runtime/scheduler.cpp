@@ -98,6 +98,7 @@ Status Scheduler::prepare() {
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
   joined_.open(parts_->enforcer, std::move(placement));
+  parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
@@ -112,9 +113,10 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
     : warm_from(warm),
       hand_set_hz(hertz),
       enforcer(of.os_, real_time, std::move(guard), &of.notices_),
+      allowed(of.os_, enforcer),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
-      housekeeping(of.app_, of.os_, of.region_, enforcer, controllers,
+      housekeeping(of.app_, of.os_, of.region_, enforcer, allowed, controllers,
                    {.links = of.links_,
                     .controllers = controllers.all(),
                     .members = of.joined_,

@@ -33,6 +33,7 @@
 #include "os/os.h"
 #include "policy/policy.h"
 #include "record/writer.h"
+#include "runtime/allowed_cpus.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -91,6 +92,10 @@ class Scheduler {
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   void leave(NodeId node, const std::string& why);
+  // A thread of a program of the app that is no node's: CPUs that are taken from it from now on are not planned for,
+  // until its program has gone (allowed_cpus.h).
+  void watch_cpus_of(os::ThreadId thread) { parts_->allowed.watch(thread); }
+  void forget_cpus_of(os::ThreadId thread) { parts_->allowed.forget(thread); }
   // Of a node that is not external.
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
@@ -110,6 +115,7 @@ class Scheduler {
     const TimePoint warm_from;
     const std::optional<double> hand_set_hz;  // rate of the first subchain's head, where no plan tells
     Enforcer enforcer;
+    AllowedCpus allowed;
     Measurements measurements;
     ControllerThreads controllers;
     Housekeeping housekeeping;
