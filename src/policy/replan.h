@@ -55,7 +55,7 @@ constexpr Nanos kChangeSpacing = std::chrono::milliseconds{250};
 constexpr Nanos kSettle = std::chrono::milliseconds{500};
 
 // Why a plan is made; the words are the record's.
-enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus };
+enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus, kAsked };
 const char* to_string(PlanReason reason);
 
 // The plan in force, when another is made that may replace it.

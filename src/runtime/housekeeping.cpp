@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <utility>
+
+#include "record/app_changes.h"
 
 namespace ctn::runtime {
 namespace {
@@ -17,24 +21,29 @@ constexpr Nanos kSettled = std::chrono::seconds{1};
 }  // namespace
 
 Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
-                           AllowedCpus& allowed, ControllerThreads& controllers, Collecting from,
+                           AllowedCpus& allowed, AskedChanges& asked, ControllerThreads& controllers, Collecting from,
                            driver::PlanningLoop loop)
     : app_(app),
       os_(os),
       region_(region),
       enforcer_(enforcer),
       allowed_(allowed),
+      asked_(asked),
       controllers_(controllers),
       links_(from.links),
       members_(from.members),
       measurements_(from.measurements),
       notices_(from.notices),
       cpus_(loop.cpus()),
+      carried_out_{app, cpus_},
       loop_(std::move(loop)),
       collector_(app, os, std::move(from), loop_),
       paced_(app.graph.subchains().size(), false) {}
 
-void Housekeeping::begin(TimePoint start) { loop_.begin(start, *this); }
+void Housekeeping::begin(TimePoint start) {
+  measurements_.cpus_in_use(cpus_);
+  loop_.begin(start, *this);
+}
 
 void Housekeeping::pace_members() {
   for (std::size_t index = 0; index < paced_.size(); ++index) {
@@ -62,6 +71,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
   update_membership();
+  carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
   loop_.adopt(*this);
   const bool time_to_flush = now >= next_flush;
@@ -74,6 +84,24 @@ void Housekeeping::turn(TimePoint& next_flush) {
     keep_places(now);
   }
   notices_.deliver();
+}
+
+void Housekeeping::carry_out_changes(TimePoint now) {
+  std::optional<AskedChanges::State> asked = asked_.take();
+  if (!asked) return;
+  std::string told;
+  const auto tell = [&](const std::string& what) { told += (told.empty() ? "" : "; ") + what; };
+  for (const record::AppChange& change : record::differences(carried_out_.app, asked->app, now)) {
+    collector_.app_changed(change);
+    tell(record::describe(app_, change));
+  }
+  if (asked->cpus != carried_out_.cpus) {
+    tell(fmt::format("CPUs: {} -> {}", os::to_string(carried_out_.cpus), os::to_string(asked->cpus)));
+  }
+  carried_out_ = *asked;
+  if (told.empty()) return;  // it is so already
+  notices_.add("changed", told);
+  loop_.change(std::move(asked->app), std::move(asked->cpus));
 }
 
 void Housekeeping::wake() {
@@ -118,6 +146,7 @@ void Housekeeping::raise_above(const policy::Decision& decision) {
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
   members_.place_on(cpus);
+  measurements_.cpus_in_use(cpus);
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     if (!app_.graph.nodes()[index].unscheduled) continue;
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_.move_now(thread, cpus); });

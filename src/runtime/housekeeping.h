@@ -19,6 +19,7 @@
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/allowed_cpus.h"
+#include "runtime/asked_changes.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -31,7 +32,7 @@ class Housekeeping : private driver::PlanningHost {
  public:
   // `loop` has decided. References outlive it.
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
-               ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
+               AskedChanges& asked, ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
   ~Housekeeping() override { stop(); }
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
@@ -61,6 +62,7 @@ class Housekeeping : private driver::PlanningHost {
   void turn(TimePoint& next_flush);
   void raise_above(const policy::Decision& decision);
   void publish();
+  void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
   void update_membership();
   bool prepare_restart(SubchainId subchain);
@@ -70,12 +72,14 @@ class Housekeeping : private driver::PlanningHost {
   const Region& region_;
   Enforcer& enforcer_;
   AllowedCpus& allowed_;
+  AskedChanges& asked_;
   ControllerThreads& controllers_;
   Links& links_;
   Membership& members_;
   Measurements& measurements_;
   Notices& notices_;
-  const os::CpuSet cpus_;  // that were given
+  const os::CpuSet cpus_;            // that were given
+  AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;
   Collector collector_;
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it

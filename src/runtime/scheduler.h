@@ -34,6 +34,7 @@
 #include "policy/policy.h"
 #include "record/writer.h"
 #include "runtime/allowed_cpus.h"
+#include "runtime/asked_changes.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -99,6 +100,10 @@ class Scheduler {
   // Of a node that is not external.
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
 
+  // Other weights, bounds or CPUs from now on; a plan for them follows at once. Errors: it does not run; its policy
+  // never plans again; what is wrong with the changes, all of it, and then nothing is changed. kCaller.
+  Status change(const Changes& changes);
+
   // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
@@ -116,6 +121,7 @@ class Scheduler {
     const std::optional<double> hand_set_hz;  // rate of the first subchain's head, where no plan tells
     Enforcer enforcer;
     AllowedCpus allowed;
+    AskedChanges asked;
     Measurements measurements;
     ControllerThreads controllers;
     Housekeeping housekeeping;
@@ -139,6 +145,7 @@ class Scheduler {
   Notices notices_;
   Membership joined_;
   std::unique_ptr<Parts> parts_;
+  std::atomic<bool> released_{false};
   std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
 };
 
