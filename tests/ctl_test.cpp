@@ -120,6 +120,37 @@ TEST_F(CtlTest, CpusAreThoseThatAreAsked) {
   expect_refused("cpus 4095", 2, "CPU 4095 is not one of those that were given; choose from " + both);
 }
 
+// A program may not go where the plan wants it any more, so the whole app keeps off that CPU.
+TEST_F(CtlTest, CpusThatAreTakenFromAProgramOrFromTheServerAreNotUsed) {
+  const os::CpuSet mine = *os_->affinity(os_->current_thread());
+  CATAN_REQUIRE(mine.size() >= 2, "needs two CPUs that this process may use; here: " << mine.size());
+  const os::CpuSet one{mine.cpus()[1]};
+  const os::CpuSet both{mine.cpus()[0], mine.cpus()[1]};
+  serve_all("", os::to_string(both));
+  const auto uses = [&](const os::CpuSet& cpus) {
+    return eventually([&] { return status()["cpus"] == Json(cpus.cpus()); });
+  };
+  ASSERT_TRUE(uses(both));
+  const auto bind_threads = [&](os::ProcessId process, const os::CpuSet& cpus) {
+    for (const os::ThreadId thread : *os_->threads(process)) EXPECT_TRUE(os_->set_affinity(thread, cpus).ok());
+  };
+  const os::ProcessId map = programs_.front()->process();
+  bind_threads(map, one);
+  EXPECT_TRUE(uses(one)) << said();
+  bind_threads(map, both);
+  EXPECT_TRUE(uses(both)) << said();
+  const os::ThreadId main_of_server = os_->main_thread(server_->process());
+  EXPECT_TRUE(os_->set_affinity(main_of_server, one).ok());
+  EXPECT_TRUE(uses(one)) << said();
+  // Whoever ends takes nothing from the others any more.
+  EXPECT_TRUE(os_->set_affinity(main_of_server, both).ok());
+  bind_threads(map, one);
+  EXPECT_TRUE(uses(one));
+  programs_.clear();
+  EXPECT_TRUE(uses(both)) << said();
+  EXPECT_TRUE(fast_->runs_on(20));
+}
+
 TEST_F(CtlTest, MistakesAreToldAndChangeNothing) {
   serve_all();
   expect_refused("weight nobody 1", 2, "the objective has no such term; choose from 0 (eye -> hand)");
