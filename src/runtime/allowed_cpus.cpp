@@ -27,7 +27,7 @@ Result<os::CpuSet> AllowedCpus::now() const {
     if (enforcer_.has_placed(thread)) continue;
     const Result<os::CpuSet> cpus = os_.affinity(thread);
     if (!cpus || enforcer_.has_placed(thread)) continue;
-    std::erase_if(allowed, [&](int cpu) { return before.contains(cpu) && !cpus->contains(cpu); });
+    std::erase_if(allowed, [&had = before, &cpus](int cpu) { return had.contains(cpu) && !cpus->contains(cpu); });
   }
   return os::CpuSet(std::move(allowed));
 }
