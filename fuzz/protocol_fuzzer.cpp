@@ -1,5 +1,6 @@
 // What programs say to a server: whatever it is, each message has one answer that a client understands, and when the
 // programs have gone nothing of them is left.
+// Program d alone may control the server; nobody else changes anything.
 //
 // The input is a row of lines. The first character of each says who speaks ('a' to 'd'), the rest is the message; an
 // upper-case letter is a message that another process wrote on that program's connection, '-' makes program a end.
@@ -41,6 +42,7 @@ struct World {
   graph::App app = *config::parse_app(kApp, "app.yaml");
   std::unique_ptr<runtime::LocalRegion> memory;
   std::unique_ptr<runtime::Scheduler> scheduler;
+  std::uint64_t changes = 0;
 };
 
 void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::ProgramId>& programs, World& world,
@@ -54,6 +56,11 @@ void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::
   const Status said = runtime::parse_reply(answer.text);
   if (!said && said.error().kind() != ErrorKind::kCaller) std::abort();
   if (answer.with_region && (!said || sender != own)) std::abort();
+  if (answer.with_status && (!said || sender != own || who != 'd')) std::abort();
+  if (line.find("change") == std::string_view::npos) return;  // a snapshot costs more than all of the above
+  const std::uint64_t changes = world.scheduler->snapshot().changes;
+  if (changes != world.changes && (!said || sender != own || who != 'd')) std::abort();
+  world.changes = changes;
 }
 
 }  // namespace
@@ -62,7 +69,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static World world;
   runtime::Registry registry(world.fake, *world.scheduler);
   std::map<char, runtime::Registry::ProgramId> programs;
-  for (const char name : {'a', 'b', 'c', 'd'}) programs[name] = registry.enter(world.fake.current_process());
+  for (const char name : {'a', 'b', 'c', 'd'}) {
+    programs[name] = registry.enter(world.fake.current_process(), name == 'd');
+  }
   std::string_view text(reinterpret_cast<const char*>(data), size);
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());

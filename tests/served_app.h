@@ -72,15 +72,17 @@ class ServedAppTest : public ::testing::Test {
 
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
 
-  // On one CPU, so that both subchains share it. The socket is in the test's folder.
-  void serve(const std::string& socket = "socket", const std::string& app = "app.yaml") {
+  // On one CPU, if no others are named, so that both subchains share it. The socket is in the test's folder. `more`:
+  // options, as a shell takes them.
+  void serve(const std::string& socket = "socket", const std::string& app = "app.yaml", const std::string& cpus = "",
+             const std::string& more = "") {
     std::vector<std::string> arguments{"/bin/sh",
                                        "-c",
-                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" 2>>\"$4\"",
+                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" " + more + " 2>>\"$4\"",
                                        CATAN_COMMAND,
                                        path(app),
                                        path(socket),
-                                       std::to_string(os_->online_cpus()->cpus().front()),
+                                       cpus.empty() ? std::to_string(os_->online_cpus()->cpus().front()) : cpus,
                                        path("said")};
     Result<os::ChildProcess> started = os::ChildProcess::start(arguments);
     ASSERT_TRUE(started.ok()) << started.error().message();

@@ -8,7 +8,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <memory>
+#include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 
 #include "os/linux/linux_os.h"
 #include "os/requires_real_time.h"
@@ -158,6 +162,144 @@ TEST_F(SessionTest, AllThatIsWrongWithTheAppFileIsTold) {
   ASSERT_FALSE(session.ok());
   EXPECT_EQ(session.error().kind(), ErrorKind::kCaller);
   EXPECT_GE(session.error().problems().size(), 2U);
+}
+
+// --- CPUs that are taken from the process, and given back ---
+
+class TakenCpusTest : public SessionTest {
+ protected:
+  void SetUp() override {
+    SessionTest::SetUp();
+    main_cpus_ = *os_->affinity(main_);
+    CATAN_REQUIRE(main_cpus_.size() >= 2, "needs two CPUs that this process may use; here: " << main_cpus_.size());
+    kept_ = os::CpuSet{main_cpus_.cpus()[1]};
+    Result<Session> opened = Session::open(
+        app_file_, {.cpus = {main_cpus_.cpus()[0], main_cpus_.cpus()[1]}, .record = {}, .note = {}, .on_notice = {}});
+    ASSERT_TRUE(opened.ok()) << opened.error().message();
+    session_ = std::make_unique<Session>(std::move(*opened));
+    session_->node("sense", [this](ctn::Run&) { work(); });
+    session_->node("act", [this](ctn::Run&) { work(); });
+    ASSERT_TRUE(session_->start().ok());
+    ASSERT_TRUE(eventually([&] { return elsewhere_ + here_ > 20; }));
+  }
+  void TearDown() override {
+    session_.reset();
+    if (!main_cpus_.empty()) static_cast<void>(os_->set_affinity(main_, main_cpus_));
+    SessionTest::TearDown();
+  }
+
+  template <class Condition>
+  static bool eventually(const Condition& condition) {
+    for (int look = 0; look < 500; ++look) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(milliseconds{20});
+    }
+    return condition();
+  }
+  void work() {
+    ++(kept_.contains(os_->current_cpu()) ? here_ : elsewhere_);
+    burn(milliseconds{2});
+  }
+  // That the newest notice says so: it is told within 150 ms where the machine is not busy.
+  bool plans_for(const os::CpuSet& cpus) {
+    const std::string said = " " + os::to_string(cpus) + " are online and allowed: planning for these";
+    return eventually([&] {
+      const Snapshot snapshot = session_->snapshot();
+      return !snapshot.notices.empty() && snapshot.notices.back().ends_with(said);
+    });
+  }
+  // No node runs where it may not while it runs so many times.
+  bool stays_here(int runs) {
+    std::this_thread::sleep_for(milliseconds{300});  // runs that were under way
+    elsewhere_ = 0;
+    here_ = 0;
+    return eventually([&] { return here_ >= runs; }) && elsewhere_ == 0;
+  }
+
+  const os::ThreadId main_ = os_->main_thread(os_->current_process());
+  os::CpuSet main_cpus_;
+  os::CpuSet kept_;
+  std::atomic<int> here_{0};  // runs on the CPU that is kept
+  std::atomic<int> elsewhere_{0};
+  std::unique_ptr<Session> session_;
+};
+
+TEST_F(TakenCpusTest, ByATasksetOfTheProcess) {
+  ASSERT_TRUE(os_->set_affinity(main_, kept_).ok());
+  EXPECT_TRUE(plans_for(kept_));
+  EXPECT_TRUE(stays_here(20));
+  ASSERT_TRUE(os_->set_affinity(main_, main_cpus_).ok());
+  EXPECT_TRUE(plans_for(os::CpuSet{main_cpus_.cpus()[0], main_cpus_.cpus()[1]}));
+}
+
+TEST_F(TakenCpusTest, ByATasksetOfAllItsThreads) {
+  const auto bind_all = [&](const os::CpuSet& cpus) {
+    for (const os::ThreadId thread : *os_->threads(os_->current_process())) {
+      EXPECT_TRUE(os_->set_affinity(thread, cpus).ok());
+    }
+  };
+  bind_all(kept_);
+  EXPECT_TRUE(plans_for(kept_));
+  EXPECT_TRUE(stays_here(20));
+  bind_all(main_cpus_);
+  EXPECT_TRUE(plans_for(os::CpuSet{main_cpus_.cpus()[0], main_cpus_.cpus()[1]}));
+}
+
+// A cpuset of the older kind (cgroup v1), which root can make without asking those above it.
+class MadeCpuset {
+ public:
+  explicit MadeCpuset(const std::string& name) : folder_(std::string(kRoot) + "/" + name) {
+    std::error_code failed;
+    std::filesystem::create_directory(folder_, failed);
+    made_ = !failed && write("cpuset.mems", read(std::string(kRoot) + "/cpuset.mems"));
+  }
+  ~MadeCpuset() {
+    std::ofstream(std::string(kRoot) + "/cgroup.procs") << ::getpid();
+    std::error_code ignored;
+    std::filesystem::remove(folder_, ignored);
+  }
+  MadeCpuset(const MadeCpuset&) = delete;
+  MadeCpuset& operator=(const MadeCpuset&) = delete;
+
+  bool holds(const os::CpuSet& cpus) { return made_ && write("cpuset.cpus", os::to_string(cpus)); }
+  bool enter() { return write("cgroup.procs", std::to_string(::getpid())); }
+
+ private:
+  static constexpr const char* kRoot = "/sys/fs/cgroup/cpuset";
+  static std::string read(const std::string& path) {
+    std::string text;
+    std::getline(std::ifstream(path) >> std::ws, text);
+    return text;
+  }
+  bool write(const std::string& file, const std::string& text) {
+    std::ofstream stream(folder_ + "/" + file);
+    stream << text << std::flush;
+    return stream.good();
+  }
+
+  std::string folder_;
+  bool made_ = false;
+};
+
+TEST_F(TakenCpusTest, ByTheCpusetOfTheProcess) {
+  const std::string original = [] {
+    std::ifstream groups("/proc/self/cgroup");
+    std::string line;
+    while (std::getline(groups, line)) {
+      if (line.find(":cpuset:") != std::string::npos) return line.substr(line.rfind(':') + 1);
+    }
+    return std::string();
+  }();
+  if (original != "/")
+    GTEST_SKIP() << "needs to be in the root of a cgroup v1 hierarchy of cpusets; here: " << original;
+  const os::CpuSet both{main_cpus_.cpus()[0], main_cpus_.cpus()[1]};
+  MadeCpuset cpuset("catan-" + std::to_string(::getpid()));
+  if (!cpuset.holds(both) || !cpuset.enter()) GTEST_SKIP() << "needs the permission to make a cpuset: run it as root";
+  ASSERT_TRUE(cpuset.holds(kept_));
+  EXPECT_TRUE(plans_for(kept_));
+  EXPECT_TRUE(stays_here(20));
+  ASSERT_TRUE(cpuset.holds(both));
+  EXPECT_TRUE(plans_for(both));
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ typedef struct catan_session_options {
 #define CATAN_SESSION_OPTIONS \
   { sizeof(catan_session_options), NULL, NULL, 0, NULL, NULL, 0, 0, 0, NULL, NULL }
 
-/* Thread safety: one thread at a time; snapshot and adopt_this_thread from any. */
+/* Thread safety: one thread at a time; set_..., snapshot and adopt_this_thread from any. */
 typedef struct catan_session catan_session;
 /* `options` may be NULL. */
 catan_session* catan_session_open(const char* app_file, const catan_session_options* options, catan_error** error);
@@ -113,6 +113,13 @@ void catan_session_node(catan_session* session, const char* name, catan_node_fun
 catan_status catan_session_start(catan_session* session, catan_error** error);
 /* The calling thread works for the node from now on, in addition to the node's own. */
 catan_status catan_session_adopt_this_thread(catan_session* session, const char* node, catan_error** error);
+/* While it runs: from now on it uses these CPUs, of those that it was given; an objective's term has this weight or,
+ * for response times, this bound; a node has this lowest rate (0: no bound). Terms are named as in changes.h: "0",
+ * "scan -> LM". A plan follows at once. What is wrong changes nothing. From any thread. */
+catan_status catan_session_set_cpus(catan_session* session, const int* cpus, size_t count, catan_error** error);
+catan_status catan_session_set_weight(catan_session* session, const char* term, double weight, catan_error** error);
+catan_status catan_session_set_max(catan_session* session, const char* term, double max_ms, catan_error** error);
+catan_status catan_session_set_min_rate(catan_session* session, const char* node, double hertz, catan_error** error);
 /* What was measured so far, as one JSON object: the fields of ctn::Snapshot (snapshot.h) under their names. The caller
  * frees it with catan_free(). NULL on failure. */
 char* catan_session_snapshot(const catan_session* session, catan_error** error);

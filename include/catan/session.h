@@ -19,10 +19,13 @@
 //   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
 //   "picas:COSTS"    as "default", but each subchain on one core, at chain-aware fixed priorities
 //   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file
+// CPUs that go offline, or that are taken from the process while the session runs (its cpuset, or `taskset` on its main
+// thread or on all threads), are not planned with until they are back.
 // Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
 // says so in the snapshot, in the record and to on_notice.
 //
-// Thread safety: open, node, channel, queue, start, stop from one thread; snapshot and adopt_this_thread from any.
+// Thread safety: open, node, channel, queue, start, stop from one thread; change, snapshot and adopt_this_thread from
+// any.
 #pragma once
 
 #include <cstdint>
@@ -34,6 +37,7 @@
 #include <typeindex>
 #include <vector>
 
+#include "catan/changes.h"
 #include "catan/channel.h"
 #include "catan/result.h"
 #include "catan/run.h"
@@ -88,6 +92,12 @@ class Session {
   // Waits for runs that are under way, restores scheduling, closes the record. May be called twice. The first error of
   // the record.
   Status stop();
+
+  // While it runs: other weights, bounds or CPUs from now on, all of them or, where anything is wrong, none. A plan for
+  // them is made at once, in the housekeeping thread; the call does not wait for it. What was changed is in the record,
+  // in the snapshot and told as a notice (`changed`); the app file stays as it is. Errors: all that is wrong, as with
+  // an app file (kCaller); a policy that never plans again; it does not run.
+  Status change(const Changes& changes);
 
   Snapshot snapshot() const;
 

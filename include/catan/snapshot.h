@@ -22,6 +22,14 @@ struct NodeSnapshot {
   std::string name;
   Summary compute_ms;
   double rate_hz = 0.0;
+  std::optional<double> min_rate_hz{};  // that is asked for at present
+};
+
+// A term of the objective, as it counts at present.
+struct TermSnapshot {
+  std::string term;  // "scan -> LM", "period of LM"
+  double weight = 0.0;
+  std::optional<double> max_ms;  // bound of a response time
 };
 
 // An edge with an age limit (`max_age`).
@@ -52,6 +60,8 @@ struct Snapshot {
   std::string policy;
   bool real_time = false;             // levels are enforced; else rates only
   bool warmed_up = false;             // the bootstrap is over; what was measured in it is left out below
+  std::vector<int> cpus;              // that are planned for
+  std::uint64_t changes = 0;          // how often weights, bounds or CPUs were changed while it ran
   double source_hz = 0.0;             // rate of the first subchain's head, as planned or hand-set
   std::uint64_t plans = 0;            // plans that came into force, the bootstrap's included
   std::uint64_t cost_changes = 0;     // how often a node's compute time changed permanently
@@ -62,6 +72,7 @@ struct Snapshot {
   double relax_factor = 1.0;          // of the plan in force: by which its bounds are relaxed; 1: all hold
   std::vector<RelaxedBoundSnapshot> relaxed;
   std::vector<AssumedCostSnapshot> assumed;
+  std::vector<TermSnapshot> objective;
   std::vector<ChainSnapshot> chains;  // the objective's response times
   std::vector<NodeSnapshot> nodes;    // those that are not external
   std::vector<AgeSnapshot> ages;      // edges with an age limit

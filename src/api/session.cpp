@@ -66,6 +66,8 @@ Status Session::start() { return impl_->engine().start(); }
 
 Status Session::stop() { return impl_->engine().stop(); }
 
+Status Session::change(const Changes& changes) { return impl_->engine().change(changes); }
+
 Snapshot Session::snapshot() const { return impl_->engine().snapshot(); }
 
 }  // namespace ctn

@@ -4,12 +4,13 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 
+#include "api/snapshot_json.h"
 #include "capi/callbacks.h"
 #include "capi/failure.h"
 #include "capi/options.h"
-#include "capi/snapshot_json.h"
 
 struct catan_session {
   ctn::Session session;
@@ -34,6 +35,20 @@ Result<SessionOptions> options_of(const catan_session_options* given) {
   result.on_notice = notice_of(options.on_notice, options.on_notice_user);
   return result;
 }
+
+// `ask` writes what is asked for into Changes.
+template <class Ask>
+catan_status change(catan_error** error, catan_session* session, const Ask& ask) noexcept {
+  return guarded(error, [&]() -> Status {
+    if (session == nullptr) return missing("session");
+    Changes changes;
+    ask(changes);
+    return session->session.change(changes);
+  });
+}
+
+// What stands for no bound.
+std::optional<double> bound_of(double value) { return value == 0.0 ? std::nullopt : std::optional(value); }
 
 }  // namespace
 }  // namespace ctn::capi
@@ -73,11 +88,35 @@ catan_status catan_session_adopt_this_thread(catan_session* session, const char*
   });
 }
 
+catan_status catan_session_set_cpus(catan_session* session, const int* cpus, size_t count, catan_error** error) {
+  return ctn::capi::change(error, session, [&](ctn::Changes& changes) {
+    changes.cpus.emplace(cpus, cpus == nullptr ? cpus : cpus + count);
+  });
+}
+
+catan_status catan_session_set_weight(catan_session* session, const char* term, double weight, catan_error** error) {
+  return ctn::capi::change(error, session, [&](ctn::Changes& changes) {
+    changes.weights.push_back({ctn::capi::text_of(term), weight});
+  });
+}
+
+catan_status catan_session_set_max(catan_session* session, const char* term, double max_ms, catan_error** error) {
+  return ctn::capi::change(error, session, [&](ctn::Changes& changes) {
+    changes.maxes.push_back({ctn::capi::text_of(term), ctn::capi::bound_of(max_ms)});
+  });
+}
+
+catan_status catan_session_set_min_rate(catan_session* session, const char* node, double hertz, catan_error** error) {
+  return ctn::capi::change(error, session, [&](ctn::Changes& changes) {
+    changes.min_rates.push_back({ctn::capi::text_of(node), ctn::capi::bound_of(hertz)});
+  });
+}
+
 char* catan_session_snapshot(const catan_session* session, catan_error** error) {
   char* copy = nullptr;
   ctn::capi::guarded(error, [&]() -> ctn::Status {
     if (session == nullptr) return ctn::capi::missing("session");
-    const std::string text = ctn::capi::to_json(session->session.snapshot());
+    const std::string text = ctn::api::to_json(session->session.snapshot());
     copy = static_cast<char*>(std::malloc(text.size() + 1));
     if (copy == nullptr) throw std::bad_alloc();
     std::memcpy(copy, text.c_str(), text.size() + 1);

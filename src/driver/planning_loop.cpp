@@ -24,6 +24,8 @@ PlanningLoop::PlanningLoop(const graph::App& app, PlanningOptions options)
     : app_(app),
       options_(std::move(options)),
       kinds_(app, options_.cpus),
+      asked_(app),
+      chosen_(options_.cpus),
       online_(options_.cpus),
       app_online_(app),
       measured_(app),
@@ -74,6 +76,14 @@ std::optional<record::CostChange> PlanningLoop::ran(const record::Run& run) {
   return change;
 }
 
+void PlanningLoop::change(graph::App app, os::CpuSet cpus) {
+  asked_ = std::move(app);
+  chosen_ = std::move(cpus);
+  app_online_ = kinds_.only_with(asked_, online_);
+  asked_changed_ = true;
+  next_cpu_check_ = {};
+}
+
 bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   if (!adapts()) return false;
   const std::optional<PlanReason> why = due(now, host);
@@ -86,9 +96,11 @@ bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   return true;
 }
 
-// CPUs first: nothing can be followed on one that has gone.
+// CPUs first: nothing can be followed on one that has gone. What was asked is planned for with them.
 std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
+  const bool asked = std::exchange(asked_changed_, false);
   if (check_cpus(now, host)) return PlanReason::kCpus;
+  if (asked) return PlanReason::kAsked;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
   const std::optional<PlanReason> why = clock_.due(now, measured_.known(), memory_ && memory_->more_to_do());
@@ -98,15 +110,21 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
 bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
   if (now < next_cpu_check_) return false;
   next_cpu_check_ = now + kCpuCheckPeriod;
-  const Result<os::CpuSet> all_online = host.online_cpus();
-  if (!all_online) return false;
-  os::CpuSet online = os::common(options_.cpus, *all_online);
+  const Result<os::CpuSet> usable = host.usable_cpus();
+  if (!usable) return false;
+  os::CpuSet online = os::common(chosen_, *usable);
+  if (online.empty() && !std::exchange(no_cpus_, true)) {
+    host.notice("cpus", fmt::format("of CPUs {}, none is online and allowed to the app's programs: it goes on as "
+                                    "planned for {}, where the system lets it; give one back",
+                                    os::to_string(chosen_), os::to_string(online_)));
+  }
+  if (!online.empty()) no_cpus_ = false;
   if (online == online_ || online.empty()) return false;
   online_ = std::move(online);
-  app_online_ = kinds_.only_with(app_, online_);
+  app_online_ = kinds_.only_with(asked_, online_);
   memory_ = options_.policy->make_memory();
   cpus_changed_ = true;
-  host.notice("cpus", fmt::format("of CPUs {}, {} are online: planning for these", os::to_string(options_.cpus),
+  host.notice("cpus", fmt::format("of CPUs {}, {} are online and allowed: planning for these", os::to_string(chosen_),
                                   os::to_string(online_)));
   return true;
 }
@@ -167,7 +185,9 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
 // exact rates (policy/planned.h) stays so.
 model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::vector<NodeId>& unknown,
                                             PlanReason why) const {
-  if (!decision_.plan || why == PlanReason::kMeasured || why == PlanReason::kCpus) return costs;
+  if (!decision_.plan || why == PlanReason::kMeasured || why == PlanReason::kCpus || why == PlanReason::kAsked) {
+    return costs;
+  }
   for (const plan::AssumedCost& assumed : decision_.plan->assumed) {
     if (std::find(unknown.begin(), unknown.end(), assumed.node) == unknown.end()) continue;
     costs.set(assumed.node, model::CostProfile::constant(assumed.cost));

@@ -7,8 +7,9 @@
 //   plan()    where a plan is due, makes one at the estimated costs, and decides whether it is worth a change
 //   adopt()   brings what was decided into force: PlanningHost::in_force()
 //
-// A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, or
-// when compute times, power, clock limits or CPUs have changed (policy/replan.h), within a budget of CPU time
+// A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, when
+// compute times, power, clock limits or CPUs have changed (policy/replan.h), or when somebody has asked for other
+// weights, bounds or CPUs (change()), within a budget of CPU time
 // (policy/planning_budget.h). It is made with what is known: nodes that have not run have an assumed cost, and the plan
 // says which. Where no plan can be made and the one in force names a CPU that is gone, what comes into force in its
 // place has no plan: rates only (policy/planned.h). docs/decisions/0023-planning-with-what-is-known.md says why.
@@ -66,8 +67,8 @@ class PlanningHost {
  public:
   virtual ~PlanningHost() = default;
 
-  // Errors: they are not known; nothing changes then.
-  virtual Result<os::CpuSet> online_cpus() = 0;
+  // That are online, and that the app's programs may use. Errors: they are not known; nothing changes then.
+  virtual Result<os::CpuSet> usable_cpus() = 0;
   virtual os::PowerState power_state() = 0;
 
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
@@ -99,6 +100,10 @@ class PlanningLoop {
   std::optional<record::CostChange> ran(const record::Run& run);
   // A run of the subchain was taken to hang at that time. To be told before that run is.
   void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
+
+  // The app is to have these weights and bounds from now on, and to use these CPUs, of those that were given, not none
+  // of them. The next turn plans by that.
+  void change(graph::App app, os::CpuSet cpus);
 
   // --- a turn ---
   // Looks at what has changed, and plans if that is due. True: a plan was made or tried, whatever became of it.
@@ -132,8 +137,10 @@ class PlanningLoop {
   const graph::App& app_;
   PlanningOptions options_;
   policy::CpuKinds kinds_;
-  os::CpuSet online_;      // of the CPUs that were given
-  graph::App app_online_;  // the app on these alone
+  graph::App asked_;       // with the weights and bounds that hold
+  os::CpuSet chosen_;      // of the CPUs that were given: those that it is to use
+  os::CpuSet online_;      // of these: those that can be used
+  graph::App app_online_;  // asked_ on these alone
   policy::MeasuredCosts measured_;
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
@@ -145,8 +152,10 @@ class PlanningLoop {
   policy::Decision decision_;
   std::uint64_t cost_changes_ = 0;
   bool cost_changed_ = false;  // since the last turn
+  bool asked_changed_ = false;
   bool cpus_changed_ = false;  // and that is not adopted yet
   bool plan_failed_ = false;   // and that was told
+  bool no_cpus_ = false;       // none can be used, and that was told
 
   // Made, and soon in force.
   std::optional<policy::Decision> next_;

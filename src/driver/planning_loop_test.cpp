@@ -82,7 +82,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
     loop.adopt(*this);
   }
 
-  Result<os::CpuSet> online_cpus() override { return online; }
+  Result<os::CpuSet> usable_cpus() override { return online; }
   os::PowerState power_state() override { return {}; }
   void in_force(const policy::Decision& /*decision*/, policy::PlanReason reason) override {
     told.push_back(std::string("plan ") + policy::to_string(reason));
@@ -215,6 +215,63 @@ TEST_F(PlanningLoopTest, RatesOnlyFollowWhatIsLeftOfTheCpus) {
     EXPECT_EQ(loop.decision().assignment.places.front().cpus, cpus);
   }
   EXPECT_EQ(std::count(told.begin(), told.end(), "replan-failed"), 2);
+}
+
+TEST_F(PlanningLoopTest, WithoutAnyCpuItGoesOnAsPlannedAndSaysSoOnce) {
+  PlanningLoop loop = loop_of({0, 1});
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  told.clear();
+  for (const os::CpuSet& none : {os::CpuSet{}, os::CpuSet{2}}) {
+    online = none;
+    for (int second = 3; second < 6; ++second) turn(loop, at(seconds{second}));
+    EXPECT_EQ(told, (Told{"cpus"}));
+  }
+  EXPECT_TRUE(loop.decision().plan.has_value());
+  EXPECT_EQ(loop.cpus(), (os::CpuSet{0, 1}));
+  online = os::CpuSet{0, 1};
+  turn(loop, at(seconds{7}));
+  online = os::CpuSet{};
+  turn(loop, at(seconds{8}));
+  EXPECT_EQ(told, (Told{"cpus", "cpus"})) << "told again when it happens again";
+}
+
+// --- What somebody asks for ---
+
+TEST_F(PlanningLoopTest, WhatIsAskedIsPlannedForAtOnceWhateverThePlanInForceIsWorth) {
+  PlanningLoop loop = loop_of();
+  graph::App asked = app;
+  asked.objective[0].weight = 7.0;
+  loop.change(asked, {0});
+  turn(loop, at(milliseconds{50}));
+  EXPECT_EQ(told, (Told{"plan bootstrap", "plan asked"})) << "the bootstrap is not over, and nothing was measured";
+  turn(loop, at(milliseconds{100}));
+  EXPECT_EQ(told.size(), 2U);
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  EXPECT_EQ(told.back(), "plan measured");
+  EXPECT_EQ(loop.decision().plan->chains[0].weight, 7.0) << "from then on";
+}
+
+TEST_F(PlanningLoopTest, CpusThatAreAskedForAreThoseThatCountUntilOthersAre) {
+  PlanningLoop loop = loop_of({0, 1});
+  run(loop, 1, milliseconds{10});
+  turn(loop, at(seconds{2}));
+  told.clear();
+  loop.change(app, {1});
+  turn(loop, at(seconds{2} + milliseconds{50}));
+  EXPECT_EQ(told, (Told{"cpus", "plan cpus", "cpus 1"})) << "not with the next look at the CPUs";
+  EXPECT_EQ(loop.decision().assignment.places.front().cpus, os::CpuSet{1});
+  told.clear();
+  online = os::CpuSet{1};
+  turn(loop, at(seconds{3}));
+  EXPECT_EQ(told, Told{}) << "who is not used may go";
+  loop.change(app, {0, 1});
+  turn(loop, at(seconds{4}));
+  EXPECT_EQ(told, (Told{"plan asked"})) << "the other is gone";
+  online = os::CpuSet{0, 1};
+  turn(loop, at(seconds{5}));
+  EXPECT_EQ(loop.cpus(), (os::CpuSet{0, 1}));
 }
 
 // --- Rates that cannot be met ---

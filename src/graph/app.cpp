@@ -34,6 +34,12 @@ Graph Graph::without_min_rate(NodeId id) const {
   return graph;
 }
 
+Graph Graph::with_min_rate(NodeId id, std::optional<Rate> min_rate) const {
+  Graph graph = *this;
+  graph.nodes_[id.index()].min_rate = min_rate;
+  return graph;
+}
+
 Graph Graph::relaxing_exact_rates() const {
   Graph graph = *this;
   for (Node& node : graph.nodes_) node.relaxes_exact_rate = true;

@@ -112,6 +112,10 @@ class Graph {
   // invariant.
   Graph without_min_rate(NodeId id) const;
 
+  // The same graph but for the lowest rate of this node; none: no bound. Precondition: it is not above the max_rate of
+  // any node of its subchain.
+  Graph with_min_rate(NodeId id, std::optional<Rate> min_rate) const;
+
   // The same graph but that exact rates (min_rate = max_rate) may be relaxed, as any min_rate may: to plan where they
   // cannot be met.
   Graph relaxing_exact_rates() const;

@@ -68,8 +68,6 @@ class AppBuilder {
   std::optional<Term> resolve_term(const TermSpec& spec, const std::string& key);
   bool check_term_path(const TermSpec& spec, const std::vector<NodeId>& path, const std::string& key);
   void add_order();
-  std::vector<SubchainId> by_weight() const;
-  std::vector<SubchainId> by_data_flow() const;
   std::vector<SubchainId> resolve_ranking(const std::vector<Name>& names, const std::string& key);
   std::optional<SubchainId> resolve_subchain(const Name& name, const std::string& key);
 

@@ -1,14 +1,13 @@
-// The objective, and the rankings of subchains that default to it.
+// The objective, and the rankings of subchains that default to it (ranking.h).
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
-#include <set>
 
 #include "base/text.h"
 #include "graph/app_builder.h"
+#include "graph/ranking.h"
 
 namespace ctn::graph {
 
@@ -93,8 +92,9 @@ bool AppBuilder::check_term_path(const TermSpec& spec, const std::vector<NodeId>
 }
 
 void AppBuilder::add_order() {
-  app_.order = spec_.order ? resolve_ranking(*spec_.order, "order") : by_data_flow();
-  app_.steal.priority = spec_.steal_priority ? resolve_ranking(*spec_.steal_priority, "steal.priority") : by_weight();
+  app_.order = spec_.order ? resolve_ranking(*spec_.order, "order") : ordered_by_data_flow(app_);
+  app_.steal.priority =
+      spec_.steal_priority ? resolve_ranking(*spec_.steal_priority, "steal.priority") : ranked_by_weight(app_);
   std::vector<bool> seen(subchain_names_.size(), false);
   for (std::size_t i = 0; i < spec_.steal_off.size(); ++i) {
     const Name& name = spec_.steal_off[i];
@@ -108,71 +108,6 @@ void AppBuilder::add_order() {
     seen[id->index()] = true;
     app_.steal.off.push_back(*id);
   }
-}
-
-// All weights in one pass over the objective: `App::weight_of` for each would be quadratic.
-std::vector<SubchainId> AppBuilder::by_weight() const {
-  std::vector<double> weights(app_.graph.subchains_.size(), 0.0);
-  for (const Term& term : app_.objective) {
-    std::vector<SubchainId> part;
-    for (const NodeId id : term.path) {
-      if (const auto subchain = app_.graph.node(id).subchain) part.push_back(*subchain);
-    }
-    std::sort(part.begin(), part.end());
-    part.erase(std::unique(part.begin(), part.end()), part.end());
-    for (const SubchainId id : part) weights[id.index()] += term.weight;
-  }
-  std::vector<SubchainId> ranking;
-  for (std::size_t i = 0; i < weights.size(); ++i) ranking.emplace_back(i);
-  // A weight that is no number was reported; compared as it is, it would break the sort.
-  const auto weight = [&](SubchainId id) { return std::isnan(weights[id.index()]) ? 0.0 : weights[id.index()]; };
-  std::stable_sort(ranking.begin(), ranking.end(), [&](SubchainId a, SubchainId b) { return weight(a) > weight(b); });
-  return ranking;
-}
-
-// The output of a subchain is up to a frame old if the subchain that uses it has its slot earlier. So producers come
-// first: along the chains of the objective, heavier ones before lighter ones where they disagree, and by weight where
-// neither says anything.
-std::vector<SubchainId> AppBuilder::by_data_flow() const {
-  const std::vector<SubchainId> ranking = by_weight();
-  std::vector<std::set<SubchainId>> after(ranking.size());  // by subchain: those that must come later
-  const auto leads_to = [&](SubchainId from, SubchainId to) {
-    std::vector<SubchainId> reached{from};
-    std::set<SubchainId> seen{from};
-    while (!reached.empty() && !seen.contains(to)) {
-      const SubchainId at = reached.back();
-      reached.pop_back();
-      for (const SubchainId next : after[at.index()]) {
-        if (seen.insert(next).second) reached.push_back(next);
-      }
-    }
-    return seen.contains(to);
-  };
-  std::vector<const Term*> terms;
-  for (const Term& term : app_.objective) {
-    if (term.weight > 0.0) terms.push_back(&term);
-  }
-  std::stable_sort(terms.begin(), terms.end(), [](const Term* a, const Term* b) { return a->weight > b->weight; });
-  for (const Term* term : terms) {
-    std::optional<SubchainId> giver;
-    for (const NodeId node : term->path) {
-      const std::optional<SubchainId> user = app_.graph.node(node).subchain;
-      if (!user) continue;
-      if (giver && !leads_to(*user, *giver)) after[giver->index()].insert(*user);
-      giver = user;
-    }
-  }
-  std::vector<SubchainId> order;
-  std::vector<SubchainId> left = ranking;
-  while (!left.empty()) {
-    const auto first = std::find_if(left.begin(), left.end(), [&](SubchainId candidate) {
-      return std::none_of(left.begin(), left.end(),
-                          [&](SubchainId other) { return after[other.index()].contains(candidate); });
-    });
-    order.push_back(*first);
-    left.erase(first);
-  }
-  return order;
 }
 
 std::vector<SubchainId> AppBuilder::resolve_ranking(const std::vector<Name>& names, const std::string& key) {

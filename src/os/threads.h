@@ -35,6 +35,8 @@ class Threads {
 
   virtual ProcessId current_process() = 0;
   virtual ThreadId current_thread() = 0;
+  // The one that a process began with, whether or not it has ended: whom tools mean that are given a process's number.
+  virtual ThreadId main_thread(ProcessId process) = 0;
   // The CPU that the calling thread is on; -1 where it cannot be told.
   virtual int current_cpu() = 0;
   // Live threads of a process, ascending. kEnvironment when it is gone.

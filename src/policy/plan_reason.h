@@ -3,7 +3,7 @@
 
 namespace ctn::policy {
 
-enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus };
+enum class PlanReason { kBootstrap, kStatic, kMeasured, kPeriodic, kChange, kPower, kCpus, kAsked };
 const char* to_string(PlanReason reason);
 
 // Nothing has happened that makes the plan in force wrong.

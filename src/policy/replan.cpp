@@ -87,13 +87,16 @@ const char* to_string(PlanReason reason) {
       return "power";
     case PlanReason::kCpus:
       return "cpus";
+    case PlanReason::kAsked:
+      return "asked";
   }
   return "";
 }
 
 Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
                      const model::CostTable& typical)
-    : plan_(plan), unconditional_(why == PlanReason::kMeasured || why == PlanReason::kCpus) {
+    : plan_(plan),
+      unconditional_(why == PlanReason::kMeasured || why == PlanReason::kCpus || why == PlanReason::kAsked) {
   if (unconditional_) return;
   const graph::App planned = plan::as_planned(app, plan);
   now_ = plan::recost(plan, planned, costs);

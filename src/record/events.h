@@ -4,7 +4,9 @@
 // Run numbers count from 1 for each node, without gaps. Units: in the types. Thread safety: plain values.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +56,7 @@ using dispatch::Steal;
 // A plan came into force.
 struct PlanChange {
   TimePoint at{};
-  std::string reason;  // "bootstrap", "static", "measured", "periodic", "change", "power", "cpus"
+  std::string reason;  // "bootstrap", "static", "measured", "periodic", "change", "power", "cpus", "asked"
   std::string json;
 };
 
@@ -68,6 +70,17 @@ struct CostChange {
   Nanos after{0};          // and of those since
   std::uint64_t runs = 0;  // since the change, as far as can be told
   friend bool operator==(const CostChange&, const CostChange&) = default;
+};
+
+// A weight or a bound of the app was changed while it ran.
+struct AppChange {
+  enum class What { kWeight, kMax, kMinRate };
+  TimePoint at{};
+  What what = What::kWeight;
+  std::size_t item = 0;            // of kMinRate the node, else the term of the objective
+  std::optional<double> before{};  // a weight, milliseconds, hertz; none: there was no bound
+  std::optional<double> after{};
+  friend bool operator==(const AppChange&, const AppChange&) = default;
 };
 
 // Anything a reader of the record must know: a level refused, reports lost, a watchdog that fired.

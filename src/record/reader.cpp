@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "record/app_changes.h"
 #include "record/app_tables.h"
 #include "record/cells.h"
 #include "record/meta.h"
@@ -124,8 +125,8 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 6> kLater{"age_limits", "core_kinds", "cost_changes",
-                                                 "overruns",   "slots",      "steals"};
+constexpr std::array<std::string_view, 7> kLater{"age_limits", "app_changes", "core_kinds", "cost_changes",
+                                                 "overruns",   "slots",       "steals"};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
@@ -381,6 +382,30 @@ Result<std::vector<CostChange>> Reader::cost_changes() const {
     change.before = cells.duration(4);
     change.after = cells.duration(5);
     change.runs = cells.number(6);
+    if (cells.ok()) changes.push_back(change);
+  });
+  if (!done) return done.error();
+  return changes;
+}
+
+Result<std::vector<AppChange>> Reader::app_changes() const {
+  std::vector<AppChange> changes;
+  const std::string rows = "at_ns, what, item, before, after FROM app_changes ORDER BY id";
+  const auto done = impl_->each_row("app_changes", rows, [&](Cells& cells) {
+    const auto value = [&](int column) {
+      return cells.null(column) ? std::nullopt : std::optional(cells.real(column));
+    };
+    AppChange change;
+    change.at = cells.time(0);
+    const std::optional<AppChange::What> what = change_named(cells.text(1));
+    if (!what) return cells.refuse();
+    change.what = *what;
+    const std::size_t items =
+        *what == AppChange::What::kMinRate ? impl_->app.graph.nodes().size() : impl_->app.objective.size();
+    change.item = cells.index(2, items);
+    change.before = value(3);
+    change.after = value(4);
+    if (*what == AppChange::What::kWeight && !change.after) cells.refuse();
     if (cells.ok()) changes.push_back(change);
   });
   if (!done) return done.error();

@@ -55,6 +55,7 @@ class Reader {
   // In the order they were written.
   Result<std::vector<PlanChange>> plans() const;
   Result<std::vector<CostChange>> cost_changes() const;  // none in records of versions that did not look for them
+  Result<std::vector<AppChange>> app_changes() const;    // none in records of versions that could not make any
   Result<std::vector<Notice>> notices() const;
 
  private:

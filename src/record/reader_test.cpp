@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
 
+#include "record/app_changes.h"
 #include "record/lineage.h"
 #include "record/record_fixture.h"
 #include "record/schema.h"
@@ -49,6 +50,9 @@ Status read_all(const std::string& path) {
   done = reader->each_steal([](const Steal&) {});
   if (!done) return done;
   if (const auto plans = reader->plans(); !plans) return plans.error();
+  const auto changes = reader->app_changes();
+  if (!changes) return changes.error();
+  if (const auto changed = app_after(reader->app(), *changes); !changed) return changed.error();
   if (const auto notices = reader->notices(); !notices) return notices.error();
   return Done{};
 }
@@ -147,6 +151,15 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE chains SET metric = 'speed'",
            "UPDATE chains SET weight = -1",
            "DELETE FROM chain_nodes",
+           "INSERT INTO app_changes VALUES (1, 5, 'weight', 99, 0.5, 1.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'weight', 0, 0.5, NULL)",
+           "INSERT INTO app_changes VALUES (1, 5, 'weight', 0, 0.5, -1.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'weight', 0, 0.5, 'much')",
+           "INSERT INTO app_changes VALUES (1, -5, 'weight', 0, 0.5, 1.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'order', 0, 0.5, 1.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'max', 1, NULL, 5.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'min_rate', 0, NULL, 5.0)",
+           "INSERT INTO app_changes VALUES (1, 5, 'min_rate', 1, NULL, 9e999)",
            "DELETE FROM meta",
            "DELETE FROM meta WHERE key = 'started_ns'",
            "UPDATE meta SET value = -5 WHERE key = 'warm_up_ns'",

@@ -1,6 +1,7 @@
 // What is written is what is read, whatever happens to the writer.
 #include <gmock/gmock.h>
 
+#include "record/app_changes.h"
 #include "record/faulty_vfs.h"
 #include "record/record_fixture.h"
 #include "record/sqlite.h"
@@ -75,6 +76,10 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
                           .after = milliseconds{9},
                           .runs = 14};
   writer->add(change);
+  const std::vector<AppChange> asked{{at(seconds{101}), AppChange::What::kWeight, 1, 0.5, 0.25},
+                                     {at(seconds{101}), AppChange::What::kMax, 0, 60.0, std::nullopt},
+                                     {at(seconds{102}), AppChange::What::kMinRate, 1, std::nullopt, 7.5}};
+  for (const AppChange& each : asked) writer->add(each);
   writer->add(Notice{at(seconds{102}), "rates-only", "it's \"so\""});
   for (const record::Run& run : runs(app, seconds{103}, 3)) writer->add(expected.emplace_back(run));
   os::HostFacts host = header().host;
@@ -111,6 +116,13 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   const auto changes = reader.cost_changes();
   ASSERT_TRUE(changes.ok());
   EXPECT_EQ(*changes, std::vector{change});
+  const auto app_changes = reader.app_changes();
+  ASSERT_TRUE(app_changes.ok());
+  EXPECT_EQ(*app_changes, asked);
+  const auto changed = app_after(reader.app(), *app_changes);
+  ASSERT_TRUE(changed.ok()) << changed.error().message();
+  EXPECT_EQ(differences(app, *changed, at(seconds{101})).size(), 3U);
+  EXPECT_EQ(describe(app, asked[1]), "objective[0].max (scan -> LM -> LP -> base): 60ms -> none");
   const auto notices = reader.notices();
   ASSERT_TRUE(notices.ok());
   ASSERT_EQ(notices->size(), 1U);

@@ -102,6 +102,14 @@ CREATE TABLE cost_changes(
   after_ns INTEGER NOT NULL,
   runs INTEGER NOT NULL
 );
+CREATE TABLE app_changes(
+  id INTEGER PRIMARY KEY,
+  at_ns INTEGER NOT NULL,
+  what TEXT NOT NULL,
+  item INTEGER NOT NULL,
+  before REAL,
+  after REAL
+);
 CREATE TABLE notices(id INTEGER PRIMARY KEY, at_ns INTEGER NOT NULL, kind TEXT NOT NULL, detail TEXT NOT NULL);
 )sql";
 

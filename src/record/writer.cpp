@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "record/app_changes.h"
 #include "record/app_tables.h"
 #include "record/meta.h"
 #include "record/schema.h"
@@ -84,6 +85,7 @@ struct Statements {
   sqlite::Statement overrun;
   sqlite::Statement plan;
   sqlite::Statement cost_change;
+  sqlite::Statement app_change;
   sqlite::Statement notice;
 };
 
@@ -106,11 +108,14 @@ Result<Statements> prepare(sqlite::Database& database) {
   auto cost_change = database.prepare(
       "INSERT INTO cost_changes(at_ns, node, mode, core_kind, before_ns, after_ns, runs) VALUES (?, ?, ?, ?, ?, ?, ?)");
   if (!cost_change) return cost_change.error();
+  auto app_change =
+      database.prepare("INSERT INTO app_changes(at_ns, what, item, before, after) VALUES (?, ?, ?, ?, ?)");
+  if (!app_change) return app_change.error();
   auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
   if (!notice) return notice.error();
-  return Statements{std::move(*run),  std::move(*consumed),    std::move(*trigger),
-                    std::move(*slot), std::move(*steal),       std::move(*overrun),
-                    std::move(*plan), std::move(*cost_change), std::move(*notice)};
+  return Statements{std::move(*run),        std::move(*consumed), std::move(*trigger), std::move(*slot),
+                    std::move(*steal),      std::move(*overrun),  std::move(*plan),    std::move(*cost_change),
+                    std::move(*app_change), std::move(*notice)};
 }
 
 class SqliteWriter : public Writer {
@@ -130,6 +135,7 @@ class SqliteWriter : public Writer {
   void add(const Overrun& overrun) override { hold(overruns_, overrun); }
   void add(const PlanChange& change) override { hold(plans_, change); }
   void add(const CostChange& change) override { hold(cost_changes_, change); }
+  void add(const AppChange& change) override { hold(app_changes_, change); }
   void add(const Notice& notice) override { hold(notices_, notice); }
   void set_totals(const Totals& totals) override { totals_ = totals; }
 
@@ -160,7 +166,7 @@ class SqliteWriter : public Writer {
   }
   std::size_t held() const {
     return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + overruns_.size() + plans_.size() +
-           cost_changes_.size() + notices_.size();
+           cost_changes_.size() + app_changes_.size() + notices_.size();
   }
 
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
@@ -205,6 +211,7 @@ class SqliteWriter : public Writer {
     overruns_.clear();
     plans_.clear();
     cost_changes_.clear();
+    app_changes_.clear();
     notices_.clear();
   }
 
@@ -242,6 +249,11 @@ class SqliteWriter : public Writer {
                                                      change.before.count(), change.after.count(), change.runs);
       if (!done) return done;
     }
+    for (const AppChange& change : app_changes_) {
+      const auto done = statements_->app_change.run(ns(change.at), std::string_view(to_string(change.what)),
+                                                    change.item, change.before, change.after);
+      if (!done) return done;
+    }
     for (const Notice& notice : notices_) {
       const auto done =
           statements_->notice.run(ns(notice.at), std::string_view(notice.kind), std::string_view(notice.detail));
@@ -271,6 +283,7 @@ class SqliteWriter : public Writer {
   std::vector<Overrun> overruns_;
   std::vector<PlanChange> plans_;
   std::vector<CostChange> cost_changes_;
+  std::vector<AppChange> app_changes_;
   std::vector<Notice> notices_;
   Totals totals_;
   Status status_ = Done{};  // the first failure

@@ -76,6 +76,10 @@ std::string to_json(const RunMetrics& metrics) {
   const record::Header& header = metrics.header;
   Json notices = Json::array();
   for (const record::Notice& notice : metrics.notices) notices.push_back(json(notice, header.started));
+  Json changes = Json::array();
+  for (const AppChangeMetrics& change : metrics.changes) {
+    changes.push_back({{"at_ms", 1000.0 * change.at_s}, {"what", change.what}});
+  }
   const Json document = {
       {"app", metrics.app},
       {"scheduler", header.scheduler},
@@ -103,6 +107,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"nodes", list(metrics.nodes)},
       {"ages", list(metrics.ages)},
       {"triggers", list(metrics.triggers)},
+      {"changes", changes},
       {"notices", notices}};
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

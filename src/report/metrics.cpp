@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "record/ages.h"
+#include "record/app_changes.h"
 #include "record/run_metrics.h"
 #include "report/predictions.h"
 
@@ -51,8 +52,8 @@ NodeMetrics metrics_of(const record::MeasuredNode<AllSamples>& node, const std::
   return metrics;
 }
 
-Status measure_runs(const record::Reader& record, const record::Interval& interval, RunMetrics& metrics) {
-  const graph::App& app = record.app();
+Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
+                    RunMetrics& metrics) {
   record::RunMetrics<AllSamples> measured(app, interval);
   std::vector<AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
@@ -146,12 +147,20 @@ Result<RunMetrics> measure(const record::Reader& record, bool whole) {
   const record::Interval interval{begin, metrics.ending.ended};
   metrics.measured_s = seconds(interval);
 
-  if (auto done = measure_runs(record, interval, metrics); !done) return done.error();
+  const auto changes = record.app_changes();
+  if (!changes) return changes.error();
+  for (const record::AppChange& change : *changes) {
+    const double at_s = std::chrono::duration<double>(change.at - metrics.header.started).count();
+    metrics.changes.push_back({at_s, record::describe(record.app(), change)});
+  }
+  const Result<graph::App> app = record::app_after(record.app(), *changes);
+  if (!app) return app.error();
+  if (auto done = measure_runs(record, *app, interval, metrics); !done) return done.error();
   if (auto done = measure_triggers(record, interval, metrics); !done) return done.error();
   const auto predicted = predictions(record, interval.begin, interval.end);
   if (!predicted) return predicted.error();
-  put_predictions(*predicted, record.app(), metrics);
-  measure_objective(record.app(), metrics);
+  put_predictions(*predicted, *app, metrics);
+  measure_objective(*app, metrics);
   auto notices = record.notices();
   if (!notices) return notices.error();
   metrics.notices = std::move(*notices);

@@ -71,6 +71,12 @@ struct ObjectiveMetrics {
   std::optional<double> predicted;
 };
 
+// A weight or a bound that was changed while the app ran.
+struct AppChangeMetrics {
+  double at_s = 0.0;  // since the start
+  std::string what;   // as record::describe() has it
+};
+
 struct RunMetrics {
   std::string app;
   record::Header header;
@@ -80,12 +86,13 @@ struct RunMetrics {
   std::uint64_t plans = 0;    // that were in force in it
   double relax_factor = 1.0;  // the largest among them
   ObjectiveMetrics objective;
-  std::vector<ChainMetrics> chains;      // in the order of the objective
-  std::vector<NodeMetrics> nodes;        // in the order of the app
-  std::vector<AgeMetrics> ages;          // edges with an age limit
-  std::vector<TriggerMetrics> triggers;  // those that were sent any
-  double cores_used = 0.0;               // by all nodes together; of header.cpus.size()
-  std::vector<record::Notice> notices;   // of the whole run
+  std::vector<ChainMetrics> chains;       // in the order of the objective
+  std::vector<NodeMetrics> nodes;         // in the order of the app
+  std::vector<AgeMetrics> ages;           // edges with an age limit
+  std::vector<TriggerMetrics> triggers;   // those that were sent any
+  double cores_used = 0.0;                // by all nodes together; of header.cpus.size()
+  std::vector<AppChangeMetrics> changes;  // of the whole run: figures are by what was in force at its end
+  std::vector<record::Notice> notices;    // of the whole run
 };
 
 // `whole`: include the warm-up. Errors: those of the reader; a plan in the record that cannot be read (kCaller).

@@ -46,7 +46,8 @@ plan::Plan plan_of(const graph::App& app, double period) {
 }
 
 // 20 s from 100 s on, 2 s of them warm-up: scan, LM and LP every 20 ms in the warm-up and every 10 ms after.
-void write_run(const std::string& path, const graph::App& app, bool with_plans) {
+void write_run(const std::string& path, const graph::App& app, bool with_plans,
+               const std::vector<record::AppChange>& changes = {}) {
   const auto writer = make(path, app);
   const auto id = [&](const char* name) { return *app.graph.find_node(name); };
   Nanos t = seconds{100};
@@ -66,6 +67,7 @@ void write_run(const std::string& path, const graph::App& app, bool with_plans) 
     writer->add(record::PlanChange{at(seconds{102}), "measured", plan::to_json(plan_of(app, 10.0), app)});
     writer->add(record::PlanChange{at(seconds{114}), "periodic", plan::to_json(plan_of(app, 16.0), app)});
   }
+  for (const record::AppChange& change : changes) writer->add(change);
   writer->add(record::Notice{at(seconds{103}), "watchdog", "GL is late\x1b[2J<b>"});
   writer->add(record::Notice{at(seconds{104}), "watchdog", "again <script>"});
   ASSERT_TRUE(writer->close(at(seconds{120}), header().host).ok());
@@ -78,6 +80,11 @@ class ReportTest : public testing::Test {
     auto result = measure(open(folder_.file("r")), whole);
     EXPECT_TRUE(result.ok()) << (result ? "" : result.error().message());
     return std::move(*result);
+  }
+
+  RunMetrics metrics_without_changes() {
+    write_run(folder_.file("other"), app_, false);
+    return *measure(open(folder_.file("other")));
   }
 
   Folder folder_;
@@ -96,6 +103,22 @@ TEST_F(ReportTest, MeasuresWhatCameAfterTheWarmUp) {
   EXPECT_NEAR(chain.period_ms.max, 20.0, 1e-9) << "the warm-up's 40 ms are left out";
   EXPECT_NEAR(chain.response_ms.p50, 26.0, 1e-9);
   EXPECT_NEAR(static_cast<double>(chain.latency_ms.count), 900.0, 1.0);
+}
+
+TEST_F(ReportTest, WeightsAndBoundsAreThoseInForceAtTheEndAndItSaysSo) {
+  using What = record::AppChange::What;
+  write_run(folder_.file("r"), app_, true,
+            {{at(seconds{103}), What::kWeight, 0, 1.0, 2.0},
+             {at(seconds{104}), What::kMax, 0, 60.0, 45.0},
+             {at(seconds{105}), What::kWeight, 0, 2.0, 4.0}});
+  const auto run = measure(open(folder_.file("r")));
+  ASSERT_TRUE(run.ok()) << run.error().message();
+  EXPECT_EQ(run->chains.front().weight, 4.0);
+  EXPECT_EQ(run->chains.front().bound_ms, 45.0);
+  EXPECT_THAT(to_text(*run), HasSubstr("weights or bounds were changed while it ran (3 in all, the last after 5.0 s: "
+                                       "objective[0].weight (scan -> LM -> LP -> base): 2 -> 4)"));
+  EXPECT_EQ(nlohmann::json::parse(to_json(*run))["changes"].size(), 3U);
+  EXPECT_TRUE(nlohmann::json::parse(to_json(metrics_without_changes()))["changes"].empty());
 }
 
 TEST_F(ReportTest, MeasuresNodesAndTriggers) {

@@ -128,6 +128,13 @@ std::vector<std::string> warnings(const RunMetrics& metrics) {
     result.push_back(fmt::format("the bounds could not all be met; they were relaxed by a factor of up to {:.3g}",
                                  metrics.relax_factor));
   }
+  if (!metrics.changes.empty()) {
+    const AppChangeMetrics& last = metrics.changes.back();
+    result.push_back(fmt::format(
+        "weights or bounds were changed while it ran ({} in all, the last after {:.1f} s: {}); figures are by those in "
+        "force at the end, but what was predicted is a mean over the plans of each time",
+        metrics.changes.size(), last.at_s, last.what));
+  }
   const double stolen = std::chrono::duration<double>(metrics.ending.stolen).count();
   if (stolen > 0.01) {
     result.push_back(fmt::format("a hypervisor took {:.2f} s of CPU time from this machine during the run", stolen));

@@ -78,6 +78,10 @@ void Collector::plan_in_force(const plan::Plan& plan, policy::PlanReason reason)
   if (from_.writer) from_.writer->add(record::PlanChange{now, policy::to_string(reason), plan::to_json(plan, app_)});
 }
 
+void Collector::app_changed(const record::AppChange& change) {
+  if (from_.writer) from_.writer->add(change);
+}
+
 void Collector::note_ignored_wakes() {
   std::uint64_t ignored_wakes = 0;
   for (const auto& controller : from_.controllers) ignored_wakes += controller->ignored_wakes();

@@ -56,6 +56,9 @@ class Collector : private ReportSink {
   // A plan came into force.
   void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
 
+  // A weight or a bound was changed.
+  void app_changed(const record::AppChange& change);
+
   // Says what was lost, how often dispatchers were flooded, and what the kernel took. About once a second.
   void note_losses();
   void note_ignored_wakes();

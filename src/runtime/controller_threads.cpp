@@ -75,6 +75,13 @@ void ControllerThreads::move_to_online_cpus(const os::CpuSet& online) {
   }
 }
 
+void ControllerThreads::keep_on_cpus(const os::CpuSet& online) {
+  for (std::size_t index = 0; index < ids_.size(); ++index) {
+    const os::CpuSet cpus = cpus_of(index, online);
+    if (!cpus.empty()) static_cast<void>(enforcer_.keep_on(ids_[index], cpus));
+  }
+}
+
 // A core's thread runs on its core; where that is gone, the system says where. Who paces may run anywhere.
 os::CpuSet ControllerThreads::cpus_of(std::size_t controller, const os::CpuSet& online) const {
   const std::size_t subchains = app_.graph.subchains().size();

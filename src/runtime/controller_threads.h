@@ -1,7 +1,7 @@
 // The threads at the dispatcher level: spawned behind a gate, placed, started together, and stopped.
 //
-// Thread safety: publish(), raise(), move_to_online_cpus() and all() by the housekeeping thread while it runs; else one
-// thread, which starts and stops the session.
+// Thread safety: publish(), raise(), move_to_online_cpus(), keep_on_cpus() and all() by the housekeeping thread while
+// it runs; else one thread, which starts and stops the session.
 #pragma once
 
 #include <atomic>
@@ -47,6 +47,8 @@ class ControllerThreads {
   void publish(Assignment assignment);
   // Of the CPUs that were given, these are left.
   void move_to_online_cpus(const os::CpuSet& online);
+  // The same, of those that somebody else has moved.
+  void keep_on_cpus(const os::CpuSet& online);
 
   // Between holders, a subchain's state can be taken out and put back (assignment_board.h).
   Handover& handover(SubchainId subchain) { return controls_.handovers[subchain.index()]; }

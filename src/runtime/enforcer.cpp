@@ -36,6 +36,11 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
   return Done{};
 }
 
+bool Enforcer::has_placed(os::ThreadId thread) const {
+  const std::lock_guard lock(mutex_);
+  return saved_.contains(thread);
+}
+
 void Enforcer::raise(os::ThreadId thread, os::Level level) {
   const std::lock_guard lock(mutex_);
   raise_or_refuse(thread, level, 1);
@@ -55,6 +60,11 @@ void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {
 void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {
   // Best effort: the thread may be gone, and a dispatcher has nobody to tell.
   static_cast<void>(os_.set_affinity(thread, cpus));
+}
+
+bool Enforcer::keep_on(os::ThreadId thread, const os::CpuSet& cpus) {
+  const Result<os::CpuSet> now = os_.affinity(thread);
+  return now && *now != cpus && os_.set_affinity(thread, cpus).ok();
 }
 
 void Enforcer::refuse(const std::string& why) {

@@ -4,7 +4,7 @@
 // only, and says so.
 //
 // Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except
-// set_level_now() and move_now(), which dispatchers call.
+// set_level_now(), move_now() and keep_on(), which dispatchers may call.
 #pragma once
 
 #include <atomic>
@@ -47,6 +47,11 @@ class Enforcer {
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
+  // The same where the thread is on other CPUs by now: somebody else has moved it. True: it was.
+  bool keep_on(os::ThreadId thread, const os::CpuSet& cpus);
+
+  // Whether the thread is as apply() has put it: nobody has released it yet.
+  bool has_placed(os::ThreadId thread) const;
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
   // Nobody may set its level any more: restore_all() is for where dispatchers still might. It forgets nothing.
@@ -66,7 +71,7 @@ class Enforcer {
   os::Os& os_;
   std::atomic<bool> real_time_;
   Notices* const notices_;
-  std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards what follows
   std::map<os::ThreadId, os::SavedScheduling> saved_;
   std::unique_ptr<os::Guardian> guardian_;
   int guardians_replaced_ = 0;

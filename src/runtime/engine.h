@@ -39,6 +39,7 @@ class Engine {
   Status start();
   Status stop();
   Status adopt_this_thread(std::string_view node);
+  Status change(const Changes& changes) { return scheduler_->change(changes); }
   Snapshot snapshot() const { return scheduler_->snapshot(); }
 
  private:

@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <string>
 #include <utility>
+
+#include "record/app_changes.h"
 
 namespace ctn::runtime {
 namespace {
@@ -11,26 +15,35 @@ namespace {
 // Rings of 4096 reports hold what even a 10 kHz node says in between.
 constexpr Nanos kTurn = driver::kPlanningTurn;
 constexpr Nanos kFlushEvery = std::chrono::seconds{1};
+// By then controllers have carried out what was published: a frame has ended, or a run.
+constexpr Nanos kSettled = std::chrono::seconds{1};
 
 }  // namespace
 
 Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
-                           ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop)
+                           AllowedCpus& allowed, AskedChanges& asked, ControllerThreads& controllers, Collecting from,
+                           driver::PlanningLoop loop)
     : app_(app),
       os_(os),
       region_(region),
       enforcer_(enforcer),
+      allowed_(allowed),
+      asked_(asked),
       controllers_(controllers),
       links_(from.links),
       members_(from.members),
       measurements_(from.measurements),
       notices_(from.notices),
       cpus_(loop.cpus()),
+      carried_out_{app, cpus_},
       loop_(std::move(loop)),
       collector_(app, os, std::move(from), loop_),
       paced_(app.graph.subchains().size(), false) {}
 
-void Housekeeping::begin(TimePoint start) { loop_.begin(start, *this); }
+void Housekeeping::begin(TimePoint start) {
+  measurements_.cpus_in_use(cpus_);
+  loop_.begin(start, *this);
+}
 
 void Housekeeping::pace_members() {
   for (std::size_t index = 0; index < paced_.size(); ++index) {
@@ -44,6 +57,7 @@ void Housekeeping::start() {
 }
 
 void Housekeeping::run() {
+  allowed_.watch(os_.current_thread());
   TimePoint next_flush = os_.now() + kFlushEvery;
   while (!stopping_.load(std::memory_order_acquire)) {
     const std::uint32_t seen = wakes_.load(std::memory_order_acquire);
@@ -57,6 +71,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
   update_membership();
+  carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
   loop_.adopt(*this);
   const bool time_to_flush = now >= next_flush;
@@ -66,8 +81,27 @@ void Housekeeping::turn(TimePoint& next_flush) {
     collector_.note_losses();
     collector_.note_ignored_wakes();
     collector_.flush();
+    keep_places(now);
   }
   notices_.deliver();
+}
+
+void Housekeeping::carry_out_changes(TimePoint now) {
+  std::optional<AskedChanges::State> asked = asked_.take();
+  if (!asked) return;
+  std::string told;
+  const auto tell = [&](const std::string& what) { told += (told.empty() ? "" : "; ") + what; };
+  for (const record::AppChange& change : record::differences(carried_out_.app, asked->app, now)) {
+    collector_.app_changed(change);
+    tell(record::describe(app_, change));
+  }
+  if (asked->cpus != carried_out_.cpus) {
+    tell(fmt::format("CPUs: {} -> {}", os::to_string(carried_out_.cpus), os::to_string(asked->cpus)));
+  }
+  carried_out_ = *asked;
+  if (told.empty()) return;  // it is so already
+  notices_.add("changed", told);
+  loop_.change(std::move(asked->app), std::move(asked->cpus));
 }
 
 void Housekeeping::wake() {
@@ -111,11 +145,35 @@ void Housekeeping::raise_above(const policy::Decision& decision) {
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
+  members_.place_on(cpus);
+  measurements_.cpus_in_use(cpus);
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     if (!app_.graph.nodes()[index].unscheduled) continue;
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_.move_now(thread, cpus); });
   }
   controllers_.move_to_online_cpus(cpus);
+}
+
+// Whoever changes the affinity of all threads of a program (`taskset -a`) moves those that a plan has placed, too. They
+// are moved back, to where the plan wants them on the CPUs that are left.
+void Housekeeping::keep_places(TimePoint now) {
+  if (!loop_.adapts() || now - published_ < kSettled) return;
+  std::size_t moved = 0;
+  for (std::size_t index = 0; index < paced_.size(); ++index) {
+    if (!paced_[index]) continue;
+    for (const NodeId node : app_.graph.subchains()[index].nodes) {
+      links_[node.index()]->for_each_thread(
+          [&](os::ThreadId thread) { moved += enforcer_.keep_on(thread, places_[index]) ? 1 : 0; });
+    }
+  }
+  controllers_.keep_on_cpus(loop_.cpus());
+  if (moved == 0 || std::exchange(moved_told_, true)) return;
+  notices_.add(
+      "moved",
+      fmt::format("somebody has bound {} of the app's threads to other CPUs than planned: they are moved back, "
+                  "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
+                  "main threads, or from the server or session",
+                  moved));
 }
 
 // What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go
@@ -131,6 +189,9 @@ void Housekeeping::publish() {
     signal.period.store(period.count(), std::memory_order_relaxed);
     signal.threads.store(place.threads, std::memory_order_relaxed);
   }
+  places_.clear();
+  for (const policy::SubchainPlace& place : assignment.places) places_.push_back(place.cpus);
+  published_ = os_.now();
   controllers_.publish(std::move(assignment));
 }
 

@@ -18,6 +18,8 @@
 #include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
+#include "runtime/allowed_cpus.h"
+#include "runtime/asked_changes.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -29,8 +31,8 @@ namespace ctn::runtime {
 class Housekeeping : private driver::PlanningHost {
  public:
   // `loop` has decided. References outlive it.
-  Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
-               ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
+  Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
+               AskedChanges& asked, ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
   ~Housekeeping() override { stop(); }
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
@@ -50,7 +52,7 @@ class Housekeeping : private driver::PlanningHost {
 
  private:
   // --- driver::PlanningHost ---
-  Result<os::CpuSet> online_cpus() override { return os_.online_cpus(); }
+  Result<os::CpuSet> usable_cpus() override { return allowed_.now(); }
   os::PowerState power_state() override { return os_.power_state(cpus_); }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override;
   void cpus_changed(const os::CpuSet& cpus) override;
@@ -60,6 +62,8 @@ class Housekeeping : private driver::PlanningHost {
   void turn(TimePoint& next_flush);
   void raise_above(const policy::Decision& decision);
   void publish();
+  void carry_out_changes(TimePoint now);
+  void keep_places(TimePoint now);
   void update_membership();
   bool prepare_restart(SubchainId subchain);
 
@@ -67,15 +71,21 @@ class Housekeeping : private driver::PlanningHost {
   os::Os& os_;
   const Region& region_;
   Enforcer& enforcer_;
+  AllowedCpus& allowed_;
+  AskedChanges& asked_;
   ControllerThreads& controllers_;
   Links& links_;
   Membership& members_;
   Measurements& measurements_;
   Notices& notices_;
-  const os::CpuSet cpus_;  // that were given
+  const os::CpuSet cpus_;            // that were given
+  AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;
   Collector collector_;
-  std::vector<bool> paced_;  // by subchain: all of its nodes are registered, and a controller is to hold it
+  std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
+  std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
+  TimePoint published_{};
+  bool moved_told_ = false;
 
   os::Level dispatcher_level_ = os::Level::kOrdinary;  // the highest of any decision so far
 

@@ -36,6 +36,11 @@ void show_plan(const graph::App& app, const plan::Plan& plan, Snapshot& snapshot
 Measurements::Measurements(const graph::App& app, TimePoint warm_from)
     : app_(app), warm_from_(warm_from), metrics_(app, {.begin = warm_from}), predicted_(app, warm_from) {}
 
+void Measurements::cpus_in_use(const os::CpuSet& cpus) {
+  const std::lock_guard lock(mutex_);
+  cpus_ = cpus;
+}
+
 void Measurements::add(std::span<const record::Run> runs) {
   const std::lock_guard lock(mutex_);
   for (const record::Run& run : runs) metrics_.add(run);
@@ -83,6 +88,7 @@ record::Totals Measurements::totals() const {
 void Measurements::fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const {
   const std::lock_guard lock(mutex_);
   snapshot.warmed_up = now >= warm_from_;
+  snapshot.cpus = cpus_.cpus();
   snapshot.plans = plans_;
   snapshot.cost_changes = cost_changes_;
   snapshot.budget_overruns = budget_overruns_;

@@ -14,6 +14,7 @@
 
 #include "catan/snapshot.h"
 #include "graph/app.h"
+#include "os/cpu_set.h"
 #include "plan/plan.h"
 #include "plan/predicted_means.h"
 #include "policy/planning_budget.h"
@@ -53,6 +54,8 @@ class Measurements {
   void no_plan_in_force();
   // So often compute times have changed permanently, so far.
   void cost_changes(std::uint64_t count);
+  // These CPUs are planned for.
+  void cpus_in_use(const os::CpuSet& cpus);
   // What re-planning has taken, so far.
   void planned(const policy::PlanningBudget& budget);
   // The kernel has kept CPUs from real-time threads so often, and so long, so far.
@@ -61,7 +64,8 @@ class Measurements {
   // A run was demoted.
   void over_budget();
 
-  // Fills all but policy, real_time and notices, as of `now`. `hand_set_hz`: where no plan tells.
+  // Fills all but policy, real_time, changes, objective, min_rate_hz and notices, as of `now`. `hand_set_hz`: where no
+  // plan tells.
   void fill(Snapshot& snapshot, TimePoint now, std::optional<double> hand_set_hz) const;
   // What the record ends with.
   record::Totals totals() const;
@@ -73,6 +77,7 @@ class Measurements {
   record::RunMetrics<SampleWindow> metrics_;
   plan::PredictedMeans predicted_;
   std::optional<plan::Plan> plan_;  // in force
+  os::CpuSet cpus_;
   std::uint64_t plans_ = 0;
   std::uint64_t cost_changes_ = 0;
   std::uint64_t budget_overruns_ = 0;

@@ -21,6 +21,7 @@ void Membership::open(Enforcer& enforcer, Placement placement) {
   const std::lock_guard lock(mutex_);
   enforcer_ = &enforcer;
   placement_ = std::move(placement);
+  cpus_ = placement_.cpus;
   unscheduled_level_.store(placement_.unscheduled, std::memory_order_release);
 }
 
@@ -37,6 +38,11 @@ void Membership::raise_unscheduled(os::Level level) {
     // In a visit: who removes a thread restores it after that.
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
   }
+}
+
+void Membership::place_on(const os::CpuSet& cpus) {
+  const std::lock_guard lock(mutex_);
+  cpus_ = cpus;
 }
 
 os::Level Membership::level_of(NodeId node) const {
@@ -124,7 +130,12 @@ void Membership::remove_thread(NodeId node, os::ThreadId thread) {
 
 // In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
 Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  return enforcer_->apply(thread, level_of(node), placement_.cpus, process);
+  os::CpuSet cpus;
+  {
+    const std::lock_guard lock(mutex_);
+    cpus = cpus_;
+  }
+  return enforcer_->apply(thread, level_of(node), cpus, process);
 }
 
 void Membership::wake_holder(NodeId node) {

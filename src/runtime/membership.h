@@ -38,6 +38,8 @@ class Membership {
   // From now on unscheduled nodes are at this level at least, those that have joined too. Precondition: open() was
   // called.
   void raise_unscheduled(os::Level level);
+  // From now on threads are placed on these CPUs when they join. Those that have joined stay where they are.
+  void place_on(const os::CpuSet& cpus);
 
   // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
   // cannot be had.
@@ -85,6 +87,7 @@ class Membership {
   mutable std::mutex mutex_;      // guards what follows
   std::vector<bool> registered_;  // by node
   std::vector<bool> left_;        // by subchain: a node of it has left since it was last settled
+  os::CpuSet cpus_;               // where threads are placed
   std::vector<NodeId> joined_;    // since they were last taken
   bool released_ = false;
 };

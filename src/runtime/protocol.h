@@ -8,6 +8,12 @@
 //   {"leave": {"node": "LM"}}                   the sender runs it no more
 // Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "mend": "..."}}.
 //
+// Who controls the server (`catan ctl`) says one of these, and no hello:
+//   {"change": {"version": 1, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
+//               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
+//   {"status": {"version": 1}}                  answered with {"done": {}}, and with memory that holds the length of a
+//                                               text, in eight bytes, and the text: a snapshot as JSON
+//
 // Whatever is said more than this is not understood, and refused. Thread safety: pure functions.
 #pragma once
 
@@ -16,17 +22,19 @@
 #include <string_view>
 
 #include "base/result.h"
+#include "catan/changes.h"
 
 namespace ctn::runtime {
 
 constexpr std::int32_t kProtocolVersion = 1;
 
 struct Request {
-  enum class Kind { kHello, kJoin, kAdd, kLeave };
+  enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus };
   Kind kind = Kind::kHello;
-  std::int32_t version = kProtocolVersion;  // kHello
-  std::string node;                         // all but kHello
-  std::int32_t thread = 0;                  // all but kLeave; > 0
+  std::int32_t version = kProtocolVersion;  // kHello, kChange, kStatus
+  std::string node{};                       // kJoin, kAdd, kLeave
+  std::int32_t thread = 0;                  // kHello, kJoin, kAdd; > 0
+  Changes changes{};                        // kChange
   friend bool operator==(const Request&, const Request&) = default;
 };
 

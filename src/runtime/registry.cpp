@@ -7,9 +7,21 @@
 #include <vector>
 
 namespace ctn::runtime {
+namespace {
 
-Registry::ProgramId Registry::enter(os::ProcessId process) {
-  programs_[++next_].process = process;
+Status same_version(const Request& request) {
+  if (request.version == kProtocolVersion) return Done{};
+  return Error::caller(
+      fmt::format("the program speaks version {}, the server version {}", request.version, kProtocolVersion),
+      "let both be of one version");
+}
+
+}  // namespace
+
+Registry::ProgramId Registry::enter(os::ProcessId process, bool may_control) {
+  Program& program = programs_[++next_];
+  program.process = process;
+  program.may_control = may_control;
   return next_;
 }
 
@@ -18,16 +30,27 @@ Registry::Answer Registry::handle(ProgramId id, os::ProcessId sender, std::strin
   if (sender != program.process) {
     return {to_text(Status(Error::caller("another process than the one that connected wrote this",
                                          "connect in the process that runs the node"))),
-            false};
+            false, false};
   }
   const Result<Request> request = parse_request(message);
-  if (!request) return {to_text(Status(request.error())), false};
+  if (!request) return {to_text(Status(request.error())), false, false};
   const Status done = carry_out(program, *request);
-  return {to_text(done), done.ok() && request->kind == Request::Kind::kHello};
+  return {to_text(done), done.ok() && request->kind == Request::Kind::kHello,
+          done.ok() && request->kind == Request::Kind::kStatus};
+}
+
+Status Registry::control(const Program& program, const Request& request) {
+  if (Status same = same_version(request); !same) return same;
+  if (!program.may_control) {
+    return Error::caller("only root and the user that the server runs as may control it", "run this as one of them");
+  }
+  return request.kind == Request::Kind::kChange ? scheduler_.change(request.changes) : Status(Done{});
 }
 
 Status Registry::carry_out(Program& program, const Request& request) {
   if (request.kind == Request::Kind::kHello) return hello(program, request);
+  if (request.kind == Request::Kind::kChange || request.kind == Request::Kind::kStatus)
+    return control(program, request);
   if (!program.service) return Error::caller("nothing was said before hello", "say hello first");
   const std::optional<NodeId> node = scheduler_.app().graph.find_node(request.node);
   if (!node) {
@@ -58,15 +81,12 @@ Status Registry::carry_out(Program& program, const Request& request) {
 }
 
 Status Registry::hello(Program& program, const Request& request) {
-  if (request.version != kProtocolVersion) {
-    return Error::caller(
-        fmt::format("the program speaks version {}, the server version {}", request.version, kProtocolVersion),
-        "let both be of one version");
-  }
+  if (Status same = same_version(request); !same) return same;
   if (program.service) return Error::caller("hello was said before", "say it once");
   const os::ThreadId thread{request.thread};
   if (Status own = own_thread(program, thread); !own) return own;
   program.service = thread;
+  scheduler_.watch_cpus_of(thread);
   return Done{};
 }
 
@@ -82,6 +102,7 @@ void Registry::leave(ProgramId id, const std::string& why) {
   const auto found = programs_.find(id);
   if (found == programs_.end()) return;
   for (const NodeId node : found->second.nodes) scheduler_.leave(node, why);
+  if (found->second.service) scheduler_.forget_cpus_of(*found->second.service);
   programs_.erase(found);
 }
 

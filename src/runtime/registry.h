@@ -2,7 +2,9 @@
 // socket, so the tests and the fuzzer speak to it directly.
 //
 // What it sees to:
-//   - only a program that has said hello is listened to; it may only name threads that are its own, and only nodes that
+//   - only a program that may control the server changes anything but its own nodes, or is told of others,
+//   - else only a program that has said hello is listened to; it may only name threads that are its own, and only nodes
+//   that
 //     it runs; a number of programs, and of nodes a program, that is bounded by the app's,
 //   - a message that another process wrote on a program's connection (a child that it forked, say) is refused,
 //   - when a program has ended, all its nodes leave,
@@ -38,11 +40,12 @@ class Registry {
   // Both outlive it.
   Registry(os::Threads& threads, Scheduler& scheduler) : threads_(threads), scheduler_(scheduler) {}
 
-  // A program has connected.
-  ProgramId enter(os::ProcessId process);
+  // A program has connected. `may_control`: it may change what is scheduled, and how, of the whole app.
+  ProgramId enter(os::ProcessId process, bool may_control = false);
   struct Answer {
     std::string text;
     bool with_region = false;
+    bool with_status = false;
   };
   // What to answer. `sender`: who wrote the message.
   Answer handle(ProgramId program, os::ProcessId sender, std::string_view message);
@@ -57,6 +60,7 @@ class Registry {
  private:
   struct Program {
     os::ProcessId process{};
+    bool may_control = false;
     std::optional<os::ThreadId> service;  // once it has said hello
     std::set<NodeId> nodes;
     std::vector<os::ThreadId> found;  // found by find_threads(), not named by the program
@@ -64,6 +68,7 @@ class Registry {
   };
 
   Status carry_out(Program& program, const Request& request);
+  Status control(const Program& program, const Request& request);
   Status hello(Program& program, const Request& request);
   Result<NodeId> own_node(const Program& program, const std::string& name) const;
   Status own_thread(const Program& program, os::ThreadId thread) const;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "graph/change.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -98,6 +100,7 @@ Status Scheduler::prepare() {
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
   joined_.open(parts_->enforcer, std::move(placement));
+  parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
@@ -112,9 +115,11 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
     : warm_from(warm),
       hand_set_hz(hertz),
       enforcer(of.os_, real_time, std::move(guard), &of.notices_),
+      allowed(of.os_, enforcer),
+      asked(of.app_, of.cpus_),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
-      housekeeping(of.app_, of.os_, of.region_, enforcer, controllers,
+      housekeeping(of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
                    {.links = of.links_,
                     .controllers = controllers.all(),
                     .members = of.joined_,
@@ -165,6 +170,7 @@ Status Scheduler::start() {
 
 void Scheduler::release() {
   if (!parts_) return;
+  released_.store(true, std::memory_order_release);
   joined_.release();
   parts_->housekeeping.stop();
   // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
@@ -194,12 +200,38 @@ void Scheduler::leave(NodeId node, const std::string& why) {
   if (joined_.leave(node, why)) parts_->housekeeping.wake();
 }
 
+Status Scheduler::change(const Changes& changes) {
+  if (!prepared_.load(std::memory_order_acquire) || released_.load(std::memory_order_acquire)) {
+    return Error::caller("nothing can be changed: the app does not run", "change it between start and stop");
+  }
+  if (!options_.policy->adapts()) {
+    return Error::caller(
+        fmt::format("nothing can be changed: scheduler '{}' never plans again", options_.policy->name()),
+        "choose one that does: catan");
+  }
+  Status asked = parts_->asked.ask(changes);
+  if (asked) parts_->housekeeping.wake();
+  return asked;
+}
+
 Snapshot Scheduler::snapshot() const {
   Snapshot snapshot;
   snapshot.policy = options_.policy->name();
   if (!prepared_.load(std::memory_order_acquire)) return snapshot;
   snapshot.real_time = parts_->enforcer.real_time();
   parts_->measurements.fill(snapshot, os_.now(), parts_->hand_set_hz);
+  const AskedChanges::State asked = parts_->asked.now();
+  snapshot.changes = parts_->asked.count();
+  for (const graph::Term& term : asked.app.objective) {
+    TermSnapshot& shown = snapshot.objective.emplace_back();
+    shown.term = graph::term_name(asked.app, term);
+    shown.weight = term.weight;
+    if (term.max) shown.max_ms = to_millis(*term.max).count();
+  }
+  for (NodeSnapshot& node : snapshot.nodes) {
+    const graph::Node& of_app = asked.app.graph.node(*asked.app.graph.find_node(node.name));
+    if (of_app.min_rate) node.min_rate_hz = of_app.min_rate->hertz();
+  }
   snapshot.notices = notices_.newest();
   return snapshot;
 }

@@ -33,6 +33,8 @@
 #include "os/os.h"
 #include "policy/policy.h"
 #include "record/writer.h"
+#include "runtime/allowed_cpus.h"
+#include "runtime/asked_changes.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -91,8 +93,16 @@ class Scheduler {
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   void leave(NodeId node, const std::string& why);
+  // A thread of a program of the app that is no node's: CPUs that are taken from it from now on are not planned for,
+  // until its program has gone (allowed_cpus.h).
+  void watch_cpus_of(os::ThreadId thread) { parts_->allowed.watch(thread); }
+  void forget_cpus_of(os::ThreadId thread) { parts_->allowed.forget(thread); }
   // Of a node that is not external.
   std::vector<os::ThreadId> threads(NodeId node) const { return links_[node.index()]->threads(); }
+
+  // Other weights, bounds or CPUs from now on; a plan for them follows at once. Errors: it does not run; its policy
+  // never plans again; what is wrong with the changes, all of it, and then nothing is changed. kCaller.
+  Status change(const Changes& changes);
 
   // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
@@ -110,6 +120,8 @@ class Scheduler {
     const TimePoint warm_from;
     const std::optional<double> hand_set_hz;  // rate of the first subchain's head, where no plan tells
     Enforcer enforcer;
+    AllowedCpus allowed;
+    AskedChanges asked;
     Measurements measurements;
     ControllerThreads controllers;
     Housekeeping housekeeping;
@@ -133,6 +145,7 @@ class Scheduler {
   Notices notices_;
   Membership joined_;
   std::unique_ptr<Parts> parts_;
+  std::atomic<bool> released_{false};
   std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
 };
 

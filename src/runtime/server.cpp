@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "os/linux/process.h"
+#include "runtime/control.h"
 #include "runtime/socket_path.h"
 
 namespace ctn::runtime {
@@ -51,8 +52,8 @@ Result<std::unique_ptr<Server>> Server::open(config::AppFile file, os::Os& os, S
   if (!memory) return memory.error();
   Region region = Region::create(file.app.graph, cpus->size(), file.text, memory->bytes());
 
-  std::unique_ptr<Server> server(new Server(std::move(file.app), os, std::move(options.users), std::move(*memory),
-                                            std::move(region), std::move(*listener), std::move(*poller)));
+  std::unique_ptr<Server> server(new Server(std::move(file.app), os, options, std::move(*memory), std::move(region),
+                                            std::move(*listener), std::move(*poller)));
   options.scheduler.guard = true;
   server->has_heartbeat_ = options.scheduler.policy->follows_plan();
   Result<std::unique_ptr<Scheduler>> scheduler =
@@ -63,11 +64,12 @@ Result<std::unique_ptr<Server>> Server::open(config::AppFile file, os::Os& os, S
   return server;
 }
 
-Server::Server(graph::App app, os::Os& os, std::vector<std::uint32_t> users, os::SharedMemory memory, Region region,
+Server::Server(graph::App app, os::Os& os, ServerOptions options, os::SharedMemory memory, Region region,
                os::Listener listener, std::unique_ptr<os::Poller> poller)
     : app_(std::move(app)),
       os_(os),
-      users_(std::move(users)),
+      users_(std::move(options.users)),
+      describe_(std::move(options.describe)),
       memory_(std::move(memory)),
       region_(std::move(region)),
       listener_(std::move(listener)),
@@ -153,9 +155,10 @@ void Server::serve(Key key) {
   receive_from(client->first, client->second);
 }
 
+bool Server::may_control(const os::Peer& peer) { return peer.user == 0 || peer.user == os::current_user(); }
+
 bool Server::may_register(const os::Peer& peer) const {
-  return peer.user == 0 || peer.user == os::current_user() ||
-         std::find(users_.begin(), users_.end(), peer.user) != users_.end();
+  return may_control(peer) || std::find(users_.begin(), users_.end(), peer.user) != users_.end();
 }
 
 void Server::accept_client() {
@@ -184,7 +187,7 @@ void Server::accept_client() {
   }
   const Key key = next_key_;
   next_key_ += 2;
-  Client client{std::move(connection), registry_->enter(peer.process), os_.now()};
+  Client client{std::move(connection), registry_->enter(peer.process, may_control(peer)), os_.now()};
   const bool watched =
       poller_->add(client.connection.socket(), key).ok() &&
       (!client.connection.process().valid() || poller_->add(client.connection.process(), key | 1U).ok());
@@ -208,12 +211,23 @@ void Server::receive_from(Key key, Client& client) {
   }
 }
 
+// Longer than a message may be.
+Result<os::SharedMemory> Server::status() const {
+  if (!describe_) return Error::caller("this server tells nobody its status", "start it by `catan serve`");
+  return to_memory(describe_(snapshot()));
+}
+
 bool Server::answer(Client& client, const os::Message& message) {
   if (message.truncated) {
     return client.connection.send(to_text(Status(Error::caller("a message was too long", "say less")))).ok();
   }
   const Registry::Answer answer = registry_->handle(client.program, message.sender.process, message.text);
   client.said_hello = client.said_hello || answer.with_region;
+  if (answer.with_status) {
+    const Result<os::SharedMemory> described = status();
+    if (!described) return client.connection.send(to_text(Status(described.error()))).ok();
+    return client.connection.send(answer.text, &described->descriptor()).ok();
+  }
   return client.connection.send(answer.text, answer.with_region ? &memory_.descriptor() : nullptr).ok();
 }
 

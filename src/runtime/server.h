@@ -1,7 +1,9 @@
 // Schedules an app whose nodes are other processes', `catan serve`: a scheduler over shared memory, and a Unix socket
 // at which programs register the nodes that they run (client_engine.h is their side).
 //
-// Who may register: root, the user that the server runs as, and those that are named. What a program says is checked
+// Who may register: root, the user that the server runs as, and those that are named. Who may control the server, that
+// is change weights, bounds and CPUs or ask for its status: root and the user that it runs as (of the process that
+// connected, as the kernel knows it). What a program says is checked
 // (registry.h), what it writes into the shared memory is not trusted (region.h), and nothing here waits for it: a
 // program that floods the socket, says nothing, or belongs to another user is disconnected. If the server is killed, a
 // guardian restores the scheduling of the nodes' threads. If it is stopped, programs notice that its heartbeat stops,
@@ -35,6 +37,8 @@ struct ServerOptions {
   SchedulerOptions scheduler;
   std::string socket;                // empty: socket_to_serve()
   std::vector<std::uint32_t> users;  // who may register, besides root and the server's own user
+  std::function<std::string(const Snapshot&)>
+      describe{};  // what is answered to who asks for the status; else nothing is
 };
 
 class Server {
@@ -73,13 +77,15 @@ class Server {
   };
   using Key = os::Poller::Key;
 
-  Server(graph::App app, os::Os& os, std::vector<std::uint32_t> users, os::SharedMemory memory, Region region,
+  Server(graph::App app, os::Os& os, ServerOptions options, os::SharedMemory memory, Region region,
          os::Listener listener, std::unique_ptr<os::Poller> poller);
 
   void serve(Key key);
   void accept_client();
+  static bool may_control(const os::Peer& peer);
   bool may_register(const os::Peer& peer) const;
   void receive_from(Key key, Client& client);
+  Result<os::SharedMemory> status() const;
   bool answer(Client& client, const os::Message& message);
   void disconnect(Key key, const std::string& why);
   void disconnect_silent();
@@ -88,7 +94,8 @@ class Server {
 
   graph::App app_;
   os::Os& os_;
-  std::vector<std::uint32_t> users_;
+  const std::vector<std::uint32_t> users_;
+  const std::function<std::string(const Snapshot&)> describe_;
   os::SharedMemory memory_;
   Region region_;
   os::Listener listener_;

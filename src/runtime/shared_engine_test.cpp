@@ -182,8 +182,8 @@ TEST_F(SharedTest, ACpuThatGoesIsPlannedWithoutUntilItComesBack) {
   const Snapshot snapshot = engine->snapshot();
   EXPECT_TRUE(engine->stop().ok());
   ASSERT_EQ(snapshot.notices.size(), 2U);
-  EXPECT_EQ(snapshot.notices[0], "cpus: of CPUs 0-1, 0 are online: planning for these");
-  EXPECT_EQ(snapshot.notices[1], "cpus: of CPUs 0-1, 0-1 are online: planning for these");
+  EXPECT_EQ(snapshot.notices[0], "cpus: of CPUs 0-1, 0 are online and allowed: planning for these");
+  EXPECT_EQ(snapshot.notices[1], "cpus: of CPUs 0-1, 0-1 are online and allowed: planning for these");
   EXPECT_GE(snapshot.plans, before + 2);
   EXPECT_GT(rate(snapshot, "scan"), 50.0);
   EXPECT_GT(rate(snapshot, "map"), 4.0);

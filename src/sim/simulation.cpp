@@ -223,7 +223,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     cpus_.wake_at(housekeeping_, cpus_.now() + driver::kPlanningTurn);
   }
 
-  Result<os::CpuSet> online_cpus() override { return setting_.cpus; }
+  Result<os::CpuSet> usable_cpus() override { return setting_.cpus; }
   os::PowerState power_state() override { return {}; }
   void cpus_changed(const os::CpuSet& /*cpus*/) override {}
   void notice(const std::string& kind, const std::string& detail) override {

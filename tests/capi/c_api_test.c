@@ -151,6 +151,40 @@ static void test_session(const char* app) {
   catan_session_free(session);
 }
 
+static void test_changes(const char* app) {
+  struct counts counts = {0, 0, 0, 0};
+  catan_error* error = NULL;
+  catan_session* session = catan_session_open(app, NULL, &error);
+  const int nowhere = 1 << 20;
+  char* snapshot;
+  CHECK(session != NULL);
+  CHECK(catan_session_set_weight(NULL, "0", 1.0, NULL) == CATAN_CALLER);
+  CHECK(catan_session_set_weight(session, "0", 1.0, NULL) == CATAN_CALLER); /* it does not run */
+  catan_session_node(session, "sense", sense, &counts);
+  catan_session_node(session, "act", act, &counts);
+  catan_session_node(session, "clock", tick, &counts);
+  CHECK(catan_session_start(session, &error) == CATAN_OK);
+  CHECK(catan_session_set_weight(session, "0", 7.5, &error) == CATAN_OK);
+  CHECK(catan_session_set_max(session, "sense -> act", 900.0, &error) == CATAN_OK);
+  CHECK(catan_session_set_min_rate(session, "act", 2.0, &error) == CATAN_OK);
+  CHECK(error == NULL);
+  CHECK(catan_session_set_cpus(session, NULL, 0, NULL) == CATAN_CALLER);
+  CHECK(catan_session_set_cpus(session, &nowhere, 1, NULL) == CATAN_CALLER);
+  CHECK(catan_session_set_max(session, NULL, 1.0, &error) == CATAN_CALLER);
+  CHECK(strstr(catan_error_message(error), "no such term") != NULL);
+  catan_error_free(error);
+  error = NULL;
+  nap(200);
+  snapshot = catan_session_snapshot(session, &error);
+  CHECK(strstr(snapshot, "\"changes\":3,") != NULL);
+  CHECK(strstr(snapshot, "\"weight\":7.5,\"max_ms\":900.0") != NULL);
+  CHECK(strstr(snapshot, "\"min_rate_hz\":2.0") != NULL);
+  catan_free(snapshot);
+  CHECK(catan_session_set_max(session, "0", 0.0, &error) == CATAN_OK);
+  CHECK(catan_session_stop(session, &error) == CATAN_OK);
+  catan_session_free(session);
+}
+
 /* A program that was built when the options had fewer fields: the rest have their defaults. */
 static void test_shorter_options(const char* app) {
   catan_session_options options = CATAN_SESSION_OPTIONS;
@@ -169,6 +203,7 @@ int main(int argc, char** argv) {
   test_errors();
   test_mistakes_are_told_by_start(argv[2]);
   test_session(argv[2]);
+  test_changes(argv[2]);
   test_shorter_options(argv[2]);
   return 0;
 }

@@ -33,6 +33,7 @@ bool stdout_has_colours();
 
 void add_bench_command(CLI::App& cli, int& exit_code);
 void add_check_command(CLI::App& cli, int& exit_code);
+void add_ctl_command(CLI::App& cli, int& exit_code);
 void add_doctor_command(CLI::App& cli, int& exit_code);
 void add_node_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <utility>
 
+#include "api/snapshot_json.h"
 #include "base/text.h"
 #include "command.h"
 #include "os/linux/child_process.h"
@@ -166,7 +167,8 @@ Result<Served> serve(config::AppFile file, const ServingOptions& options) {
   if (!signals) return signals.error();
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   Result<std::unique_ptr<runtime::Server>> server = runtime::Server::open(
-      std::move(file), *os, {.scheduler = options.scheduler, .socket = options.socket, .users = *users});
+      std::move(file), *os,
+      {.scheduler = options.scheduler, .socket = options.socket, .users = *users, .describe = api::to_json});
   if (!server) return server.error();
   return Serving(options, *os, **server, *signals).run();
 }

@@ -74,6 +74,9 @@ class FakeOs : public Os {
   // As Linux does it: a thread all of whose CPUs are gone may use every CPU from then on, also when they come back.
   // Precondition: there is such a CPU, and it is not the last one online.
   void set_cpu_online(int cpu, bool online);
+  // The CPUs that a cpuset leaves to the process: its threads may use those of theirs that are in it, or where none is,
+  // all of it; and what they had when it grows again. Precondition: one of them is online.
+  void set_cpuset(CpuSet cpus);
   void set_power_state(PowerState state);
   void set_stolen_time(std::map<int, Nanos> stolen);
   // From now on the thread counts as another, which began just now and has the number of one that has ended.
@@ -96,6 +99,7 @@ class FakeOs : public Os {
   void sleep_until(TimePoint deadline) override;
   ProcessId current_process() override;
   ThreadId current_thread() override;
+  ThreadId main_thread(ProcessId /*process*/) override { return ThreadId{1}; }
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
   // The new thread has the maker's CPUs; it runs when its turn comes, not before the maker gives up the baton.
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
@@ -148,6 +152,8 @@ class FakeOs : public Os {
   Status apply_level(Task& task, Level level);
   Status apply_affinity(Task& task, const CpuSet& cpus);
   CpuSet usable(const Task& task) const;
+  CpuSet usable_by_process() const;
+  void narrow_tasks();
 
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Task>> tasks_;  // in the order of their numbers; ended ones stay
@@ -159,6 +165,7 @@ class FakeOs : public Os {
   bool shares_cpus_ = false;
   FakeCpus cpus_;  // has a claim for each thread that can run, where CPUs are shared
   Topology topology_;
+  std::optional<CpuSet> cpuset_;  // none: all CPUs
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;
   PowerState power_state_;

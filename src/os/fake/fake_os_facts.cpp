@@ -49,13 +49,9 @@ Result<Level> FakeOs::level(ThreadId thread) {
   return task->level;
 }
 
-CpuSet FakeOs::usable(const Task& task) const {
-  std::vector<int> numbers;
-  for (const int cpu : topology_.online().cpus()) {
-    if (task.cpus.contains(cpu)) numbers.push_back(cpu);
-  }
-  return CpuSet(std::move(numbers));
-}
+CpuSet FakeOs::usable_by_process() const { return cpuset_ ? common(topology_.online(), *cpuset_) : topology_.online(); }
+
+CpuSet FakeOs::usable(const Task& task) const { return common(usable_by_process(), task.cpus); }
 
 Status FakeOs::apply_affinity(Task& task, const CpuSet& cpus) {
   CpuSet before = std::exchange(task.cpus, cpus);
@@ -123,7 +119,7 @@ Status FakeOs::restore_scheduling(const SavedScheduling& saved) {
   // CPUs that went away meanwhile are no error; when all did, every CPU is allowed.
   static_cast<void>(apply_affinity(*task, saved.affinity));
   const bool none_left = task->cpus != saved.affinity;
-  return none_left ? apply_affinity(*task, topology_.online()) : Status(Done{});
+  return none_left ? apply_affinity(*task, usable_by_process()) : Status(Done{});
 }
 
 void FakeOs::set_cpu_online(int cpu, bool online) {
@@ -132,8 +128,18 @@ void FakeOs::set_cpu_online(int cpu, bool online) {
                                   [&](const Cpu& candidate) { return candidate.number == cpu; });
   assert(found != topology_.cpus.end());
   found->online = online;
-  assert(!topology_.online().empty());
   host_facts_.cpu_count = static_cast<int>(topology_.online().size());
+  narrow_tasks();
+}
+
+void FakeOs::set_cpuset(CpuSet cpus) {
+  const Lock lock(mutex_);
+  cpuset_ = std::move(cpus);
+  narrow_tasks();
+}
+
+void FakeOs::narrow_tasks() {
+  assert(!usable_by_process().empty());
   std::vector<int> all;
   for (const Cpu& known : topology_.cpus) all.push_back(known.number);
   for (const auto& task : tasks_) {

@@ -67,6 +67,7 @@ class FaultyOs : public Os {
   void sleep_until(TimePoint deadline) override;
   ProcessId current_process() override { return inner_.current_process(); }
   ThreadId current_thread() override { return inner_.current_thread(); }
+  ThreadId main_thread(ProcessId process) override { return inner_.main_thread(process); }
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override {
     return inner_.spawn(name, std::move(body));

@@ -115,6 +115,7 @@ class LinuxOs : public Os {
 
   ProcessId current_process() override { return ProcessId{::getpid()}; }
   ThreadId current_thread() override;
+  ThreadId main_thread(ProcessId process) override { return ThreadId{static_cast<int>(process)}; }
   Result<std::vector<ThreadId>> threads(ProcessId process) override;
   std::unique_ptr<Thread> spawn(const std::string& name, std::function<void()> body) override;
 

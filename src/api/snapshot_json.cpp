@@ -1,11 +1,13 @@
-#include "capi/snapshot_json.h"
+#include "api/snapshot_json.h"
 
 #include <nlohmann/json.hpp>
 
-namespace ctn::capi {
+namespace ctn::api {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+Json to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
 Json to_json(const Summary& summary) {
   return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
@@ -28,6 +30,8 @@ std::string to_json(const Snapshot& snapshot) {
   Json json{{"policy", snapshot.policy},
             {"real_time", snapshot.real_time},
             {"warmed_up", snapshot.warmed_up},
+            {"cpus", snapshot.cpus},
+            {"changes", snapshot.changes},
             {"source_hz", snapshot.source_hz},
             {"plans", snapshot.plans},
             {"cost_changes", snapshot.cost_changes},
@@ -38,6 +42,7 @@ std::string to_json(const Snapshot& snapshot) {
             {"relax_factor", snapshot.relax_factor},
             {"relaxed", Json::array()},
             {"assumed", Json::array()},
+            {"objective", Json::array()},
             {"chains", Json::array()},
             {"nodes", Json::array()},
             {"ages", Json::array()},
@@ -48,9 +53,15 @@ std::string to_json(const Snapshot& snapshot) {
   for (const AssumedCostSnapshot& assumed : snapshot.assumed) {
     json["assumed"].push_back({{"node", assumed.node}, {"cost_ms", assumed.cost_ms}});
   }
+  for (const TermSnapshot& term : snapshot.objective) {
+    json["objective"].push_back({{"term", term.term}, {"weight", term.weight}, {"max_ms", to_json(term.max_ms)}});
+  }
   for (const ChainSnapshot& chain : snapshot.chains) json["chains"].push_back(to_json(chain));
   for (const NodeSnapshot& node : snapshot.nodes) {
-    json["nodes"].push_back({{"name", node.name}, {"compute_ms", to_json(node.compute_ms)}, {"rate_hz", node.rate_hz}});
+    json["nodes"].push_back({{"name", node.name},
+                             {"compute_ms", to_json(node.compute_ms)},
+                             {"rate_hz", node.rate_hz},
+                             {"min_rate_hz", to_json(node.min_rate_hz)}});
   }
   for (const AgeSnapshot& edge : snapshot.ages) {
     json["ages"].push_back({{"from", edge.from},
@@ -64,4 +75,4 @@ std::string to_json(const Snapshot& snapshot) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace ctn::capi
+}  // namespace ctn::api

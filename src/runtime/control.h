@@ -1,0 +1,27 @@
+// What controls a server from outside (`catan ctl`): one question over its socket (protocol.h), and its answer.
+//
+// Thread safety: any thread; each call makes a connection of its own. Cost: each call may wait for two seconds.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "catan/changes.h"
+#include "os/linux/shared_memory.h"
+#include "os/os.h"
+
+namespace ctn::runtime {
+
+// `sockets`: the first at which a server listens is asked. Errors: what the server refuses (kCaller); no server, one
+// that does not answer or is of another version (kEnvironment).
+Status ask_to_change(os::Clock& clock, const std::vector<std::string>& sockets, const Changes& changes);
+// As the server describes itself: JSON.
+Result<std::string> ask_for_status(os::Clock& clock, const std::vector<std::string>& sockets);
+
+// A text as it passes between processes, if it is longer than a message may be.
+Result<os::SharedMemory> to_memory(const std::string& text);
+// kEnvironment: it holds no such text.
+Result<std::string> from_memory(const os::SharedMemory& memory);
+
+}  // namespace ctn::runtime
