@@ -80,6 +80,7 @@ void PlanningLoop::change(graph::App app, os::CpuSet cpus) {
   asked_ = std::move(app);
   chosen_ = std::move(cpus);
   app_online_ = kinds_.only_with(asked_, online_);
+  memory_ = options_.policy->make_memory();
   asked_changed_ = true;
   next_cpu_check_ = {};
 }

@@ -144,7 +144,7 @@ class PlanningLoop {
   policy::MeasuredCosts measured_;
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
-  std::unique_ptr<policy::Memory> memory_;  // of the CPUs that are planned for; null: the policy has none
+  std::unique_ptr<policy::Memory> memory_;  // of app_online_; null: the policy has none
   PowerWatch power_;
   PlanNews news_;
   TimePoint next_cpu_check_{};

@@ -64,7 +64,7 @@ struct Situation {
   PlanReason why = PlanReason::kBootstrap;
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
-  int periodic = 0;                          // decided again as time has passed: the how many-th time in a row, from 1
+  int periodic = 0;                           // decided again as time has passed: the how many-th time in a row, from 1
 };
 
 struct Decision {
