@@ -91,7 +91,7 @@ class Changing {
   }
 
  private:
-  void problem(std::string key, std::string what, std::string hint) {
+  void problem(const std::string& key, const std::string& what, const std::string& hint) {
     problems_.push_back({{}, printable(key), printable(what), printable(hint)});
   }
 

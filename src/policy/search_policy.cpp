@@ -209,8 +209,11 @@ Result<std::optional<Decision>> SearchPolicy::decide_again(const Situation& situ
   if (memory == nullptr || situation.runs == nullptr || situation.frames) {
     return replacement(formulas_, situation, in_force);
   }
-  Result<std::optional<Decision>> decision = Deciding(memory->of(situation), situation, in_force).decide();
-  return decision ? std::move(decision) : replacement(formulas_, situation, in_force);
+  Searching& searching = memory->of(situation);
+  Result<std::optional<Decision>> decision = Deciding(searching, situation, in_force).decide();
+  if (decision) return decision;
+  searching.chosen.reset();
+  return replacement(formulas_, situation, in_force);
 }
 
 }  // namespace ctn::policy
