@@ -102,7 +102,7 @@ TEST(Surrogate, KnowsWhenNothingIsLeft) {
 TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
   Two two;
   const plan::Plan plan =
-      make_expected_plan(two.app, two.samples, two.costs, {.cores = 2, .slack = kSlack, .effort = 0.1}).value();
+      make_expected_plan(two.app, two.samples, two.costs, {.cores = 2, .slack = kSlack, .effort = 0.03}).value();
   // b alone on its core: 4 ms and what the machine takes, as often as the slack allows.
   const double p = two.b / (1.0 - kSlack);
   EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));
@@ -111,7 +111,7 @@ TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
 TEST(ExpectedPlan, IsTheSameEachTime) {
   const RandomCase random = random_case(3, {.subchains = 4}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
-  const ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.05};
+  const ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.02};
   const plan::Plan first = make_expected_plan(random.app, samples, random.costs, request).value();
   EXPECT_EQ(make_expected_plan(random.app, samples, random.costs, request).value(), first);
 }
