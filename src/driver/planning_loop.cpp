@@ -186,9 +186,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
 // exact rates (policy/planned.h) stays so.
 model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::vector<NodeId>& unknown,
                                             PlanReason why) const {
-  if (!decision_.plan || why == PlanReason::kMeasured || why == PlanReason::kCpus || why == PlanReason::kAsked) {
-    return costs;
-  }
+  if (!decision_.plan || policy::is_unconditional(why)) return costs;
   for (const plan::AssumedCost& assumed : decision_.plan->assumed) {
     if (std::find(unknown.begin(), unknown.end(), assumed.node) == unknown.end()) continue;
     costs.set(assumed.node, model::CostProfile::constant(assumed.cost));

@@ -95,8 +95,7 @@ const char* to_string(PlanReason reason) {
 
 Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& app, const model::CostTable& costs,
                      const model::CostTable& typical)
-    : plan_(plan),
-      unconditional_(why == PlanReason::kMeasured || why == PlanReason::kCpus || why == PlanReason::kAsked) {
+    : plan_(plan), unconditional_(is_unconditional(why)) {
   if (unconditional_) return;
   const graph::App planned = plan::as_planned(app, plan);
   now_ = plan::recost(plan, planned, costs);

@@ -114,8 +114,7 @@ class Deciding {
       if (Status asked = ask_formulas(); !asked) return asked.error();
     }
     if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
-    const bool whatever = !in_force_.plan || situation_.why == PlanReason::kMeasured ||
-                          situation_.why == PlanReason::kCpus || situation_.why == PlanReason::kAsked;
+    const bool whatever = !in_force_.plan || is_unconditional(situation_.why);
     if (whatever) return best(std::numeric_limits<double>::infinity());
     with_.search.improve(kSearchStep);
     const std::optional<plan::Plan> now = in_force_now();
