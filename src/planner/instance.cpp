@@ -13,6 +13,9 @@ namespace {
 
 // Two ways to compute the same number of runs differ by no more than this part.
 constexpr double kRounding = 1e-12;
+// Of a run. Far more than anybody has a use for; planning takes time in proportion to them, and compute times may be
+// what a faulty program reported.
+constexpr double kMostSlices = 10'000;
 
 void add(Form& form, int subchain, double period, double execution) {
   for (Coefficient& known : form.coefficients) {
@@ -97,7 +100,7 @@ OnKind on_kind(const graph::App& app, const model::CostTable& costs, SubchainId 
   on.cost = costs.subchain_total(app.graph, id).count();
   const double min_slice = to_millis(app.scheduler.min_slice).count();
   if (on.cost >= min_slice) {
-    const double slices = min_slice > 0.0 ? on.cost / min_slice : 1e9;
+    const double slices = min_slice > 0.0 ? std::min(on.cost / min_slice, kMostSlices) : kMostSlices;
     on.most_every = member.queue ? slices : std::floor(slices * (1.0 + kRounding));
   }
   const int threads = useful_threads(app, costs, id);

@@ -26,8 +26,10 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
 }
 
 void Controller::run() {
-  while (!stopping_.load(std::memory_order_acquire)) {
+  for (;;) {
+    // Before it looks whether to stop: who stops it, counts a wake after saying so.
     const std::uint32_t seen = wake_count();
+    if (stopping_.load(std::memory_order_acquire)) return;
     const TimePoint until = driver_->step(controls_.os.now());
     sleep(seen, until);
   }
