@@ -63,7 +63,8 @@ SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uin
       sent_(sent),
       completed_(completed),
       progress_at_(start),
-      silent_since_(start) {
+      silent_since_(start),
+      allowed_(pacing.budget) {
   assert(pacing.period > Nanos{0} && completed <= sent);
 }
 
@@ -106,16 +107,22 @@ void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newes
 }
 
 bool SubchainTrigger::wants_cpu_time(TimePoint now, std::uint64_t completed) const {
-  return pacing_.budget > Nanos{0} && sent_ > std::max(completed, completed_) && !demoted_ && !hanging_ &&
-         now >= look_at_;
+  return pacing_.budget > Nanos{0} && sent_ > std::max(completed, completed_) && !hanging_ &&
+         now >= (demoted_ ? ready() : look_at_);
 }
 
 void SubchainTrigger::used(TimePoint now, Nanos cpu) {
-  over_budget_ = cpu > pacing_.budget;
-  look_at_ = now + std::max(pacing_.budget - cpu, kBudgetGrain);
+  used_ = cpu;
+  over_budget_ = cpu > allowed_;
+  look_at_ = now + std::max(allowed_ - cpu, kBudgetGrain);
 }
 
-void SubchainTrigger::restart_budget(TimePoint now) { look_at_ = now + std::max(pacing_.budget, kBudgetGrain); }
+void SubchainTrigger::restart_budget(TimePoint now) {
+  used_ = Nanos{0};
+  over_budget_ = false;
+  allowed_ = pacing_.budget;
+  look_at_ = now + std::max(pacing_.budget, kBudgetGrain);
+}
 
 // After watch(), which knows what is under way.
 void SubchainTrigger::limit(TimePoint now, Decision& decision) {
@@ -124,6 +131,9 @@ void SubchainTrigger::limit(TimePoint now, Decision& decision) {
   if (over_budget && !decision.trigger) {
     demoted_ = true;
     decision.demote = true;
+    // A trigger that was owed would be a budget at once.
+    if (now >= ready()) spend_trigger(now);
+    decision.ask_at = std::min(decision.ask_at, ready());
   } else {
     decision.ask_at = std::min(decision.ask_at, std::max(look_at_, now));
   }
@@ -141,6 +151,13 @@ void SubchainTrigger::schedule_next(TimePoint now) {
     last_due_ = off_grid || pacing_.after_completion > Nanos{0} ? now : due_;
     due_ = last_due_ + pacing_.period;
   }
+}
+
+// What is due now is a trigger, or a budget in place of it.
+void SubchainTrigger::spend_trigger(TimePoint now) {
+  silent_since_ = now;
+  schedule_next(now);
+  if (pacing_.after) due_ = silent_since_ + silence_limit(pacing_);
 }
 
 // Outputs may come at any rate: whoever writes them is not trusted.
@@ -165,11 +182,16 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     decision.trigger = due_;
     if (sent_ == completed) progress_at_ = now;
     ++sent_;
-    silent_since_ = now;
     decision.restore = std::exchange(demoted_, false);
     restart_budget(now);
-    schedule_next(now);
-    if (pacing_.after) due_ = silent_since_ + silence_limit(pacing_);
+    spend_trigger(now);
+  } else if (now >= ready() && demoted_ && !hanging_) {
+    decision.restore = true;
+    demoted_ = false;
+    over_budget_ = false;
+    allowed_ = used_ + pacing_.budget;
+    look_at_ = now + std::max(pacing_.budget, kBudgetGrain);
+    spend_trigger(now);
   }
   if (may_overlap(completed)) {
     decision.ask_at = std::max(ready(), now);
@@ -202,7 +224,9 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
     due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
   }
   if (pacing.budget == Nanos{0}) demoted_ = false;
-  before.budget == Nanos{0} ? restart_budget(now) : static_cast<void>(look_at_ = now);
+  if (before.budget == Nanos{0}) return restart_budget(now);
+  allowed_ = pacing.budget;
+  look_at_ = now;
 }
 
 }  // namespace ctn::dispatch

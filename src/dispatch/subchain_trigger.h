@@ -29,7 +29,10 @@
 //              them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
-// the next trigger, before which they get their level back. That is for one run at a time (max_in_flight 1) on one CPU,
+// the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of one.
+// Either way the threads get their level back. So a subchain never takes more from those below it than its budget once
+// a period, which is what they were promised; and one whose runs have become much longer than planned still gets on at
+// the rate that it was planned with. That is for one run at a time (max_in_flight 1) on one CPU,
 // where a run cannot have used its budget sooner than as long after its trigger. Then the state machine asks to be told
 // what the run has used; where that is less, since the run was pre-empted, it asks again when the rest could be used
 // up. What it costs while runs keep to their budgets: the clocks of their threads are read once at the trigger, and one
@@ -64,7 +67,7 @@ struct Pacing {
   // Fixed priorities.
   std::optional<Nanos> phase{};        // triggers come at phase + k periods of the clock; none: from the first one on
   std::optional<plan::After> after{};  // in place of time: each so-many-th output of another, expected every `period`
-  Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until the next trigger. 0: any
+  Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until a trigger is due. 0: any
 
   friend bool operator==(const Pacing&, const Pacing&) = default;
 };
@@ -104,7 +107,7 @@ class SubchainTrigger {
   SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent = 0, std::uint64_t completed = 0);
 
   struct Decision {
-    bool restore = false;              // before the trigger is sent: the run before was demoted
+    bool restore = false;              // before the trigger is sent, if one is: the run was demoted
     std::optional<TimePoint> trigger;  // send a trigger now; when it was due
     bool demote = false;               // the run under way has used more than its budget
     bool hang_began = false;           // the oldest run under way has just become one that hangs
@@ -142,6 +145,7 @@ class SubchainTrigger {
   bool may_overlap(std::uint64_t completed) const;
   TimePoint ready() const;
   void schedule_next(TimePoint now);
+  void spend_trigger(TimePoint now);
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
   void limit(TimePoint now, Decision& decision);
 
@@ -161,6 +165,8 @@ class SubchainTrigger {
   TimePoint silent_since_;               // the last trigger
 
   // The budget of the run under way.
+  Nanos allowed_{0};            // CPU time since its trigger
+  Nanos used_{0};               // as told last
   TimePoint look_at_ = kNever;  // it cannot be used up before
   bool over_budget_ = false;    // it is, as was just told
   bool demoted_ = false;

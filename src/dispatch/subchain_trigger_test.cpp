@@ -401,6 +401,44 @@ TEST(Budget, ADemotedSubchainIsRestoredWithItsNextTrigger) {
   EXPECT_EQ(next.ask_at, at(milliseconds{110})) << "the next run has a budget of its own";
 }
 
+// A run of 40 ms, with 10 ms every 100 ms: promised to those below it is just that.
+TEST(Budget, ARunThatGoesOnHasItAgainWheneverATriggerIsDue) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  trigger.step(at(Nanos{0}), 0);
+  for (int period = 0; period < 3; ++period) {
+    const Nanos due = milliseconds{100 * period};
+    const TimePoint spent = at(due + milliseconds{15});
+    ASSERT_TRUE(trigger.wants_cpu_time(spent, 0));
+    trigger.used(spent, milliseconds{11 * (period + 1)});
+    const auto demoted = trigger.step(spent, 0);
+    EXPECT_TRUE(demoted.demote);
+    const TimePoint next = at(due + milliseconds{100});
+    EXPECT_EQ(demoted.ask_at, next);
+    EXPECT_FALSE(trigger.wants_cpu_time(next - Nanos{1}, 0));
+    ASSERT_TRUE(trigger.wants_cpu_time(next, 0));
+    trigger.used(next, milliseconds{11 * (period + 1)});
+    const auto restored = trigger.step(next, 0);
+    EXPECT_TRUE(restored.restore);
+    EXPECT_FALSE(restored.trigger);
+    EXPECT_FALSE(restored.demote);
+    EXPECT_EQ(restored.ask_at, next + milliseconds{10});
+  }
+  const auto ended = trigger.step(at(milliseconds{305}), 1);
+  EXPECT_FALSE(ended.trigger) << "it had a budget in place of one";
+  EXPECT_EQ(ended.ask_at, at(milliseconds{400}));
+}
+
+TEST(Budget, WhoIsDemotedAfterItsNextTriggerWasDueWaitsForTheOneAfter) {
+  SubchainTrigger trigger(at(Nanos{0}), limited(milliseconds{10}));
+  trigger.step(at(Nanos{0}), 0);
+  trigger.used(at(milliseconds{120}), milliseconds{11});
+  const auto demoted = trigger.step(at(milliseconds{120}), 0);
+  EXPECT_TRUE(demoted.demote);
+  EXPECT_EQ(demoted.ask_at, at(milliseconds{200}));
+  EXPECT_FALSE(trigger.step(at(milliseconds{150}), 1).trigger) << "that would be a budget at once";
+  EXPECT_TRUE(trigger.step(at(milliseconds{200}), 1).trigger);
+}
+
 TEST(Budget, ARunThatHangsIsNotDemotedAndOneThatIsDemotedMayHang) {
   Pacing pacing = limited(milliseconds{10});
   pacing.hang_after = milliseconds{50};

@@ -114,7 +114,10 @@ void SubchainPacer::measure(TimePoint now, std::uint64_t completed) {
 void SubchainPacer::act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now) {
   if (decision.demote) {
     actuator_->set_level(subchain_, os::Level::kBackground);
-    actuator_->over_budget({subchain_, trigger_->sent(), now, cpu_time_});
+    // Once a run, however often it has a budget again.
+    if (std::exchange(told_over_budget_, trigger_->sent()) != trigger_->sent()) {
+      actuator_->over_budget({subchain_, trigger_->sent(), now, cpu_time_});
+    }
   }
   if (decision.hang_began || decision.hang_ended) {
     suspended_ = decision.hang_began;

@@ -257,6 +257,20 @@ TEST(SubchainPacer, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
   EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 10, 20));
 }
 
+TEST(SubchainPacer, ARunThatGoesOnHasItsBudgetOnceAPeriodAndIsToldOfOnce) {
+  FakeWorld world(1, 0, [](SubchainId, std::uint64_t number) { return number == 1 ? ms(35) : ms(2); });
+  world.publish(assignment({phased(3, ms(10), ms(0), ms(4))}));
+  for (int period = 0; period < 3; ++period) {
+    world.run_until(at(ms(10 * period + 3)));
+    EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3))) << period;
+    world.run_until(at(ms(10 * period + 9)));
+    EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground)) << period;
+  }
+  world.run_until(at(ms(51)));
+  EXPECT_THAT(world.sent(kOnly), ElementsAre(0, 40, 50)) << "at 10, 20 and 30 it was given its budget";
+  EXPECT_EQ(world.overruns.size(), 1U);
+}
+
 TEST(SubchainPacer, TimeThatARunWaitsIsNotItsBudgets) {
   FakeWorld world(1, 0, each_takes(ms(9)));
   // Pre-empted for all but the first and the last millisecond.

@@ -12,6 +12,7 @@ namespace ctn::model {
 namespace {
 
 constexpr std::size_t kFrequencyWindows = 10;
+constexpr std::size_t kSampledWindows = 4;
 // So many runs of a mode suffice after invalidate(); then what was seen before is forgotten.
 constexpr std::size_t kMinSamples = 5;
 
@@ -51,7 +52,7 @@ Estimator::Estimator(int window, double percentile, std::vector<std::string> mod
 void Estimator::add(Nanos cpu, std::size_t mode) {
   assert(cpu.count() >= 0);
   if (mode >= names_.size()) mode = 0;
-  push(runs_[mode], cpu, window_);
+  push(runs_[mode], cpu, window_ * kSampledWindows);
   if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kMinSamples);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
@@ -62,17 +63,29 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   ++count_;
 }
 
+std::vector<Nanos> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
+  const Ring<Nanos>& runs = runs_[mode];
+  const std::size_t size = runs.values.size();
+  std::vector<Nanos> newest;
+  for (std::size_t i = size - std::min(most, size); i < size; ++i) {
+    newest.push_back(runs.values[(runs.oldest + i) % size]);
+  }
+  return newest;
+}
+
 std::optional<Estimator::Shift> Estimator::forget_before(std::size_t mode, std::size_t runs) {
   assert(runs >= 1);
   if (mode >= names_.size()) mode = 0;
-  std::vector<Nanos>& values = runs_[mode].values;
-  std::rotate(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(runs_[mode].oldest), values.end());
-  runs_[mode].oldest = 0;
-  if (runs >= values.size()) return std::nullopt;
-  const auto since = values.end() - static_cast<std::ptrdiff_t>(runs);
-  const Shift shift{percentile_of({values.begin(), since}, percentile_),
-                    percentile_of({since, values.end()}, percentile_)};
-  values.erase(values.begin(), since);
+  const std::size_t known = runs_[mode].values.size();
+  if (runs >= std::min(known, window_)) {
+    runs_[mode] = {newest_runs(mode, runs), 0};
+    return std::nullopt;
+  }
+  const std::vector<Nanos> window = newest_runs(mode, window_);
+  std::vector<Nanos> since = newest_runs(mode, runs);
+  const Shift shift{percentile_of(std::span(window).first(window.size() - runs), percentile_),
+                    percentile_of(since, percentile_)};
+  runs_[mode] = {std::move(since), 0};
   return shift;
 }
 
@@ -108,7 +121,7 @@ CostProfile Estimator::profile(double percentile) const {
   std::vector<ModeCost> modes;
   modes.reserve(names_.size());
   for (std::size_t mode = 0; mode < names_.size(); ++mode) {
-    const Millis cost = percentile_of(runs_[mode].values, percentile);
+    const Millis cost = percentile_of(newest_runs(mode, window_), percentile);
     modes.push_back({names_[mode], static_cast<double>(recent_count_[mode]) / total, cost});
   }
   return CostProfile::of_modes(std::move(modes));

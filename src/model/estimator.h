@@ -50,16 +50,20 @@ class Estimator {
   // The same with another percentile in (0, 100]: 50 is what a run typically costs.
   CostProfile profile(double percentile) const;
   // CPU times that are distributed as those of recent runs are: of each mode so many as it is frequent, spread evenly
-  // over its window. A few hundred; none where there was no run.
+  // over its last `window` x 4 runs, since what is rare (a spike, a long search) is in a window or not by luck. A few
+  // hundred; none where there was no run.
   std::vector<Nanos> sample() const;
 
  private:
-  // The last `capacity` values, in no order that matters.
+  // The last `capacity` values.
   template <class T>
   struct Ring {
     std::vector<T> values;
-    std::size_t oldest = 0;  // what the next value replaces, once full
+    std::size_t oldest = 0;  // what the next value replaces, once full; 0 until then
   };
+
+  // In order of time; all, if there are no more.
+  std::vector<Nanos> newest_runs(std::size_t mode, std::size_t most) const;
 
   std::size_t window_;
   double percentile_;

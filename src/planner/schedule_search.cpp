@@ -49,6 +49,19 @@ Nanos work_of_trial(const trial::Figures& figures) {
   return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
 }
 
+// By core. A pipeline's runs may use any of its cores, and so may those who are to have what it leaves: each of them is
+// as busy as all are on average.
+std::vector<double> load(const Schedule& schedule, const trial::Figures& figures) {
+  std::vector<double> load = figures.busy;
+  for (const trial::Pipeline& pipeline : schedule.pipelines) {
+    double sum = 0.0;
+    for (const int core : pipeline.cores) sum += figures.busy[static_cast<std::size_t>(core)];
+    const double mean = sum / static_cast<double>(pipeline.cores.size());
+    for (const int core : pipeline.cores) load[static_cast<std::size_t>(core)] = mean;
+  }
+  return load;
+}
+
 }  // namespace
 
 ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)
@@ -193,9 +206,11 @@ trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t f
 }
 
 // Without bounds.
-double ScheduleSearch::unbounded_score(const trial::Figures& figures) const {
+double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
   double overload = 0.0;
-  for (const double busy : figures.busy) overload += std::max(0.0, busy - (1.0 - setting_.slack) - kLoadTolerance);
+  for (const double busy : load(schedule, figures)) {
+    overload += std::max(0.0, busy - (1.0 - setting_.slack) - kLoadTolerance);
+  }
   double score = figures.objective;
   for (std::size_t term = 0; term < figures.terms.size(); ++term) {
     score += kTailWeight * app_.objective[term].weight * figures.terms[term].p95_ms;
@@ -213,7 +228,7 @@ double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
 
 void ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, 0);
-  candidate.unbounded = unbounded_score(figures);
+  candidate.unbounded = unbounded_score(candidate.schedule, figures);
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
   if (fixed(candidate)) return;
@@ -225,7 +240,7 @@ void ScheduleSearch::try_first(Candidate& candidate) {
 }
 
 void ScheduleSearch::try_again(Candidate& candidate) {
-  const double second = unbounded_score(try_out(candidate.schedule, kSecondDraw));
+  const double second = unbounded_score(candidate.schedule, try_out(candidate.schedule, kSecondDraw));
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.tried = true;

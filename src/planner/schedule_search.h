@@ -137,7 +137,7 @@ class ScheduleSearch {
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
-  double unbounded_score(const trial::Figures& figures) const;
+  double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw);
   void try_first(Candidate& candidate);

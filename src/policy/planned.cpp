@@ -22,6 +22,12 @@ planner::Request request_of(const Situation& situation) {
   return {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack, .count_cores = false};
 }
 
+// Assumed costs are only a guess: another of them will do.
+planner::Request lowered(planner::Request request) {
+  request.effort = std::min(request.effort, kReplanEffort);
+  return request;
+}
+
 model::CostTable with_assumed(model::CostTable costs, std::span<const NodeId> assumed, double factor) {
   for (const NodeId node : assumed) costs.set(node, costs[node].times(factor));
   return costs;
@@ -33,39 +39,37 @@ Decision expecting(plan::Plan plan, const Situation& situation) {
   return PlannedPolicy::following(std::move(plan), situation);
 }
 
-// Where exact rates cannot be met at the assumed costs: a lower guess with which they can.
-std::optional<Decision> at_lower_costs(const Situation& situation, planner::Request request) {
-  if (situation.assumed.empty()) return std::nullopt;
-  request.effort = kReplanEffort;
-  for (int halvings = 1; halvings <= kMostHalvings; ++halvings) {
-    const double factor = std::ldexp(1.0, -halvings);
-    const model::CostTable costs = with_assumed(situation.costs, situation.assumed, factor);
-    Result<plan::Plan> plan = planner::make_plan(situation.app, costs, request);
-    if (!plan) continue;
-    const model::CostTable typical = with_assumed(situation.typical, situation.assumed, factor);
-    return expecting(std::move(*plan), {.app = situation.app,
-                                        .cpus = situation.cpus,
-                                        .costs = costs,
-                                        .typical = typical,
-                                        .slack = situation.slack,
-                                        .stealing = situation.stealing,
-                                        .frames = situation.frames,
-                                        .assumed = situation.assumed});
-  }
-  return std::nullopt;
-}
-
-Result<Decision> decide_in_any_case(const Situation& situation, const planner::Request& request) {
-  Result<plan::Plan> plan = planner::make_plan(situation.app, situation.costs, request);
-  if (plan) return expecting(std::move(*plan), situation);
-  if (!plan::has_exact_rates(situation.app.graph)) return plan.error();
-  if (std::optional<Decision> lower = at_lower_costs(situation, request)) return *std::move(lower);
-  Result<plan::Plan> relaxed = planner::make_plan(plan::relaxing_exact_rates(situation.app), situation.costs, request);
-  if (!relaxed) return plan.error();
-  return expecting(std::move(*relaxed), situation);
+Result<Decision> by_formulas(const Situation& situation, const planner::Request& request) {
+  return decide_in_any_case(situation, [&](const graph::App& app, const model::CostTable& costs, bool is_lowered) {
+    return planner::make_plan(app, costs, is_lowered ? lowered(request) : request);
+  });
 }
 
 }  // namespace
+
+Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& make) {
+  Result<plan::Plan> plan = make(situation.app, situation.costs, false);
+  if (plan) return expecting(std::move(*plan), situation);
+  if (!plan::has_exact_rates(situation.app.graph)) return plan.error();
+  for (int halvings = 1; halvings <= kMostHalvings && !situation.assumed.empty(); ++halvings) {
+    const double factor = std::ldexp(1.0, -halvings);
+    const model::CostTable costs = with_assumed(situation.costs, situation.assumed, factor);
+    Result<plan::Plan> lower = make(situation.app, costs, true);
+    if (!lower) continue;
+    const model::CostTable typical = with_assumed(situation.typical, situation.assumed, factor);
+    return expecting(std::move(*lower), {.app = situation.app,
+                                         .cpus = situation.cpus,
+                                         .costs = costs,
+                                         .typical = typical,
+                                         .slack = situation.slack,
+                                         .stealing = situation.stealing,
+                                         .frames = situation.frames,
+                                         .assumed = situation.assumed});
+  }
+  Result<plan::Plan> relaxed = make(plan::relaxing_exact_rates(situation.app), situation.costs, false);
+  if (!relaxed) return plan.error();
+  return expecting(std::move(*relaxed), situation);
+}
 
 Decision PlannedPolicy::following(plan::Plan plan, const Situation& situation) {
   Decision decision;
@@ -95,17 +99,17 @@ Decision rates_only(const Decision& in_force, const os::CpuSet& cpus) {
   return decision;
 }
 
-Result<Decision> CatanPolicy::decide(const Situation& situation) const {
-  return decide_in_any_case(situation, request_of(situation));
+Result<Decision> JointPolicy::decide(const Situation& situation) const {
+  return by_formulas(situation, request_of(situation));
 }
 
-Result<std::optional<Decision>> CatanPolicy::decide_again(const Situation& situation, const Decision& in_force,
+Result<std::optional<Decision>> JointPolicy::decide_again(const Situation& situation, const Decision& in_force,
                                                           double to_beat) const {
   planner::Request request = request_of(situation);
   request.effort = kReplanEffort;
   request.warm = in_force.plan ? &*in_force.plan : nullptr;
   if (!std::isfinite(to_beat)) {
-    Result<Decision> decision = decide_in_any_case(situation, request);
+    Result<Decision> decision = by_formulas(situation, request);
     if (!decision) return decision.error();
     return std::optional(std::move(*decision));
   }

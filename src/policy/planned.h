@@ -1,8 +1,9 @@
-// Policies that follow a plan: Catan's own, made again as costs change, and one that is given.
+// Policies that follow a plan: the one that formulas find best, made again as costs change, and one that is given.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,15 +28,20 @@ class PlannedPolicy : public Policy {
 // `cpus`.
 Decision rates_only(const Decision& in_force, const os::CpuSet& cpus);
 
-// The planner's joint plan, with what it is expected to give at typical costs. `Plan::solve_time` is left 0, for
-// whoever has a clock.
-//
 // An app runs even where its exact rates cannot be met. Costs that are only assumed are no reason to give up a rate:
 // they are halved until there is a plan, a few times at most. Where that does not help, exact rates are relaxed with
-// the other bounds (plan/limits.h). The plan says both.
-class CatanPolicy : public PlannedPolicy {
+// the other bounds (plan/limits.h). The plan says both, and what it is expected to give at typical costs. Errors: of
+// the first attempt.
+//
+// `make`: plans for an app of the situation's graph, at costs that may be lowered for what is only assumed.
+using MakePlan =
+    std::function<Result<plan::Plan>(const graph::App& app, const model::CostTable& costs, bool costs_are_lowered)>;
+Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& make);
+
+// The planner's joint plan, in any case. `Plan::solve_time` is left 0, for whoever has a clock.
+class JointPolicy : public PlannedPolicy {
  public:
-  CatanPolicy() : PlannedPolicy("catan") {}
+  JointPolicy() : PlannedPolicy("joint") {}
   bool adapts() const override { return true; }
   Result<Decision> decide(const Situation& situation) const override;
   Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,

@@ -29,7 +29,7 @@ TEST(Policy, KnowsItsNames) {
   EXPECT_TRUE((*make_policy("fifo"))->raises());
   EXPECT_FALSE((*make_policy("fifo"))->follows_plan());
   EXPECT_FALSE((*make_policy("default"))->raises());
-  for (const char* name : {"catan", "default", "fifo", "rate:12.5Hz"}) {
+  for (const char* name : {"catan", "joint", "paper", "default", "fifo", "rate:12.5Hz"}) {
     EXPECT_EQ((*make_policy(name))->name(), name);
   }
 }
@@ -48,14 +48,14 @@ graph::App exact(const char* a, const char* b) {
                " }\nobjective: [ { period: a, weight: 1 }, { period: b, weight: 1 } ]\n");
 }
 
-TEST(CatanPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
+TEST(JointPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
   const graph::App app = exact("240Hz", "120Hz");
   const model::CostTable costs(app.graph, Millis{5});
   const os::CpuSet cpus{0};
   const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
   Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
   situation.assumed = assumed;
-  const auto decision = CatanPolicy().decide(situation);
+  const auto decision = JointPolicy().decide(situation);
   ASSERT_TRUE(decision.ok()) << decision.error().message();
   const plan::Plan& plan = *decision->plan;
   // Each frame of 4.17 ms has room for a and half of b: 3.75 ms, and 6 % of slack.
@@ -66,14 +66,14 @@ TEST(CatanPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
 }
 
 // What cannot be met whatever nodes cost, and what cannot be met at costs that are known.
-TEST(CatanPolicy, RelaxesExactRatesThatCannotBeMet) {
+TEST(JointPolicy, RelaxesExactRatesThatCannotBeMet) {
   for (const auto& [app, are_assumed] : {std::pair{exact("120Hz", "50.1Hz"), true}, {exact("200Hz", "100Hz"), false}}) {
     const model::CostTable costs(app.graph, Millis{5});
     const os::CpuSet cpus{0};
     const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
     Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
     if (are_assumed) situation.assumed = assumed;
-    const auto decision = CatanPolicy().decide(situation);
+    const auto decision = JointPolicy().decide(situation);
     ASSERT_TRUE(decision.ok()) << decision.error().message();
     const plan::Plan& plan = *decision->plan;
     EXPECT_TRUE(plan::relaxes_exact_rates(plan, app));
@@ -88,7 +88,7 @@ TEST(CatanPolicy, RelaxesExactRatesThatCannotBeMet) {
   }
 }
 
-TEST(CatanPolicy, DecidesAgainOnlyForAPlanThatIsBetter) {
+TEST(JointPolicy, DecidesAgainOnlyForAPlanThatIsBetter) {
   const graph::App app = parse(R"(
 catan: 1
 app: two
@@ -98,7 +98,7 @@ objective: [ { response_time: [a, b, c], weight: 1 } ]
 )");
   const model::CostTable costs(app.graph, Millis{5});
   const os::CpuSet cpus{0, 1};
-  const auto policy = *make_policy("catan");
+  const auto policy = *make_policy("joint");
   const Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
   const auto first = policy->decide(situation);
   ASSERT_TRUE(first.ok());

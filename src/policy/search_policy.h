@@ -26,7 +26,7 @@ namespace ctn::policy {
 
 class SearchPolicy : public PlannedPolicy {
  public:
-  SearchPolicy() : PlannedPolicy("auto") {}
+  SearchPolicy() : PlannedPolicy("catan") {}
   bool adapts() const override { return true; }
   bool judges() const override { return true; }
   std::unique_ptr<Memory> make_memory() const override;
@@ -37,7 +37,7 @@ class SearchPolicy : public PlannedPolicy {
                                                double to_beat) const override;
 
  private:
-  CatanPolicy formulas_;
+  JointPolicy formulas_;
 };
 
 }  // namespace ctn::policy

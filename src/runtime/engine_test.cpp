@@ -78,7 +78,7 @@ class TrackerTest : public ::testing::Test {
 };
 
 TEST_F(TrackerTest, OnOneCoreRunsAsPlannedToTheNanosecond) {
-  open("catan", 1, fake);
+  open("joint", 1, fake);
   const Snapshot snapshot = run_for(seconds{10});
   ASSERT_EQ(snapshot.chains.size(), 1U);
   const ChainSnapshot& chain = snapshot.chains[0];
@@ -95,7 +95,7 @@ TEST_F(TrackerTest, OnOneCoreRunsAsPlannedToTheNanosecond) {
 }
 
 TEST_F(TrackerTest, OnTwoCoresOverlapsRunsAsPlanned) {
-  open("catan", 2, fake);
+  open("joint", 2, fake);
   const Snapshot snapshot = run_for(seconds{10});
   const ChainSnapshot& chain = snapshot.chains[0];
   EXPECT_NEAR(chain.period_ms.mean, 57.0 / 0.94, 1e-5) << "the slowest node's, and idle time for ordinary threads";
@@ -201,7 +201,7 @@ TEST_F(TrackerTest, AThreadThatIsAdoptedBeforeTheStartIsPlacedAtTheStart) {
 TEST_F(TrackerTest, WithoutThePermissionGoesOnWithRatesOnlyAndSaysSo) {
   fake.set_real_time_facts(
       {.permitted = false, .why_not = "no CAP_SYS_NICE", .reserved = 0.05, .reserved_by = "fair server"});
-  open("catan", 1, fake);
+  open("joint", 1, fake);
   const Snapshot snapshot = run_for(seconds{10});
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_EQ(snapshot.notices.size(), 1U);
@@ -244,7 +244,7 @@ TEST_F(TrackerTest, ARefusalHalfWayLowersWhatWasRaised) {
 
 TEST_F(TrackerTest, AHangingRunLosesItsLevelUntilItEnds) {
   costs[1] = [](std::uint64_t run) { return run == 60 ? Nanos{seconds{4}} : Nanos{milliseconds{57}}; };
-  open("catan", 1, fake);
+  open("joint", 1, fake);
   const Snapshot snapshot = run_for(seconds{20});
   ASSERT_EQ(snapshot.notices.size(), 2U);
   EXPECT_TRUE(snapshot.notices[0].starts_with("watchdog: a run of subchain track hangs"));

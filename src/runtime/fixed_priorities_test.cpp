@@ -149,7 +149,7 @@ TEST_F(FixedPrioritiesTest, ARunBeyondItsBudgetDoesNotDelayWhoIsBelow) {
 class PrioritiesLater : public policy::Policy {
  public:
   explicit PrioritiesLater(std::vector<policy::SubchainPlace> places)
-      : Policy("later"), frames_(*policy::make_policy("catan")), priorities_(std::move(places)) {}
+      : Policy("later"), frames_(*policy::make_policy("joint")), priorities_(std::move(places)) {}
   bool follows_plan() const override { return true; }
   bool adapts() const override { return true; }
   bool raises() const override { return true; }

@@ -58,7 +58,7 @@ scheduler: { bootstrap: 1s }
 
 // All costs as planned: the formulas say what happens.
 TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
-  open(robot_app(), "catan", 1);
+  open(robot_app(), "joint", 1);
   const Snapshot snapshot = run_for(seconds{20});
   EXPECT_TRUE(snapshot.notices.empty());
   ASSERT_EQ(snapshot.chains.size(), 2U);
@@ -144,7 +144,7 @@ TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
 
 TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   fake.set_real_time_facts({false, "no right to", 0.05, "fair server"});
-  open(robot_app(), "catan", 1);
+  open(robot_app(), "joint", 1);
   const Snapshot snapshot = run_for(seconds{10});
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_FALSE(snapshot.notices.empty());

@@ -67,8 +67,8 @@ TEST(Simulation, OneSubchainAtAHandSetRate) {
 }
 
 // Catan triggers the next run as soon as the last has ended: 13 + 13.
-TEST(Simulation, OneSubchainUnderCatan) {
-  const Outcome outcome = simulate(parse(kRow), kRowCosts, "catan");
+TEST(Simulation, OneSubchainByFormulas) {
+  const Outcome outcome = simulate(parse(kRow), kRowCosts, "joint");
   const ChainOutcome& chain = outcome.chains.front();
   EXPECT_NEAR(chain.response_ms.mean, 26.0, 0.001);
   EXPECT_NEAR(*chain.predicted_ms, 26.0, 0.001);
@@ -101,7 +101,7 @@ objective: [ { response_time: [lone], weight: 1 } ]
 scheduler: { slack: 0%, bootstrap: 1s }
 )");
   const auto outcome_of = [&](std::vector<std::uint64_t> hung) {
-    const Options options = on_ideal_machine(*policy::make_policy("catan"));
+    const Options options = on_ideal_machine(*policy::make_policy("joint"));
     return *sim::simulate(app, std::make_unique<SometimesHangs>(std::move(hung)), options, seconds{20});
   };
   const Outcome alone = outcome_of({600, 620, 640});
@@ -281,7 +281,7 @@ scheduler: { bootstrap: 1s }
 )");
   const std::string path = testing::TempDir() + fmt::format("simulated_{}.catan", getpid());
   std::remove(path.c_str());
-  Options options{.policy = *policy::make_policy("catan")};
+  Options options{.policy = *policy::make_policy("joint")};
   options.recording = {.path = path, .note = "a note"};
   const auto costs = [&] {
     return std::make_unique<DrawnCosts>(
@@ -293,7 +293,7 @@ scheduler: { bootstrap: 1s }
   const auto record = record::Reader::open(path);
   ASSERT_TRUE(record.ok()) << record.error().message();
   EXPECT_TRUE(record->ending().closed);
-  EXPECT_EQ(record->header().scheduler, "catan");
+  EXPECT_EQ(record->header().scheduler, "joint");
   EXPECT_EQ(record->header().note, "a note");
   EXPECT_EQ(record->plans()->size(), outcome.plans_adopted);
   EXPECT_EQ(record->plans()->front().reason, "bootstrap");
