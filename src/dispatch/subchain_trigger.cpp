@@ -56,13 +56,15 @@ TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint
   return grid_point(pacing, last ? std::max(now, *last + pacing.period / 2) : now);
 }
 
-SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent, std::uint64_t completed)
+SubchainTrigger::SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent, std::uint64_t completed,
+                                 bool hanging)
     : pacing_(pacing),
       due_(has_phase(pacing) ? grid_point(pacing, start) : start),
       last_due_(start),
       sent_(sent),
       completed_(completed),
       progress_at_(start),
+      hanging_(hanging),
       silent_since_(start),
       allowed_(pacing.budget) {
   assert(pacing.period > Nanos{0} && completed <= sent);
@@ -74,16 +76,10 @@ bool SubchainTrigger::may_overlap(std::uint64_t completed) const {
 }
 
 void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& decision) {
-  if (completed > completed_) {
-    completed_ = completed;
-    progress_at_ = now;
-    decision.hang_ended = hanging_;
-    // Whoever ends the suspension restores the level.
-    if (hanging_) demoted_ = false;
-    hanging_ = false;
-  }
+  const bool progress = completed > completed_;
+  completed_ = completed;
   const bool under_way = sent_ > completed_;
-  if (!under_way) progress_at_ = now;
+  if (progress || !under_way) progress_at_ = now;
   if (pacing_.hang_after == Nanos{0} || !under_way || hanging_) return;
   if (now - progress_at_ >= pacing_.hang_after) {
     hanging_ = true;
@@ -172,6 +168,12 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   Decision decision;
   decision.ask_at = kNever;
   completed = std::max(completed, completed_);
+  if (hanging_ && (completed > completed_ || completed == sent_)) {
+    hanging_ = false;
+    decision.hang_ended = true;
+    // Whoever ends the suspension restores the level.
+    demoted_ = false;
+  }
   const bool paced_by_output = pacing_.after_completion > Nanos{0} && !pacing_.after;
   if (paced_by_output && completed > completed_) {
     due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);

@@ -103,8 +103,9 @@ class SubchainTrigger {
  public:
   // The first trigger is due at `start` (first_due()), or where it follows another subchain by the first outputs after
   // that. A subchain that was triggered by others before goes on counting: `sent` of them, of which the runs up to
-  // `completed` have ended.
-  SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent = 0, std::uint64_t completed = 0);
+  // `completed` have ended. `hanging`: so was told of the run under way, or the one that ended last.
+  SubchainTrigger(TimePoint start, const Pacing& pacing, std::uint64_t sent = 0, std::uint64_t completed = 0,
+                  bool hanging = false);
 
   struct Decision {
     bool restore = false;              // before the trigger is sent, if one is: the run was demoted

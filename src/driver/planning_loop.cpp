@@ -104,7 +104,7 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
   if (asked) return PlanReason::kAsked;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
-  const std::optional<PlanReason> why = clock_.due(now, measured_.known(), memory_ && memory_->more_to_do());
+  const std::optional<PlanReason> why = clock_.due(now, measured_.known(), memory_ && memory_->more_to_do(measured_.fewest_runs()));
   return why == PlanReason::kMeasured || options_.replan || !decision_.plan ? why : std::nullopt;
 }
 
@@ -156,6 +156,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   if (memory_) {
     runs = measured_.runs();
     now.runs = &runs;
+    now.fewest_runs = measured_.fewest_runs();
   }
   Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_);
   next_reason_ = why;

@@ -49,7 +49,8 @@ void SubchainPacer::adopt(TimePoint now, const policy::SubchainPlace& place, con
   actuator_->move(subchain_, place.cpus);
   if (!suspended_) actuator_->set_levels(subchain_, place);
   const auto last = state.sent > 0 ? std::optional(state.triggered_at) : std::nullopt;
-  trigger_.emplace(dispatch::first_due(place.pacing, now, last), place.pacing, state.sent, state.completed);
+  trigger_.emplace(dispatch::first_due(place.pacing, now, last), place.pacing, state.sent, state.completed,
+                   state.hanging);
   set_leader(leader_of(place.pacing));
   if (place.pacing.budget == Nanos{0} || state.sent == state.completed) return;
   // What a run that is under way used elsewhere does not count.

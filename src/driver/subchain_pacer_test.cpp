@@ -131,6 +131,24 @@ TEST(SubchainPacer, ANewPlaceDoesNotRaiseAHungRun) {
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground));
 }
 
+// From a core that it shares, and where it hung already.
+TEST(SubchainPacer, ARunThatHungElsewhereIsRestoredWhenItEnds) {
+  FakeWorld world(1, 1, hangs_in_run(1));
+  policy::SubchainPlace shared = shares(0);
+  dispatch::SharedCoreSchedule frames = dispatch::elastic({every(1, 0, ms(4))}, 0.0, ms(5));
+  frames.slots.front().hang_after = ms(20);
+  world.publish(assignment({shared}, {frames}));
+  world.run_until(at(ms(30)));
+  ASSERT_THAT(world.hangs, ElementsAre(FakeWorld::Hang{kOnly, true, at(ms(20))}));
+  world.publish(assignment({phased(3, ms(20), ms(0), ms(4))}, {{}}));
+  world.run_until(at(ms(45)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
+  world.end_hung_run(kOnly);
+  world.run_until(at(ms(70)));
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  EXPECT_EQ(world.hangs.size(), 2U);
+}
+
 TEST(SubchainPacer, ThreadsThatJoinGetWhatTheOthersHave) {
   FakeWorld world(1, 0, each_takes(ms(1)));
   world.publish(every_10ms(3));

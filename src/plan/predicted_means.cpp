@@ -39,8 +39,7 @@ Predictions PredictedMeans::figures_of(const Plan& plan) const {
   for (std::size_t node = 0; node < figures.rate_hz.size(); ++node) {
     const std::optional<SubchainId> subchain = app_.graph.nodes()[node].subchain;
     if (!subchain || subchain->index() >= plan.subchains.size()) continue;
-    const std::size_t index = subchain->index();
-    const Millis period = plan.expected ? plan.expected->subchains[index].period : plan.subchains[index].period;
+    const Millis period = usual_period(plan, *subchain);
     if (period > Millis{0}) figures.rate_hz[node] = Rate::every(period).hertz();
   }
   if (!app_.graph.subchains().empty()) {

@@ -1,6 +1,7 @@
 #include "planner/surrogate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "plan/limits.h"
@@ -11,8 +12,9 @@ namespace {
 // More than this of a core's time above somebody leaves him none.
 constexpr double kNothingLeft = 0.999;
 // Periods follow from one another (pauses from executions, triggers by outputs from periods): so often until they are
-// good enough for a guess.
+// good enough for a guess, or sooner if they change by less than this part.
 constexpr int kRounds = 3;
+constexpr double kSettled = 1e-3;
 
 double longest_output_period(const graph::Graph& graph, const std::vector<NodeId>& nodes) {
   double longest = 0.0;
@@ -123,19 +125,31 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
   }
 }
 
-// What a run finds of the run under way of somebody above it, on average: who that is can be told apart by what it is
-// triggered by. `above`: that one's priority.
-double Surrogate::residual(const trial::Place& place, const trial::Schedule& schedule, const Timing& above,
-                           int priority) const {
-  const double anytime = above.square / (2.0 * above.period);
+// What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is told
+// by what it is triggered by.
+double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
+                                  std::size_t last) const {
+  double found = 0.0;
   if (place.pause) {
     // Nothing was above it when its run before ended.
-    return anytime * std::min(1.0, to_millis(*place.pause).count() / above.execution);
+    const double pause = to_millis(*place.pause).count();
+    for (std::size_t at = first; at < last; ++at) {
+      const Timing& above = timings_[order_[at]];
+      found += pause < above.execution ? above.anytime * pause / above.execution : above.anytime;
+    }
+    return found;
   }
-  if (!place.after) return anytime;
-  const trial::Place& feeder = schedule.subchains[place.after->subchain.index()];
   // Nor above its feeder when that ended.
-  return feeder.core == place.core && feeder.priority <= priority ? 0.0 : anytime;
+  int highest = -1;
+  if (place.after) {
+    const trial::Place& feeder = schedule.subchains[place.after->subchain.index()];
+    if (feeder.core == place.core) highest = feeder.priority;
+  }
+  for (std::size_t at = first; at < last; ++at) {
+    if (highest >= 0 && schedule.subchains[order_[at]].priority >= highest) continue;
+    found += timings_[order_[at]].anytime;
+  }
+  return found;
 }
 
 // Of the subchain at `place`, with those above it on its core in order_[first, last). A run takes
@@ -147,12 +161,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
   const trial::Place& place = schedule.subchains[i];
   Timing& timing = timings_[i];
   const double stretch = 1.0 / (1.0 - used);
-  double met = 0.0;
-  for (std::size_t above = first; above < last; ++above) {
-    const std::size_t j = order_[above];
-    met += residual(place, schedule, timings_[j], schedule.subchains[j].priority);
-  }
-  timing.execution = (timing.cost + met) * stretch;
+  timing.execution = (timing.cost + found_under_way(schedule, place, first, last)) * stretch;
   const double least = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
@@ -167,11 +176,12 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
   double long_gaps = 0.0;
   for (std::size_t above = first; above < last; ++above) {
     const Timing& other = timings_[order_[above]];
-    const double blocked = other.cost / (1.0 - used + other.cost / other.period) + alone;
-    if (blocked <= apart) continue;
-    missed += (blocked - apart) / other.period;
-    squares += blocked * blocked * (1.0 / other.period);
-    long_gaps += 1.0 / other.period;
+    const double left = 1.0 - used + other.load;
+    if (other.cost <= (apart - alone) * left) continue;
+    const double blocked = other.cost / left + alone;
+    missed += (blocked - apart) * other.rate;
+    squares += blocked * blocked * other.rate;
+    long_gaps += other.rate;
   }
   constexpr double kFewest = 0.02;
   const double kept = std::max(1.0 - missed, kFewest);
@@ -186,6 +196,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
 // False: somebody gets nothing.
 bool Surrogate::time_cores(const trial::Schedule& schedule) {
   load_ = 0.0;
+  settled_ = true;
   int core = -1;
   double used = 0.0;
   std::size_t first = 0;
@@ -197,8 +208,14 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
     }
     core = schedule.subchains[i].core;
     if (used >= kNothingLeft) return false;
+    Timing& timing = timings_[i];
+    const double before = timing.period;
     time_subchain(schedule, i, first, at, used);
-    used += timings_[i].cost / timings_[i].period;
+    settled_ = settled_ && std::abs(timing.period - before) <= kSettled * before;
+    timing.rate = 1.0 / timing.period;
+    timing.load = timing.cost * timing.rate;
+    timing.anytime = timing.square * timing.rate / 2.0;
+    used += timing.load;
     load_ = std::max(load_, used / usable_);
   }
   return true;
@@ -300,6 +317,8 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   time_pipelines(schedule);
   for (int round = 0; round < kRounds; ++round) {
     if (!time_cores(schedule)) return std::nullopt;
+    // Once more at least, for what follows others that come later in the order.
+    if (settled_ && round > 0) break;
   }
   for (int round = 1; round < kRounds; ++round) promise_cores(schedule);
   Estimate estimate{.promised = promised_, .load = load_};

@@ -79,6 +79,9 @@ class Surrogate {
     double wait = 0.0;  // from any time to the next trigger
     double promised_period = 0.0;
     double promised_execution = 0.0;
+    double rate = 0.0;     // 1 / period
+    double load = 0.0;     // cost / period
+    double anytime = 0.0;  // what is left of its run, where one is met at any time, on average
   };
   struct Totals {
     double response = 0.0;
@@ -87,8 +90,9 @@ class Surrogate {
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
-  double residual(const trial::Place& place, const trial::Schedule& schedule, const Timing& above, int priority) const;
   void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
+  double found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
+                         std::size_t last) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
@@ -116,6 +120,7 @@ class Surrogate {
   std::vector<double> values_;      // by term
   double load_ = 0.0;
   bool promised_ = true;
+  bool settled_ = true;  // periods did not change in the last round
 };
 
 }  // namespace ctn::planner

@@ -19,11 +19,13 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };
   pacing.shortest = at_least_shortest(std::max(cap, to_nanos(member.period)));
+  const Millis usual = plan::usual_period(plan, member.subchain);
   if (member.pause) {
-    pacing.period = at_least_shortest(to_nanos(planned.period));
+    // No less than those below it were promised (plan/promise.h).
+    pacing.period = std::max(pacing.shortest, to_nanos(std::max(usual, planned.slice + *member.pause)));
     pacing.after_completion = std::max(to_nanos(*member.pause), Nanos{1});
   } else if (member.after) {
-    pacing.period = at_least_shortest(to_nanos(planned.period));
+    pacing.period = at_least_shortest(to_nanos(usual));
     pacing.after = member.after;
   } else {
     pacing.period = at_least_shortest(to_nanos(member.period));

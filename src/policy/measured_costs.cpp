@@ -1,5 +1,7 @@
 #include "policy/measured_costs.h"
 
+#include <algorithm>
+
 namespace ctn::policy {
 namespace {
 
@@ -33,6 +35,15 @@ std::size_t MeasuredCosts::known() const {
     if (app_.graph.nodes()[index].subchain && nodes_[index].measured()) ++known;
   }
   return known;
+}
+
+std::size_t MeasuredCosts::fewest_runs() const {
+  std::size_t fewest = 0;
+  for (std::size_t index = 0; index < nodes_.size(); ++index) {
+    if (!app_.graph.nodes()[index].subchain || !nodes_[index].measured()) continue;
+    fewest = fewest == 0 ? nodes_[index].count() : std::min(fewest, nodes_[index].count());
+  }
+  return fewest;
 }
 
 trial::MeasuredRuns MeasuredCosts::runs() const {

@@ -50,8 +50,6 @@ std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std
                             .runs = runs};
 }
 
-bool NodeCosts::measured() const { return kinds_[newest_kind_].estimator.count() > 0; }
-
 void NodeCosts::put_into(model::CostTable& table, double percentile) const {
   if (!measured()) return;
   const model::CostProfile newest = kinds_[newest_kind_].estimator.profile(percentile);

@@ -32,7 +32,9 @@ class NodeCosts {
   // Precondition: kind < app.kinds().
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind);
 
-  bool measured() const;
+  bool measured() const { return count() > 0; }
+  // Runs that are known, on the kind of core where it ran last.
+  std::size_t count() const { return kinds_[newest_kind_].estimator.count(); }
   // Puts what is known at that percentile into the table; nothing where the node has not run.
   void put_into(model::CostTable& table, double percentile) const;
 

@@ -93,7 +93,7 @@ Decision rates_only(const Decision& in_force, const os::CpuSet& cpus) {
     // Never before the last run has ended: there are fewer CPUs than the periods were made for.
     place.pacing.max_in_flight = 1;
     place.pacing.period = in_force.plan
-                              ? std::max(dispatch::kShortestPeriod, to_nanos(in_force.plan->subchains[index].period))
+                              ? std::max(dispatch::kShortestPeriod, to_nanos(plan::usual_period(*in_force.plan, SubchainId(index))))
                               : before.pacing.period;
   }
   return decision;

@@ -43,8 +43,9 @@ class Memory {
   Memory(const Memory&) = delete;
   Memory& operator=(const Memory&) = delete;
 
-  // Whether it is worth asking again although nothing has changed.
-  virtual bool more_to_do() const = 0;
+  // Whether it is worth asking again although nothing has changed. `fewest_runs`: of the node of which the fewest are
+  // known.
+  virtual bool more_to_do(std::size_t fewest_runs) const = 0;
   // The CPU time of all decisions so far, as reckoned for an ordinary machine. Never falls.
   virtual Nanos work() const = 0;
 
@@ -64,6 +65,7 @@ struct Situation {
   std::span<const NodeId> assumed{};         // whose costs nobody has measured: scheduled nodes that have not run
   PlanReason why = PlanReason::kBootstrap;
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
+  std::size_t fewest_runs = 0;                // of the node of which the fewest are known
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
   int periodic = 0;                           // decided again as time has passed: the how many-th time in a row, from 1
 };

@@ -27,6 +27,19 @@ constexpr double kBetter = 0.015;
 // A node's mean cost, and its highest, by which windows of 50 runs may differ when nothing has changed.
 constexpr double kMeanChanged = 0.1;
 constexpr double kLongestChanged = 0.3;
+// What is found at the costs of a few runs is not worth much more time than this for each time that their number has
+// doubled; the rest is saved for when there are more.
+constexpr Nanos kWorthADoubling = std::chrono::milliseconds{40};
+constexpr std::size_t kManyRuns = 100;
+
+// Work that is, in all, where the node of which the fewest are known has run so often.
+Nanos worth_while(std::size_t runs) {
+  if (runs >= kManyRuns) return Nanos::max();
+  Nanos worth = kWorthADoubling;
+  for (std::size_t doubled = 2; doubled <= runs; doubled *= 2) worth += kWorthADoubling;
+  return worth;
+}
+
 // So many steps of the search without success, and it rests until something changes.
 constexpr std::size_t kEnoughInVain = 200;
 // The planner's effort for what the formulas contribute.
@@ -76,6 +89,10 @@ struct Searching {
         search(app, {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack}),
         costs(situation.costs) {}
 
+  bool goes_on(std::size_t fewest_runs) const {
+    return search.steps_in_vain() < kEnoughInVain && search.work() < worth_while(fewest_runs);
+  }
+
   graph::App app;  // the search refers to it
   planner::ScheduleSearch search;
   trial::MeasuredRuns runs;            // that it goes by; empty at first
@@ -88,7 +105,9 @@ struct Searching {
 
 class SearchMemory : public Memory {
  public:
-  bool more_to_do() const override { return searching_ && searching_->search.steps_in_vain() < kEnoughInVain; }
+  bool more_to_do(std::size_t fewest_runs) const override {
+    return searching_ && searching_->goes_on(fewest_runs);
+  }
   Nanos work() const override { return searching_ ? searching_->search.work() : Nanos{0}; }
 
   Searching& of(const Situation& situation) {
@@ -116,7 +135,7 @@ class Deciding {
     if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
     const bool whatever = !in_force_.plan || is_unconditional(situation_.why);
     if (whatever) return best(std::numeric_limits<double>::infinity());
-    with_.search.improve(kSearchStep);
+    if (fresh || with_.goes_on(situation_.fewest_runs)) with_.search.improve(kSearchStep);
     const std::optional<plan::Plan> now = in_force_now();
     if (!now) return best(std::numeric_limits<double>::infinity());
     if (!with_.chosen_as_tried) {

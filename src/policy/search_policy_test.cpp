@@ -55,6 +55,7 @@ struct Asked {
                                                                     .slack = kSlack,
                                                                     .why = why,
                                                                     .runs = &runs,
+                                                                    .fewest_runs = kRuns,
                                                                     .memory = memory.get()},
                                                                    in_force, 0.0);
     if (!decision || !*decision) return false;
@@ -62,6 +63,9 @@ struct Asked {
     return true;
   }
 
+  bool goes_on() const { return memory->more_to_do(kRuns); }
+
+  static constexpr std::size_t kRuns = 1000;
   SearchPolicy policy;
   graph::App app;
   model::CostTable costs;
@@ -94,13 +98,30 @@ TEST(SearchPolicy, GetsBetterAndComesToRest) {
   const double first = asked.in_force.plan->expected->objective;
   int steps = 0;
   int swaps = 0;
-  for (; asked.memory->more_to_do(); ++steps) {
+  for (; asked.goes_on(); ++steps) {
     ASSERT_LT(steps, 1000);
     swaps += asked.decide(PlanReason::kPeriodic) ? 1 : 0;
   }
   EXPECT_LE(asked.in_force.plan->expected->objective, first);
   EXPECT_LE(swaps, steps / 5);
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic)) << "nothing has changed";
+}
+
+TEST(SearchPolicy, SavesItsTimeForWhenCostsAreBetterKnown) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  std::size_t runs = 1;
+  Nanos before{0};
+  for (; asked.memory->more_to_do(1000); runs *= 2) {
+    ASSERT_LT(runs, 1000U);
+    for (int step = 0; asked.memory->more_to_do(runs); ++step) {
+      ASSERT_LT(step, 100) << "it rests at some time";
+      asked.decide(PlanReason::kPeriodic);
+    }
+    EXPECT_LT(asked.memory->work() - before, std::chrono::milliseconds{60}) << runs;
+    before = asked.memory->work();
+  }
+  EXPECT_GT(runs, 4U);
 }
 
 TEST(SearchPolicy, CountsItsWork) {
@@ -118,7 +139,7 @@ TEST(SearchPolicy, CountsItsWork) {
 TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
   Three asked;
   asked.decide(PlanReason::kMeasured);
-  while (asked.memory->more_to_do()) asked.decide(PlanReason::kPeriodic);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
   asked.cost(NodeId(2), Millis{48});
   EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
   const plan::Member* member = plan::member_of(*asked.in_force.plan, SubchainId(2));
@@ -129,7 +150,7 @@ TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {
   Three asked;
   asked.decide(PlanReason::kMeasured);
-  while (asked.memory->more_to_do()) asked.decide(PlanReason::kPeriodic);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
   asked.cost(NodeId(2), Millis{41});
   const plan::Plan before = *asked.in_force.plan;
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic));
