@@ -349,7 +349,7 @@ TEST_P(AgesOnBoth, TheRecordOfALiveRunSaysWhatItsSnapshotDid) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, AgesOnBoth,
-                         testing::Combine(testing::Values("default", "fifo", "catan"), testing::Bool()),
+                         testing::Combine(testing::Values("default", "fifo", "joint"), testing::Bool()),
                          [](const auto& which) {
                            return std::string(std::get<0>(which.param)) +
                                   (std::get<1>(which.param) ? "OverChannels" : "WithoutChannels");

@@ -45,7 +45,8 @@ class AppsTest : public testing::TestWithParam<Case> {
   static json planned() { return document("plan " + with_costs()); }
   // On a machine on which scheduling costs nothing, so that what the costs and the plan say is what is to be seen.
   static json simulated(const std::string& more = {}) {
-    return document("sim " + with_costs() + " --ideal --seconds " + std::to_string(kSeconds) + more)["runs"][0];
+    return document("sim " + with_costs() + " --scheduler joint --ideal --seconds " + std::to_string(kSeconds) +
+                    more)["runs"][0];
   }
 
   static json path_of(const json& term) {
@@ -212,11 +213,11 @@ TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
       std::string(CATAN_APPS) + "/navigation");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json run = json::parse(outcome.out)["runs"][0];
-  EXPECT_LE(run["objective"]["measured"], run["objective"]["predicted"]);
+  EXPECT_NEAR(run["objective"]["measured"].get<double>() / run["objective"]["predicted"].get<double>(), 1.0, 0.03);
   for (const json& chain : run["chains"]) {
     SCOPED_TRACE(chain["path"]);
     EXPECT_GT(chain["response_ms"]["count"], 20);
-    EXPECT_LE(chain["response_ms"]["mean"], chain["predicted_response_ms"]);
+    EXPECT_NEAR(chain["response_ms"]["mean"].get<double>() / chain["predicted_response_ms"].get<double>(), 1.0, 0.06);
   }
 }
 

@@ -68,7 +68,7 @@ TEST_P(Agreement, OnResponseTimesAndRates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, Agreement,
-                         ::testing::Values(std::pair{"catan", 1}, std::pair{"catan", 2}, std::pair{"fifo", 1}));
+                         ::testing::Values(std::pair{"joint", 1}, std::pair{"joint", 2}, std::pair{"fifo", 1}));
 
 }  // namespace
 }  // namespace ctn

@@ -150,14 +150,14 @@ TEST_F(SimulationApi, AGainThatIsGoodOnOneMachineIsTooMuchForASlowerOne) {
 }
 
 TEST_F(SimulationApi, ASnapshotTellsWhatASessionWould) {
-  auto simulation = open("catan");
+  auto simulation = open("joint");
   ASSERT_TRUE(simulation.ok()) << simulation.error().message();
   steer(*simulation, 1.0);
   EXPECT_FALSE(simulation->snapshot().warmed_up);
   ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
   ASSERT_TRUE(simulation->run_for(seconds{10}).ok());
   const Snapshot snapshot = simulation->snapshot();
-  EXPECT_EQ(snapshot.policy, "catan");
+  EXPECT_EQ(snapshot.policy, "joint");
   EXPECT_TRUE(snapshot.real_time);
   EXPECT_TRUE(snapshot.warmed_up);
   EXPECT_NEAR(snapshot.source_hz, 100.0, 0.01);
@@ -184,7 +184,7 @@ objective: [ { response_time: [sense, act], weight: 1 } ]
 scheduler: { bootstrap: 500ms, replan: 200ms, slack: 6% }
 )");
   write(costs_, "sense: 5ms\nact: 10ms\n");
-  auto simulation = open("catan");
+  auto simulation = open("joint");
   ASSERT_TRUE(simulation.ok()) << simulation.error().message();
   ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
   ASSERT_TRUE(simulation->run_for(seconds{10}).ok());

@@ -29,15 +29,15 @@
 //              them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
-// the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of one.
-// Either way the threads get their level back. So a subchain never takes more from those below it than its budget once
-// a period, which is what they were promised; and one whose runs have become much longer than planned still gets on at
-// the rate that it was planned with. That is for one run at a time (max_in_flight 1) on one CPU,
-// where a run cannot have used its budget sooner than as long after its trigger. Then the state machine asks to be told
-// what the run has used; where that is less, since the run was pre-empted, it asks again when the rest could be used
-// up. What it costs while runs keep to their budgets: the clocks of their threads are read once at the trigger, and one
-// timer passes a run, unless the next trigger comes first. Only while a run is still under way by then, which was
-// pre-empted, are clocks read again, and another timer set.
+// the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
+// one. Either way the threads get their level back. So a subchain never takes more from those below it than its budget
+// once a period, which is what they were promised; and one whose runs have become much longer than planned still gets
+// on at the rate that it was planned with. That is for one run at a time (max_in_flight 1) on one CPU, where a run
+// cannot have used its budget sooner than as long after its trigger. Then the state machine asks to be told what the
+// run has used; where that is less, since the run was pre-empted, it asks again when the rest could be used up. What it
+// costs while runs keep to their budgets: the clocks of their threads are read once at the trigger, and one timer
+// passes a run, unless the next trigger comes first. Only while a run is still under way by then, which was pre-empted,
+// are clocks read again, and another timer set.
 //
 // After a standstill (standstill.h) a run under way is watched for hanging again.
 //

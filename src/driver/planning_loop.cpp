@@ -104,7 +104,8 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
   if (asked) return PlanReason::kAsked;
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
-  const std::optional<PlanReason> why = clock_.due(now, measured_.known(), memory_ && memory_->more_to_do(measured_.fewest_runs()));
+  const std::optional<PlanReason> why =
+      clock_.due(now, measured_.known(), memory_ && memory_->more_to_do(measured_.fewest_runs()));
   return why == PlanReason::kMeasured || options_.replan || !decision_.plan ? why : std::nullopt;
 }
 

@@ -45,7 +45,7 @@ class SubchainPacer final : public Controller {
   bool awaits_ = false;                               // the end of a run
   std::optional<SubchainId> leader_;                  // that it follows, and whose outputs it awaits
   Nanos cpu_time_{0};                                 // of the run under way, as measured last
-  std::uint64_t told_over_budget_ = 0;                 // the run of which this was told last
+  std::uint64_t told_over_budget_ = 0;                // the run of which this was told last
 };
 
 }  // namespace ctn::driver

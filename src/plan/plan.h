@@ -163,8 +163,8 @@ struct Plan {
 // Where a subchain has a fixed priority; null where it has none. Precondition: it has a core of the plan's.
 const Member* member_of(const Plan& plan, SubchainId subchain);
 
-// The period that a subchain is expected to have, or where nothing is expected the one it is promised, which may be many
-// times as long: for whoever has to go on, or to wait, for about a period.
+// The period that a subchain is expected to have, or where nothing is expected the one it is promised, which may be
+// many times as long: for whoever has to go on, or to wait, for about a period.
 Millis usual_period(const Plan& plan, SubchainId subchain);
 
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.

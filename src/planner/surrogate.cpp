@@ -125,8 +125,8 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
   }
 }
 
-// What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is told
-// by what it is triggered by.
+// What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is
+// told by what it is triggered by.
 double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
                                   std::size_t last) const {
   double found = 0.0;

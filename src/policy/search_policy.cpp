@@ -105,9 +105,7 @@ struct Searching {
 
 class SearchMemory : public Memory {
  public:
-  bool more_to_do(std::size_t fewest_runs) const override {
-    return searching_ && searching_->goes_on(fewest_runs);
-  }
+  bool more_to_do(std::size_t fewest_runs) const override { return searching_ && searching_->goes_on(fewest_runs); }
   Nanos work() const override { return searching_ ? searching_->search.work() : Nanos{0}; }
 
   Searching& of(const Situation& situation) {
