@@ -152,8 +152,13 @@ void SubchainTrigger::schedule_next(TimePoint now) {
 // What is due now is a trigger, or a budget in place of it.
 void SubchainTrigger::spend_trigger(TimePoint now) {
   silent_since_ = now;
+  silent_ = pacing_.after && !output_due_;
   schedule_next(now);
-  if (pacing_.after) due_ = silent_since_ + silence_limit(pacing_);
+  if (pacing_.after) due_ = due_without_output();
+}
+
+TimePoint SubchainTrigger::due_without_output() const {
+  return silent_since_ + (silent_ ? pacing_.period : silence_limit(pacing_));
 }
 
 // Outputs may come at any rate: whoever writes them is not trusted.
@@ -178,7 +183,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   if (paced_by_output && completed > completed_) {
     due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);
   }
-  if (pacing_.after) due_ = output_due_.value_or(silent_since_ + silence_limit(pacing_));
+  if (pacing_.after) due_ = output_due_.value_or(due_without_output());
 
   if (now >= ready() && may_overlap(completed)) {
     decision.trigger = due_;
@@ -218,6 +223,7 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
     counted_.reset();
     output_due_.reset();
     silent_since_ = now;
+    silent_ = false;
   }
   if (has_phase(pacing)) {
     const bool owed = has_phase(before) && due_ <= now;

@@ -24,9 +24,9 @@
 //   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
 //              that come while a run is under way, or less than `shortest` after the last trigger, count, and one
 //              trigger follows when that is over. Without a trigger
-//              for silence_limit() it is triggered all the same, and again after as long: a leader that is missing,
-//              stalled or slow costs its followers their rate, but does not silence them. Nor does one that floods
-//              them trigger them more often than `shortest` says.
+//              for silence_limit() it is triggered all the same, and then once a period until there are outputs again:
+//              a leader that is missing, stalled or slow does not silence its followers. Nor does one that floods them
+//              trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -147,6 +147,7 @@ class SubchainTrigger {
   TimePoint ready() const;
   void schedule_next(TimePoint now);
   void spend_trigger(TimePoint now);
+  TimePoint due_without_output() const;
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
   void limit(TimePoint now, Decision& decision);
 
@@ -164,6 +165,7 @@ class SubchainTrigger {
   TimePoint heard_at_{};
   std::optional<TimePoint> output_due_;  // a trigger is due since the output that came then
   TimePoint silent_since_;               // the last trigger
+  bool silent_ = false;                  // that came without an output
 
   // The budget of the run under way.
   Nanos allowed_{0};            // CPU time since its trigger

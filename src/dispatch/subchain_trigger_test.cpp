@@ -306,7 +306,11 @@ TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
   EXPECT_EQ(trigger.step(at(milliseconds{2000}), 0).trigger, at(milliseconds{2000}));
   const auto decision = trigger.step(at(milliseconds{2001}), 1);
   EXPECT_FALSE(decision.trigger);
-  EXPECT_EQ(decision.ask_at, at(milliseconds{4000}));
+  EXPECT_EQ(decision.ask_at, at(milliseconds{2200})) << "then every period";
+  EXPECT_TRUE(trigger.step(at(milliseconds{2200}), 1).trigger);
+  trigger.hear(at(milliseconds{2300}), 1, at(milliseconds{2300}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{2300}), 2).trigger) << "until there are outputs again";
+  EXPECT_EQ(trigger.step(at(milliseconds{2301}), 3).ask_at, at(milliseconds{4300}));
   EXPECT_EQ(silence_limit(after_another(1, milliseconds{10})), milliseconds{1000}) << "and a second at least";
 }
 

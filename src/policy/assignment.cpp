@@ -14,12 +14,14 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   const Nanos shortest_hang = plan.assumed.empty() ? kShortestHang : kShortestHangIfAssumed;
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
-  pacing.hang_after = std::max(shortest_hang, to_nanos(planned.execution * kHangMultiple));
+  // What is promised of a run may be many times what ever happens. It ends once a period on average.
+  const Millis usual = plan::usual_period(plan, member.subchain);
+  const Millis longest_usual = std::min(planned.execution, std::max(usual, planned.slice));
+  pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual * kHangMultiple));
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };
   pacing.shortest = at_least_shortest(std::max(cap, to_nanos(member.period)));
-  const Millis usual = plan::usual_period(plan, member.subchain);
   if (member.pause) {
     // No less than those below it were promised (plan/promise.h).
     pacing.period = std::max(pacing.shortest, to_nanos(std::max(usual, planned.slice + *member.pause)));
@@ -70,7 +72,12 @@ Assignment assignment_of(const graph::App& app, const plan::Plan& plan, const os
 }
 
 void remove_absent(Assignment& assignment, const std::vector<bool>& present) {
-  for (std::size_t index = 0; index < present.size(); ++index) assignment.places[index].present = present[index];
+  for (std::size_t index = 0; index < present.size(); ++index) {
+    SubchainPlace& place = assignment.places[index];
+    place.present = present[index];
+    // Who follows somebody that is not there goes by time.
+    if (place.pacing.after && !present[place.pacing.after->subchain.index()]) place.pacing.after.reset();
+  }
   for (dispatch::SharedCoreSchedule& core : assignment.cores) {
     std::erase_if(core.slots, [&](const dispatch::SharedCoreSlot& slot) { return !present[slot.subchain.index()]; });
   }

@@ -9,6 +9,7 @@ namespace ctn::policy {
 namespace {
 
 using std::chrono::milliseconds;
+using std::chrono::seconds;
 
 class FixedPrioritiesTest : public ::testing::Test {
  protected:
@@ -53,7 +54,30 @@ TEST_F(FixedPrioritiesTest, AfterAPause) {
   EXPECT_EQ(pacing.after_completion, milliseconds{10});
   EXPECT_EQ(pacing.shortest, milliseconds{15});
   EXPECT_FALSE(pacing.phase);
-  EXPECT_EQ(pacing.hang_after, std::max(kShortestHang, to_nanos(plan.subchains[3].execution * kHangMultiple)));
+  EXPECT_GE(pacing.period, to_nanos(plan.subchains[3].slice) + milliseconds{10}) << "as those below it were promised";
+}
+
+// A promise may be many times what happens.
+TEST_F(FixedPrioritiesTest, ARunHangsThatTakesTenUsualPeriods) {
+  const auto hang_after = [&](double execution, double period) {
+    plan::Plan changed = plan;
+    changed.subchains[3].execution = Millis{execution};
+    changed.expected.emplace();
+    changed.expected->subchains.assign(plan.subchains.size(), {.period = Millis{period}});
+    return assignment_of(app, changed, os::CpuSet{4, 5, 6}, {}).places[3].pacing.hang_after;
+  };
+  EXPECT_EQ(hang_after(5000.0, 300.0), seconds{3});
+  EXPECT_EQ(hang_after(200.0, 300.0), seconds{2});
+  EXPECT_EQ(hang_after(5000.0, 10.0), kShortestHang);
+}
+
+TEST_F(FixedPrioritiesTest, WhoFollowsSomebodyThatIsNotThereGoesByTime) {
+  std::vector<bool> present(plan.subchains.size(), true);
+  present[plan::kFast.index()] = false;
+  remove_absent(assignment, present);
+  EXPECT_FALSE(place(plan::kFast).present);
+  EXPECT_FALSE(place(plan::kSlow).pacing.after);
+  EXPECT_EQ(place(plan::kSlow).pacing.period, milliseconds{40});
 }
 
 }  // namespace
