@@ -208,8 +208,9 @@ INSTANTIATE_TEST_SUITE_P(LocalLoop, OwnedCoreTest, testing::Values(Case{"navigat
 
 TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
   const Outcome outcome = run_catan(
-      "sim navigation_with_detector.yaml --costs navigation_with_detector.costs.yaml --cores 3 --ideal --seconds 60 "
-      "--json",
+      "sim navigation_with_detector.yaml --costs navigation_with_detector.costs.yaml --cores 3 --scheduler auto "
+      "--ideal "
+      "--seconds 60 --json",
       std::string(CATAN_APPS) + "/navigation");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json run = json::parse(outcome.out)["runs"][0];
