@@ -7,6 +7,7 @@ namespace ctn::runtime {
 std::vector<std::pair<NodeId, os::ThreadId>> NodeThreads::spawn() {
   const std::size_t nodes = app_.graph.nodes().size();
   numbers_ = std::vector<std::atomic<std::int32_t>>(nodes);
+  ended_ = std::vector<std::atomic<bool>>(nodes);
   for (std::size_t index = 0; index < nodes; ++index) {
     const NodeId node(index);
     if (!wiring_.body(node)) continue;
@@ -16,6 +17,9 @@ std::vector<std::pair<NodeId, os::ThreadId>> NodeThreads::spawn() {
       os_.wake(ready_);
       while (go_.load(std::memory_order_acquire) == 0) os_.wait(go_, 0, kNever);
       run(node);
+      ended_[node.index()].store(true, std::memory_order_release);
+      ended_count_.fetch_add(1, std::memory_order_release);
+      os_.wake(ended_count_);
     }));
   }
   for (std::uint32_t ready = 0; ready < threads_.size();) {
@@ -35,11 +39,23 @@ void NodeThreads::go() {
   os_.wake(go_);
 }
 
+// What a node waits on may be written by others at any time, also so that it does not see that it was to stop: it is
+// told until it has.
 void NodeThreads::stop() {
-  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
-    if (wiring_.body(NodeId(index))) wiring_.port(NodeId(index))->stop();
-  }
+  constexpr Nanos kAgain = std::chrono::milliseconds{20};
+  const auto tell = [this] {
+    for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+      const bool ended = index < ended_.size() && ended_[index].load(std::memory_order_acquire);
+      if (wiring_.body(NodeId(index)) && !ended) wiring_.port(NodeId(index))->stop();
+    }
+  };
+  tell();
   go();
+  for (;;) {
+    const std::uint32_t ended = ended_count_.load(std::memory_order_acquire);
+    if (ended >= threads_.size()) break;
+    if (os_.wait(ended_count_, ended, os_.now() + kAgain) == os::WaitResult::kTimedOut) tell();
+  }
   for (const auto& thread : threads_) thread->join();
   threads_.clear();
 }

@@ -41,6 +41,8 @@ class NodeThreads {
   std::vector<std::atomic<std::int32_t>> numbers_;  // by node: its thread
   std::atomic<std::uint32_t> ready_{0};
   std::atomic<std::uint32_t> go_{0};
+  std::vector<std::atomic<bool>> ended_;  // by node
+  std::atomic<std::uint32_t> ended_count_{0};
   std::vector<std::unique_ptr<os::Thread>> threads_;
 };
 

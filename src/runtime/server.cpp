@@ -87,7 +87,10 @@ Status Server::start() {
   every(kGuardianCheckPeriod, [this] { scheduler_->check_guardian(); });
   every(kHelloTimeout, [this] { disconnect_silent(); });
   if (Status scheduled = scheduler_->start(); !scheduled) return scheduled;
-  if (has_heartbeat_) heartbeat_ = os_.spawn("catan-heartbeat", [this] { send_heartbeats(); });
+  if (!has_heartbeat_) return Done{};
+  // Programs may register, and this process be stopped, before the thread has begun.
+  region_.heartbeat().max_heartbeat_gap.store(kMaxOrdinaryHeartbeatGap.count(), std::memory_order_release);
+  heartbeat_ = os_.spawn("catan-heartbeat", [this] { send_heartbeats(); });
   return Done{};
 }
 
