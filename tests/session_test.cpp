@@ -97,7 +97,7 @@ TEST_F(SessionTest, RaisesItsThreadsMeasuresThemAndLeavesNoLevelBehind) {
   ASSERT_TRUE(started.ok()) << started.error().message();
   std::this_thread::sleep_for(seconds{4});
   const Snapshot snapshot = session->snapshot();
-  EXPECT_GE(level_.load(), os::Level::kActive) << "or at a fixed priority";
+  EXPECT_EQ(level_.load(), os::Level::kActive);
   EXPECT_EQ(real_time_threads(), 3) << "two nodes and the trigger thread";
   ASSERT_TRUE(session->stop().ok());
   EXPECT_EQ(real_time_threads(), 0);

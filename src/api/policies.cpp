@@ -59,8 +59,7 @@ Result<SimulatedPolicy> simulated_policy(std::string_view name, const graph::App
   return Error::caller(
       fmt::format("'{}' is no scheduler", name),
       "write catan, joint, auto, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or "
-      "picas, deadline, davare "
-      "or verucchi, with compute times as in picas:COSTS.yaml");
+      "picas, deadline, davare or verucchi, with compute times as in picas:COSTS.yaml");
 }
 
 Result<std::shared_ptr<const policy::Policy>> live_policy(std::string_view name, const graph::App& app) {

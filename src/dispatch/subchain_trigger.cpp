@@ -30,8 +30,7 @@ Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId
   if (fixed || limits.exact) {
     return pacing_of_owned(planned.period, planned.execution, hang_after);
   }
-  const plan::Expectation::Timing timing = plan.expected ? plan.expected->subchains[subchain.index()]
-                                                         : plan::Expectation::Timing{planned.period, planned.execution};
+  const plan::Expectation::Timing timing = plan::usual_timing(plan, subchain);
   return elastic_pacing_of_owned(timing.period, timing.execution, hang_after, to_nanos(limits.min));
 }
 
@@ -115,8 +114,13 @@ void SubchainTrigger::used(TimePoint now, Nanos cpu) {
 
 void SubchainTrigger::restart_budget(TimePoint now) {
   used_ = Nanos{0};
+  give_budget(now);
+}
+
+// Beyond what the run under way has used.
+void SubchainTrigger::give_budget(TimePoint now) {
   over_budget_ = false;
-  allowed_ = pacing_.budget;
+  allowed_ = used_ + pacing_.budget;
   look_at_ = now + std::max(pacing_.budget, kBudgetGrain);
 }
 
@@ -195,9 +199,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   } else if (now >= ready() && demoted_ && !hanging_) {
     decision.restore = true;
     demoted_ = false;
-    over_budget_ = false;
-    allowed_ = used_ + pacing_.budget;
-    look_at_ = now + std::max(pacing_.budget, kBudgetGrain);
+    give_budget(now);
     spend_trigger(now);
   }
   if (may_overlap(completed)) {

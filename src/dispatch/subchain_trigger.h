@@ -23,10 +23,9 @@
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
 //   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
 //              that come while a run is under way, or less than `shortest` after the last trigger, count, and one
-//              trigger follows when that is over. Without a trigger
-//              for silence_limit() it is triggered all the same, and then once a period until there are outputs again:
-//              a leader that is missing, stalled or slow does not silence its followers. Nor does one that floods them
-//              trigger them more often than `shortest` says.
+//              trigger follows when that is over. Without a trigger for silence_limit() it is triggered all the same,
+//              and then once a period until there are outputs again: a leader that is missing, stalled or slow does not
+//              silence its followers. Nor does one that floods them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -147,6 +146,7 @@ class SubchainTrigger {
   TimePoint ready() const;
   void schedule_next(TimePoint now);
   void spend_trigger(TimePoint now);
+  void give_budget(TimePoint now);
   TimePoint due_without_output() const;
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
   void limit(TimePoint now, Decision& decision);

@@ -30,6 +30,16 @@ FakeWorld::Cost hangs_in_run(std::uint64_t hung) {
   return [hung](SubchainId, std::uint64_t number) { return number == hung ? kNeverEnds : ms(1); };
 }
 
+// A run hangs at `before`, and ends then. By `after` its place's fixed level 3 is restored.
+void expect_suspended_until_it_ends(FakeWorld& world, TimePoint before, TimePoint after) {
+  world.run_until(before);
+  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
+  world.end_hung_run(kOnly);
+  world.run_until(after);
+  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  EXPECT_EQ(world.hangs.size(), 2U);
+}
+
 TEST(SubchainPacer, TriggersEveryPeriodAtTheLevelAndOnTheCpusOfItsPlace) {
   FakeWorld world(1, 0, each_takes(ms(4)), 2);
   policy::SubchainPlace place = paced(ms(10), CpuSet{1, 2});
@@ -134,19 +144,13 @@ TEST(SubchainPacer, ANewPlaceDoesNotRaiseAHungRun) {
 // From a core that it shares, and where it hung already.
 TEST(SubchainPacer, ARunThatHungElsewhereIsRestoredWhenItEnds) {
   FakeWorld world(1, 1, hangs_in_run(1));
-  policy::SubchainPlace shared = shares(0);
   dispatch::SharedCoreSchedule frames = dispatch::elastic({every(1, 0, ms(4))}, 0.0, ms(5));
   frames.slots.front().hang_after = ms(20);
-  world.publish(assignment({shared}, {frames}));
+  world.publish(assignment({shares(0)}, {frames}));
   world.run_until(at(ms(30)));
   ASSERT_THAT(world.hangs, ElementsAre(FakeWorld::Hang{kOnly, true, at(ms(20))}));
   world.publish(assignment({phased(3, ms(20), ms(0), ms(4))}, {{}}));
-  world.run_until(at(ms(45)));
-  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
-  world.end_hung_run(kOnly);
-  world.run_until(at(ms(70)));
-  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
-  EXPECT_EQ(world.hangs.size(), 2U);
+  expect_suspended_until_it_ends(world, at(ms(45)), at(ms(70)));
 }
 
 TEST(SubchainPacer, ThreadsThatJoinGetWhatTheOthersHave) {
@@ -310,13 +314,8 @@ TEST(SubchainPacer, ADemotedRunThatHangsIsSuspendedAndRestored) {
   world.publish(assignment({place}));
   world.run_until(at(ms(29)));
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground));
-  world.run_until(at(ms(45)));
-  EXPECT_THAT(world.of(kOnly).levels, Each(Level::kOrdinary));
-  world.end_hung_run(kOnly);
-  world.run_until(at(ms(46)));
-  EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
+  expect_suspended_until_it_ends(world, at(ms(45)), at(ms(46)));
   EXPECT_EQ(world.overruns.size(), 1U);
-  EXPECT_EQ(world.hangs.size(), 2U);
 }
 
 TEST(SubchainPacer, ADemotedRunStaysSoThroughPlansThatLimitIt) {

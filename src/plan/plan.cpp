@@ -6,8 +6,10 @@ namespace ctn::plan {
 
 const char* to_string(Form form) { return form == Form::kFrames ? "frames" : "priorities"; }
 
-Millis usual_period(const Plan& plan, SubchainId subchain) {
-  return plan.expected ? plan.expected->subchains[subchain.index()].period : plan.subchains[subchain.index()].period;
+Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain) {
+  if (plan.expected) return plan.expected->subchains[subchain.index()];
+  const SubchainPlan& promised = plan.subchains[subchain.index()];
+  return {promised.period, promised.execution};
 }
 
 const Member* member_of(const Plan& plan, SubchainId subchain) {

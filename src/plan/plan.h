@@ -163,9 +163,9 @@ struct Plan {
 // Where a subchain has a fixed priority; null where it has none. Precondition: it has a core of the plan's.
 const Member* member_of(const Plan& plan, SubchainId subchain);
 
-// The period that a subchain is expected to have, or where nothing is expected the one it is promised, which may be
-// many times as long: for whoever has to go on, or to wait, for about a period.
-Millis usual_period(const Plan& plan, SubchainId subchain);
+// What a subchain is expected to have, or where nothing is expected what it is promised, which may be many times as
+// long: for whoever has to go on, or to wait, for about a period.
+Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain);
 
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
 inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {

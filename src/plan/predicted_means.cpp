@@ -39,7 +39,7 @@ Predictions PredictedMeans::figures_of(const Plan& plan) const {
   for (std::size_t node = 0; node < figures.rate_hz.size(); ++node) {
     const std::optional<SubchainId> subchain = app_.graph.nodes()[node].subchain;
     if (!subchain || subchain->index() >= plan.subchains.size()) continue;
-    const Millis period = usual_period(plan, *subchain);
+    const Millis period = usual_timing(plan, *subchain).period;
     if (period > Millis{0}) figures.rate_hz[node] = Rate::every(period).hertz();
   }
   if (!app_.graph.subchains().empty()) {

@@ -15,7 +15,7 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
   // What is promised of a run may be many times what ever happens. It ends once a period on average.
-  const Millis usual = plan::usual_period(plan, member.subchain);
+  const Millis usual = plan::usual_timing(plan, member.subchain).period;
   const Millis longest_usual = std::min(planned.execution, std::max(usual, planned.slice));
   pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual * kHangMultiple));
   pacing.budget = to_nanos(member.budget);

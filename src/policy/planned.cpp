@@ -92,9 +92,10 @@ Decision rates_only(const Decision& in_force, const os::CpuSet& cpus) {
     place.threads = before.threads;
     // Never before the last run has ended: there are fewer CPUs than the periods were made for.
     place.pacing.max_in_flight = 1;
-    place.pacing.period = in_force.plan ? std::max(dispatch::kShortestPeriod,
-                                                   to_nanos(plan::usual_period(*in_force.plan, SubchainId(index))))
-                                        : before.pacing.period;
+    place.pacing.period = in_force.plan
+                              ? std::max(dispatch::kShortestPeriod,
+                                         to_nanos(plan::usual_timing(*in_force.plan, SubchainId(index)).period))
+                              : before.pacing.period;
   }
   return decision;
 }

@@ -24,7 +24,7 @@ constexpr std::size_t kGuessesAgain = 3000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
 // By which a schedule must be better to replace the one in force, by two trials with the same draws.
 constexpr double kBetter = 0.015;
-// A node's mean cost, and its highest, by which windows of 50 runs may differ when nothing has changed.
+// A node's mean cost, and its highest, by which samples (model/estimator.h) may differ when nothing has changed.
 constexpr double kMeanChanged = 0.1;
 constexpr double kLongestChanged = 0.3;
 // What is found at the costs of a few runs is not worth much more time than this for each time that their number has

@@ -185,7 +185,7 @@ void Housekeeping::publish() {
   for (std::size_t index = 0; index < assignment.places.size(); ++index) {
     const policy::SubchainPlace& place = assignment.places[index];
     const Nanos period =
-        place.core < 0 ? place.pacing.period : to_nanos(plan::usual_period(*decision.plan, SubchainId(index)));
+        place.core < 0 ? place.pacing.period : to_nanos(plan::usual_timing(*decision.plan, SubchainId(index)).period);
     SignalCell& signal = region_.signal(SubchainId(index));
     signal.period.store(period.count(), std::memory_order_relaxed);
     signal.threads.store(place.threads, std::memory_order_relaxed);

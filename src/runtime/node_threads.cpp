@@ -7,7 +7,6 @@ namespace ctn::runtime {
 std::vector<std::pair<NodeId, os::ThreadId>> NodeThreads::spawn() {
   const std::size_t nodes = app_.graph.nodes().size();
   numbers_ = std::vector<std::atomic<std::int32_t>>(nodes);
-  ended_ = std::vector<std::atomic<bool>>(nodes);
   for (std::size_t index = 0; index < nodes; ++index) {
     const NodeId node(index);
     if (!wiring_.body(node)) continue;
@@ -17,7 +16,7 @@ std::vector<std::pair<NodeId, os::ThreadId>> NodeThreads::spawn() {
       os_.wake(ready_);
       while (go_.load(std::memory_order_acquire) == 0) os_.wait(go_, 0, kNever);
       run(node);
-      ended_[node.index()].store(true, std::memory_order_release);
+      numbers_[node.index()].store(0, std::memory_order_release);
       ended_count_.fetch_add(1, std::memory_order_release);
       os_.wake(ended_count_);
     }));
@@ -45,7 +44,7 @@ void NodeThreads::stop() {
   constexpr Nanos kAgain = std::chrono::milliseconds{20};
   const auto tell = [this] {
     for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
-      const bool ended = index < ended_.size() && ended_[index].load(std::memory_order_acquire);
+      const bool ended = !numbers_.empty() && numbers_[index].load(std::memory_order_acquire) == 0;
       if (wiring_.body(NodeId(index)) && !ended) wiring_.port(NodeId(index))->stop();
     }
   };

@@ -38,10 +38,9 @@ class NodeThreads {
   const graph::App& app_;
   os::Os& os_;
   Wiring& wiring_;
-  std::vector<std::atomic<std::int32_t>> numbers_;  // by node: its thread
+  std::vector<std::atomic<std::int32_t>> numbers_;  // by node: its thread; 0: none, or ended. Empty before spawn()
   std::atomic<std::uint32_t> ready_{0};
   std::atomic<std::uint32_t> go_{0};
-  std::vector<std::atomic<bool>> ended_;  // by node
   std::atomic<std::uint32_t> ended_count_{0};
   std::vector<std::unique_ptr<os::Thread>> threads_;
 };
