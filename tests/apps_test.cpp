@@ -218,7 +218,7 @@ json with_detector(const std::string& scheduler) {
 }
 
 TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
-  const json run = with_detector("catan");
+  const json run = with_detector("joint");
   ASSERT_TRUE(run.is_object());
   EXPECT_LE(run["objective"]["measured"], run["objective"]["predicted"]);
   for (const json& chain : run["chains"]) {

@@ -34,8 +34,16 @@ class ServeTest : public ServedAppTest {
     return std::make_unique<CountingNodes>(std::move(*client), *os_, nodes);
   }
   std::unique_ptr<CountingNodes> run_fast() { return run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}}); }
+  // Has a thread raised that has run its node. Before that the program may still wait for the answer to its
+  // registration.
   bool raises(os::ProcessId process) {
-    return eventually([&] { return raised_threads(process) > 0; });
+    return eventually([&] {
+      const std::vector<os::ThreadId> raised = raised_of(process);
+      return std::any_of(raised.begin(), raised.end(), [&](os::ThreadId thread) {
+        const Result<Nanos> used = os_->thread_cpu_time(thread);
+        return used && *used >= milliseconds{1};
+      });
+    });
   }
   // A connection of our own, to say to the server what no client of ours says.
   Result<os::Connection> dial(const std::string& socket = "socket") {
@@ -330,7 +338,7 @@ TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
   os::ChildProcess& map = play({"map"});
   const auto fast = run_fast();
   ASSERT_TRUE(fast && fast->runs_on(50)) << said();
-  ASSERT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; }));
+  ASSERT_TRUE(raises(map.process())) << said();
   const pid_t guardian = guardian_of_server();
   ASSERT_NE(guardian, 0);
   const os::CpuSet before = *os_->affinity(os_->current_thread());
@@ -341,7 +349,7 @@ TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
   EXPECT_TRUE(fast->runs_on(10));
   for (const os::ThreadId thread : *os_->threads(map.process())) EXPECT_EQ(*os_->affinity(thread), before);
   serve();
-  EXPECT_TRUE(eventually([&] { return raised_threads(map.process()) > 0; })) << said();
+  EXPECT_TRUE(raises(map.process())) << said();
 }
 
 TEST_F(ServeTest, StoppedProgramsGoOnByThemselvesUntilItGoesOn) {

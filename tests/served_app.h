@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -121,17 +122,26 @@ class ServedAppTest : public ::testing::Test {
     for (std::size_t at = 0; (at = all.find(text, at)) != std::string::npos; ++at) ++count;
     return count;
   }
-  int raised_threads(os::ProcessId process) const { return static_cast<int>(names_of_raised(process).size()); }
+  std::vector<os::ThreadId> raised_of(os::ProcessId process) const {
+    Result<std::vector<os::ThreadId>> threads = os_->threads(process);
+    if (!threads) return {};
+    threads->erase(std::remove_if(threads->begin(), threads->end(),
+                                  [&](os::ThreadId thread) {
+                                    const Result<os::Level> level = os_->level(thread);
+                                    return !level || *level == os::Level::kOrdinary;
+                                  }),
+                   threads->end());
+    return *std::move(threads);
+  }
+  int raised_threads(os::ProcessId process) const { return static_cast<int>(raised_of(process).size()); }
   std::vector<std::string> names_of_raised(os::ProcessId process) const {
-    const Result<std::vector<os::ThreadId>> threads = os_->threads(process);
     std::vector<std::string> raised;
-    for (const os::ThreadId thread : threads ? *threads : std::vector<os::ThreadId>{}) {
-      const Result<os::Level> level = os_->level(thread);
-      if (!level || *level == os::Level::kOrdinary) continue;
+    for (const os::ThreadId thread : raised_of(process)) {
       std::ifstream comm("/proc/" + std::to_string(static_cast<int>(thread)) + "/comm");
       std::string& name = raised.emplace_back();
       std::getline(comm, name);
-      name += " at level " + std::to_string(static_cast<int>(*level));
+      const Result<os::Level> level = os_->level(thread);
+      name += level ? " at level " + std::to_string(static_cast<int>(*level)) : " gone";
     }
     return raised;
   }

@@ -58,7 +58,7 @@ Result<SimulatedPolicy> simulated_policy(std::string_view name, const graph::App
   if (auto own = policy::make_policy(by_paper ? "paper" : name)) return SimulatedPolicy{std::move(*own)};
   return Error::caller(
       fmt::format("'{}' is no scheduler", name),
-      "write catan, joint, auto, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or "
+      "write catan, auto, joint, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or "
       "picas, deadline, davare or verucchi, with compute times as in picas:COSTS.yaml");
 }
 

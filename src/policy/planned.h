@@ -41,7 +41,7 @@ Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& 
 // The planner's joint plan, in any case. `Plan::solve_time` is left 0, for whoever has a clock.
 class JointPolicy : public PlannedPolicy {
  public:
-  explicit JointPolicy(std::string name = "joint") : PlannedPolicy(std::move(name)) {}
+  JointPolicy() : PlannedPolicy("joint") {}
   bool adapts() const override { return true; }
   Result<Decision> decide(const Situation& situation) const override;
   Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,

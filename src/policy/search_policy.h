@@ -26,7 +26,7 @@ namespace ctn::policy {
 
 class SearchPolicy : public PlannedPolicy {
  public:
-  SearchPolicy() : PlannedPolicy("auto") {}
+  explicit SearchPolicy(std::string name = "auto") : PlannedPolicy(std::move(name)) {}
   bool adapts() const override { return true; }
   bool judges() const override { return true; }
   std::unique_ptr<Memory> make_memory() const override;
