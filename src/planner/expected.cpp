@@ -10,6 +10,7 @@
 #include "plan/predict.h"
 #include "plan/promise.h"
 #include "plan/validate.h"
+#include "planner/pipelines.h"
 #include "planner/planner.h"
 #include "trial/schedule.h"
 #include "trial/trial.h"
@@ -55,16 +56,24 @@ plan::Member member_of(const graph::App& app, const trial::Place& place, Subchai
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                   const trial::Schedule& schedule, double slack) {
   const std::vector<model::CostTable> by_kind = model::costs_by_kind(app, costs);
+  const Pipelines pipelines(app, samples, costs, slack);
   plan::Plan plan;
   plan.planner = "auto";
   plan.quality = plan::Quality::kFeasible;
   plan.gap = 1.0;
   plan.slack = slack;
   plan.cores.resize(static_cast<std::size_t>(schedule.cores));
+  for (plan::CorePlan& core : plan.cores) core.frames = app.scheduler.frames;
   for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
-    if (schedule.subchains[i].form != trial::Form::kPriority) return std::nullopt;
+    if (schedule.subchains[i].form == trial::Form::kFrames) return std::nullopt;
     const SubchainId id(i);
     const trial::Place& place = schedule.subchains[i];
+    if (place.form == trial::Form::kPipeline) {
+      const auto pipeline = std::find_if(schedule.pipelines.begin(), schedule.pipelines.end(),
+                                         [&](const trial::Pipeline& each) { return each.subchain == id; });
+      plan.subchains.push_back(pipelines.planned(*pipeline));
+      continue;
+    }
     const std::size_t kind = app.kind_of(place.core);
     const Millis cost = by_kind[kind].subchain_total(app.graph, id);
     plan::SubchainPlan& subchain = plan.subchains.emplace_back();
@@ -85,6 +94,7 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
   const std::optional<std::vector<plan::Promise>> promises = plan::promise(plan, app, costs);
   if (!promises) return std::nullopt;
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    if (schedule.subchains[i].form != trial::Form::kPriority) continue;
     plan.subchains[i].period = (*promises)[i].period;
     plan.subchains[i].execution = (*promises)[i].execution;
   }
@@ -92,8 +102,10 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
   return plan;
 }
 
-// A response time is a latency and a period on average, too.
-plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const Expected& expected) {
+// A response time is a latency and a period on average, too. Of a pipeline it is what its pacing was made from, so that
+// it is paced as it was tried.
+plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const trial::Schedule& schedule,
+                                 const Expected& expected) {
   const trial::Figures& figures = expected.figures;
   plan::Expectation expectation{.objective = figures.objective, .subchains = {}, .chains = {}};
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
@@ -102,6 +114,12 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
     const bool measured = period > Millis{0};
     expectation.subchains.push_back(
         {measured ? std::min(period, promised.period) : promised.period, promised.execution});
+  }
+  for (const trial::Pipeline& pipeline : schedule.pipelines) {
+    const dispatch::Pacing& pacing = pipeline.pacing;
+    if (pacing.after_completion == Nanos{0}) continue;
+    expectation.subchains[pipeline.subchain.index()] = {
+        to_millis(pacing.period), to_millis(pacing.period * pacing.max_in_flight - pacing.after_completion)};
   }
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
@@ -137,7 +155,7 @@ Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Sample
     best = std::move(*plan);
     best_schedule = found.schedule;
   }
-  best.expected = expectation_of(app, best, search.expected(best_schedule));
+  best.expected = expectation_of(app, best, best_schedule, search.expected(best_schedule));
   best.planner = "auto";
   return best;
 }

@@ -35,7 +35,8 @@ Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Sample
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                   const trial::Schedule& schedule, double slack);
 
-// What is expected of a plan, as a trial found it: at most what it promises.
-plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const Expected& expected);
+// What is expected of a plan, as a trial of its schedule found it: at most what it promises.
+plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const trial::Schedule& schedule,
+                                 const Expected& expected);
 
 }  // namespace ctn::planner

@@ -38,8 +38,8 @@ bool has_cycle(const Schedule& schedule) {
 
 }  // namespace
 
-Moves::Moves(const graph::App& app, std::vector<double> cost, std::vector<int> cores)
-    : cost_(std::move(cost)), cores_(std::move(cores)) {
+Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
+    : app_(app), pipelines_(pipelines), cost_(std::move(cost)), cores_(cores) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
     limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value()});
@@ -55,7 +55,11 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
   const std::size_t i = random.below(schedule.subchains.size());
   const std::size_t other = random.below(schedule.subchains.size());
   Place& place = schedule.subchains[i];
-  if (place.form != trial::Form::kPriority) return;
+  if (place.form == trial::Form::kFrames) return;
+  constexpr std::size_t kSeldom = 12;
+  if (place.form == trial::Form::kPipeline || (pipelines_.most_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
+    return change_cores(schedule, i, random);
+  }
   switch (random.below(10)) {
     case 0:
     case 1:
@@ -96,12 +100,72 @@ void Moves::change_time(Place& place, std::size_t subchain, Random& random) cons
 }
 
 void Moves::change_core(Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const {
-  if (cores_.size() < 2) return;
+  if (cores_ < 2) return;
   Place& place = schedule.subchains[subchain];
   if (random.once_in(2) && schedule.subchains[other].form == trial::Form::kPriority) {
     std::swap(place.core, schedule.subchains[other].core);
   } else {
-    place.core = cores_[random.below(cores_.size())];
+    const std::vector<int> cores = cores_for_priorities(schedule);
+    place.core = cores[random.below(cores.size())];
+  }
+}
+
+// Those that no pipeline has.
+std::vector<int> Moves::cores_for_priorities(const Schedule& schedule) const {
+  std::vector<int> cores;
+  for (int core = 0; core < cores_; ++core) {
+    const bool owned = std::any_of(schedule.pipelines.begin(), schedule.pipelines.end(), [&](const auto& pipeline) {
+      return std::find(pipeline.cores.begin(), pipeline.cores.end(), core) != pipeline.cores.end();
+    });
+    if (!owned) cores.push_back(core);
+  }
+  return cores;
+}
+
+// A pipeline ends: its subchain stays on the first of its cores, above all others, one run right after the other. Or
+// one begins, or has another number of cores from then on.
+void Moves::change_cores(Schedule& schedule, std::size_t subchain, Random& random) const {
+  Place& place = schedule.subchains[subchain];
+  if (place.form != trial::Form::kPipeline) return give_cores(schedule, subchain, random);
+  std::erase_if(schedule.pipelines, [&](const auto& each) { return each.subchain.index() == subchain; });
+  int highest = 0;
+  for (const Place& each : schedule.subchains) highest = std::max(highest, each.priority);
+  place = {.core = place.core, .priority = highest + 1, .period = limits_[subchain].shortest};
+  if (!limits_[subchain].exact) place.pause = Nanos{0};
+  if (random.once_in(2)) give_cores(schedule, subchain, random);
+}
+
+// Its own and some of the same kind. Whoever was there goes elsewhere; if there is no core left for them, it has none.
+void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random) const {
+  Place& place = schedule.subchains[subchain];
+  std::vector<int> others;
+  for (const int core : cores_for_priorities(schedule)) {
+    if (core != place.core && app_.kind_of(core) == app_.kind_of(place.core)) others.push_back(core);
+  }
+  const auto most = static_cast<std::size_t>(pipelines_.most_cores(SubchainId(subchain)) - 1);
+  if (others.empty() || most == 0) return;
+  std::vector<int> cores{place.core};
+  for (std::size_t more = 1 + random.below(std::min(most, others.size())); more > 0; --more) {
+    const auto chosen = others.begin() + static_cast<std::ptrdiff_t>(random.below(others.size()));
+    cores.push_back(*chosen);
+    others.erase(chosen);
+  }
+  std::sort(cores.begin(), cores.end());
+  std::optional<trial::Pipeline> pipeline = pipelines_.on(SubchainId(subchain), std::move(cores));
+  if (!pipeline) return;
+  const Schedule before = schedule;
+  place = {.form = trial::Form::kPipeline, .core = pipeline->cores.front()};
+  schedule.pipelines.push_back(*std::move(pipeline));
+  const std::vector<int>& taken = schedule.pipelines.back().cores;
+  const std::vector<int> left = cores_for_priorities(schedule);
+  for (Place& each : schedule.subchains) {
+    if (each.form != trial::Form::kPriority || std::find(taken.begin(), taken.end(), each.core) == taken.end())
+      continue;
+    if (left.empty()) {
+      schedule = before;
+      return;
+    }
+    each.core = left[random.below(left.size())];
   }
 }
 

@@ -1,4 +1,4 @@
-// Small random changes of a schedule of fixed priorities: the steps of a local search.
+// Small random changes of a schedule of fixed priorities and pipelines: the steps of a local search.
 //
 // Units: in the types. Thread safety: none; one owner. The same seed gives the same changes everywhere.
 #pragma once
@@ -8,6 +8,7 @@
 
 #include "base/mixed.h"
 #include "graph/app.h"
+#include "planner/pipelines.h"
 #include "trial/schedule.h"
 
 namespace ctn::planner {
@@ -31,8 +32,8 @@ class Random {
 // What a schedule may be changed to.
 class Moves {
  public:
-  // `cost`: what runs of each subchain cost on average, in ms. `cores`: on which subchains with a priority may be.
-  Moves(const graph::App& app, std::vector<double> cost, std::vector<int> cores);
+  // `cost`: what runs of each subchain cost on average, in ms. The others outlive it.
+  Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores);
 
   // Changes one thing or two. What comes of it is complete and without a cycle of followers; it may be a bad idea.
   void change(trial::Schedule& schedule, Random& random) const;
@@ -40,7 +41,6 @@ class Moves {
   // The shortest period that a cap, an exact rate or the dispatcher allows.
   Nanos shortest_period(std::size_t subchain) const { return limits_[subchain].shortest; }
   bool exact(std::size_t subchain) const { return limits_[subchain].exact; }
-  const std::vector<int>& cores() const { return cores_; }
 
  private:
   struct Limits {
@@ -53,9 +53,14 @@ class Moves {
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
+  void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
+  void give_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
+  std::vector<int> cores_for_priorities(const trial::Schedule& schedule) const;
 
+  const graph::App& app_;
+  const Pipelines& pipelines_;
   std::vector<double> cost_;
-  std::vector<int> cores_;
+  int cores_;
   std::vector<Limits> limits_;  // by subchain
 };
 

@@ -21,9 +21,9 @@ RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t
   const RandomCase random = random_case(seed, {.subchains = 5, .caps = true, .exact = true, .pairs = true}, cores);
   const graph::App& app = random.app;
   const std::size_t count = app.graph.subchains().size();
-  std::vector<int> all(static_cast<std::size_t>(cores));
-  for (int core = 0; core < cores; ++core) all[static_cast<std::size_t>(core)] = core;
-  const Moves moves(app, std::vector<double>(count, 3.0), all);
+  const Pipelines pipelines(app, trial::Samples(app, trial::MeasuredRuns(app.graph.nodes().size()), random.costs),
+                            random.costs, 0.06);
+  const Moves moves(app, std::vector<double>(count, 3.0), pipelines, cores);
   trial::Schedule schedule{
       .cores = cores, .subchains = std::vector<trial::Place>(count), .frames = {}, .pipelines = {}};
   for (std::size_t i = 0; i < count; ++i) {
@@ -32,11 +32,28 @@ RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t
     if (moves.exact(i)) schedule.subchains[i].period = moves.shortest_period(i);
   }
   Random chance(seed);
-  for (int step = 0; step < 2000; ++step) moves.change(schedule, chance);
+  bool any_pipeline = false;
+  for (int step = 0; step < 2000; ++step) {
+    moves.change(schedule, chance);
+    any_pipeline = any_pipeline || !schedule.pipelines.empty();
+  }
+  RC_CLASSIFY(any_pipeline, "with pipelines");
+  std::vector<int> owners(static_cast<std::size_t>(cores), 0);
+  for (const trial::Pipeline& pipeline : schedule.pipelines) {
+    RC_ASSERT(pipeline.cores.size() > 1U);
+    RC_ASSERT(schedule.subchains[pipeline.subchain.index()].form == trial::Form::kPipeline);
+    for (const int core : pipeline.cores) RC_ASSERT(++owners.at(static_cast<std::size_t>(core)) == 1);
+  }
+  std::size_t in_pipelines = 0;
   std::vector<int> priorities;
   for (std::size_t i = 0; i < count; ++i) {
     const trial::Place& place = schedule.subchains[i];
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
+    if (place.form == trial::Form::kPipeline) {
+      ++in_pipelines;
+      continue;
+    }
+    RC_ASSERT(owners.at(static_cast<std::size_t>(place.core)) == 0);
     priorities.push_back(place.priority);
     RC_ASSERT(place.core >= 0 && place.core < cores);
     RC_ASSERT(!(place.pause && place.after));
@@ -49,6 +66,7 @@ RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t
       at = schedule.subchains[at].after->subchain.index();
     }
   }
+  RC_ASSERT(in_pipelines == schedule.pipelines.size());
   std::sort(priorities.begin(), priorities.end());
   RC_ASSERT(std::adjacent_find(priorities.begin(), priorities.end()) == priorities.end());
 }

@@ -73,9 +73,8 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned)
   for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
     costs.push_back(costs_->surrogate.mean_cost(SubchainId(i), 0));
   }
-  std::vector<int> cores(static_cast<std::size_t>(setting_.cores));
-  std::iota(cores.begin(), cores.end(), 0);
-  moves_.emplace(app_, std::move(costs), std::move(cores));
+  moves_.emplace(app_, std::move(costs), costs_->pipelines, setting_.cores);
+  std::erase_if(candidates_, [&](Candidate& each) { return !fixed(each) && !renew_pipelines(each.schedule); });
   std::size_t improvable = 0;
   std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
   for (Candidate& candidate : candidates_) {
@@ -83,6 +82,16 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned)
     candidate.in_vain = 0;
   }
   steps_in_vain_ = 0;
+}
+
+// At these costs. False: one cannot have its exact rate any more.
+bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
+  for (trial::Pipeline& pipeline : schedule.pipelines) {
+    std::optional<trial::Pipeline> renewed = costs_->pipelines.on(pipeline.subchain, pipeline.cores);
+    if (!renewed) return false;
+    pipeline = *std::move(renewed);
+  }
+  return true;
 }
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
@@ -218,7 +227,7 @@ double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Fi
   return overload > 0.0 ? score + kOverload * overload : score;
 }
 
-// What bounds make of it. Of frames and pipelines the surrogate knows nothing, or less.
+// What bounds make of it. Of frames the surrogate knows nothing.
 double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
   if (fixed(candidate)) return relaxed_score(score, candidate.relax.value_or(1.0));
   const std::optional<Estimate> estimate = costs_->surrogate(candidate.schedule);

@@ -1,19 +1,18 @@
 // The search for the schedule of the least expected objective: local search over cores, priorities, periods, pauses,
-// phases and who triggers whom. It goes on as long as one lets it, and keeps what it has found when costs change, so
-// that it serves a planner with seconds of time as well as one with milliseconds now and then.
+// phases, who triggers whom, and who has several cores of its own. It goes on as long as one lets it, and keeps what it
+// has found when costs change, so that it serves a planner with seconds of time as well as one with milliseconds now
+// and then.
 //
 // How it goes:
 //   guess()     From several beginnings, thousands of steps by formulas of means (surrogate.h), half a microsecond
-//   each.
-//               The best become candidates.
+//               each. The best become candidates.
 //   improve()   The candidates are tried (trial/trial.h), some milliseconds each. Then each is changed, again and
-//   again,
-//               in one of two ways: by many steps of the formulas, corrected term by term by what its trial found; or
-//               by one step at random, which finds what no formula knows (order, phase). A change that a trial confirms
-//               replaces its parent; a candidate that does not get better any more gives way to a new beginning.
+//               again, in one of two ways: by many steps of the formulas, corrected term by term by what its trial
+//               found; or by one step at random, which finds what no formula knows (order, phase). A change that a
+//               trial confirms replaces its parent; a candidate that does not get better any more gives way to a new
+//               beginning.
 //   best()      What was found. expected() tries one once more.
-// Schedules of other forms (frames, several cores for one subchain) can be put beside those that it finds; it tries
-// them and leaves them as they are.
+// Schedules with frames can be put beside those that it finds; it tries them and leaves them as they are.
 //
 // What is compared (score): the weighted sum of means; more where bounds are not kept as promised, for each part by
 // which they would have to be relaxed; more for a tail far from the mean; and a core that is used beyond what the slack
@@ -83,8 +82,8 @@ class ScheduleSearch {
   // is forgotten. To be called before all below.
   void set_costs(trial::Samples samples, model::CostTable planned);
 
-  // To be tried and, if it has no frames or pipelines, improved: valid for the app and the cores. `relax`: by how much
-  // bounds are relaxed under it, where that is known. One with frames or pipelines replaces the one before.
+  // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
+  // relaxed under it, where that is known. One with frames replaces the one before.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
   // So many steps by formulas alone.
@@ -111,10 +110,12 @@ class ScheduleSearch {
         : samples(std::move(drawn)),
           planned(std::move(percentiles)),
           surrogate(app, samples, planned, slack),
+          pipelines(app, samples, planned, slack),
           trial(app, samples) {}
     trial::Samples samples;
     model::CostTable planned;
     Surrogate surrogate;
+    Pipelines pipelines;
     trial::Trial trial;
   };
   struct Candidate {
@@ -128,10 +129,9 @@ class ScheduleSearch {
     std::size_t in_vain = 0;        // changes since it got better
   };
   static bool better(const Candidate& a, const Candidate& b) { return a.score < b.score; }
-  static bool fixed(const Candidate& candidate) {
-    return !candidate.schedule.frames.empty() || !candidate.schedule.pipelines.empty();
-  }
+  static bool fixed(const Candidate& candidate) { return !candidate.schedule.frames.empty(); }
 
+  bool renew_pipelines(trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
   double guessed_score(const trial::Schedule& schedule);
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);

@@ -31,23 +31,6 @@ double own_period(const graph::Graph& graph, NodeId node) {
   return period ? to_millis(*period).count() : 0.0;
 }
 
-struct Moments {
-  double mean = 0.0;
-  double variance = 0.0;
-};
-Moments moments_of(const trial::Samples& samples, NodeId node, std::size_t kind) {
-  double sum = 0.0;
-  double squares = 0.0;
-  for (std::uint32_t number = 0; number < trial::Samples::kDraws; ++number) {
-    const double cost = to_millis(samples.draw(node, kind, number)).count();
-    sum += cost;
-    squares += cost * cost;
-  }
-  constexpr auto kCount = static_cast<double>(trial::Samples::kDraws);
-  const double mean = sum / kCount;
-  return {mean, std::max(squares / kCount - mean * mean, 0.0)};
-}
-
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
@@ -65,7 +48,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       double mean = trigger;
       double variance = 0.0;
       for (const NodeId node : app.graph.subchain(SubchainId(i)).nodes) {
-        const Moments moments = moments_of(samples, node, kind);
+        const trial::Samples::Moments moments = samples.moments(node, kind);
         mean += run + moments.mean;
         variance += moments.variance;
       }
@@ -94,7 +77,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       const NodeId node = element.nodes.front();
       // A follower's input does not wait: it starts with it.
       added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
-      added.cost = run + moments_of(samples, node, 0).mean;
+      added.cost = run + samples.moments(node, 0).mean;
     }
   }
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -118,9 +101,11 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     const std::size_t i = pipeline.subchain.index();
     Timing& timing = timings_[i];
     timing.period = to_millis(pipeline.pacing.period).count();
+    timing.promised_period = timing.period;
+    // Paced by its own outputs, it is as much slower at worst as its runs are longer.
+    if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
     timing.wait = timing.period / 2.0;
     timing.execution = timing.cost / pipeline.threads;
-    timing.promised_period = timing.period;
     timing.promised_execution = timing.planned / pipeline.threads;
   }
 }

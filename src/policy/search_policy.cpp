@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "plan/predict.h"
 #include "plan/validate.h"
 #include "planner/expected.h"
 #include "planner/planner.h"
@@ -168,6 +169,8 @@ class Deciding {
     if (!plan) return plan.error();
     // What it was decided on before is decided on again at the new costs.
     const bool followed = follows_formulas();
+    // Cores of its own are paced by what is usual.
+    plan->expected = plan::expect(*plan, plan::as_planned(with_.app, *plan), situation_.typical);
     with_.formulas = std::move(*plan);
     with_.formulas_schedule = trial::schedule_of(with_.app, *with_.formulas);
     if (followed) {
@@ -206,7 +209,7 @@ class Deciding {
   Decision following(plan::Plan plan, const trial::Schedule& schedule) {
     for (const NodeId node : situation_.assumed) plan.assumed.push_back({node, with_.costs[node].single_thread()});
     plan.planner = "auto";
-    plan.expected = planner::expectation_of(with_.app, plan, with_.search.expected(schedule));
+    plan.expected = planner::expectation_of(with_.app, plan, schedule, with_.search.expected(schedule));
     return PlannedPolicy::following(std::move(plan), situation_);
   }
 

@@ -6,7 +6,7 @@
 //   1. When costs have changed by more than noise since the search was last given them, it is given new ones, drawn
 //      from the runs that were measured. What it has found stays.
 //   2. When something has happened (the first measurements, a lasting change, other CPUs), it guesses anew, and
-//      formulas (planner/planner.h) contribute their plan, which may have frames or several cores for a subchain.
+//      formulas (planner/planner.h) contribute their plan, which may have frames.
 //   3. The search goes on for one step of the loop: kSearchStep.
 //   4. The best schedule replaces the one in force where that cannot go on, or if trials find it better by more than
 //      kBetter. Else the plan in force goes on; once costs have changed, with promises and budgets that fit them.

@@ -61,6 +61,19 @@ Samples::Samples(const graph::App& app, const MeasuredRuns& measured, const mode
   }
 }
 
+Samples::Moments Samples::moments(NodeId node, std::size_t kind) const {
+  double sum = 0.0;
+  double squares = 0.0;
+  for (std::uint32_t number = 0; number < kDraws; ++number) {
+    const double cost = to_millis(draw(node, kind, number)).count();
+    sum += cost;
+    squares += cost * cost;
+  }
+  constexpr auto kCount = static_cast<double>(kDraws);
+  const double mean = sum / kCount;
+  return {mean, std::max(squares / kCount - mean * mean, 0.0)};
+}
+
 Samples::Split Samples::split(NodeId node, std::size_t kind, int threads) const {
   const model::CostProfile& cost = costs_[kind][node];
   const int most = std::clamp(threads, 1, max_threads_[node.index()]);

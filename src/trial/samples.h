@@ -35,6 +35,13 @@ class Samples {
     return draws_[(node.index() * kinds_ + kind) * kDraws + number % kDraws];
   }
 
+  // Of all its draws, in ms and ms squared.
+  struct Moments {
+    double mean = 0.0;
+    double variance = 0.0;
+  };
+  Moments moments(NodeId node, std::size_t kind) const;
+
   // On at most `threads`: how many a run works on, and what part each has of its CPU time on one.
   struct Split {
     int threads = 1;

@@ -1,0 +1,76 @@
+#include "planner/pipelines.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "dispatch/subchain_trigger.h"
+#include "model/formulas.h"
+#include "plan/limits.h"
+#include "planner/instance.h"
+
+namespace ctn::planner {
+
+namespace {
+
+// Mean and percentile are in the same proportion on any number of threads.
+model::CostTable usual_costs(const graph::App& app, const trial::Samples& samples, model::CostTable costs,
+                             std::size_t kind) {
+  for (const graph::Subchain& subchain : app.graph.subchains()) {
+    for (const NodeId node : subchain.nodes) {
+      const Millis planned = costs[node].single_thread();
+      if (planned > Millis{0}) costs.set(node, costs[node].times(samples.moments(node, kind).mean / planned.count()));
+    }
+  }
+  return costs;
+}
+
+}  // namespace
+
+Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
+                     double slack)
+    : app_(app), slack_(slack), promised_(model::costs_by_kind(app, planned)) {
+  for (std::size_t kind = 0; kind < promised_.size(); ++kind) {
+    usual_.push_back(usual_costs(app, samples, promised_[kind], kind));
+  }
+  constexpr int kAny = 1 << 20;
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    most_cores_.push_back(useful_cores(app, planned, SubchainId(i), kAny));
+  }
+}
+
+std::optional<trial::Pipeline> Pipelines::on(SubchainId subchain, std::vector<int> cores) const {
+  const std::size_t kind = app_.kind_of(cores.front());
+  const int count = static_cast<int>(cores.size());
+  const plan::PeriodLimits limits = plan::period_limits(app_.graph, subchain);
+  const model::OwnedCores promised = model::owned_cores(app_.graph, subchain, promised_[kind], count, slack_);
+  if (limits.exact && promised.period > *limits.exact) return std::nullopt;
+  const model::OwnedCores usual =
+      model::owned_cores_with(app_.graph, subchain, usual_[kind], count, promised.threads, slack_);
+  const Millis shortest = std::max(usual.period, limits.min);
+  dispatch::Pacing pacing;
+  if (limits.exact) {
+    pacing = dispatch::pacing_of_owned(*limits.exact, promised.execution, Nanos{0});
+  } else if (app_.scheduler.frames == graph::FrameMode::kFixed) {
+    pacing = dispatch::pacing_of_owned(std::max(promised.period, limits.min), promised.execution, Nanos{0});
+  } else {
+    pacing = dispatch::elastic_pacing_of_owned(shortest, usual.execution, Nanos{0}, to_nanos(limits.min));
+  }
+  return trial::Pipeline{subchain, std::move(cores), promised.threads, pacing};
+}
+
+plan::SubchainPlan Pipelines::planned(const trial::Pipeline& pipeline) const {
+  const model::CostTable& costs = promised_[app_.kind_of(pipeline.cores.front())];
+  const plan::PeriodLimits limits = plan::period_limits(app_.graph, pipeline.subchain);
+  const model::OwnedCores owned = model::owned_cores_with(
+      app_.graph, pipeline.subchain, costs, static_cast<int>(pipeline.cores.size()), pipeline.threads, slack_);
+  plan::SubchainPlan planned;
+  planned.cores = pipeline.cores;
+  planned.threads = pipeline.threads;
+  planned.period = limits.exact.value_or(std::max(owned.period, limits.min));
+  planned.execution = owned.execution;
+  planned.slice = costs.subchain_total(app_.graph, pipeline.subchain);
+  if (!plan::takes_batches(app_.graph, pipeline.subchain)) planned.every = 1;
+  return planned;
+}
+
+}  // namespace ctn::planner

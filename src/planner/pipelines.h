@@ -1,0 +1,42 @@
+// What a subchain does with several cores of its own, where its runs overlap: by the formulas of the model
+// (model/formulas.h). Promised at the planned percentiles, but paced by what runs cost on average: a percentile of few
+// runs may be twice that, and whoever is paced by it is as slow as it says.
+//
+// Units: in the types. Thread safety: const functions, any thread.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "graph/app.h"
+#include "model/cost.h"
+#include "plan/plan.h"
+#include "trial/samples.h"
+#include "trial/schedule.h"
+
+namespace ctn::planner {
+
+class Pipelines {
+ public:
+  // `app` outlives it.
+  Pipelines(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
+
+  // So many cores can be of use to it at once.
+  int most_cores(SubchainId subchain) const { return most_cores_[subchain.index()]; }
+
+  // On these cores, at the number of threads with the least execution time and period together. None where an exact
+  // rate cannot be promised. Precondition: cores in ascending order, all of one kind.
+  std::optional<trial::Pipeline> on(SubchainId subchain, std::vector<int> cores) const;
+
+  // The same in a plan, with as many threads as the pipeline has.
+  plan::SubchainPlan planned(const trial::Pipeline& pipeline) const;
+
+ private:
+  const graph::App& app_;
+  double slack_;
+  std::vector<model::CostTable> promised_;  // by kind of core
+  std::vector<model::CostTable> usual_;     // by kind of core
+  std::vector<int> most_cores_;             // by SubchainId
+};
+
+}  // namespace ctn::planner
