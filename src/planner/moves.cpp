@@ -57,7 +57,8 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
   Place& place = schedule.subchains[i];
   if (place.form == trial::Form::kFrames) return;
   constexpr std::size_t kSeldom = 12;
-  if (place.form == trial::Form::kPipeline || (pipelines_.most_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
+  if (place.form == trial::Form::kPipeline ||
+      (cores_ > 1 && pipelines_.most_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
     return change_cores(schedule, i, random);
   }
   switch (random.below(10)) {
