@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/validate.h"
 #include "planner/expected.h"
