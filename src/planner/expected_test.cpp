@@ -139,7 +139,7 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanTheFormu
     const trial::Figures figures = trial.run(trial::schedule_of(random.app, tried), {.p95 = true});
     double sum = figures.objective;
     for (std::size_t term = 0; term < figures.terms.size(); ++term) {
-      sum += kTailWeight * random.app.objective[term].weight * figures.terms[term].p95_ms;
+      sum += tail_weights(random.app)[term] * random.app.objective[term].weight * figures.terms[term].p95_ms;
     }
     return relaxed_score(sum, tried.relax_factor);
   };

@@ -64,8 +64,19 @@ std::vector<double> load(const Schedule& schedule, const trial::Figures& figures
 
 }  // namespace
 
+std::vector<double> tail_weights(const graph::App& app) {
+  std::vector<double> weights(app.objective.size(), kTailWeight);
+  std::optional<std::size_t> heaviest;
+  for (std::size_t term = 0; term < app.objective.size(); ++term) {
+    if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
+    if (!heaviest || app.objective[term].weight > app.objective[*heaviest].weight) heaviest = term;
+  }
+  if (heaviest) weights[*heaviest] = kHeaviestTailWeight;
+  return weights;
+}
+
 ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)
-    : app_(app), setting_(setting), random_(setting.seed) {}
+    : app_(app), setting_(setting), random_(setting.seed), tail_weights_(tail_weights(app)) {}
 
 void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned) {
   costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack);
@@ -222,7 +233,7 @@ double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Fi
   }
   double score = figures.objective;
   for (std::size_t term = 0; term < figures.terms.size(); ++term) {
-    score += kTailWeight * app_.objective[term].weight * figures.terms[term].p95_ms;
+    score += tail_weights_[term] * app_.objective[term].weight * figures.terms[term].p95_ms;
   }
   return overload > 0.0 ? score + kOverload * overload : score;
 }
@@ -243,7 +254,7 @@ void ScheduleSearch::try_first(Candidate& candidate) {
   if (fixed(candidate)) return;
   const std::vector<double>& guessed = costs_->surrogate.terms();
   for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
-    const double found = figures.terms[term].mean_ms + kTailWeight * figures.terms[term].p95_ms;
+    const double found = figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
     candidate.factors.push_back(guessed[term] > 0.0 ? found / guessed[term] : 1.0);
   }
 }

@@ -55,9 +55,11 @@ struct Expected {
   Nanos horizon{0};
 };
 
-// How far apart means and tails may be before it counts: a mean of many good runs hides the ones that take ten times as
-// long, which a robot does not forgive.
+// What a term's 95th percentile counts, as a part of what its mean does: a mean of many good runs hides the ones that
+// take ten times as long, which a robot does not forgive. It counts most in the response time that weighs most.
 constexpr double kTailWeight = 0.05;
+constexpr double kHeaviestTailWeight = 0.3;
+std::vector<double> tail_weights(const graph::App& app);  // by term
 
 // A core may be used for so much more than what the slack leaves before it counts: luck of the draws.
 constexpr double kLoadTolerance = 0.005;
@@ -151,6 +153,7 @@ class ScheduleSearch {
   Setting setting_;
   Random random_;
   std::unique_ptr<Costs> costs_;
+  std::vector<double> tail_weights_;  // by term
   std::optional<Moves> moves_;
   std::vector<Candidate> candidates_;  // the best first
   Nanos horizon_{0};                   // of a trial; 0: not known yet
