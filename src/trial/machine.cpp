@@ -239,6 +239,9 @@ void Machine::count_run(Subchain& subchain) {
 void Machine::subchain_due(std::size_t index) {
   Subchain& subchain = subchains_[index];
   if (subchain.place->form == Form::kPipeline) return pace(pipes_[*pipe_of_subchain_[index]], WokenBy::kTimer);
+  // A later output may have triggered it since the timer was set.
+  const bool waits_for_output = subchain.place->after.has_value();
+  if (waits_for_output && (!subchain.trigger_owed || under_way(subchain))) return;
   subchain.trigger_owed = false;
   trigger(subchain, WokenBy::kTimer);
 }

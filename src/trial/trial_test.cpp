@@ -150,6 +150,20 @@ TEST(Trial, OutputsThatComeDuringARunOfTheFollowerMakeForOneTriggerAtItsEnd) {
   EXPECT_EQ(world.timeline["b"], "1-13 13-25 25-37");
 }
 
+// b is held back until 2 ms after its first trigger, and its timer is late: the output that comes just before it is the
+// trigger, and the timer is none.
+TEST(Trial, ATimerThatAnOutputHasForestalledTriggersNothing) {
+  World world(two(), {{"a", 0.2}, {"b", 0.5}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  Overheads overheads = Overheads::none();
+  overheads.timer_latency = std::chrono::microseconds{100};
+  const Schedule schedule = on_cores(
+      2, {{.core = 0, .period = ms(1)}, {.core = 1, .period = ms(1.95), .after = plan::After{SubchainId(0), 1}}});
+  Trial(world.app, samples)
+      .run(schedule, {.horizon = ms(4), .warm_up = Nanos{0}, .overheads = overheads, .observer = &world.timeline});
+  EXPECT_EQ(world.timeline["b"], "0.3-0.8 2.3-2.8");
+}
+
 TEST(Trial, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
   World world(two(), {{"a", 10}, {"b", 4}});
   world.run(on_cores(1, {{.priority = 2, .period = ms(20), .budget = ms(3)}, {.priority = 1, .period = ms(20)}}),
