@@ -20,19 +20,32 @@ using std::chrono::seconds;
 const char* const kCosts =
     "scan: { cost: 2ms, typical: 1.7ms }\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.01, 3ms] }\n"
     "map: { cost: 40ms, typical: 30ms }\nlog: { cost: 3ms, typical: 2ms }\n";
+// The same, where some wait.
+const char* const kWaits =
+    "scan: { cost: 2ms, typical: 1.7ms, wait: 3ms }\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.01, 3ms] }\n"
+    "map: { cost: 40ms, typical: 30ms, wait: [20ms, 15ms] }\nlog: { cost: 3ms, typical: 2ms }\n";
 constexpr std::uint64_t kSeed = 3;
 constexpr Nanos kMeasured = seconds{30};
 
-class Agreement : public runtime::VirtualSession, public ::testing::WithParamInterface<std::pair<const char*, int>> {
+struct Setting {
+  const char* policy;
+  int cores;
+  const char* costs;
+};
+
+class Agreement : public runtime::VirtualSession, public ::testing::WithParamInterface<Setting> {
  protected:
   const graph::App app = robot_app();
-  const model::Workload work = parse_costs(app, kCosts);
-  const std::shared_ptr<const policy::Policy> policy = *policy::make_policy(GetParam().first);
-  const int cores = GetParam().second;
+  const model::Workload work = parse_costs(app, GetParam().costs);
+  const std::shared_ptr<const policy::Policy> policy = *policy::make_policy(GetParam().policy);
+  const int cores = GetParam().cores;
 
   Snapshot run() {
     cost = [this](const std::string& node, std::uint64_t number) {
       return work.draw(kSeed, *app.graph.find_node(node), number, Nanos{0}).cpu;
+    };
+    wait = [this](const std::string& node, std::uint64_t number) {
+      return work.draw(kSeed, *app.graph.find_node(node), number, Nanos{0}).wait;
     };
     open(app, policy, cores);
     return run_for(app.scheduler.bootstrap + policy::kSettle + kMeasured);
@@ -68,7 +81,11 @@ TEST_P(Agreement, OnResponseTimesAndRates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, Agreement,
-                         ::testing::Values(std::pair{"joint", 1}, std::pair{"joint", 2}, std::pair{"fifo", 1}));
+                         ::testing::Values(Setting{"joint", 1, kCosts}, Setting{"joint", 2, kCosts},
+                                           Setting{"fifo", 1, kCosts}));
+INSTANTIATE_TEST_SUITE_P(WithWaits, Agreement,
+                         ::testing::Values(Setting{"joint", 1, kWaits}, Setting{"joint", 2, kWaits},
+                                           Setting{"fifo", 1, kWaits}));
 
 }  // namespace
 }  // namespace ctn

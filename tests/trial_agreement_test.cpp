@@ -12,7 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "base/mixed.h"
 #include "baselines/policies.h"
+#include "planner/expected.h"
 #include "planner/planner.h"
 #include "planner/random_apps.h"
 #include "policy/replan.h"
@@ -40,6 +42,10 @@ model::Workload varying(const graph::App& app, const model::CostTable& costs) {
       const model::NodeWork law{model::CostProfile::constant(cost), {cost * 0.66}, 0.0, {}};
       app.core_kinds.empty() ? work.set(id, law) : work.set_on(id, kind, law);
     }
+  }
+  for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
+    const Millis wait = costs.wait(NodeId(node));
+    if (wait > Millis{0}) work.set_wait(NodeId(node), {wait, wait * 0.66});
   }
   return work;
 }
@@ -87,7 +93,8 @@ baselines::RatePlan random_rates(const planner::RandomCase& of, std::uint64_t se
     baselines::TaskPlan& task = plan.subchains[i];
     const model::CostTable there = of.costs.on(of.app, of.app.kind_of(task.core));
     const Millis cost = there.subchain_total(of.app.graph, SubchainId(i));
-    task.period = cost * (sum[static_cast<std::size_t>(task.core)] / (0.65 * part[i]));
+    task.period = cost * (sum[static_cast<std::size_t>(task.core)] / (0.65 * part[i])) +
+                  there.subchain_wait(of.app.graph, SubchainId(i));
   }
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -170,7 +177,104 @@ TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakes) {
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
 }
 
+// Every other node waits for up to two times as long as it computes.
+planner::RandomCase with_waits(planner::RandomCase of, std::uint64_t seed) {
+  for (std::size_t node = 0; node < of.app.graph.nodes().size(); ++node) {
+    const std::uint64_t chance = mixed_of(seed, node);
+    if (chance % 2 == 0 || of.app.graph.nodes()[node].external) continue;
+    const double part = static_cast<double>(chance % 97) / 48.0;
+    of.costs.set_wait(NodeId(node), part * of.costs[NodeId(node)].single_thread());
+  }
+  return of;
+}
+
+TEST_P(TrialAgreement, WithTheSimulatorWhereRunsWait) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const planner::RandomCase of = with_waits(random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 3), seed);
+  given_plan() = random_rates(of, seed);
+  const sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
+  expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
+TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakesWhereRunsWait) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const planner::RandomCase of = with_waits(random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 4), seed);
+  const plan::Plan plan = planner::make_plan(of.app, of.costs, {.cores = of.cores}).value();
+  sim::Options options{.policy = policy::make_policy("catan").value()};
+  options.plans = {{Nanos{0}, plan}};
+  expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
+}
+
 INSTANTIATE_TEST_SUITE_P(RandomApps, TrialAgreement, ::testing::Range(0, 16));
+
+// --- Promises ---
+
+// Runs by subchain: from the trigger by time that they go back to, to their end.
+class LongestRuns : public trial::Observer {
+ public:
+  LongestRuns(const graph::App& app, const trial::Schedule& schedule)
+      : app_(app), schedule_(schedule), longest_(schedule.subchains.size()), runs_(schedule.subchains.size()) {}
+  void ended(const trial::ObservedRun& run) override {
+    const std::size_t subchain = app_.graph.node(run.node).subchain->index();
+    const trial::Place& place = schedule_.subchains[subchain];
+    const Nanos since_first = run.begin.time_since_epoch() - place.phase;
+    const TimePoint trigger = TimePoint{} + place.phase + since_first / place.period * place.period;
+    longest_[subchain] = std::max(longest_[subchain], run.end - trigger);
+    ++runs_[subchain];
+  }
+  Nanos longest(std::size_t subchain) const { return longest_[subchain]; }
+  int runs(std::size_t subchain) const { return runs_[subchain]; }
+
+ private:
+  const graph::App& app_;
+  const trial::Schedule& schedule_;
+  std::vector<Nanos> longest_;
+  std::vector<int> runs_;
+};
+
+// Rates, phases, costs and waits at random, by time, on one core where scheduling costs nothing: no run takes longer
+// than is promised.
+TEST(Promises, HoldForRunsThatWait) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+    };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 3}, 1);
+    model::CostTable costs(of.app.graph, Millis{0});
+    trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < of.app.graph.subchains().size(); ++i) {
+      const NodeId node = of.app.graph.subchain(SubchainId(i)).head();
+      const double cost = uniform(0.5, 3.0);
+      const double wait = i < 2 ? uniform(0.5, 6.0) : 0.0;
+      costs.set(node, model::CostProfile::constant(Millis{cost}));
+      costs.set_wait(node, Millis{wait});
+      const Nanos period = to_nanos(Millis{(cost + wait) * uniform(1.0, 2.0) + (i == 2 ? 20.0 : 0.0)});
+      schedule.subchains.push_back({.priority = 3 - static_cast<int>(i),
+                                    .period = period,
+                                    .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    LongestRuns seen(of.app, schedule);
+    static_cast<void>(trial::Trial(of.app, samples)
+                          .run(schedule, {.horizon = seconds{20},
+                                          .warm_up = Nanos{0},
+                                          .overheads = trial::Overheads::none(),
+                                          .observer = &seen}));
+    for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+      const Millis promised = plan->subchains[i].execution;
+      // Beyond its period a run goes back to a trigger before the last.
+      if (to_nanos(promised) > schedule.subchains[i].period) continue;
+      ASSERT_GT(seen.runs(i), 100);
+      EXPECT_LE(to_millis(seen.longest(i)).count(), promised.count() + 1e-3) << "seed " << seed << ", subchain " << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 600);
+}
 
 // --- Lineage ---
 

@@ -18,16 +18,27 @@
 namespace ctn::config {
 namespace {
 
-constexpr std::array<std::string_view, 7> kCostKeys{"cost", "typical", "threads", "modes", "kinds", "grow", "spikes"};
+constexpr std::array<std::string_view, 8> kCostKeys{"cost",  "typical", "threads", "modes",
+                                                    "kinds", "grow",    "spikes",  "wait"};
+constexpr std::array<std::string_view, 2> kKindsKeys{"kinds", "wait"};
 constexpr std::string_view kKindsHint = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
 constexpr std::string_view kCostHint = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
 constexpr std::string_view kThreadsHint = "write it as in {threads: {1: 10ms, 2: 6ms}}";
 constexpr std::string_view kModesHint = "write it as in {modes: {skip: [0.8, 1.1ms], match: [0.2, 9ms]}}";
+constexpr std::string_view kWaitHint = "write a duration, as in 4ms, or [duration, typical], as in [4ms, 3ms]";
 constexpr std::string_view kSpikesHint = "write [probability, extra duration], as in [0.01, 5ms]";
 constexpr double kSumTolerance = 1e-3;  // probabilities such as 0.333 are rounded
 
 std::string count_values(const Value& list) {
   return fmt::format("a list of {} value{}", list.items.size(), list.items.size() == 1 ? "" : "s");
+}
+
+// Of a node's entry: where it says what its runs wait.
+const Value* wait_in(const Value& node) {
+  if (node.kind != ValueKind::kMap) return nullptr;
+  const auto given =
+      std::find_if(node.entries.begin(), node.entries.end(), [](const Entry& entry) { return entry.key == "wait"; });
+  return given == node.entries.end() ? nullptr : &given->value;
 }
 
 class CostReader {
@@ -47,6 +58,7 @@ class CostReader {
   std::optional<model::NodeWork> read_work(const Value& value, const graph::Node& node, const std::string& key);
   std::optional<model::NodeWork> read_law(const Value& value, const MapReader& map, const graph::Node& node,
                                           const std::string& key);
+  void read_wait(const Value& node, NodeId id, const std::string& node_key);
   bool read_extras(const MapReader& map, model::NodeWork& work);
   std::optional<model::NodeWork> read_cost(const MapReader& map);
   std::optional<model::NodeWork> read_threads(const MapReader& map, const graph::Node& node);
@@ -92,14 +104,47 @@ void CostReader::read_node(const Entry& entry) {
     problems_.add(entry.place, key, "the node is external: it costs this machine nothing", "remove it");
     return;
   }
-  if (const Value* kinds = kinds_of(entry.value)) return read_kinds(*kinds, *id, key);
+  read_wait(entry.value, *id, key);
+  if (const Value* kinds = kinds_of(entry.value)) {
+    const MapReader reports_doubled(entry.value, key, kKindsKeys, problems_);
+    return read_kinds(*kinds, *id, key);
+  }
   if (auto work = read_work(entry.value, node, key)) work_.set(*id, std::move(*work));
 }
 
-// The value of `kinds` where it is all that a node's entry holds.
+// The value of `kinds` where it is all that a node's entry holds, but for what its runs wait.
 const Value* CostReader::kinds_of(const Value& value) const {
-  if (value.kind != ValueKind::kMap || value.entries.size() != 1) return nullptr;
-  return value.entries.front().key == "kinds" ? &value.entries.front().value : nullptr;
+  if (value.kind != ValueKind::kMap) return nullptr;
+  const Value* kinds = nullptr;
+  for (const Entry& entry : value.entries) {
+    if (entry.key == "kinds") kinds = &entry.value;
+    if (std::find(kKindsKeys.begin(), kKindsKeys.end(), entry.key) == kKindsKeys.end()) return nullptr;
+  }
+  return kinds;
+}
+
+// Where it is given.
+void CostReader::read_wait(const Value& node, NodeId id, const std::string& node_key) {
+  const Value* const given = wait_in(node);
+  if (given == nullptr) return;
+  const std::string key = join_key(node_key, "wait");
+  const Value& value = *given;
+  const bool has_typical = value.kind == ValueKind::kSequence;
+  if (has_typical && value.items.size() != 2) {
+    problems_.add(value.place, key, count_values(value), std::string(kWaitHint));
+    return;
+  }
+  if (value.kind == ValueKind::kMap) {
+    problems_.add(value.place, key, fmt::format("a duration belongs here, not {}", describe(value)),
+                  std::string(kWaitHint));
+    return;
+  }
+  const auto wait =
+      has_typical ? read_duration(value.items[0], key + "[0]", problems_) : read_duration(value, key, problems_);
+  bool good = wait.has_value();
+  const Millis max = wait ? to_millis(wait->value) : Millis::max();
+  const auto typical = read_typical(has_typical ? &value.items[1] : nullptr, key + "[1]", max, good);
+  if (good) work_.set_wait(id, {max, typical});
 }
 
 // The work on each kind of cores. On a core of speed 1 it is what it is on the first kind, times its speed.
@@ -129,6 +174,11 @@ void CostReader::read_kinds(const Value& value, NodeId id, const std::string& no
       problems_.add(nested->place, join_key(entry_key, "kinds"), "kinds within a kind", "give this kind one cost");
       continue;
     }
+    if (const Value* wait = wait_in(entry->value)) {
+      problems_.add(wait->place, join_key(entry_key, "wait"), "a node waits as long on every kind of cores",
+                    "put wait beside kinds");
+      continue;
+    }
     auto work = read_work(entry->value, graph_.node(id), entry_key);
     if (!work) continue;
     const auto kind = static_cast<std::size_t>(found - names.begin());
@@ -153,7 +203,8 @@ std::optional<model::NodeWork> CostReader::read_work(const Value& value, const g
   }
   const MapReader map(value, key, kCostKeys, problems_);
   if (map.find("kinds") != nullptr) {
-    problems_.add(value.place, key, "costs by kind of cores stand alone", "put the other keys under each kind");
+    problems_.add(value.place, key, "costs by kind of cores stand alone",
+                  "put the other keys, but for wait, under each kind");
     return std::nullopt;
   }
   auto work = read_law(value, map, node, key);

@@ -60,6 +60,37 @@ TEST(CostFile, ReadsDistributions) {
   EXPECT_EQ(of("imu").typical, (std::vector<std::optional<Millis>>{Millis{0.02}}));
 }
 
+TEST(CostFile, ReadsWhatRunsWait) {
+  const auto work = parse_workload(
+      "camera: { threads: { 1: 10ms, 2: 6ms }, wait: 4ms }\n"
+      "GL: { modes: { match: [0.2, 9ms], skip: [0.8, 1ms] }, wait: [2ms, 0.5ms] }\n",
+      "c.yaml", app());
+  ASSERT_TRUE(work.ok()) << work.error().message();
+  const NodeId camera = *app().graph.find_node("camera");
+  const NodeId matcher = *app().graph.find_node("GL");
+  EXPECT_EQ(work->wait(camera), (model::WaitLaw{Millis{4}, std::nullopt}));
+  EXPECT_EQ(work->wait(matcher), (model::WaitLaw{Millis{2}, Millis{0.5}}));
+  EXPECT_EQ(work->wait(*app().graph.find_node("imu")), model::WaitLaw{});
+  const model::CostTable costs = work->costs(app().graph);
+  EXPECT_EQ(costs.wait(camera), Millis{4});
+  EXPECT_DOUBLE_EQ(cost(costs, "camera"), 10.0) << "a wait costs nothing";
+}
+
+TEST(CostFile, AWaitStandsBesideKindsOfCores) {
+  const graph::App app = *parse_app(
+      "catan: 1\napp: demo\ncores: { big: { speed: 2 }, little: { count: 3, speed: 0.5 } }\n"
+      "nodes: { a: {}, b: {} }\nedges: [a -> b]\nobjective: [{ period: b, weight: 1 }]\n",
+      "app.yaml");
+  const auto costs =
+      parse_costs("a: { cost: 6ms, wait: 3ms }\nb: { wait: 1ms, kinds: { little: 8ms, big: 2ms } }\n", "c.yaml", app);
+  ASSERT_TRUE(costs.ok()) << costs.error().message();
+  for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+    EXPECT_EQ(costs->on(app, kind).wait(NodeId{0}), Millis{3});
+    EXPECT_EQ(costs->on(app, kind).wait(NodeId{1}), Millis{1});
+  }
+  EXPECT_EQ(costs->on(app, 1)[NodeId{1}].single_thread(), Millis{8});
+}
+
 TEST(CostFile, IsPlannedWithWithoutGrowthAndSpikes) {
   const auto plain = parse_costs("camera: 2ms\nGL: 3ms\n", "c.yaml", app());
   const auto lively = parse_costs(
@@ -116,8 +147,8 @@ TEST(CostFile, RoundedProbabilitiesAreMadeToAddUp) {
 }
 
 RC_GTEST_PROP(CostFileProperty, NoTextDoesHarm, (const std::string& text)) {
-  for (const std::string& all :
-       {text, "camera: " + text, "GL: { modes: " + text, "camera: { cost: 1ms, spikes: " + text}) {
+  for (const std::string& all : {text, "camera: " + text, "GL: { modes: " + text,
+                                 "camera: { cost: 1ms, spikes: " + text, "camera: { cost: 1ms, wait: " + text}) {
     const auto costs = parse_costs(all, "any.yaml", app());
     if (costs.ok()) continue;
     for (const Problem& problem : costs.error().problems()) {

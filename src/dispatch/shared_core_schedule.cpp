@@ -18,6 +18,9 @@ bool steals(const graph::App& app, SubchainId subchain) {
   return std::find(off.begin(), off.end(), subchain) == off.end();
 }
 
+// Who is late because its run waits would hold up the owner of the next slot while nobody computes.
+bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kHandOverAllowance; }
+
 Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& options) {
   if (options.hang_multiple == 0.0) return Nanos{0};
   return std::max(options.shortest_hang, to_nanos(planned.execution * options.hang_multiple));
@@ -65,7 +68,7 @@ SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan&
                               .phase = slot.phase,
                               .share = subchain.share,
                               .rank = rank_of(app, slot.subchain),
-                              .may_steal = options.stealing && steals(app, slot.subchain),
+                              .may_steal = options.stealing && steals(app, slot.subchain) && !waits(subchain),
                               .min_period = deferred ? to_nanos(min) : Nanos{0},
                               .hang_after = hang_after(subchain, options)});
   }

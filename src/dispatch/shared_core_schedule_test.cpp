@@ -84,6 +84,16 @@ TEST(SharedCoreScheduleOf, ElasticFramesAllowForTheHandOverWhereARunIsToEndInIts
   EXPECT_EQ(more_than_planned(2), Nanos{0}) << "a queue, by its share";
 }
 
+TEST(SharedCoreScheduleOf, WhoWaitsLongerThanAHandOverDoesNotSteal) {
+  Sample sample;
+  EXPECT_TRUE(shared_core_schedule(sample.app, sample.plan, 0, {}).slots[0].may_steal);
+  plan::SubchainPlan& first = sample.plan.subchains[sample.plan.cores[0].slots[0].subchain.index()];
+  first.wait = Millis{0.2};
+  EXPECT_TRUE(shared_core_schedule(sample.app, sample.plan, 0, {}).slots[0].may_steal);
+  first.wait = Millis{0.3};
+  EXPECT_FALSE(shared_core_schedule(sample.app, sample.plan, 0, {}).slots[0].may_steal);
+}
+
 TEST(SharedCoreScheduleOf, IdleTimeOfFixedFramesGoesToTheSlotsFirst) {
   Sample sample;
   sample.plan.cores[0].frames = graph::FrameMode::kFixed;

@@ -52,7 +52,7 @@ CostProfile CostProfile::times(double factor) const {
   return scaled;
 }
 
-CostTable::CostTable(const graph::Graph& graph, Millis initial) {
+CostTable::CostTable(const graph::Graph& graph, Millis initial) : waits_(graph.nodes().size(), Millis{0}) {
   profiles_.reserve(graph.nodes().size());
   for (const graph::Node& node : graph.nodes()) {
     profiles_.push_back(CostProfile::constant(node.external ? Millis{0} : initial));
@@ -71,6 +71,12 @@ CostTable CostTable::on(const graph::App& app, std::size_t kind) const {
   return table;
 }
 
+CostTable CostTable::without_waits() const {
+  CostTable table = *this;
+  table.waits_.assign(waits_.size(), Millis{0});
+  return table;
+}
+
 std::vector<CostTable> costs_by_kind(const graph::App& app, const CostTable& costs) {
   std::vector<CostTable> tables;
   for (std::size_t kind = 0; kind < app.kinds(); ++kind) tables.push_back(costs.on(app, kind));
@@ -80,6 +86,12 @@ std::vector<CostTable> costs_by_kind(const graph::App& app, const CostTable& cos
 Millis CostTable::subchain_total(const graph::Graph& graph, SubchainId subchain) const {
   Millis sum{0};
   for (const NodeId node : graph.subchain(subchain).nodes) sum += (*this)[node].single_thread();
+  return sum;
+}
+
+Millis CostTable::subchain_wait(const graph::Graph& graph, SubchainId subchain) const {
+  Millis sum{0};
+  for (const NodeId node : graph.subchain(subchain).nodes) sum += wait(node);
   return sum;
 }
 

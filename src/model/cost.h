@@ -1,11 +1,13 @@
 // Compute-time profiles: what one run of each node costs, as a value that the planner reads. They come from a cost file
 // (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`. A node whose cost depends on
 // what it finds to do has modes, each with its own cost; one that runs on several cores may have a measured time for
-// each number of threads.
+// each number of threads. Beside its cost a run may have a wait: time in its middle in which the node computes nothing,
+// for an accelerator, a device, a file. A wait adds to latency and never to load, and is no shorter on a faster core.
 //
-// Units: Millis of CPU time, all threads of the node added up, for one run. Thread safety: plain values.
+// Units: Millis for one run; of CPU time, all threads of the node added up, and of waits. Thread safety: plain values.
 #pragma once
 
+#include <compare>
 #include <map>
 #include <string>
 #include <utility>
@@ -16,6 +18,13 @@
 #include "graph/app.h"
 
 namespace ctn::model {
+
+// What one run took.
+struct RunTime {
+  Nanos cpu{0};   // all threads of the node added up
+  Nanos wait{0};  // in which the node computed nothing
+  friend auto operator<=>(const RunTime&, const RunTime&) = default;
+};
 
 struct ModeCost {
   std::string name;          // empty: the node has but one mode
@@ -72,11 +81,21 @@ class CostTable {
   // What all nodes cost on cores of that kind, by itself. Precondition: kind < app.kinds().
   CostTable on(const graph::App& app, std::size_t kind) const;
 
+  // What a run waits, at the same percentile as the cost; 0 where nothing was set.
+  Millis wait(NodeId node) const { return waits_[node.index()]; }
+  void set_wait(NodeId node, Millis wait) { waits_[node.index()] = wait; }
+
+  // The same costs, where no run waits.
+  CostTable without_waits() const;
+
   // C_i: the sum of single_thread() over the subchain's nodes.
   Millis subchain_total(const graph::Graph& graph, SubchainId subchain) const;
+  // W_i: what they wait.
+  Millis subchain_wait(const graph::Graph& graph, SubchainId subchain) const;
 
  private:
   std::vector<CostProfile> profiles_;
+  std::vector<Millis> waits_;  // by NodeId
   std::map<std::pair<NodeId, std::size_t>, CostProfile> on_kind_;
 };
 

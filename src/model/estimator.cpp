@@ -29,11 +29,11 @@ T push(Ring& ring, T value, std::size_t capacity) {
 }
 
 // 0 where there are none.
-Millis percentile_of(std::span<const Nanos> runs, double percentile) {
+Millis percentile_of(std::span<const RunTime> runs, double percentile, Nanos RunTime::*what = &RunTime::cpu) {
   if (runs.empty()) return Millis{0};
   std::vector<double> samples;
   samples.reserve(runs.size());
-  for (const Nanos run : runs) samples.push_back(to_millis(run).count());
+  for (const RunTime& run : runs) samples.push_back(to_millis(run.*what).count());
   std::sort(samples.begin(), samples.end());
   return Millis{percentile_of_sorted(samples, percentile)};
 }
@@ -49,10 +49,10 @@ Estimator::Estimator(int window, double percentile, std::vector<std::string> mod
   recent_count_.resize(names_.size());
 }
 
-void Estimator::add(Nanos cpu, std::size_t mode) {
-  assert(cpu.count() >= 0);
+void Estimator::add(RunTime run, std::size_t mode) {
+  assert(run.cpu.count() >= 0 && run.wait.count() >= 0);
   if (mode >= names_.size()) mode = 0;
-  push(runs_[mode], cpu, window_ * kSampledWindows);
+  push(runs_[mode], run, window_ * kSampledWindows);
   if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kMinSamples);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
@@ -63,10 +63,10 @@ void Estimator::add(Nanos cpu, std::size_t mode) {
   ++count_;
 }
 
-std::vector<Nanos> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
-  const Ring<Nanos>& runs = runs_[mode];
+std::vector<RunTime> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
+  const Ring<RunTime>& runs = runs_[mode];
   const std::size_t size = runs.values.size();
-  std::vector<Nanos> newest;
+  std::vector<RunTime> newest;
   for (std::size_t i = size - std::min(most, size); i < size; ++i) {
     newest.push_back(runs.values[(runs.oldest + i) % size]);
   }
@@ -81,8 +81,8 @@ std::optional<Estimator::Shift> Estimator::forget_before(std::size_t mode, std::
     runs_[mode] = {newest_runs(mode, runs), 0};
     return std::nullopt;
   }
-  const std::vector<Nanos> window = newest_runs(mode, window_);
-  std::vector<Nanos> since = newest_runs(mode, runs);
+  const std::vector<RunTime> window = newest_runs(mode, window_);
+  std::vector<RunTime> since = newest_runs(mode, runs);
   const Shift shift{percentile_of(std::span(window).first(window.size() - runs), percentile_),
                     percentile_of(since, percentile_)};
   runs_[mode] = {std::move(since), 0};
@@ -95,17 +95,19 @@ void Estimator::rescale(double factor) {
 
 void Estimator::rescale(double factor, std::size_t mode) {
   assert(factor > 0.0);
-  for (Nanos& run : runs_[mode].values) run = Nanos{std::llround(static_cast<double>(run.count()) * factor)};
+  for (RunTime& run : runs_[mode].values) {
+    run.cpu = Nanos{std::llround(static_cast<double>(run.cpu.count()) * factor)};
+  }
 }
 
 void Estimator::invalidate() { invalidated_.assign(invalidated_.size(), kMinSamples); }
 
-std::vector<Nanos> Estimator::sample() const {
+std::vector<RunTime> Estimator::sample() const {
   constexpr double kSize = 200.0;
-  std::vector<Nanos> sample;
+  std::vector<RunTime> sample;
   const auto total = static_cast<double>(recent_modes_.values.size());
   for (std::size_t mode = 0; mode < runs_.size(); ++mode) {
-    std::vector<Nanos> runs = runs_[mode].values;
+    std::vector<RunTime> runs = runs_[mode].values;
     if (runs.empty() || recent_count_[mode] == 0) continue;
     std::sort(runs.begin(), runs.end());
     const double frequency = static_cast<double>(recent_count_[mode]) / total;
@@ -113,6 +115,20 @@ std::vector<Nanos> Estimator::sample() const {
     for (std::size_t i = 0; i < size; ++i) sample.push_back(runs[(2 * i + 1) * runs.size() / (2 * size)]);
   }
   return sample;
+}
+
+Millis Estimator::wait(double percentile) const {
+  std::vector<RunTime> runs;
+  for (std::size_t mode = 0; mode < runs_.size(); ++mode) {
+    // As many of each mode as it is frequent among a window of runs.
+    if (recent_modes_.values.empty()) break;
+    const double frequency =
+        static_cast<double>(recent_count_[mode]) / static_cast<double>(recent_modes_.values.size());
+    const auto share = static_cast<std::size_t>(std::ceil(frequency * static_cast<double>(window_)));
+    const std::vector<RunTime> newest = newest_runs(mode, share);
+    runs.insert(runs.end(), newest.begin(), newest.end());
+  }
+  return percentile_of(runs, percentile, &RunTime::wait);
 }
 
 CostProfile Estimator::profile(double percentile) const {

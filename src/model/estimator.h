@@ -1,5 +1,5 @@
-// Estimates a node's compute time from its runs: a percentile over a sliding window, mode by mode (design section 4;
-// paper section 5.3). Pure: it is told of runs and never reads a clock.
+// Estimates a node's compute time, and what it waits, from its runs: percentiles over a sliding window, that of compute
+// times mode by mode (design section 4; paper section 5.3). Pure: it is told of runs and never reads a clock.
 //
 // Adding a run costs the same however long the window is, since it happens at every run of every node; sorting is left
 // to profile(), which is asked for once per re-planning.
@@ -22,8 +22,9 @@ class Estimator {
   // window >= 1 runs; percentile in (0, 100]; `modes` as the node declares them (empty: one mode, without a name).
   Estimator(int window, double percentile, std::vector<std::string> modes);
 
-  // A run used `cpu` (>= 0) in mode `mode`, an index into the declared modes; an unknown mode counts as the first.
-  void add(Nanos cpu, std::size_t mode);
+  // A run took so long (no less than 0) in mode `mode`, an index into the declared modes; an unknown mode counts as the
+  // first.
+  void add(RunTime run, std::size_t mode);
 
   // The percentile of a mode's runs before and since something changed.
   struct Shift {
@@ -33,7 +34,7 @@ class Estimator {
   // The mode's runs have changed: all but the newest `runs` (>= 1) of those in the window are forgotten. None: nothing
   // is left of before.
   std::optional<Shift> forget_before(std::size_t mode, std::size_t runs);
-  // All runs, or those of one mode, would have taken `factor` (> 0) times as long.
+  // All runs, or those of one mode, would have cost `factor` (> 0) times as much; waits stay.
   void rescale(double factor);
   void rescale(double factor, std::size_t mode);
   // What was seen so far may not hold any more: it is used only until the mode has run five more times.
@@ -49,10 +50,13 @@ class Estimator {
   CostProfile profile() const { return profile(percentile_); }
   // The same with another percentile in (0, 100]: 50 is what a run typically costs.
   CostProfile profile(double percentile) const;
-  // CPU times that are distributed as those of recent runs are: of each mode so many as it is frequent, spread evenly
+  // The same percentile of what runs wait, whatever their mode: of a window of
+  // them, in which each mode is as frequent as it was of late. 0 where none is known.
+  Millis wait(double percentile) const;
+  // Runs that are distributed as recent ones are: of each mode so many as it is frequent, spread evenly
   // over its last `window` x 4 runs, since what is rare (a spike, a long search) is in a window or not by luck. A few
   // hundred; none where there was no run.
-  std::vector<Nanos> sample() const;
+  std::vector<RunTime> sample() const;
 
  private:
   // The last `capacity` values.
@@ -63,12 +67,12 @@ class Estimator {
   };
 
   // In order of time; all, if there are no more.
-  std::vector<Nanos> newest_runs(std::size_t mode, std::size_t most) const;
+  std::vector<RunTime> newest_runs(std::size_t mode, std::size_t most) const;
 
   std::size_t window_;
   double percentile_;
   std::vector<std::string> names_;
-  std::vector<Ring<Nanos>> runs_;         // by mode
+  std::vector<Ring<RunTime>> runs_;       // by mode
   std::vector<std::size_t> invalidated_;  // by mode: so many runs until all before them are forgotten; 0: all count
   Ring<std::size_t> recent_modes_;
   std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_

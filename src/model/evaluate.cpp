@@ -26,7 +26,7 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   } else {
     const NodeId node = element.nodes.front();
     timing.period = evaluate_period(graph, node, subchains);
-    timing.execution = costs[node].single_thread();
+    timing.execution = costs[node].single_thread() + costs.wait(node);
   }
   timing.output_period = longest_output_period(graph, element.nodes);
   return timing;

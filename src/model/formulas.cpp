@@ -8,14 +8,17 @@ namespace ctn::model {
 OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
                             int threads, double slack) {
   assert(1 <= threads && threads <= cores && slack >= 0.0 && slack < 1.0);
+  const double usable = 1.0 - slack;
+  const Millis wait = costs.subchain_wait(graph, subchain);
   Millis longest{0};
   Millis sum{0};
   for (const NodeId node : graph.subchain(subchain).nodes) {
     const Millis cost = costs[node].with_threads(threads, graph.node(node).max_threads);
-    longest = std::max(longest, cost);
+    longest = std::max(longest, cost / usable + costs.wait(node));
     sum += cost;
   }
-  return {threads, std::max(longest, sum / (cores / threads)) / (1.0 - slack), sum};
+  if (cores == 1) return {threads, sum / usable + wait, sum + wait};
+  return {threads, std::max(longest, sum / (cores / threads) / usable), sum + wait};
 }
 
 OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
@@ -27,6 +30,14 @@ OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const Cos
     if (other.execution + other.period < best.execution + best.period) best = other;
   }
   return best;
+}
+
+SharedTiming shared_core(const SharedCore& on, bool exact_rate) {
+  const Millis spread = on.frame / on.share;
+  if (on.wait == Millis{0}) return {spread, spread};
+  if (exact_rate || on.wait <= kShortWait) return {spread, spread + on.wait};
+  const Millis late = spread + on.wait + on.frame + on.slice;
+  return {late, late};
 }
 
 ChainTiming chain_timing(std::span<const ElementTiming> elements) {

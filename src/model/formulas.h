@@ -18,13 +18,34 @@ struct OwnedCores {
   Millis execution{0};  // L(q)
 };
 
-// With k cores and q threads a node: p(q) = max(max_j c^q_j, sum_j c^q_j / floor(k / q)) / (1 - slack) and L(q) = sum_j
-// c^q_j. Precondition: 1 <= threads <= cores.
+// With k cores and q threads a node: p(q) = max(max_j (c^q_j / u + w_j), sum_j c^q_j / floor(k / q) / u) and
+// L(q) = sum_j (c^q_j + w_j), where u = 1 - slack and w_j is what a run of the node waits: it occupies the node, but no
+// core. On one core, where runs do not overlap, p = sum_j (c_j / u + w_j). Precondition: 1 <= threads <= cores.
 OwnedCores owned_cores_with(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores,
                             int threads, double slack);
 
 // The q in 1..k with the least L(q) + p(q); the smaller q where two are equal. Precondition: cores >= 1.
 OwnedCores owned_cores(const graph::Graph& graph, SubchainId subchain, const CostTable& costs, int cores, double slack);
+
+// What slots are longer than their slices (dispatch/shared_core_schedule.h).
+constexpr Millis kShortWait{0.2};
+
+// A subchain that shares a core: it has a share f of each frame T, a slice of CPU time.
+struct SharedCore {
+  Millis frame{0};
+  double share = 1.0;
+  Millis slice{0};
+  Millis wait{0};  // of a run
+};
+struct SharedTiming {
+  Millis period{0};
+  Millis execution{0};
+};
+
+// p = L = T / f. A run that waits for w in all leaves some of its slots unused, gets as much in later ones, and holds
+// up the next run: p = L = T / f + w + T + slice, which holds wherever in its slots it waits, and also where frames are
+// shorter. With an exact rate the period is given, and a short wait has room in the slot: p = T / f, L = T / f + w.
+SharedTiming shared_core(const SharedCore& on, bool exact_rate);
 
 // One element of a chain, as planned.
 struct ElementTiming {

@@ -51,6 +51,36 @@ TEST(OwnedCores, OnTwoCoresTheLongestNodeBinds) {
   EXPECT_DOUBLE_EQ(owned.execution.count(), 84.0);
 }
 
+TEST(OwnedCores, AWaitOccupiesItsNodeAndNoCore) {
+  const graph::App app = row_of(3);
+  CostTable costs = costs_of(app, {25, 58, 1});
+  costs.set_wait(NodeId{0}, Millis{40});
+  const OwnedCores one = owned_cores(app.graph, kOnly, costs, 1, 0.06);
+  EXPECT_DOUBLE_EQ(one.period.count(), 84.0 / 0.94 + 40.0);
+  EXPECT_DOUBLE_EQ(one.execution.count(), 124.0);
+  const OwnedCores two = owned_cores(app.graph, kOnly, costs, 2, 0.06);
+  EXPECT_DOUBLE_EQ(two.period.count(), 25.0 / 0.94 + 40.0) << "longer than 58 / 0.94";
+  EXPECT_DOUBLE_EQ(two.execution.count(), 124.0);
+}
+
+TEST(SharedCore, SpreadsARunOverItsPeriod) {
+  const SharedTiming timing = shared_core({Millis{20}, 0.25, Millis{5}}, false);
+  EXPECT_EQ(timing.period, Millis{80});
+  EXPECT_EQ(timing.execution, Millis{80});
+}
+
+TEST(SharedCore, ARunThatWaitsMayMissASlot) {
+  const SharedTiming timing = shared_core({Millis{20}, 0.25, Millis{5}, Millis{7}}, false);
+  EXPECT_EQ(timing.period, Millis{80 + 7 + 20 + 5});
+  EXPECT_EQ(timing.execution, timing.period);
+  const SharedTiming briefly = shared_core({Millis{20}, 0.25, Millis{5}, kShortWait}, false);
+  EXPECT_EQ(briefly.period, Millis{80});
+  EXPECT_EQ(briefly.execution, Millis{80.2});
+  const SharedTiming exact = shared_core({Millis{20}, 0.25, Millis{5}, Millis{7}}, true);
+  EXPECT_EQ(exact.period, Millis{80});
+  EXPECT_EQ(exact.execution, Millis{87});
+}
+
 TEST(OwnedCores, CountsWholeGroupsOfThreads) {
   const graph::App app = row_of(4, 8);
   const CostTable costs = costs_of(app, {8, 8, 8, 8});

@@ -14,7 +14,7 @@ constexpr double kZ95 = 1.6448536269514722;  // 95 % of a standard normal variab
 // The random numbers of one run: the same for the same seed, node and run, so no state is carried from run to run.
 class RandomDraws {
  public:
-  enum class Purpose : std::uint64_t { kMode = 1, kTime = 2, kSpike = 3 };
+  enum class Purpose : std::uint64_t { kMode = 1, kTime = 2, kSpike = 3, kWait = 4 };
 
   RandomDraws(std::uint64_t seed, NodeId node, std::uint64_t run) : state_(mixed_of(seed, node.index(), run)) {}
 
@@ -60,7 +60,7 @@ NodeWork NodeWork::times(double factor) const {
   return scaled;
 }
 
-Workload::Workload(const graph::Graph& graph) : nodes_(graph.nodes().size()) {
+Workload::Workload(const graph::Graph& graph) : nodes_(graph.nodes().size()), waits_(graph.nodes().size()) {
   for (const graph::Node& node : graph.nodes()) max_threads_.push_back(node.max_threads);
 }
 
@@ -80,6 +80,7 @@ CostTable Workload::costs(const graph::Graph& graph) const {
   CostTable table(graph, Millis{0});
   for (std::size_t i = 0; i < nodes_.size(); ++i) table.set(NodeId(i), nodes_[i].cost);
   for (const auto& [key, work] : on_kind_) table.set_on(key.first, key.second, work.cost);
+  for (std::size_t i = 0; i < waits_.size(); ++i) table.set_wait(NodeId(i), waits_[i].wait);
   return table;
 }
 
@@ -97,7 +98,12 @@ RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Na
   Millis cpu = shared * drawn_factor(alone, typical, draws.uniform(RandomDraws::Purpose::kTime));
   cpu *= 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
   if (draws.uniform(RandomDraws::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
-  return {mode, to_nanos(std::min(cpu, kLongestRun))};
+
+  Millis wait = waits_[node.index()].wait;
+  if (waits_[node.index()].typical) {
+    wait *= drawn_factor(wait, waits_[node.index()].typical, draws.uniform(RandomDraws::Purpose::kWait));
+  }
+  return {mode, to_nanos(std::min(cpu, kLongestRun)), to_nanos(std::min(wait, kLongestRun))};
 }
 
 }  // namespace ctn::model

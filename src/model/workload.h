@@ -3,7 +3,8 @@
 //
 // A run is in a mode, drawn by the modes' probabilities. What it costs is the mode's cost, or, where the file gives a
 // typical cost too, log-normal: half of the mode's runs are below the typical cost, 95 % below the cost. That grows
-// with the time since the start, linearly, and a spike comes on top with its own probability.
+// with the time since the start, linearly, and a spike comes on top with its own probability. In its middle it may
+// wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core.
 //
 // A draw depends on nothing but the seed, the node, the run's number and the time since the start: whoever asks gets
 // the same answer, in any order, from any thread, on any machine (portable_math.h).
@@ -49,9 +50,17 @@ struct NodeWork {
   friend bool operator==(const NodeWork&, const NodeWork&) = default;
 };
 
+// In the middle of a node's runs, whichever core they are on.
+struct WaitLaw {
+  Millis wait{0};                 // 95th percentile: what is planned with
+  std::optional<Millis> typical;  // median, 0 < typical <= wait; none: always the wait
+  friend bool operator==(const WaitLaw&, const WaitLaw&) = default;
+};
+
 struct RunDraw {
   std::size_t mode = 0;  // index into the profile's modes, which are in the order of the app file's
   Nanos cpu{0};          // that each of the run's threads burns
+  Nanos wait{0};         // of its first thread, after half of that
   friend bool operator==(const RunDraw&, const RunDraw&) = default;
 };
 
@@ -64,6 +73,8 @@ class Workload {
   void set(NodeId node, NodeWork work) { nodes_[node.index()] = std::move(work); }
   // On cores of one of the app's kinds; else it is what it is on one of speed 1, divided by speed.
   void set_on(NodeId node, std::size_t kind, NodeWork work) { on_kind_[{node, kind}] = std::move(work); }
+  const WaitLaw& wait(NodeId node) const { return waits_[node.index()]; }
+  void set_wait(NodeId node, WaitLaw wait) { waits_[node.index()] = wait; }
   // The work as it is on all cores of that kind. Precondition: kind < app.kinds().
   Workload on(const graph::App& app, std::size_t kind) const;
 
@@ -76,6 +87,7 @@ class Workload {
 
  private:
   std::vector<NodeWork> nodes_;
+  std::vector<WaitLaw> waits_;
   std::vector<int> max_threads_;
   std::map<std::pair<NodeId, std::size_t>, NodeWork> on_kind_;
 };

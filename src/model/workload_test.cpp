@@ -57,6 +57,38 @@ TEST(Workload, IsConstantWhereNoTypicalCostIsGiven) {
   }
 }
 
+TEST(Workload, WaitsAsLongOnEveryCoreAndAtAnyTime) {
+  Workload load = workload(spread(2, 4));
+  load.set_wait(kNode, {Millis{3}, std::nullopt});
+  for (std::uint64_t number = 1; number < 100; ++number) {
+    EXPECT_EQ(load.draw(kSeed, kNode, number, seconds{number}).wait, Nanos{3'000'000});
+  }
+  EXPECT_EQ(load.costs(app_with().graph).wait(kNode), Millis{3});
+  EXPECT_EQ(load.costs(app_with().graph)[kNode].single_thread(), Millis{4});
+
+  graph::App two_kinds = app_with();
+  two_kinds.core_kinds = {{"fast", 1, 2.0}, {"slow", 1, 0.5}};
+  EXPECT_EQ(load.on(two_kinds, 1).draw(kSeed, kNode, 1, Nanos{0}).wait, Nanos{3'000'000});
+}
+
+TEST(Workload, AWaitThatVariesDoesSoByItself) {
+  Workload load = workload(spread(2, 4));
+  const Workload without = load;
+  load.set_wait(kNode, {Millis{6}, Millis{3}});
+  std::vector<double> waits;
+  std::uint64_t together = 0;
+  for (std::uint64_t number = 1; number <= kRuns; ++number) {
+    const RunDraw draw = load.draw(kSeed, kNode, number, Nanos{0});
+    EXPECT_EQ(draw.cpu, without.draw(kSeed, kNode, number, Nanos{0}).cpu);
+    waits.push_back(to_millis(draw.wait).count());
+    together += (draw.cpu > Nanos{2'000'000}) == (draw.wait > Nanos{3'000'000}) ? 1 : 0;
+  }
+  std::sort(waits.begin(), waits.end());
+  EXPECT_NEAR(percentile_of_sorted(waits, 50), 3.0, 0.1);
+  EXPECT_NEAR(percentile_of_sorted(waits, 95), 6.0, 0.2);
+  EXPECT_NEAR(static_cast<double>(together) / static_cast<double>(kRuns), 0.5, 0.02) << "independent of the cost";
+}
+
 TEST(Workload, HasTheTypicalCostAsMedianAndTheCostAs95thPercentile) {
   const std::vector<double> all = sample(workload(spread(0.8, 1.2)));
   EXPECT_NEAR(percentile_of_sorted(all, 50.0), 0.8, 0.008);

@@ -142,6 +142,30 @@ TEST_P(OsConformance, CpuTimeOfItselfByNumber) {
   EXPECT_LE(*by_number, os().thread_cpu_time());
 }
 
+// What is taken from a thread does not count as blocked; a sleep does.
+TEST_P(OsConformance, BlockingIsCounted) {
+  const std::uint64_t before = os().times_blocked();
+  work(1ms);
+  os().sleep_until(os().now() + 1ms);
+  const std::uint64_t after = os().times_blocked();
+  EXPECT_GT(after, before);
+  os().sleep_until(os().now() + 1ms);
+  EXPECT_GT(os().times_blocked(), after);
+}
+
+TEST_P(OsConformance, ReadyTimeIsPartOfTheTimeThatPasses) {
+  const TimePoint begin = os().now();
+  const std::optional<Nanos> before = os().ready_time();
+  const Nanos cpu_before = os().thread_cpu_time();
+  work(2ms);
+  os().sleep_until(os().now() + 1ms);
+  const std::optional<Nanos> after = os().ready_time();
+  ASSERT_EQ(before.has_value(), after.has_value());
+  if (!before) GTEST_SKIP() << "this system does not tell";
+  EXPECT_GE(*after, *before);
+  EXPECT_LE(*after - *before + (os().thread_cpu_time() - cpu_before), os().now() - begin + 1ms);
+}
+
 // ---- Waiting
 // ---------------------------------------------------------------------------------------------------------
 

@@ -1,13 +1,15 @@
 // Threads and processes: which there are, making them, what they use, and how they wait for each other.
 //
 // Units: Nanos and TimePoint of the monotonic clock. Thread safety: any thread at any time. Cost: wait(), wake(),
-// current_cpu() and thread_cpu_time() are on the hot path; they never allocate or lock.
+// current_cpu(), thread_cpu_time(), times_blocked() and ready_time() are on the hot path; they never lock, nor allocate
+// but for the first ready_time() of a thread.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,12 @@ class Threads {
   // CPU time the calling thread has used; of another thread (kEnvironment when it is gone).
   virtual Nanos thread_cpu_time() = 0;
   virtual Result<Nanos> thread_cpu_time(ThreadId thread) = 0;
+
+  // --- What the calling thread did when it did not run ---
+  // How often it has given its CPU away so far, to wait for something. What was taken from it does not count.
+  virtual std::uint64_t times_blocked() = 0;
+  // How long it was ready to run so far while others had the CPU. None: the system does not tell.
+  virtual std::optional<Nanos> ready_time() = 0;
 
   // Blocks until the word is no longer `expected`, or the deadline (kNever: none) has passed. Returns at once if it
   // differs already. Spurious wake-ups are absorbed. The word may lie in memory shared between processes.

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/formulas.h"
 #include "paper/problem.h"
 #include "paper/stage_one.h"
 #include "paper/stage_two.h"
@@ -127,8 +128,9 @@ class Assembly {
     const OnKind& on = problem_.on(i, allocation_[i].kind);
     const Owned& owned = on.owned[std::min(on.owned.size(), static_cast<std::size_t>(allocation_[i].owned)) - 1];
     plan::SubchainPlan& subchain = plan_.subchains[i];
-    subchain.period = Millis{owned.timing.period};
-    subchain.execution = Millis{owned.timing.execution};
+    subchain.period = Millis{owned.promised};
+    subchain.wait = Millis{problem_.subchains[i].wait};
+    subchain.execution = Millis{owned.timing.execution} + subchain.wait;
     subchain.slice = Millis{on.cost};
     subchain.threads = owned.threads;
     if (!problem_.subchains[i].queue) subchain.every = 1;
@@ -159,7 +161,12 @@ class Assembly {
     core.frame = (busy + core.idle) / problem_.usable;
     for (const plan::Slot& slot : core.slots) {
       plan::SubchainPlan& subchain = plan_.subchains[slot.subchain.index()];
-      subchain.period = subchain.execution = core.frame / subchain.share;
+      const Subchain& known = problem_.subchains[slot.subchain.index()];
+      subchain.wait = Millis{known.wait};
+      const model::SharedTiming timing =
+          model::shared_core({core.frame, subchain.share, subchain.slice, subchain.wait}, known.exact_period > 0.0);
+      subchain.period = timing.period;
+      subchain.execution = timing.execution;
     }
     core.frame_min = std::min(core.frame, plan::min_frame(app_.graph, plan_, core));
   }
@@ -213,6 +220,12 @@ Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& cost
   plan::Plan plan = Assembly(app, problem, *allocation, *stage, request).run(costs);
   if (!std::isfinite(plan.objective)) return unattainable(app, problem, request.cores);
   plan.gap = std::max(gap, stage->gap);
+  const bool waits =
+      std::any_of(plan.subchains.begin(), plan.subchains.end(), [](const auto& each) { return each.wait > Millis{0}; });
+  if (waits && plan.objective > 0.0) {
+    // What a plan promises of runs that wait in frames is more than the model that was solved says.
+    plan.gap = std::max(plan.gap, 1.0 - objective_of(problem.terms, stage->timings) / plan.objective);
+  }
   plan.quality = plan.gap > 0.0 ? plan::Quality::kFeasible : plan::Quality::kOptimal;
   return plan;
 }

@@ -37,12 +37,14 @@ Metric response_time(const graph::App& app, const model::CostTable& costs, const
     if (element.subchain) {
       const int subchain = static_cast<int>(element.subchain->index());
       add(metric, subchain, first ? 0.0 : 1.0);
+      metric.constant += costs.subchain_wait(app.graph, *element.subchain).count();
       if (std::find(metric.slowest.begin(), metric.slowest.end(), subchain) == metric.slowest.end()) {
         metric.slowest.push_back(subchain);
       }
     } else {
       const double period = ms(app.graph.node(element.nodes.front()).period);
       metric.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      metric.constant += costs.wait(element.nodes.front()).count();
       metric.slowest_fixed = std::max(metric.slowest_fixed, period);
     }
     first = false;
@@ -74,38 +76,48 @@ int useful_threads(const graph::App& app, const model::CostTable& costs, Subchai
   return useful;
 }
 
+// On one kind of cores.
+struct Costs {
+  const model::CostTable& all;
+  const model::CostTable busy;  // without waits
+};
+
 // Equation (1) for each q, and the q with the shortest response time of those that keep an exact rate, if any does.
-Owned best_owned(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, int threads,
+Owned best_owned(const graph::App& app, const Costs& costs, SubchainId id, int cores, int threads,
                  const Subchain& subchain, double slack) {
   Owned best;
   bool best_keeps = false;
   for (int q = 1; q <= std::min(cores, threads); ++q) {
-    const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, q, slack);
+    const model::OwnedCores busy = model::owned_cores_with(app.graph, id, costs.busy, cores, q, slack);
+    const model::OwnedCores found =
+        subchain.wait > 0.0 ? model::owned_cores_with(app.graph, id, costs.all, cores, q, slack) : busy;
     const bool keeps =
         subchain.exact_period <= 0.0 || found.period.count() <= subchain.exact_period * (1.0 + plan::kTolerance);
-    const Timing timing{keeps && subchain.exact_period > 0.0 ? subchain.exact_period
-                                                             : std::max(found.period.count(), subchain.min_period),
-                        found.execution.count()};
+    const auto period = [&](const model::OwnedCores& of) {
+      return keeps && subchain.exact_period > 0.0 ? subchain.exact_period
+                                                  : std::max(of.period.count(), subchain.min_period);
+    };
+    const Timing timing{period(busy), busy.execution.count()};
     const bool shorter =
         timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kRounding);
     if (q == 1 || (keeps && !best_keeps) || (keeps == best_keeps && shorter)) {
-      best = {timing, q};
+      best = {timing, q, period(found)};
       best_keeps = keeps;
     }
   }
   return best;
 }
 
-OnKind on_kind(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
+OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cores, double slack,
                const Subchain& subchain) {
   OnKind on;
-  on.cost = costs.subchain_total(app.graph, id).count();
+  on.cost = costs.busy.subchain_total(app.graph, id).count();
   const double min_slice = to_millis(app.scheduler.min_slice).count();
   if (on.cost >= min_slice && on.cost > 0.0) {
     const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
     on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kRounding)));
   }
-  const int threads = useful_threads(app, costs, id);
+  const int threads = useful_threads(app, costs.busy, id);
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
   for (int k = 1; k <= cores && k <= nodes * threads; ++k) {
     on.owned.push_back(best_owned(app, costs, id, k, threads, subchain, slack));
@@ -150,6 +162,7 @@ Problem make_problem(const graph::App& app, const model::CostTable& costs, int c
     Subchain& subchain = problem.subchains.emplace_back();
     const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
     subchain.queue = plan::takes_batches(app.graph, id);
+    subchain.wait = costs.subchain_wait(app.graph, id).count();
     subchain.min_period = limits.min.count();
     if (limits.exact) {
       subchain.exact_period = limits.exact->count();
@@ -157,7 +170,8 @@ Problem make_problem(const graph::App& app, const model::CostTable& costs, int c
       problem.exact.back().limit = subchain.exact_period;
     }
     for (std::size_t kind = 0; kind < problem.cores.size(); ++kind) {
-      subchain.on.push_back(on_kind(app, by_kind[kind], id, problem.cores[kind], slack, subchain));
+      const Costs costs_there{by_kind[kind], by_kind[kind].without_waits()};
+      subchain.on.push_back(on_kind(app, costs_there, id, problem.cores[kind], slack, subchain));
     }
   }
   for (const graph::Term& term : app.objective) {

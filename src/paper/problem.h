@@ -4,6 +4,10 @@
 //   response time of a chain   L_1 + sum_{x >= 2} (p_x + L_x) + max_x p_x
 //   period of a node           p of its subchain
 //
+// The paper's runs do not wait. What they do wait (model/cost.h) is added to the metrics as a constant; here p and L
+// are as if they did not. A plan promises longer periods where they do (model/formulas.h), so that this is a bound from
+// below.
+//
 // Units: milliseconds. Thread safety: plain values, pure functions.
 #pragma once
 
@@ -29,7 +33,7 @@ struct Metric {
   };
   double weight = 0.0;    // of a term
   double limit = 0.0;     // of a bound
-  double constant = 0.0;  // what unscheduled nodes add
+  double constant = 0.0;  // what unscheduled nodes add, and waits
   std::vector<Part> latency;
   std::vector<int> slowest;    // the longest period of these subchains is added, once ...
   double slowest_fixed = 0.0;  // ... or this one, if longer: of unscheduled nodes and of outputs
@@ -45,6 +49,7 @@ double factor_of(std::span<const Metric> bounds, std::span<const Timing> timings
 struct Owned {
   Timing timing;
   int threads = 1;
+  double promised = 0.0;  // the period with what runs wait
 };
 
 // A subchain on cores of one kind. (The paper's cores are all alike.)
@@ -58,6 +63,7 @@ struct Subchain {
   bool queue = false;         // takes batches: f is free, and may exceed 1
   double min_period = 0.0;    // a rate cap
   double exact_period = 0.0;  // an exact rate; 0: none
+  double wait = 0.0;          // of a run
   std::vector<OnKind> on;     // by kind
 };
 

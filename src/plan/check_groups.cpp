@@ -99,6 +99,8 @@ void check_share(Check& check, SubchainId id) {
   const SubchainPlan& subchain = check.plan.subchains[id.index()];
   const Millis cost = check.costs_of(id).subchain_total(check.app.graph, id);
   check.expect(check.subchain_key(id, "slice_ms"), subchain.slice, subchain.share * cost, "share x compute time");
+  check.expect(check.subchain_key(id, "wait_ms"), subchain.wait, check.costs.subchain_wait(check.app.graph, id),
+               "what its nodes wait");
   if (subchain.every.has_value() == takes_batches(check.app.graph, id)) {
     check.problem(check.subchain_key(id, "every"),
                   subchain.every ? "a queue node's rate is an average: it has none" : "only a queue node goes without");
@@ -110,8 +112,13 @@ void check_share(Check& check, SubchainId id) {
 void check_sharing_subchain(Check& check, SubchainId id) {
   const SubchainPlan& subchain = check.plan.subchains[id.index()];
   const CorePlan& core = check.plan.cores[static_cast<std::size_t>(subchain.cores.front())];
-  check.expect(check.subchain_key(id, "period_ms"), subchain.period, core.frame / subchain.share, "frame / share");
-  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, subchain.period, "the period");
+  const model::SharedTiming timing = model::shared_core({core.frame, subchain.share, subchain.slice, subchain.wait},
+                                                        period_limits(check.app.graph, id).exact.has_value());
+  const bool waits = subchain.wait > Millis{0};
+  check.expect(check.subchain_key(id, "period_ms"), subchain.period, timing.period,
+               waits ? "frame / share, and what a run that waits needs" : "frame / share");
+  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, timing.execution,
+               waits ? "frame / share, and what a run that waits needs" : "the period");
   if (subchain.threads != 1) check.problem(check.subchain_key(id, "threads"), "on a shared core there is but 1");
   const Millis min = to_millis(check.app.scheduler.min_slice);
   if (!at_least(subchain.slice, min) && subchain.share < 1.0 - kTolerance) {
@@ -133,10 +140,11 @@ void check_owning_subchain(Check& check, SubchainId id) {
       model::owned_cores_with(check.app.graph, id, check.costs_of(id), cores, subchain.threads, check.plan.slack);
   const PeriodLimits limits = period_limits(check.app.graph, id);
   check.expect(check.subchain_key(id, "share"), subchain.share, 1.0, "owning its cores");
-  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, owned.execution, "the cost of its nodes");
+  check.expect(check.subchain_key(id, "execution_ms"), subchain.execution, owned.execution,
+               "what its nodes cost and wait");
   if (!limits.exact) {
     check.expect(check.subchain_key(id, "period_ms"), subchain.period, std::max(owned.period, limits.min),
-                 "the cost of its nodes on its cores, or a max_rate,");
+                 "what its nodes cost and wait on its cores, or a max_rate,");
   } else if (!at_least(subchain.period, owned.period)) {
     check.problem(check.subchain_key(id, "period_ms"),
                   fmt::format("{} ms are too short: its nodes need {} ms on its cores", subchain.period.count(),

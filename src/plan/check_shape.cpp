@@ -24,6 +24,7 @@ void check_subchain(Check& check, SubchainId id, int core_count) {
   const SubchainPlan& subchain = check.plan.subchains[id.index()];
   check_number(check, check.subchain_key(id, "period_ms"), subchain.period);
   check_number(check, check.subchain_key(id, "execution_ms"), subchain.execution);
+  check_number(check, check.subchain_key(id, "wait_ms"), subchain.wait);
   check_number(check, check.subchain_key(id, "slice_ms"), subchain.slice);
   check_number(check, check.subchain_key(id, "share"), subchain.share);
   check_every(check, check.subchain_key(id, "every"), subchain.every);

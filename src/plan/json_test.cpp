@@ -53,6 +53,17 @@ class PlanJson : public testing::Test {
   }
 };
 
+TEST_F(PlanJson, SaysWhatRunsWait) {
+  EXPECT_EQ(text_.find("wait_ms"), std::string::npos) << "left out where they do not";
+  Plan plan = plan_;
+  plan.subchains[kSlow.index()].wait = Millis{2.5};
+  const std::string text = to_json(plan, app_);
+  EXPECT_EQ(json::parse(text)["subchains"]["slow"]["wait_ms"], 2.5);
+  const Result<Plan> read = from_json(text, app_, "plan.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(*read, plan);
+}
+
 TEST_F(PlanJson, SaysWhichCostsWereAssumed) {
   EXPECT_EQ(text_.find("assumed"), std::string::npos) << "left out where none was";
   Plan plan = plan_;

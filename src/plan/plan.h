@@ -25,11 +25,12 @@ enum class Quality { kOptimal, kFeasible };  // kFeasible: see `gap`
 struct SubchainPlan {
   std::vector<int> cores;    // ascending; more than one: it owns them all
   Millis period{0};          // p
-  Millis execution{0};       // L: from its head's begin to its tail's end
+  Millis execution{0};       // L: from its head's begin to its tail's end, waits included
   std::optional<int> every;  // n: a trigger every n frames; none for a queue node
   double share = 1.0;        // f = slice / compute time
   Millis slice{0};           // CPU time in each frame
   int threads = 1;           // q
+  Millis wait{0};            // of L: what a run waits, using no CPU
 
   friend bool operator==(const SubchainPlan&, const SubchainPlan&) = default;
 };

@@ -106,8 +106,10 @@ class Expecting {
     const Millis frame = frame_of(core);
     const double slots = planned.slice.count() > 0.0 ? std::ceil(cost / planned.slice - kTolerance) : 1.0;
     const double before_last = std::max(0.0, slots - 1.0);
-    const Millis execution = planned.share >= 1.0 ? cost : before_last * frame + (cost - before_last * planned.slice);
-    const Millis period = std::max(frame / planned.share, period_limits(app_.graph, id).min);
+    const Millis work = planned.share >= 1.0 ? cost : before_last * frame + (cost - before_last * planned.slice);
+    const Millis execution = work + costs_of(planned).subchain_wait(app_.graph, id);
+    Millis period = std::max(frame / planned.share, period_limits(app_.graph, id).min);
+    if (planned.wait > Millis{0}) period = std::max(period, execution);
     return {std::min(planned.period, period), std::min(planned.execution, execution)};
   }
 

@@ -25,10 +25,12 @@ class Analysis {
     spacing_.resize(count);
     jitter_.resize(count);
     cost_.resize(count);
+    wait_.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       const SubchainId id(i);
       const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[i].cores.front())];
       cost_[i] = costs.subchain_total(app_.graph, id) / (1.0 - plan_.slack);
+      wait_[i] = costs.subchain_wait(app_.graph, id);
     }
     for (std::size_t i = 0; i < count; ++i) spacing_[i] = spacing_of(SubchainId(i));
     if (!find_responses()) return std::nullopt;
@@ -76,25 +78,43 @@ class Analysis {
   // held back until its period is over. 0: there is none.
   static Millis held_apart(const Member& member) { return member.after || member.pause ? member.period : Millis{0}; }
 
+  // Two ways to reckon with runs above that wait, each of which holds for all of them.
+  enum class Waits {
+    kBringRunsCloser,  // what a run has left after its wait comes close to the next
+    kAreWork,          // as if it had the core meanwhile
+  };
+  Millis demand_of(const Member& member, Waits waits) const {
+    const std::size_t i = member.subchain.index();
+    return waits == Waits::kAreWork ? cost_[i] + wait_[i] : cost_[i];
+  }
+  // How much closer together than its triggers runs of the member may use the core.
+  Millis carried_over(const Member& member, Waits waits) const {
+    const std::size_t i = member.subchain.index();
+    if (wait_[i] == Millis{0} || waits == Waits::kAreWork) return Millis{0};
+    return std::max(promises_[i].execution - cost_[i], Millis{0});
+  }
+
   // How often the member may be triggered within `window`, at most: as a fraction (the line), or in whole numbers.
   struct Line {
     double at_once = 1.0;  // in no time at all
     double rate = 0.0;     // and so many more a ms
   };
-  Line line_of(const Member& member, Millis window) const {
+  Line line_of(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
-    const Line by_jitter{1.0 + jitter_[i] / spacing_[i], 1.0 / spacing_[i].count()};
+    const Millis carried = carried_over(member, waits);
+    const Line by_jitter{1.0 + (jitter_[i] + carried) / spacing_[i], 1.0 / spacing_[i].count()};
     const Millis apart = held_apart(member);
     if (apart < kLeastSpacing) return by_jitter;
-    const Line held{1.0, 1.0 / apart.count()};
+    const Line held{1.0 + carried / apart, 1.0 / apart.count()};
     const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
     return at(held) < at(by_jitter) ? held : by_jitter;
   }
-  double triggers_within(const Member& member, Millis window) const {
+  double triggers_within(const Member& member, Millis window, Waits waits) const {
     const std::size_t i = member.subchain.index();
-    const double by_jitter = std::ceil((window + jitter_[i]) / spacing_[i] - kRounding);
+    const Millis reach = window + carried_over(member, waits);
+    const double by_jitter = std::ceil((reach + jitter_[i]) / spacing_[i] - kRounding);
     const Millis apart = held_apart(member);
-    return apart < kLeastSpacing ? by_jitter : std::min(by_jitter, std::ceil(window / apart - kRounding));
+    return apart < kLeastSpacing ? by_jitter : std::min(by_jitter, std::ceil(reach / apart - kRounding));
   }
 
   // From below, until nothing changes: jitters grow with responses, and responses with jitters.
@@ -117,29 +137,41 @@ class Analysis {
     return false;
   }
 
+  // What a run takes where nothing is above it.
+  Millis alone(const Member& member) const { return cost_[member.subchain.index()] + wait_[member.subchain.index()]; }
+
   // Of the member with `above` members above it.
   std::optional<Millis> response_of(const CorePlan& core, std::size_t above) const {
-    const Millis own = cost_[core.members[above].subchain.index()];
+    const std::optional<Millis> closer = response_of(core, above, Waits::kBringRunsCloser);
+    const bool any = std::any_of(core.members.begin(), core.members.begin() + static_cast<std::ptrdiff_t>(above),
+                                 [&](const Member& each) { return wait_[each.subchain.index()] > Millis{0}; });
+    if (!any) return closer;
+    const std::optional<Millis> work = response_of(core, above, Waits::kAreWork);
+    return closer && work ? std::min(closer, work) : closer ? closer : work;
+  }
+
+  std::optional<Millis> response_of(const CorePlan& core, std::size_t above, Waits waits) const {
+    const Millis own = alone(core.members[above]);
     Millis response = own;
     for (int step = 0; step < kSteps; ++step) {
       Millis longer = own;
       for (std::size_t j = 0; j < above; ++j) {
-        longer += triggers_within(core.members[j], response) * cost_[core.members[j].subchain.index()];
+        longer += triggers_within(core.members[j], response, waits) * demand_of(core.members[j], waits);
       }
       if (longer > kLongestPromise) return std::nullopt;
       if (longer <= response * (1.0 + kRounding)) return response;
       response = longer;
     }
-    return by_lines(core, above, response);
+    return by_lines(core, above, response, waits);
   }
 
   // Valid wherever the lines are chosen, tightest where they are chosen near what comes out.
-  std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near) const {
-    Millis sum = cost_[core.members[above].subchain.index()];
+  std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits) const {
+    Millis sum = alone(core.members[above]);
     double used = 0.0;
     for (std::size_t j = 0; j < above; ++j) {
-      const Line line = line_of(core.members[j], near);
-      const Millis cost = cost_[core.members[j].subchain.index()];
+      const Line line = line_of(core.members[j], near, waits);
+      const Millis cost = demand_of(core.members[j], waits);
       sum += cost * line.at_once;
       used += cost.count() * line.rate;
     }
@@ -162,6 +194,7 @@ class Analysis {
   const std::vector<model::CostTable> by_kind_;
   std::vector<Promise> promises_;
   std::vector<Millis> cost_;
+  std::vector<Millis> wait_;
   std::vector<Millis> spacing_;
   std::vector<Millis> jitter_;
 };

@@ -10,6 +10,15 @@
 // it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and
 // jitter grow with one another.
 //
+// A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
+// For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or
+// R_i - C_i more jitter, since what a run leaves undone while it waits it may do just before its next run, so that both
+// come close together. Its wait alone would not be enough, since the run may be interrupted before and after it. See
+// Chen, Nelissen, Huang and others, "Many suspensions, many problems: a review of self-suspending tasks in real-time
+// systems" (Real-Time Systems 55, 2019), which lists that among the mistakes that were made; the bound by jitter is of
+// Huang, Chen, Zhou and Liu, "PASS: priority assignment of real-time tasks with dynamic suspending behavior under
+// fixed-priority scheduling" (DAC 2015).
+//
 // From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers.
 //
 // Where many short runs interrupt a long one, the sum is bounded from above by a line (ceil(x) <= x + 1), which is

@@ -52,6 +52,23 @@ TEST_F(PromiseTest, SlackMakesRunsLonger) {
   EXPECT_EQ(promised(kFast).execution, Millis{6.25});
 }
 
+TEST_F(PromiseTest, AWaitMakesARunLongerAndBringsTheNextOneCloser) {
+  costs.set_wait(*app.graph.find_node("scan"), Millis{9});
+  EXPECT_EQ(promised(kFast).execution, Millis{6 + 9});
+  EXPECT_EQ(promised(kFast).period, Millis{20});
+  // What a run of fast has left after its wait and the next run may come 9 ms closer than 20: three in 38 ms.
+  EXPECT_EQ(promised(kSlow).execution, Millis{20 + 3 * 6});
+  costs.set_wait(*app.graph.find_node("map"), Millis{5});
+  EXPECT_EQ(promised(kSlow).execution, Millis{20 + 5 + 3 * 6}) << "its own wait is added once";
+}
+
+TEST_F(PromiseTest, AShortWaitCountsAsWorkWhereThatIsLess) {
+  costs.set_wait(*app.graph.find_node("map"), Millis{1});
+  // slow takes 33 ms with what interrupts it, so that its runs may come 13 ms closer: three of them. As work, it is two
+  // of 21 ms.
+  EXPECT_EQ(promised(kBatch).execution, Millis{4 + 2 * 21 + 4 * 6});
+}
+
 TEST_F(PromiseTest, ARunOfAnUnboundedWaitIsNotPromised) {
   member(kFast).period = Millis{6};
   EXPECT_FALSE(promise(plan, app, costs));

@@ -261,12 +261,15 @@ void Reader::read_subchains(const Json& parent, Plan& plan) {
 }
 
 void Reader::read_subchain(const Json& value, const std::string& path, SubchainPlan& subchain) {
-  if (!object(value, path, {"cores", "period_ms", "execution_ms", "every", "share", "slice_ms", "threads"})) return;
+  if (!object(value, path, {"cores", "period_ms", "execution_ms", "every", "share", "slice_ms", "threads"},
+              {"wait_ms"}))
+    return;
   read_array(value, path, "cores", [&](const Json& element, const std::string& here) {
     if (const auto core = whole(element, here)) subchain.cores.push_back(*core);
   });
   read_millis(value, path, "period_ms", subchain.period);
   read_millis(value, path, "execution_ms", subchain.execution);
+  read_millis(value, path, "wait_ms", subchain.wait);
   read_every(value, path, subchain.every);
   read_number(value, path, "share", subchain.share);
   read_millis(value, path, "slice_ms", subchain.slice);

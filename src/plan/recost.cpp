@@ -44,6 +44,7 @@ class Recosting {
   void slice(SubchainId id) {
     SubchainPlan& subchain = plan_.subchains[id.index()];
     subchain.slice = subchain.share * costs_of(subchain).subchain_total(app_.graph, id);
+    subchain.wait = costs_of(subchain).subchain_wait(app_.graph, id);
   }
 
   bool lay_out(CorePlan& core) const {
@@ -67,7 +68,11 @@ class Recosting {
   bool time(SubchainId id) {
     SubchainPlan& subchain = plan_.subchains[id.index()];
     if (shares_core(plan_, subchain)) {
-      subchain.period = subchain.execution = core_of(subchain).frame / subchain.share;
+      const model::SharedTiming timing =
+          model::shared_core({core_of(subchain).frame, subchain.share, subchain.slice, subchain.wait},
+                             period_limits(app_.graph, id).exact.has_value());
+      subchain.period = timing.period;
+      subchain.execution = timing.execution;
       return true;
     }
     const model::OwnedCores owned = model::owned_cores_with(

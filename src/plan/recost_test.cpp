@@ -37,6 +37,36 @@ TEST(Recost, KeepsWhoHasWhatAndMovesTheRest) {
   EXPECT_GT(now->objective, plan.objective);
 }
 
+TEST(Recost, WaitsMakeRunsLongerAndTakeNoCpuTime) {
+  const graph::App app = sample_app();
+  const Plan before = recost(sample_plan(app, sample_costs(app)), app, sample_costs(app)).value();
+  model::CostTable costs = sample_costs(app);
+  costs.set_wait(*app.graph.find_node("map"), Millis{7});
+  costs.set_wait(*app.graph.find_node("grab"), Millis{3});
+  const std::optional<Plan> now = recost(before, app, costs);
+  ASSERT_TRUE(now);
+  const Status valid = validate(*now, app, costs, kSampleCores);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  EXPECT_EQ(now->cores, before.cores);
+  const SubchainPlan& slow = now->subchains[kSlow.index()];
+  EXPECT_EQ(slow.wait, Millis{7});
+  EXPECT_NEAR((slow.execution - before.subchains[kSlow.index()].execution).count(),
+              7.0 + before.cores[0].frame.count() + 5.0, 1e-9);
+  EXPECT_EQ(now->subchains[kFast.index()], before.subchains[kFast.index()]);
+  EXPECT_NEAR((now->subchains[kSee.index()].execution - before.subchains[kSee.index()].execution).count(), 3.0, 1e-9);
+  EXPECT_NEAR((now->chains[1].latency - before.chains[1].latency).count(), 3.0, 1e-9);
+}
+
+TEST(Recost, AWaitThatAPlanDoesNotKnowIsNamed) {
+  const graph::App app = sample_app();
+  const Plan plan = recost(sample_plan(app, sample_costs(app)), app, sample_costs(app)).value();
+  model::CostTable costs = sample_costs(app);
+  costs.set_wait(*app.graph.find_node("map"), Millis{7});
+  const Status valid = validate(plan, app, costs, kSampleCores);
+  ASSERT_FALSE(valid.ok());
+  EXPECT_NE(valid.error().message().find("subchains.slow.wait_ms"), std::string::npos) << valid.error().message();
+}
+
 TEST(Recost, KeepsARateCap) {
   const graph::App app = sample_app();
   const Plan plan = sample_plan(app, sample_costs(app));

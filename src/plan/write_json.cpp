@@ -20,13 +20,15 @@ Json relaxed_json(const Plan& plan) {
 }
 
 Json subchain_json(const SubchainPlan& subchain) {
-  return {{"cores", subchain.cores},
-          {"period_ms", subchain.period.count()},
-          {"execution_ms", subchain.execution.count()},
-          {"every", every_json(subchain.every)},
-          {"share", subchain.share},
-          {"slice_ms", subchain.slice.count()},
-          {"threads", subchain.threads}};
+  Json json = {{"cores", subchain.cores},
+               {"period_ms", subchain.period.count()},
+               {"execution_ms", subchain.execution.count()},
+               {"every", every_json(subchain.every)},
+               {"share", subchain.share},
+               {"slice_ms", subchain.slice.count()},
+               {"threads", subchain.threads}};
+  if (subchain.wait > Millis{0}) json["wait_ms"] = subchain.wait.count();
+  return json;
 }
 
 Json member_json(const Member& member, const graph::Graph& graph) {

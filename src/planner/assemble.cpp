@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 
@@ -50,8 +51,9 @@ void place(const Instance& instance, const Allocation& allocation, plan::Plan& p
 
 void own(const Member& member, const OnKind& on, int cores, plan::SubchainPlan& subchain) {
   const Owned& owned = on.owned[static_cast<std::size_t>(cores - 1)];
-  subchain.period = Millis{owned.period};
-  subchain.execution = Millis{owned.execution};
+  subchain.period = Millis{owned.promised};
+  subchain.execution = Millis{owned.execution + member.wait};
+  subchain.wait = Millis{member.wait};
   subchain.slice = Millis{on.cost};
   subchain.threads = owned.threads;
   if (!member.queue) subchain.every = 1;
@@ -64,8 +66,12 @@ void share(const Member& member, const OnKind& on, double frame, double period, 
     f = 1.0 / *subchain.every;
   }
   subchain.share = f;
-  subchain.period = subchain.execution = Millis{frame / f};
   subchain.slice = Millis{f * on.cost};
+  subchain.wait = Millis{member.wait};
+  const model::SharedTiming timing =
+      model::shared_core({Millis{frame}, f, subchain.slice, subchain.wait}, member.exact_period > 0.0);
+  subchain.period = timing.period;
+  subchain.execution = timing.execution;
 }
 
 void lay_out(const graph::App& app, const Instance& instance, const Allocation& allocation, int shared, double frame,

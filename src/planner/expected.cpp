@@ -79,6 +79,7 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
     plan::SubchainPlan& subchain = plan.subchains.emplace_back();
     subchain.cores = {place.core};
     subchain.slice = cost;
+    subchain.wait = costs.subchain_wait(app.graph, id);
     if (!plan::takes_batches(app.graph, id)) subchain.every = 1;
     plan::CorePlan& core = plan.cores[static_cast<std::size_t>(place.core)];
     core.form = plan::Form::kPriorities;

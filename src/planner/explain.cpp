@@ -84,7 +84,7 @@ class Explaining {
     BoundCost found;
     found.key = bound.key;
     found.asked = bound.asked;
-    found.planned = Millis{value_of(instance_.bounds[index], timings_of(plan_))};
+    found.planned = Millis{value_of(instance_.bounds[index], timings_of(instance_, plan_))};
     found.met = std::abs(found.planned / (bound.asked * plan_.relax_factor) - 1.0) <= kMet;
     found.without = planned(without(app_, bound), request_);
     if (found.without.plan) found.cost = plan_.objective - found.without.plan->objective;

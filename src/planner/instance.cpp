@@ -41,11 +41,13 @@ Group response_time(const graph::App& app, const model::CostTable& costs, const 
     if (element.subchain) {
       const int index = static_cast<int>(element.subchain->index());
       add(latency, index, first ? 0.0 : 1.0, 1.0);
+      latency.constant += costs.subchain_wait(app.graph, *element.subchain).count();
       if (std::find(passed.begin(), passed.end(), index) == passed.end()) passed.push_back(index);
     } else {
       const graph::Node& node = app.graph.node(element.nodes.front());
       const double period = to_millis(node.period.value_or(Nanos{0})).count();
       latency.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      latency.constant += costs.wait(element.nodes.front()).count();
       fixed_period = std::max(fixed_period, period);
     }
     first = false;
@@ -76,41 +78,53 @@ Group group_of(const graph::App& app, const model::CostTable& costs, const graph
   return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
 }
 
+// On one kind of cores.
+struct Costs {
+  const model::CostTable& all;
+  const model::CostTable busy;  // without waits
+};
+
 // With k cores, the q with the least L + p among those that meet an exact rate; period infinite where none does.
-Owned best_with(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
-                const Member& member, int threads_of_use) {
-  Owned best{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), 1};
+Owned best_with(const graph::App& app, const Costs& costs, SubchainId id, int cores, double slack, const Member& member,
+                int threads_of_use) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Owned best{kInfinity, kInfinity, 1, kInfinity};
   for (int threads = 1; threads <= std::min(cores, threads_of_use); ++threads) {
-    const model::OwnedCores found = model::owned_cores_with(app.graph, id, costs, cores, threads, slack);
-    double period = std::max(found.period.count(), member.min_period);
+    const model::OwnedCores busy = model::owned_cores_with(app.graph, id, costs.busy, cores, threads, slack);
+    const model::OwnedCores found =
+        member.wait > 0.0 ? model::owned_cores_with(app.graph, id, costs.all, cores, threads, slack) : busy;
+    double period = std::max(busy.period.count(), member.min_period);
+    double promised = std::max(found.period.count(), member.min_period);
     if (member.exact_period > 0.0) {
-      if (period > member.exact_period * (1.0 + plan::kTolerance)) continue;
-      period = member.exact_period;
+      if (promised > member.exact_period * (1.0 + plan::kTolerance)) continue;
+      period = promised = member.exact_period;
     }
-    if (found.execution.count() + period < (best.execution + best.period) * (1.0 - kRounding)) {
-      best = {period, found.execution.count(), threads};
+    const double execution = busy.execution.count();
+    if (execution + period < (best.execution + best.period) * (1.0 - kRounding)) {
+      best = {period, execution, threads, promised};
     }
   }
   return best;
 }
 
-OnKind on_kind(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores, double slack,
+OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cores, double slack,
                const Member& member) {
   OnKind on;
-  on.cost = costs.subchain_total(app.graph, id).count();
+  on.cost = costs.busy.subchain_total(app.graph, id).count();
   const double min_slice = to_millis(app.scheduler.min_slice).count();
   if (on.cost >= min_slice) {
     const double slices = min_slice > 0.0 ? std::min(on.cost / min_slice, kMostSlices) : kMostSlices;
     on.most_every = member.queue ? slices : std::floor(slices * (1.0 + kRounding));
   }
-  const int threads = useful_threads(app, costs, id);
-  const int most = useful_cores(app, costs, id, cores);
+  const int threads = useful_threads(app, costs.busy, id);
+  const int most = useful_cores(app, costs.busy, id, cores);
   for (int k = 1; k <= most; ++k) on.owned.push_back(best_with(app, costs, id, k, slack, member, threads));
   return on;
 }
 
-Member member_of(const graph::App& app, SubchainId id) {
+Member member_of(const graph::App& app, const model::CostTable& costs, SubchainId id) {
   Member member;
+  member.wait = costs.subchain_wait(app.graph, id).count();
   member.queue = plan::takes_batches(app.graph, id);
   const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
   member.min_period = limits.min.count();
@@ -138,16 +152,17 @@ Instance make_instance(const graph::App& app, const model::CostTable& costs, int
   Instance instance;
   instance.usable = 1.0 - slack;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
-    instance.members.push_back(member_of(app, SubchainId(i)));
+    instance.members.push_back(member_of(app, costs, SubchainId(i)));
   }
   const std::vector<model::CostTable> tables = model::costs_by_kind(app, costs);
   const std::vector<int> counts = app.cores_by_kind(cores);
   int first = 0;
   for (std::size_t kind = 0; kind < counts.size(); ++kind) {
+    const Costs on_these{tables[kind], tables[kind].without_waits()};
     int of_use = 0;
     for (std::size_t i = 0; i < instance.members.size(); ++i) {
       Member& member = instance.members[i];
-      member.on.push_back(on_kind(app, tables[kind], SubchainId(i), counts[kind], slack, member));
+      member.on.push_back(on_kind(app, on_these, SubchainId(i), counts[kind], slack, member));
       of_use += static_cast<int>(member.on.back().owned.size());
     }
     instance.kinds.push_back({first, counts[kind], std::min(counts[kind], of_use)});

@@ -9,6 +9,10 @@
 //
 // A linear term of the objective is a group of one form.
 //
+// What runs wait (model/cost.h) is in the constants of forms, as part of L; here p and L are as if they did not. A plan
+// promises longer periods where they do (model/formulas.h): what is proven here is a bound from below, and the plan's
+// gap says by how much.
+//
 // Units: milliseconds. Thread safety: plain values, pure functions.
 #pragma once
 
@@ -43,6 +47,7 @@ struct Owned {
   double period = 0.0;
   double execution = 0.0;
   int threads = 1;
+  double promised = 0.0;  // the period with what runs wait
 };
 
 // A subchain on cores of one kind.
@@ -56,6 +61,7 @@ struct Member {
   bool queue = false;         // its share is free
   double min_period = 0.0;    // rate cap
   double exact_period = 0.0;  // exact rate; 0: none
+  double wait = 0.0;          // of a run
   std::vector<OnKind> on;     // by kind of cores
 
   const OnKind& on_kind(int kind) const { return on[static_cast<std::size_t>(kind)]; }

@@ -55,6 +55,7 @@ std::optional<Candidate> candidate(const Input& in, int cores, int threads) {
   std::iota(made.subchain.cores.begin(), made.subchain.cores.end(), in.first);
   made.subchain.period = period;
   made.subchain.execution = owned.execution;
+  made.subchain.wait = in.costs.subchain_wait(in.app.graph, kOnly);
   if (!plan::takes_batches(in.app.graph, kOnly)) made.subchain.every = 1;
   made.subchain.slice = in.costs.subchain_total(in.app.graph, kOnly);
   made.subchain.threads = threads;

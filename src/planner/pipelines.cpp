@@ -12,13 +12,14 @@ namespace ctn::planner {
 
 namespace {
 
-// Mean and percentile are in the same proportion on any number of threads.
+// Mean and percentile of CPU time are in the same proportion on any number of threads.
 model::CostTable usual_costs(const graph::App& app, const trial::Samples& samples, model::CostTable costs,
                              std::size_t kind) {
   for (const graph::Subchain& subchain : app.graph.subchains()) {
     for (const NodeId node : subchain.nodes) {
       const Millis planned = costs[node].single_thread();
       if (planned > Millis{0}) costs.set(node, costs[node].times(samples.moments(node, kind).mean / planned.count()));
+      costs.set_wait(node, Millis{samples.mean_wait(node).mean});
     }
   }
   return costs;
@@ -68,6 +69,7 @@ plan::SubchainPlan Pipelines::planned(const trial::Pipeline& pipeline) const {
   planned.threads = pipeline.threads;
   planned.period = limits.exact.value_or(std::max(owned.period, limits.min));
   planned.execution = owned.execution;
+  planned.wait = costs.subchain_wait(app_.graph, pipeline.subchain);
   planned.slice = costs.subchain_total(app_.graph, pipeline.subchain);
   if (!plan::takes_batches(app_.graph, pipeline.subchain)) planned.every = 1;
   return planned;

@@ -45,6 +45,7 @@ struct RandomLimits {
   bool bounds = false;  // some chains have a max, some nodes a min_rate
   bool pairs = false;   // some subchains have two nodes
   bool kinds = false;   // cores differ: two or three kinds of them
+  bool waits = false;   // runs of some nodes wait
 };
 
 // A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
@@ -174,6 +175,10 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
       costs.set_on(id, kind, costs[id].times(uniform(0.7, 1.4) / app.core_kinds[kind].speed));
     }
   }
+  for (std::size_t i = 0; limits.waits && i < app.graph.nodes().size(); ++i) {
+    if (app.graph.nodes()[i].external || chance(0.5)) continue;
+    costs.set_wait(NodeId(i), Millis{log_uniform(limits.cheapest, limits.dearest)});
+  }
   return {std::move(app), std::move(costs), cores, 0.06};
 }
 
@@ -302,7 +307,11 @@ class BruteForce {
     const auto set = [&](double frame, double queue_period) {
       for (std::size_t m = 0; m < all.size(); ++m) {
         const double period = queue == all[m] ? queue_period : frame * every[m];
-        timings_[all[m]] = {period, period};
+        const double share = frame > 0.0 ? frame / period : 1.0;
+        const model::SharedTiming timing = model::shared_core(
+            {Millis{frame}, share, Millis{share * cost(all[m])}, any_.costs.subchain_wait(any_.app.graph, id(all[m]))},
+            plan::period_limits(any_.app.graph, id(all[m])).exact.has_value());
+        timings_[all[m]] = {timing.period.count(), timing.execution.count()};
       }
     };
     if (!queue) {

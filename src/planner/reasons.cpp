@@ -32,7 +32,7 @@ class Reasons {
         instance_(instance),
         plan_(plan),
         bounds_(bounds),
-        timings_(timings_of(plan)) {}
+        timings_(timings_of(instance, plan)) {}
 
   Reason of(std::size_t i) const {
     const plan::SubchainPlan& entry = plan_.subchains[i];
@@ -169,8 +169,8 @@ class Reasons {
       timings[j].execution = timings[j].period;
     }
     timings[i] = {frame * every, frame * every};
-    return objective_of(instance_, timings) < plan_.objective * (1.0 - plan::kTolerance) &&
-           factor_of(instance_, timings) <= plan_.relax_factor * (1.0 + plan::kTolerance);
+    return objective_of(instance_, timings) < objective_of(instance_, timings_) * (1.0 - plan::kTolerance) &&
+           factor_of(instance_, timings) <= factor_of(instance_, timings_) * (1.0 + plan::kTolerance);
   }
 
   // Its period without the bound, in parts of the planned one.
@@ -209,10 +209,21 @@ class Reasons {
 
 }  // namespace
 
-std::vector<Timing> timings_of(const plan::Plan& plan) {
+std::vector<Timing> timings_of(const Instance& instance, const plan::Plan& plan) {
   std::vector<Timing> timings;
-  for (const plan::SubchainPlan& subchain : plan.subchains) {
-    timings.push_back({subchain.period.count(), subchain.execution.count()});
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    const plan::SubchainPlan& subchain = plan.subchains[i];
+    if (subchain.wait == Millis{0}) {
+      timings.push_back({subchain.period.count(), subchain.execution.count()});
+    } else if (plan::shares_core(plan, subchain)) {
+      const plan::CorePlan& core = plan.cores[static_cast<std::size_t>(subchain.cores.front())];
+      const double period = (core.frame / subchain.share).count();
+      timings.push_back({period, period});
+    } else {
+      const int kind = instance.kind_of_core(subchain.cores.front());
+      const Owned& owned = instance.members[i].on_kind(kind).owned[subchain.cores.size() - 1];
+      timings.push_back({owned.period, owned.execution});
+    }
   }
   return timings;
 }

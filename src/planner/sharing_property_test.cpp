@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plan/json.h"
+#include "plan/recost.h"
 #include "plan/validate.h"
 #include "planner/planner.h"
 #include "planner/random_apps.h"
@@ -80,6 +81,48 @@ TEST(SharingProperty, IsWhatBruteForceFindsWithAQueue) {
 
 TEST(SharingProperty, IsWhatBruteForceFindsWithAQueueAndBounds) {
   compare({.subchains = 3, .dearest = 5.0, .queue = true, .bounds = true}, 1e-6, 200);
+}
+
+// On shared cores plans promise more for runs that wait than the planner reckons with: what it proves is a gap.
+TEST(SharingProperty, WhereRunsWaitTheGapHoldsAgainstBruteForce) {
+  int proven = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomLimits limits{
+        .subchains = 2 + static_cast<int>(seed % 3), .dearest = 7.0, .pairs = true, .waits = true};
+    const RandomCase any = random_case(seed, limits, 1 + static_cast<int>(seed % 3));
+    const BruteForce::Best best = BruteForce(any).run();
+    const plan::Plan plan = proven_plan(any, {});
+    EXPECT_GE(plan.objective, best.objective * (1.0 - 1e-9));
+    EXPECT_LE(plan.objective * (1.0 - plan.gap), best.objective * (1.0 + 1e-9));
+    if (plan.gap == 0.0) ++proven;
+  }
+  EXPECT_GT(proven, 20) << "where nobody waits, plans are optimal";
+}
+
+// The same plan where some nodes wait: as much of each core is used, and each chain takes at least as much longer as
+// its subchains wait.
+TEST(SharingProperty, WaitsLeaveLoadAsItIsAndAddToLatency) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomLimits limits{.subchains = 4, .queue = seed % 3 == 0, .caps = seed % 2 == 0, .pairs = true};
+    RandomCase any = random_case(seed, limits, 1 + static_cast<int>(seed % 3));
+    const plan::Plan plan = proven_plan(any, {});
+    const plan::Plan before = plan::recost(plan, any.app, any.costs).value();
+    for (std::size_t node = 0; node < any.app.graph.nodes().size(); ++node) {
+      if ((seed + node) % 2 == 0) any.costs.set_wait(NodeId(node), Millis{1.0 + static_cast<double>(node)});
+    }
+    const plan::Plan now = plan::recost(plan, any.app, any.costs).value();
+    EXPECT_EQ(now.cores, before.cores);
+    for (std::size_t i = 0; i < now.subchains.size(); ++i) EXPECT_EQ(now.subchains[i].slice, before.subchains[i].slice);
+    for (std::size_t chain = 0; chain < now.chains.size(); ++chain) {
+      double waits = 0.0;
+      for (const graph::ChainElement& element : any.app.graph.chain_elements(now.chains[chain].path)) {
+        if (element.subchain) waits += any.costs.subchain_wait(any.app.graph, *element.subchain).count();
+      }
+      EXPECT_GE((now.chains[chain].latency - before.chains[chain].latency).count(), waits - 1e-9);
+    }
+  }
 }
 
 // What plans compete by: first the factor, then the objective.

@@ -59,6 +59,15 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   }
   for (const graph::Subchain& subchain : app.graph.subchains()) {
     output_period_.push_back(longest_output_period(app.graph, subchain.nodes));
+    double& waits = waits_.emplace_back(0.0);
+    double& parts = parts_.emplace_back(1.0);
+    double& planned_waits = planned_waits_.emplace_back(0.0);
+    for (const NodeId node : subchain.nodes) {
+      const trial::Samples::Waits found = samples.mean_wait(node);
+      waits += found.mean;
+      parts += found.part;
+      planned_waits += planned.wait(node).count();
+    }
   }
   for (const graph::Term& term : app.objective) {
     Term& known = terms_.emplace_back();
@@ -77,7 +86,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       const NodeId node = element.nodes.front();
       // A follower's input does not wait: it starts with it.
       added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
-      added.cost = run + samples.moments(node, 0).mean;
+      added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
     }
   }
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -105,8 +114,8 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
     timing.wait = timing.period / 2.0;
-    timing.execution = timing.cost / pipeline.threads;
-    timing.promised_execution = timing.planned / pipeline.threads;
+    timing.execution = timing.cost / pipeline.threads + timing.waits;
+    timing.promised_execution = timing.planned / pipeline.threads + timing.planned_waits;
   }
 }
 
@@ -139,14 +148,18 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::
 
 // Of the subchain at `place`, with those above it on its core in order_[first, last). A run takes
 //   L = (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above whom it may meet
-// (what is left of a run that is met at any time). Whoever above it runs longer than its period makes it miss triggers:
-// so many as fit into that run, but one.
+// (what is left of a run that is met at any time). A run that waits takes that much longer, and may then meet anybody
+// above it. Whoever above it runs longer than its period makes it miss triggers: so many as fit into that run, but one.
 void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last,
                               double used) {
   const trial::Place& place = schedule.subchains[i];
   Timing& timing = timings_[i];
   const double stretch = 1.0 / (1.0 - used);
-  timing.execution = (timing.cost + found_under_way(schedule, place, first, last)) * stretch;
+  double found = found_under_way(schedule, place, first, last);
+  for (std::size_t above = first; timing.parts > 1.0 && above < last; ++above) {
+    found += (timing.parts - 1.0) * timings_[order_[above]].anytime;
+  }
+  timing.execution = (timing.cost + found) * stretch + timing.waits;
   const double least = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
@@ -155,7 +168,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
     return;
   }
   const double apart = place.after ? std::max(least, outputs_apart(schedule, i)) : least;
-  const double alone = timing.cost * stretch;
+  const double alone = timing.cost * stretch + timing.waits;
   double missed = 0.0;  // triggers, of each
   double squares = 0.0;
   double long_gaps = 0.0;
@@ -199,7 +212,7 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
     settled_ = settled_ && std::abs(timing.period - before) <= kSettled * before;
     timing.rate = 1.0 / timing.period;
     timing.load = timing.cost * timing.rate;
-    timing.anytime = timing.square * timing.rate / 2.0;
+    timing.anytime = timing.square * timing.rate / (2.0 * timing.parts);
     used += timing.load;
     load_ = std::max(load_, used / usable_);
   }
@@ -235,13 +248,16 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     double spacing = to_millis(place.period).count();
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
     if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
-    timing.promised_execution = used < kNothingLeft ? (timing.planned + sum) / (1.0 - used) : kOutOfReach;
+    const double alone = timing.planned + timing.planned_waits;
+    timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
     promised_ = promised_ && used_if_held < kNothingLeft;
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
     timing.promised_period = std::max(spacing, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
     if (place.after) jitter += timings_[place.after->subchain.index()].promised_execution;
+    // What a run that waits leaves undone comes close to the next one (plan/promise.h).
+    const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
     // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
     const double held = to_millis(place.period).count();
     if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
@@ -250,7 +266,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     }
     used += timing.planned / spacing;
     used_if_held += timing.planned / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
-    sum += timing.planned * (1.0 + jitter / spacing);
+    sum += timing.planned * (1.0 + (jitter + carried) / spacing);
   }
 }
 
@@ -291,8 +307,13 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   order_.clear();
   for (std::size_t i = 0; i < places.size(); ++i) {
     const std::size_t kind = kind_of(places[i].core);
-    timings_[i] = {.cost = mean_[kind][i], .square = square_[kind][i], .planned = planned_[kind][i]};
-    timings_[i].period = std::max(to_millis(places[i].period).count(), timings_[i].cost);
+    timings_[i] = {.cost = mean_[kind][i],
+                   .square = square_[kind][i],
+                   .planned = planned_[kind][i],
+                   .waits = waits_[i],
+                   .planned_waits = planned_waits_[i],
+                   .parts = parts_[i]};
+    timings_[i].period = std::max(to_millis(places[i].period).count(), timings_[i].cost + timings_[i].waits);
     timings_[i].wait = timings_[i].period / 2.0;
     if (places[i].form == trial::Form::kPriority) order_.push_back(i);
   }

@@ -2,8 +2,8 @@
 // (trial/trial.h) takes a millisecond, so that a search can look at thousands of schedules before it tries the best.
 //
 // On a core, with the subchains above i in use for a fraction U_i of the time, a run of i that costs c_i takes
-//   L_i = c_i / (1 - U_i)
-// and it completes every
+//   L_i = c_i / (1 - U_i) + w_i
+// where w_i is what it waits on average, while others have the core; and it completes every
 //   p_i = its period; L_i + its pause; so many times the period of the outputs that trigger it; and no less than L_i.
 // A chain's response time is its latency and its period: the first run; then for each next element, half a period until
 // its next run begins (none where it is triggered by the element before) and that run; and the longest period or
@@ -74,6 +74,9 @@ class Surrogate {
     double cost = 0.0;
     double square = 0.0;  // mean of the squares
     double planned = 0.0;
+    double waits = 0.0;          // what a run waits under way, on average
+    double planned_waits = 0.0;  // the same as planned
+    double parts = 1.0;          // that waits cut a run into
     double period = 0.0;
     double execution = 0.0;
     double wait = 0.0;  // from any time to the next trigger
@@ -104,6 +107,9 @@ class Surrogate {
   std::vector<std::vector<double>> mean_;     // by kind, subchain
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
+  std::vector<double> waits_;                 // by subchain
+  std::vector<double> planned_waits_;         // by subchain
+  std::vector<double> parts_;                 // by subchain
   std::vector<double> output_period_;         // by subchain: the longest of its nodes'
   std::vector<Term> terms_;
   struct AskedRate {

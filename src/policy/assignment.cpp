@@ -16,7 +16,7 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   pacing.max_in_flight = 1;
   // What is promised of a run may be many times what ever happens. It ends once a period on average.
   const Millis usual = plan::usual_timing(plan, member.subchain).period;
-  const Millis longest_usual = std::min(planned.execution, std::max(usual, planned.slice));
+  const Millis longest_usual = std::min(planned.execution, std::max(usual, planned.slice + planned.wait));
   pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual * kHangMultiple));
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);

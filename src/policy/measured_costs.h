@@ -39,7 +39,7 @@ class MeasuredCosts {
   model::CostTable costs(Millis unmeasured) const { return costs_at(app_.scheduler.percentile, unmeasured); }
   // What runs typically cost: the median where costs() has the percentile.
   model::CostTable typical_costs(Millis unmeasured) const;
-  // CPU times of recent runs, by node and kind of core, as often each as runs like it occur.
+  // Recent runs, by node and kind of core, as often each as runs like it occur.
   trial::MeasuredRuns runs() const;
 
  private:

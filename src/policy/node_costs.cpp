@@ -27,7 +27,7 @@ std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::si
   OnKind& seen = kinds_[kind];
   newest_kind_ = kind;
   const std::size_t mode = run.mode < seen.detectors.size() ? run.mode : 0;
-  seen.estimator.add(run.cpu, mode);
+  seen.estimator.add({run.cpu, run.wait}, mode);
   const std::optional<std::size_t> runs = seen.detectors[mode].add(run.cpu);
   return runs ? changed(run, kind, mode, *runs) : std::nullopt;
 }
@@ -52,6 +52,7 @@ std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std
 
 void NodeCosts::put_into(model::CostTable& table, double percentile) const {
   if (!measured()) return;
+  table.set_wait(node_, kinds_[newest_kind_].estimator.wait(percentile));
   const model::CostProfile newest = kinds_[newest_kind_].estimator.profile(percentile);
   if (app_.core_kinds.empty()) return table.set(node_, newest);
   table.set(node_, newest.times(app_.core_kinds[newest_kind_].speed));
@@ -61,8 +62,8 @@ void NodeCosts::put_into(model::CostTable& table, double percentile) const {
   }
 }
 
-std::vector<std::vector<Nanos>> NodeCosts::runs() const {
-  std::vector<std::vector<Nanos>> runs;
+std::vector<std::vector<model::RunTime>> NodeCosts::runs() const {
+  std::vector<std::vector<model::RunTime>> runs;
   for (const OnKind& kind : kinds_) runs.push_back(kind.estimator.sample());
   return runs;
 }

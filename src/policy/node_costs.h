@@ -8,6 +8,8 @@
 // When the compute time changes permanently on one kind, what is known of the others is scaled by as much: it is the
 // work that has changed, as a rule, and not the core.
 //
+// What runs wait is taken to be the same on all kinds: that of the kind of the newest run.
+//
 // Units: as the estimator's. Thread safety: none; one owner.
 #pragma once
 
@@ -38,8 +40,8 @@ class NodeCosts {
   // Puts what is known at that percentile into the table; nothing where the node has not run.
   void put_into(model::CostTable& table, double percentile) const;
 
-  // CPU times of recent runs by kind of core, as often each as runs like it occur.
-  std::vector<std::vector<Nanos>> runs() const;
+  // Recent runs by kind of core, as often each as runs like it occur.
+  std::vector<std::vector<model::RunTime>> runs() const;
 
   // Runs on cores of that kind will take `factor` times as long as those seen.
   void rescale(std::size_t kind, double factor);

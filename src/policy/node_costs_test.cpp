@@ -59,6 +59,29 @@ TEST_F(NodeCostsTest, AKindRunOnCostsAsMeasuredThere) {
   EXPECT_DOUBLE_EQ(on(kLittle), 8.0);
 }
 
+TEST_F(NodeCostsTest, WhatRunsWaitIsTheSameOnAllKindsAndWhateverTheirSpeed) {
+  const auto wait = [&](double percentile) {
+    model::CostTable table(app.graph, Millis{5});
+    costs.put_into(table, percentile);
+    return table.on(app, kBig).wait(NodeId(0)) == table.on(app, kLittle).wait(NodeId(0)) ? table.wait(NodeId(0))
+                                                                                         : Millis{-1};
+  };
+  EXPECT_EQ(wait(95.0), Millis{0});
+  for (int i = 1; i <= 40; ++i) {
+    const TimePoint end{milliseconds{100} * i};
+    record::Run run{NodeId(0), static_cast<std::uint64_t>(i), end - milliseconds{9}, end, milliseconds{3}, 0, true, {}};
+    run.wait = milliseconds{i % 3 == 0 ? 6 : 2};
+    costs.add(run, kLittle);
+  }
+  EXPECT_EQ(wait(95.0), Millis{6});
+  EXPECT_EQ(wait(50.0), Millis{2});
+  EXPECT_DOUBLE_EQ(on(kLittle), 3.0);
+  costs.rescale(kLittle, 2.0);
+  EXPECT_EQ(wait(95.0), Millis{6});
+  ASSERT_EQ(costs.runs()[kLittle].size(), 200U);
+  EXPECT_EQ(costs.runs()[kLittle].front().cpu, milliseconds{6});
+}
+
 TEST_F(NodeCostsTest, TheColdRunsAreForgotten) {
   run(3, milliseconds{90}, kBig);
   EXPECT_DOUBLE_EQ(on(kBig), 90.0) << "better than nothing";

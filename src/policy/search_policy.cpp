@@ -51,17 +51,28 @@ bool differ(double before, double after, double threshold) {
   return std::abs(after - before) > threshold * std::max(before, after);
 }
 
-double mean_of(const std::vector<Nanos>& runs) {
-  return static_cast<double>(std::accumulate(runs.begin(), runs.end(), Nanos{0}).count()) /
-         static_cast<double>(runs.size());
+using Runs = std::vector<model::RunTime>;
+
+double mean_of(const Runs& runs) {
+  const Nanos sum = std::accumulate(runs.begin(), runs.end(), Nanos{0},
+                                    [](Nanos so_far, const model::RunTime& run) { return so_far + run.cpu; });
+  return static_cast<double>(sum.count()) / static_cast<double>(runs.size());
 }
-double longest_of(const std::vector<Nanos>& runs) {
-  return static_cast<double>(std::max_element(runs.begin(), runs.end())->count());
+// With waits: what CPU time does not show shows here.
+double mean_length_of(const Runs& runs) {
+  const Nanos sum = std::accumulate(runs.begin(), runs.end(), Nanos{0},
+                                    [](Nanos so_far, const model::RunTime& run) { return so_far + run.wait; });
+  return mean_of(runs) + static_cast<double>(sum.count()) / static_cast<double>(runs.size());
+}
+double longest_of(const Runs& runs) {
+  const auto cheaper = [](const model::RunTime& a, const model::RunTime& b) { return a.cpu < b.cpu; };
+  return static_cast<double>(std::max_element(runs.begin(), runs.end(), cheaper)->cpu.count());
 }
 
-bool changed(const std::vector<Nanos>& before, const std::vector<Nanos>& after) {
+bool changed(const Runs& before, const Runs& after) {
   if (before.empty() || after.empty()) return before.empty() != after.empty();
   return differ(mean_of(before), mean_of(after), kMeanChanged) ||
+         differ(mean_length_of(before), mean_length_of(after), kMeanChanged) ||
          differ(longest_of(before), longest_of(after), kLongestChanged);
 }
 bool changed(const trial::MeasuredRuns& before, const trial::MeasuredRuns& after) {
@@ -77,8 +88,8 @@ bool changed(const trial::MeasuredRuns& before, const trial::MeasuredRuns& after
 trial::MeasuredRuns without_overhead(trial::MeasuredRuns runs) {
   const Nanos machine = trial::Overheads{}.run;
   for (auto& kinds : runs) {
-    for (std::vector<Nanos>& kind : kinds) {
-      for (Nanos& run : kind) run = std::max(run - machine, Nanos{1});
+    for (Runs& kind : kinds) {
+      for (model::RunTime& run : kind) run.cpu = std::max(run.cpu - machine, Nanos{1});
     }
   }
   return runs;

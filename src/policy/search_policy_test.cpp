@@ -32,7 +32,7 @@ struct Asked {
   Asked(graph::App of, int count)
       : app(std::move(of)),
         costs(app.graph, Millis{1}),
-        runs(app.graph.nodes().size(), std::vector<std::vector<Nanos>>(app.kinds())),
+        runs(app.graph.nodes().size(), std::vector<std::vector<model::RunTime>>(app.kinds())),
         memory(policy.make_memory()) {
     std::vector<int> numbers;
     for (int cpu = 0; cpu < count; ++cpu) numbers.push_back(cpu);
@@ -43,7 +43,12 @@ struct Asked {
   // All runs of the node take so long.
   void cost(NodeId node, Millis cpu) {
     costs.set(node, model::CostProfile::constant(cpu));
-    for (std::vector<Nanos>& kind : runs[node.index()]) kind = {to_nanos(cpu)};
+    for (std::vector<model::RunTime>& kind : runs[node.index()]) kind = {{to_nanos(cpu), to_nanos(costs.wait(node))}};
+  }
+  // ... and wait so long.
+  void wait(NodeId node, Millis time) {
+    costs.set_wait(node, time);
+    cost(node, costs[node].single_thread());
   }
 
   // Whether what is in force was replaced.
@@ -145,6 +150,20 @@ TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
   const plan::Member* member = plan::member_of(*asked.in_force.plan, SubchainId(2));
   ASSERT_NE(member, nullptr);
   EXPECT_GE(member->budget, Millis{48});
+}
+
+TEST(SearchPolicy, WhatRunsWaitIsPlannedWithOnceItHasChanged) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  const double before = asked.in_force.plan->expected->objective;
+  asked.wait(NodeId(1), Millis{5});
+  EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const plan::Plan& plan = *asked.in_force.plan;
+  EXPECT_EQ(plan.subchains[1].wait, Millis{5});
+  EXPECT_GT(plan.expected->objective, before + 4.5) << "it is in both chains, one of weight 1";
+  const Status valid = plan::validate(plan, asked.app, asked.costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
 }
 
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {

@@ -39,6 +39,7 @@ struct Run {
   std::vector<Consumed> consumed;  // predecessors that had given nothing yet are left out
   int on_cpu = -1;                 // the CPU that it ended on; -1: not known. Not in the record
   std::vector<Nanos> ages{};       // of its inputs (ages.h), one a predecessor; empty: not known. Not in the record
+  Nanos wait{0};                   // in which it neither ran nor was ready to run
   friend bool operator==(const Run&, const Run&) = default;
 };
 

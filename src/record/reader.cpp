@@ -128,6 +128,9 @@ Result<Tables> tables_of(sqlite::Database& database) {
 constexpr std::array<std::string_view, 7> kLater{"age_limits", "app_changes", "core_kinds", "cost_changes",
                                                  "overruns",   "slots",       "steals"};
 
+// A column that older records do not have.
+constexpr std::pair<std::string_view, std::string_view> kLaterColumn{"runs", "wait_ns"};
+
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
   auto made = model.prepare("SELECT sql FROM sqlite_schema WHERE name = '" + table + "'");
@@ -157,7 +160,10 @@ Status check_tables(sqlite::Database& database) {
       return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kNoRecordHint);
     }
     for (const std::string& column : columns) {
-      if (match->second.contains(column)) continue;
+      if (match->second.contains(column) ||
+          std::pair<std::string_view, std::string_view>(table, column) == kLaterColumn) {
+        continue;
+      }
       return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
                            kNoRecordHint);
     }
@@ -287,7 +293,12 @@ Status Reader::each_run(const std::function<void(const Run&)>& take) const {
   if (!inputs) return inputs.error();
   TieOrder ordered(impl_->app.graph, take);
   Status status = Done{};
-  const std::string rows = "node, number, begin_ns, end_ns, cpu_ns, mode, emitted FROM runs ORDER BY end_ns";
+  const auto has_waits =
+      one_integer(impl_->database, "SELECT count(*) FROM pragma_table_info('runs') WHERE name = 'wait_ns'");
+  if (!has_waits) return has_waits.error();
+  const std::string rows =
+      fmt::format("node, number, begin_ns, end_ns, cpu_ns, mode, emitted, {} FROM runs ORDER BY end_ns",
+                  *has_waits == 1 ? "wait_ns" : "0");
   const auto done = impl_->each_row("runs", rows, [&](Cells& cells) {
     Run run;
     run.node = NodeId{cells.index(0, impl_->app.graph.nodes().size())};
@@ -297,6 +308,7 @@ Status Reader::each_run(const std::function<void(const Run&)>& take) const {
     run.cpu = cells.duration(4);
     run.mode = static_cast<std::uint32_t>(cells.integer(5, 0, std::numeric_limits<std::uint32_t>::max()));
     run.emitted = cells.flag(6);
+    run.wait = cells.duration(7);
     if (run.begin > run.end) cells.refuse();
     if (!cells.ok() || !status) return;
     status = impl_->read_consumed(*inputs, run);

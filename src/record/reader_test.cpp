@@ -114,6 +114,10 @@ TEST(Reader, LeavesAlonePartsThatAreNotItsOwn) {
       "");
 }
 
+TEST(Reader, ReadsRecordsFromBeforeWaitsWereKept) {
+  EXPECT_EQ(error_after("ALTER TABLE runs DROP COLUMN wait_ns"), "");
+}
+
 TEST(Reader, RefusesValuesThatNoWriterWrites) {
   for (const char* sql : {
            "UPDATE runs SET node = 99 WHERE number = 1 AND node = 1",
@@ -122,6 +126,7 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE runs SET end_ns = 9223372036854775807",
            "UPDATE runs SET end_ns = 1e300",
            "UPDATE runs SET cpu_ns = -1",
+           "UPDATE runs SET wait_ns = -1",
            "UPDATE runs SET mode = 4294967296",
            "UPDATE runs SET emitted = 'yes'",
            "UPDATE runs SET number = -number",

@@ -126,6 +126,7 @@ inline std::vector<Run> runs(const graph::App& app, Nanos start, std::uint64_t f
   const TimePoint t = at(start + milliseconds{30});
   result.push_back(
       {id("GL"), (first + 1) / 2, t, t + milliseconds{9}, milliseconds{8}, 1, false, {{id("scan"), first, first + 1}}});
+  result.back().wait = microseconds{700};
   return result;
 }
 

@@ -43,6 +43,8 @@ struct MeasuredNode {
   Nanos cpu{0};               // of all runs
   Samples period;             // between the ends of consecutive runs
   Samples compute;            // CPU time of a run
+  Samples wait;               // of a run
+  bool waits = false;         // any of them did
 };
 
 // An edge with an age limit.
@@ -105,6 +107,8 @@ class RunMetrics {
     node.outputs += run.emitted ? 1U : 0U;
     node.cpu += run.cpu;
     node.compute.add(run.cpu);
+    node.wait.add(run.wait);
+    node.waits = node.waits || run.wait > Nanos{0};
   }
 
   // Whenever its source was: what counts is that the run had old data.

@@ -51,6 +51,7 @@ CREATE TABLE runs(
   cpu_ns INTEGER NOT NULL,
   mode INTEGER NOT NULL,
   emitted INTEGER NOT NULL,
+  wait_ns INTEGER NOT NULL,
   PRIMARY KEY(node, number)
 ) WITHOUT ROWID;
 CREATE TABLE consumed(

@@ -90,7 +90,7 @@ struct Statements {
 };
 
 Result<Statements> prepare(sqlite::Database& database) {
-  auto run = database.prepare("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)");
+  auto run = database.prepare("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
   if (!run) return run.error();
   auto consumed = database.prepare("INSERT INTO consumed VALUES (?, ?, ?, ?, ?)");
   if (!consumed) return consumed.error();
@@ -264,7 +264,7 @@ class SqliteWriter : public Writer {
 
   Status write(const Run& run) {
     auto done = statements_->run.run(run.node.index(), run.number, ns(run.begin), ns(run.end), run.cpu.count(),
-                                     run.mode, run.emitted);
+                                     run.mode, run.emitted, run.wait.count());
     if (!done) return done;
     for (const Consumed& input : run.consumed) {
       done =

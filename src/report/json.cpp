@@ -33,16 +33,18 @@ Json json(const ChainMetrics& chain) {
 }
 
 Json json(const NodeMetrics& node) {
-  return {{"node", node.name},
-          {"runs", node.runs},
-          {"outputs", node.outputs},
-          {"rate_hz", node.rate_hz},
-          {"predicted_rate_hz", json(node.predicted_rate_hz)},
-          {"weight", json(node.weight)},
-          {"period_ms", json(node.period_ms)},
-          {"compute_ms", json(node.compute_ms)},
-          {"wall_ms", json(node.wall_ms)},
-          {"cores", node.cores}};
+  Json figures{{"node", node.name},
+               {"runs", node.runs},
+               {"outputs", node.outputs},
+               {"rate_hz", node.rate_hz},
+               {"predicted_rate_hz", json(node.predicted_rate_hz)},
+               {"weight", json(node.weight)},
+               {"period_ms", json(node.period_ms)},
+               {"compute_ms", json(node.compute_ms)},
+               {"wall_ms", json(node.wall_ms)},
+               {"cores", node.cores}};
+  if (node.wait_ms) figures["wait_ms"] = json(*node.wait_ms);
+  return figures;
 }
 
 Json json(const AgeMetrics& edge) {

@@ -49,6 +49,7 @@ NodeMetrics metrics_of(const record::MeasuredNode<AllSamples>& node, const std::
   metrics.cores = seconds > 0.0 ? std::chrono::duration<double>(node.cpu).count() / seconds : 0.0;
   metrics.period_ms = node.period.summary();
   metrics.compute_ms = node.compute.summary();
+  if (node.waits) metrics.wait_ms = node.wait.summary();
   return metrics;
 }
 

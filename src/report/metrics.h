@@ -38,13 +38,14 @@ struct ChainMetrics {
 struct NodeMetrics {
   std::string name;
   std::uint64_t runs = 0;
-  std::uint64_t outputs = 0;     // runs that emitted
-  double rate_hz = 0.0;          // runs / time
-  Summary period_ms;             // between the ends of consecutive runs
-  Summary compute_ms;            // CPU time of a run
-  Summary wall_ms;               // begin to end of a run
-  double cores = 0.0;            // CPU time / time
-  std::optional<double> weight;  // of its period, where the objective has it
+  std::uint64_t outputs = 0;       // runs that emitted
+  double rate_hz = 0.0;            // runs / time
+  Summary period_ms;               // between the ends of consecutive runs
+  Summary compute_ms;              // CPU time of a run
+  Summary wall_ms;                 // begin to end of a run
+  std::optional<Summary> wait_ms;  // of a run: it neither ran nor was ready to. None: no run waited
+  double cores = 0.0;              // CPU time / time
+  std::optional<double> weight;    // of its period, where the objective has it
   std::optional<double> predicted_rate_hz;
 };
 

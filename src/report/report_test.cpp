@@ -57,8 +57,10 @@ void write_run(const std::string& path, const graph::App& app, bool with_plans,
     writer->add(record::Run{id("scan"), i, begin, begin + scan, scan, 0, true, {}});
     writer->add(
         record::Run{id("LM"), i, begin + scan, begin + 3 * scan, milliseconds{2}, 0, true, {{id("scan"), i, i}}});
-    writer->add(record::Run{
-        id("LP"), i, begin + 3 * scan, begin + 6 * scan, microseconds{1500}, 0, i % 2 == 0, {{id("LM"), i, i}}});
+    record::Run last{id("LP"),           i, begin + 3 * scan, begin + 6 * scan,
+                     microseconds{1500}, 0, i % 2 == 0,       {{id("LM"), i, i}}};
+    last.wait = microseconds{1250};
+    writer->add(last);
     writer->add(record::Trigger{SubchainId{0}, i, begin - microseconds{i % 4}, begin});
     t += t < seconds{102} ? milliseconds{20} : milliseconds{10};
   }
@@ -103,6 +105,21 @@ TEST_F(ReportTest, MeasuresWhatCameAfterTheWarmUp) {
   EXPECT_NEAR(chain.period_ms.max, 20.0, 1e-9) << "the warm-up's 40 ms are left out";
   EXPECT_NEAR(chain.response_ms.p50, 26.0, 1e-9);
   EXPECT_NEAR(static_cast<double>(chain.latency_ms.count), 900.0, 1.0);
+}
+
+TEST_F(ReportTest, SaysWhatRunsWaitWhereTheyDo) {
+  const RunMetrics run = metrics(false);
+  const auto document = nlohmann::json::parse(to_json(run));
+  for (std::size_t i = 0; i < run.nodes.size(); ++i) {
+    const NodeMetrics& node = run.nodes[i];
+    EXPECT_EQ(node.wait_ms.has_value(), node.name == "LP") << node.name;
+    EXPECT_EQ(document["nodes"][i].contains("wait_ms"), node.name == "LP") << node.name;
+    if (!node.wait_ms) continue;
+    EXPECT_DOUBLE_EQ(node.wait_ms->mean, 1.25);
+    EXPECT_DOUBLE_EQ(node.compute_ms.mean, 1.5);
+    EXPECT_DOUBLE_EQ(node.wall_ms.mean, 3.0);
+  }
+  EXPECT_THAT(to_text(run), HasSubstr("Runs that wait, without using a core"));
 }
 
 TEST_F(ReportTest, WeightsAndBoundsAreThoseInForceAtTheEndAndItSaysSo) {

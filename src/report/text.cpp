@@ -63,6 +63,20 @@ Table node_table(const RunMetrics& metrics) {
   return table;
 }
 
+// Of nodes whose runs wait: where their time goes. What is neither computing nor waiting is the part of runs in which
+// others had the core; where several threads work on a run it cannot be told.
+Table wait_table(const RunMetrics& metrics) {
+  Table table{.header = {"node", "wall ms mean", "compute ms mean", "wait ms mean", "p50", "p95", "p99", "max"},
+              .caption = "Runs that wait, without using a core"};
+  for (const NodeMetrics& node : metrics.nodes) {
+    if (!node.wait_ms) continue;
+    std::vector<std::string> row{node.name, number(node.wall_ms.mean), number(node.compute_ms.mean)};
+    append(row, *node.wait_ms);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
 Table age_table(const RunMetrics& metrics) {
   Table table{.header = {"edge", "max_age", "on_stale", "stale", "of runs", "age ms mean", "p50", "p95", "p99", "max"},
               .caption = "Age of inputs: since the begin of the oldest source run"};
@@ -90,8 +104,8 @@ Table trigger_table(const RunMetrics& metrics) {
 
 std::vector<Table> tables(const RunMetrics& metrics) {
   std::vector<Table> result;
-  for (Table& table :
-       std::vector<Table>{chain_table(metrics), node_table(metrics), age_table(metrics), trigger_table(metrics)}) {
+  for (Table& table : std::vector<Table>{chain_table(metrics), node_table(metrics), wait_table(metrics),
+                                         age_table(metrics), trigger_table(metrics)}) {
     if (!table.rows.empty()) result.push_back(std::move(table));
   }
   return result;

@@ -41,9 +41,9 @@ scheduler: { bootstrap: 1s, replan: 1000s }
 )"),
          *policy::make_policy("catan"), 2);
   }
-  // In the first second after `wait`: how many runs of all nodes were on that CPU.
-  int runs_on(int cpu, Nanos wait = milliseconds{250}) {
-    pass(wait);
+  // In the first second after `settling`: how many runs of all nodes were on that CPU.
+  int runs_on(int cpu, Nanos settling = milliseconds{250}) {
+    pass(settling);
     runs.clear();
     pass(seconds{1});
     return runs["fast"][cpu] + runs["slow"][cpu];

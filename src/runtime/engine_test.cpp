@@ -209,6 +209,14 @@ TEST_F(TrackerTest, WithoutThePermissionGoesOnWithRatesOnlyAndSaysSo) {
   EXPECT_NEAR(snapshot.chains[0].response_ms.mean, 83.0 + 83.0 / 0.94, 1e-5) << "the rates are planned all the same";
 }
 
+TEST_F(TrackerTest, SaysSoWhereWhatRunsWaitCannotBeMeasured) {
+  fake.set_tells_ready_time(false);
+  open("joint", 1, fake);
+  const Snapshot snapshot = run_for(seconds{5});
+  ASSERT_EQ(snapshot.notices.size(), 1U);
+  EXPECT_TRUE(snapshot.notices[0].starts_with("waits-unknown: ")) << snapshot.notices[0];
+}
+
 TEST_F(TrackerTest, KeepsCpusReadyWhileItRunsAndOnlyWithRealTimeLevels) {
   open("catan", 1, fake);
   ASSERT_TRUE(engine->start().ok());

@@ -61,7 +61,8 @@ NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Reg
       edges_(record::input_edges(graph, node)),
       words_(report_words(edges_.size())),
       taken_(edges_.size(), 0),
-      origins_(edges_.size(), RunAccess::kNoOrigin) {
+      origins_(edges_.size(), RunAccess::kNoOrigin),
+      wait_(os) {
   move_to(region);
   bind(*newest_binding_.load());
 }
@@ -171,6 +172,7 @@ void NodePort::begin(Run& run) {
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
   begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
+  wait_.begin();
   begin_ = os_.now();
   RunAccess::begin(run, begin_, edges_);
   for (std::size_t slot = 0; slot < edges_.size(); ++slot) RunAccess::set_taken_before(run, slot, origins_[slot]);
@@ -226,7 +228,7 @@ void NodePort::end(Run& run) {
   // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
   if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
   const RunAccess::Origin origin = settle_ages(run);
-  encode_report(run, begin_, end_, cpu, os_.current_cpu(), words_);
+  encode_report(run, begin_, end_, cpu, wait_.end(end_ - begin_, cpu), os_.current_cpu(), words_);
   binding().reports.push(words_);
   RunAccess::finish_writes(run, origin);
   if (RunAccess::emits(run)) binding().own->give(run.number(), origin.count());

@@ -26,7 +26,7 @@
 // the end of the one before. So the time that it takes to pass on, to wait and to be woken is counted, and one reading
 // of the thread's clock, the most expensive part of a report, serves both runs. A thread that comes back later has done
 // something else in between: its run is counted from when it began to wait. Where other threads work for the node, and
-// where it did not wait for a trigger, begin() reads the clocks.
+// where it did not wait for a trigger, begin() reads the clocks. What a run waits: wait_watch.h.
 //
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
@@ -42,6 +42,7 @@
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/region.h"
+#include "runtime/wait_watch.h"
 
 namespace ctn::runtime {
 
@@ -130,10 +131,11 @@ class NodePort {
   std::uint64_t token_ = 0;
   std::uint64_t number_ = 0;
   TimePoint begin_{};
-  TimePoint end_{};               // of the run before
-  bool has_waited_ = false;       // for the run that is to begin
-  bool counted_early_ = false;    // from before its begin
-  Nanos begin_cpu_{0};            // of all its threads
+  TimePoint end_{};             // of the run before
+  bool has_waited_ = false;     // for the run that is to begin
+  bool counted_early_ = false;  // from before its begin
+  Nanos begin_cpu_{0};          // of all its threads
+  WaitWatch wait_;
   std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
 };
 

@@ -82,6 +82,27 @@ TEST_F(NodePortTest, ARunThatBeginsLateIsNotSaidToTakeMoreThanItCan) {
   EXPECT_EQ(reported(), (Costs{milliseconds{1}, milliseconds{1} + NodePort::kStraightBack}));
 }
 
+TEST_F(NodePortTest, WhatARunWaitsIsReportedBesideItsCost) {
+  std::vector<Nanos> waits;
+  for (int count = 0; count < 3; ++count) {
+    trigger();
+    ASSERT_TRUE(port.wait_for_trigger());
+    port.begin(run);
+    fake.burn(milliseconds{1});
+    fake.sleep_until(fake.now() + milliseconds{4});
+    fake.burn(milliseconds{1});
+    port.end(run);
+  }
+  Costs costs;
+  link.drain([&](const record::Run& each) {
+    costs.push_back(each.cpu);
+    waits.push_back(each.wait);
+    EXPECT_EQ(each.end - each.begin, milliseconds{6});
+  });
+  EXPECT_EQ(costs, Costs(3, milliseconds{2}));
+  EXPECT_EQ(waits, (Costs{milliseconds{0}, milliseconds{4}, milliseconds{4}})) << "the first is missed";
+}
+
 // A sensor, what follows it, and a third that has no part in it but takes all that the sensor gives.
 class FollowerTest : public ::testing::Test {
  protected:

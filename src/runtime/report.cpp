@@ -15,7 +15,7 @@ Nanos age_of(TimePoint begin, TimePoint origin) {
 
 }  // namespace
 
-void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, int on_cpu,
+void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, Nanos wait, int on_cpu,
                    std::span<std::uint64_t> words) {
   assert(words.size() == report_words(RunAccess::inputs(run).size()));
   words[0] = run.number();
@@ -24,6 +24,7 @@ void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, in
   words[3] = static_cast<std::uint64_t>(cpu.count());
   words[4] = (static_cast<std::uint64_t>(on_cpu + 1) << kCpuShift) | (std::uint64_t{RunAccess::mode(run)} << 1U) |
              (RunAccess::emits(run) ? 1U : 0U);
+  words[5] = static_cast<std::uint64_t>(wait.count());
   std::size_t word = report_words(0);
   for (const RunAccess::Input& input : RunAccess::inputs(run)) {
     words[word++] = input.first;
@@ -42,6 +43,7 @@ record::Run decode_report(NodeId node, std::span<const NodeId> predecessors, std
   run.mode = static_cast<std::uint32_t>(words[4] >> 1U);
   run.on_cpu = static_cast<int>(words[4] >> kCpuShift) - 1;
   run.emitted = (words[4] & 1U) != 0;
+  run.wait = Nanos{static_cast<Nanos::rep>(words[5])};
   std::size_t word = report_words(0);
   for (const NodeId predecessor : predecessors) {
     const std::uint64_t first = words[word++];

@@ -53,9 +53,14 @@ TEST_F(ReportCheckTest, DisbelievesWhatCannotBe) {
   lie.cpu = Nanos{-1};
   EXPECT_FALSE(believes(lie));
   lie.cpu = 1s;
+  lie.wait = 1001ms;
+  EXPECT_FALSE(believes(lie)) << "longer than it took";
+  lie.wait = Nanos{-1};
+  EXPECT_FALSE(believes(lie));
+  lie.wait = Nanos{0};
   lie.mode = 1;
   EXPECT_FALSE(believes(lie)) << "a mode that the node has not";
-  EXPECT_EQ(check.rejected(), 9U);
+  EXPECT_EQ(check.rejected(), 11U);
   EXPECT_TRUE(believes(run(6, 3s, 4s))) << "nothing of it was kept";
 }
 

@@ -102,6 +102,12 @@ Status Scheduler::prepare() {
   joined_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
+  if (!os_.ready_time()) {
+    notices_.add(
+        "waits-unknown",
+        "this system does not tell how long threads were ready to run without running, so what runs wait is not "
+        "measured, and plans leave it out (Linux: a kernel with CONFIG_SCHED_INFO tells)");
+  }
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
   prepared_.store(true, std::memory_order_release);

@@ -30,14 +30,16 @@ Json json_of(const ChainOutcome& chain) {
 }
 
 Json json_of(const NodeOutcome& node) {
-  return {{"node", node.name},
-          {"runs", node.runs},
-          {"outputs", node.outputs},
-          {"rate_hz", node.rate_hz},
-          {"too_slow", node.too_slow},
-          {"too_fast", node.too_fast},
-          {"period_ms", json_of(node.period_ms)},
-          {"compute_ms", json_of(node.compute_ms)}};
+  Json json{{"node", node.name},
+            {"runs", node.runs},
+            {"outputs", node.outputs},
+            {"rate_hz", node.rate_hz},
+            {"too_slow", node.too_slow},
+            {"too_fast", node.too_fast},
+            {"period_ms", json_of(node.period_ms)},
+            {"compute_ms", json_of(node.compute_ms)}};
+  if (node.wait_ms) json["wait_ms"] = json_of(*node.wait_ms);
+  return json;
 }
 
 Json json_of(const AgeOutcome& edge) {

@@ -179,12 +179,25 @@ void Nodes::set_level_of_unscheduled(os::Level level) {
 
 Nanos Nodes::begin(Cpus::Thread thread, int cpu) {
   Node& node = nodes_[node_of_[thread - first_]];
-  if (thread == node.thread) begin_run(node, cpu);
-  return node.share;
+  if (thread != node.thread) return node.share;
+  if (node.rest > Nanos{0}) return std::exchange(node.rest, Nanos{0});
+  begin_run(node, cpu);
+  return until_wait(node);
+}
+
+// What of its share the first thread works before it waits.
+Nanos Nodes::until_wait(Node& node) {
+  if (node.wait == Nanos{0}) return node.share;
+  node.rest = std::max(node.share / 2, Nanos{1});
+  return node.share - node.rest;
 }
 
 bool Nodes::done(Cpus::Thread thread, int cpu) {
   Node& node = nodes_[node_of_[thread - first_]];
+  if (thread == node.thread && node.wait > Nanos{0}) {
+    cpus_.wake_at(thread, cpus_.now() + std::exchange(node.wait, Nanos{0}));
+    return false;
+  }
   if (--node.working > 0) return false;  // whoever works longest ends the run
   end_run(node, cpu);
   if (node.period) {
@@ -214,6 +227,7 @@ void Nodes::begin_run(Node& node, int cpu) {
       costs_.draw(node.id, node.run.number, cpus_.now().time_since_epoch(), node.threads, kinds_.of(cpu));
   node.run.mode = static_cast<std::uint32_t>(draw.mode);
   node.share = draw.cpu + overhead_ + jitter_of(node.run);
+  node.wait = node.run.wait = draw.wait;
   node.working = node.threads;
   for (int helper = 0; helper < node.threads; ++helper) {
     const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);

@@ -6,7 +6,7 @@
 // Each run says how old its inputs are (record/ages.h), and gives no output where it says so in the app.
 //
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
-// with the last of them.
+// with the last of them. A run that waits has its first thread sleep in the middle of its work.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -141,12 +141,15 @@ class Nodes {
     int threads = 1;                 // of the run
     int working = 0;                 // of these, still at it
     Nanos share{0};                  // that each of them works
+    Nanos wait{0};                   // of its first thread, still to come
+    Nanos rest{0};                   // that it works afterwards
     std::vector<Nanos> used_before;  // by thread
     ctn::Run seen;                   // the run as its function sees it
     record::Run run;                 // reused
   };
 
   void begin_run(Node& node, int cpu);
+  Nanos until_wait(Node& node);
   void consume(Node& node);
   void consume_newest(Node& node, std::size_t slot);
   static bool is_stale(const Node& node);

@@ -63,6 +63,7 @@ Outcome OutcomeCollector::outcome(TimePoint end) const {
     shown.rate_hz = outcome.measured_s > 0.0 ? static_cast<double>(shown.runs) / outcome.measured_s : 0.0;
     shown.period_ms = measured.period.summary_ms();
     shown.compute_ms = measured.compute.summary_ms();
+    if (measured.waits) shown.wait_ms = measured.wait.summary_ms();
     // A run more or less at the ends of the interval is no miss.
     const double one = outcome.measured_s > 0.0 ? 1.0 / outcome.measured_s : 0.0;
     shown.too_slow = node.min_rate && shown.rate_hz + one < node.min_rate->hertz();

@@ -44,6 +44,7 @@ struct NodeOutcome {
   bool too_fast = false;  // above its max_rate
   Summary period_ms;
   Summary compute_ms;
+  std::optional<Summary> wait_ms;  // none: its runs did not wait
 };
 
 // An edge with an age limit.

@@ -19,7 +19,7 @@ Result<RecordedRuns> RecordedRuns::read(const record::Reader& record, const grap
     if (!node) return;
     // Of a mode that the app does not know (any more), the first stands for it.
     const bool known = run.mode < std::max<std::size_t>(1, app.graph.node(*node).modes.size());
-    runs.by_node[node->index()].push_back({run.cpu, known ? run.mode : 0});
+    runs.by_node[node->index()].push_back({run.cpu, known ? run.mode : 0, run.wait});
   });
   if (!read) return read.error();
   std::vector<Problem> problems;
@@ -47,7 +47,7 @@ model::RunDraw RecordedCosts::draw(NodeId node, std::uint64_t number, Nanos, int
   const std::uint64_t index = order_ == Order::kAsRecorded ? number - 1 : mixed_of(seed_, node.index(), number);
   const RecordedRuns::Cost& cost = runs[index % runs.size()];
   const Nanos share = std::max(cost.cpu / threads - overhead_, Nanos{0});
-  return {cost.mode, Nanos{std::llround(static_cast<double>(share.count()) / speeds_[kind])}};
+  return {cost.mode, Nanos{std::llround(static_cast<double>(share.count()) / speeds_[kind])}, cost.wait};
 }
 
 }  // namespace ctn::sim

@@ -1,6 +1,6 @@
 // What runs cost in a real run, from its record: the same again, run by run, or drawn from among them.
 //
-// Units: as run_costs.h. Memory: 16 bytes a recorded run. Thread safety: none; one owner.
+// Units: as run_costs.h. Memory: 24 bytes a recorded run. Thread safety: none; one owner.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,7 @@ struct RecordedRuns {
   struct Cost {
     Nanos cpu{0};
     std::uint32_t mode = 0;
+    Nanos wait{0};
   };
   std::vector<std::vector<Cost>> by_node;
 

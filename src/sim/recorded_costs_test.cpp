@@ -17,7 +17,7 @@ class RecordedCostsTest : public ::testing::Test {
     auto runs = std::make_shared<RecordedRuns>();
     runs->by_node.resize(app.graph.nodes().size());
     for (int i = 1; i <= 4; ++i) {
-      runs->by_node[0].push_back({milliseconds{i}, static_cast<std::uint32_t>(i % 2)});
+      runs->by_node[0].push_back({milliseconds{i}, static_cast<std::uint32_t>(i % 2), milliseconds{10 * i}});
     }
     return {app, runs, order, seed, overhead};
   }
@@ -35,6 +35,11 @@ TEST_F(RecordedCostsTest, TheNthRunCostsWhatTheNthDidAndThenFromTheBeginning) {
   EXPECT_EQ(cpu(replayed, 6), milliseconds{2});
   EXPECT_EQ(replayed.draw(NodeId(0), 3, Nanos{0}, 1, 0).mode, 1U);
   EXPECT_EQ(cpu(replayed, 4, 2), milliseconds{2}) << "two threads share the work";
+}
+
+TEST_F(RecordedCostsTest, ARunWaitsWhatItDidThere) {
+  RecordedCosts replayed = costs(RecordedCosts::Order::kAsRecorded, 1, std::chrono::microseconds{100});
+  EXPECT_EQ(replayed.draw(NodeId(0), 3, Nanos{0}, 2, 0).wait, milliseconds{30});
 }
 
 TEST_F(RecordedCostsTest, WhatTheMachineAddsIsNotCountedTwice) {

@@ -185,6 +185,46 @@ TEST(Simulation, WorkersShareARunOfAParallelNode) {
   EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0) << "all threads added up";
 }
 
+TEST(Simulation, ARunThatWaitsGivesItsCoreAway) {
+  const Outcome outcome = simulate(two_rates_app(), "a: { cost: 2ms, wait: 4ms }\nb: 12ms\n", "fifo");
+  EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 6.0);
+  // b has the core from 1 to 5, from 6 to 10, and, while the next run of a waits, from 11 to 15: 12 ms.
+  EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 14.0);
+  EXPECT_NEAR(outcome.cores.front().real_time, 0.2 + 0.6, 0.001) << "waits are no load";
+  EXPECT_DOUBLE_EQ(node(outcome, "a").compute_ms.mean, 2.0);
+  ASSERT_TRUE(node(outcome, "a").wait_ms);
+  EXPECT_DOUBLE_EQ(node(outcome, "a").wait_ms->mean, 4.0);
+  EXPECT_FALSE(node(outcome, "b").wait_ms);
+}
+
+// One run at a time: 13 ms and 7 ms of waiting.
+TEST(Simulation, OneSubchainThatWaitsByFormulas) {
+  const Outcome outcome =
+      simulate(parse(kRow), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "joint");
+  const ChainOutcome& chain = outcome.chains.front();
+  EXPECT_NEAR(chain.response_ms.mean, 40.0, 0.001);
+  EXPECT_NEAR(*chain.predicted_ms, 40.0, 0.001);
+  EXPECT_NEAR(outcome.cores.front().real_time, 0.65, 0.001);
+}
+
+// On two cores, detect is occupied for 17 ms of each run, and the cores for 13.
+TEST(Simulation, APipelineThatWaitsIsAsFastAsItsSlowestNode) {
+  const Outcome outcome =
+      simulate(parse(kRow), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "joint", 2);
+  const ChainOutcome& chain = outcome.chains.front();
+  EXPECT_NEAR(chain.period_ms.mean, 17.0, 0.1);
+  EXPECT_NEAR(chain.latency_ms.mean, 20.0, 0.2);
+}
+
+TEST(Simulation, OfSeveralThreadsTheFirstWaits) {
+  std::string text = kRow;
+  text.replace(text.find("detect: {}"), 10, "detect: { max_threads: 2 }");
+  const Outcome outcome =
+      simulate(parse(text), "camera: 2ms\ndetect: { cost: 10ms, wait: 4ms }\nmotor: 1ms\n", "default", 2);
+  EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.max, 12.0);
+  EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0);
+}
+
 TEST(Simulation, FixedPrioritiesPreempt) {
   const Outcome outcome = simulate(two_rates_app(), "a: 3ms\nb: 12ms\n", "fifo");
   EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 3.0);

@@ -44,6 +44,21 @@ void Cores::continue_work(Job job) {
   if (core.current == job) core.current = kNobody;
 }
 
+void Cores::suspend(int number) {
+  Core& core = at(number);
+  jobs_[core.current].away = true;
+  remove(core, core.current);
+  core.current = kNobody;
+}
+
+void Cores::resume(Job job) {
+  State& state = jobs_[job];
+  state.away = false;
+  state.begun = false;
+  state.order = ++last_order_;
+  insert(at(state.core), job);
+}
+
 void Cores::end_work(int number) {
   Core& core = at(number);
   jobs_[core.current].has_work = false;
@@ -54,6 +69,10 @@ void Cores::end_work(int number) {
 void Cores::change_rank(Job job, Rank rank, TimePoint now) {
   State& state = jobs_[job];
   if (state.rank == rank) return;
+  if (state.away) {
+    state.rank = rank;
+    return;
+  }
   Core& core = at(state.core);
   if (core.current == job) account(core, now);
   remove(core, job);

@@ -2,6 +2,9 @@
 // rank has it, and of several of one rank the first. A job that is pre-empted keeps its place. What a job does when it
 // gets a core is its owner's business: settle() says when one has to begin.
 //
+// A job may leave its core under way, to wait: it keeps its rank and what is left of its budget, and comes back last
+// among those of its rank.
+//
 // A controller that acts holds its core for some time: what runs there is delayed by as much, and what is to begin
 // there begins afterwards, with the inputs that are there by then.
 //
@@ -37,7 +40,8 @@ class Cores {
 
   int count() const { return static_cast<int>(cores_.size()); }
   bool idle(int core) const { return at(core).queue.empty(); }
-  bool has_work(Job job) const { return jobs_[job].has_work; }
+  bool has_work(Job job) const { return jobs_[job].has_work; }  // waiting or not
+  int core_of(Job job) const { return jobs_[job].core; }
   Job current(int core) const { return at(core).current; }
   Rank rank_on(int core) const { return idle(core) ? -1 : jobs_[at(core).queue.back()].rank; }
 
@@ -47,6 +51,9 @@ class Cores {
   void add_work(Job job, int core, Rank rank, Nanos budget = kUnlimited);
   // The same run goes on with something else, to begin when the job has the core: last among those of its rank.
   void continue_work(Job job);
+  // The current job of the core waits, until it comes back with something else to begin.
+  void suspend(int core);
+  void resume(Job job);
   // The current job of the core has no work any more.
   void end_work(int core);
   // A job that is raised comes last in its new rank, one that is lowered first. Precondition: it has work.
@@ -89,6 +96,7 @@ class Cores {
     Nanos budget = kUnlimited;
     bool has_work = false;
     bool begun = false;
+    bool away = false;  // it waits
   };
 
   Core& at(int core) { return cores_[static_cast<std::size_t>(core)]; }

@@ -15,13 +15,13 @@ std::size_t count_unscheduled(const graph::App& app) {
       std::count_if(nodes.begin(), nodes.end(), [](const graph::Node& node) { return node.unscheduled; }));
 }
 
-std::size_t count_pipe_threads(const graph::App& app, const Schedule& schedule) {
+std::size_t count_jobs(const graph::App& app, const Schedule& schedule) {
   std::size_t threads = 0;
   for (const Pipeline& pipeline : schedule.pipelines) {
     threads +=
         app.graph.subchain(pipeline.subchain).nodes.size() * static_cast<std::size_t>(std::max(pipeline.threads, 1));
   }
-  return threads;
+  return schedule.subchains.size() + count_unscheduled(app) + threads;
 }
 
 }  // namespace
@@ -35,10 +35,10 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       warm_from_(TimePoint{} + options.warm_up),
       nodes_(app.graph.nodes().size()),
       unscheduled_of_node_(nodes_.size()),
-      timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app)),
-      cores_(static_cast<std::size_t>(schedule.cores),
-             schedule.subchains.size() + count_unscheduled(app) + count_pipe_threads(app, schedule),
-             options.overheads.context_switch, timers_),
+      timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app) +
+              (samples.any_waits() ? count_jobs(app, schedule) : 0)),
+      cores_(static_cast<std::size_t>(schedule.cores), count_jobs(app, schedule), options.overheads.context_switch,
+             timers_),
       lineage_(app, prefixes, warm_from_, options.p95) {
   if (options.observer != nullptr) log_.emplace(app, *options.observer);
   for (int core = 0; core < schedule.cores; ++core) kind_of_core_.push_back(app.kind_of(core));
@@ -125,6 +125,7 @@ void Machine::turn(Timers::Source source) {
   timers_.set(source, kNever);
   if (source < source_of_unscheduled(0)) return subchain_due(source - source_of_subchain(0));
   if (source < source_of_frames(0)) return unscheduled_due(source - source_of_unscheduled(0));
+  if (source >= source_of_wait(0)) return wait_over(source - source_of_wait(0));
   step_frames(static_cast<int>(source - source_of_frames(0)), WokenBy::kTimer);
 }
 
@@ -162,21 +163,60 @@ void Machine::hold(int core, WokenBy by) {
 
 // --- Runs ---
 
+// Whose run the job is in.
+NodeId Machine::node_of(Job job) const {
+  if (job < subchains_.size()) return subchains_[job].nodes[subchains_[job].position];
+  if (job < first_pipe_thread()) return unscheduled_[job - job_of_unscheduled(0)].node;
+  const PipeThread& thread = pipe_threads_[job - first_pipe_thread()];
+  return pipes_[thread.pipe].stages[thread.stage].node;
+}
+
 Nanos Machine::begin_job(Job job, int core) {
-  if (job < subchains_.size()) {
-    const Subchain& subchain = subchains_[job];
-    return begin_run(subchain.nodes[subchain.position], core);
-  }
-  if (job < first_pipe_thread()) return begin_run(unscheduled_[job - job_of_unscheduled(0)].node, core);
-  return begin_pipe_thread(pipe_threads_[job - first_pipe_thread()], core);
+  if (job >= first_pipe_thread()) return begin_pipe_thread(pipe_threads_[job - first_pipe_thread()], core);
+  const NodeId node = node_of(job);
+  if (nodes_[node.index()].rest > Nanos{0}) return rest_of_run(node);
+  return until_wait(node, begin_run(node, core));
 }
 
 Nanos Machine::begin_run(NodeId id, int core) {
   Node& node = nodes_[id.index()];
   lineage_.begin(id, now_);
   if (log_) log_->begin(id, now_);
+  node.wait = samples_.wait(id, node.runs);
   const Nanos cpu = samples_.draw(id, kind_of_core_[static_cast<std::size_t>(core)], node.runs++);
   return cpu + options_.overheads.run + options_.overheads.context_switch;
+}
+
+// What of a run's `work` comes first; the rest comes after its wait.
+Nanos Machine::until_wait(NodeId id, Nanos work) {
+  Node& node = nodes_[id.index()];
+  if (node.wait == Nanos{0}) return work;
+  node.rest = std::max(work / 2, Nanos{1});
+  return work - node.rest;
+}
+
+Nanos Machine::rest_of_run(NodeId id) {
+  return std::exchange(nodes_[id.index()].rest, Nanos{0}) + options_.overheads.context_switch;
+}
+
+// Whether the job's run is to wait before it goes on. Threads that help do not.
+bool Machine::waits(Job job) const {
+  const bool helps = job >= first_pipe_thread() && pipe_threads_[job - first_pipe_thread()].helper;
+  return !helps && nodes_[node_of(job).index()].wait > Nanos{0};
+}
+
+// The job on the core has come to its run's wait.
+void Machine::wait(Job job, int core) {
+  Node& node = nodes_[node_of(job).index()];
+  // Threads of a pipeline go on where there is a core for them.
+  job < first_pipe_thread() ? cores_.suspend(core) : cores_.end_work(core);
+  set_timer(source_of_wait(job), now_ + std::exchange(node.wait, Nanos{0}), node.timers_set);
+}
+
+void Machine::wait_over(Job job) {
+  if (job >= first_pipe_thread()) return queue_for_core(pipes_[pipe_threads_[job - first_pipe_thread()].pipe], job);
+  cores_.resume(job);
+  touch(cores_.core_of(job));
 }
 
 // Whether it emits.
@@ -201,6 +241,7 @@ void Machine::core_event(int core) {
   if (event == Cores::Event::kFree) return;
   if (event == Cores::Event::kBudgetSpent) return cores_.demote_current(core, now_);
   const Job job = cores_.current(core);
+  if (waits(job)) return wait(job, core);
   if (job < subchains_.size()) return subchain_node_ended(job, core);
   if (job < first_pipe_thread()) return unscheduled_ended(job - job_of_unscheduled(0), core);
   pipe_thread_ended(pipe_threads_[job - first_pipe_thread()], core);
@@ -239,6 +280,9 @@ void Machine::count_run(Subchain& subchain) {
 void Machine::subchain_due(std::size_t index) {
   Subchain& subchain = subchains_[index];
   if (subchain.place->form == Form::kPipeline) return pace(pipes_[*pipe_of_subchain_[index]], WokenBy::kTimer);
+  // A later output may have triggered it since the timer was set.
+  const bool waits_for_output = subchain.place->after.has_value();
+  if (waits_for_output && (!subchain.trigger_owed || under_way(subchain))) return;
   subchain.trigger_owed = false;
   trigger(subchain, WokenBy::kTimer);
 }

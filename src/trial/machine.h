@@ -3,6 +3,8 @@
 //   each unscheduled node
 //   each thread of a pipeline's node
 //
+// A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
+//
 // Triggers and runs of fixed priorities and unscheduled nodes are in machine.cpp, cores of frames in
 // machine_frames.cpp, pipelines in machine_pipelines.cpp.
 //
@@ -43,6 +45,10 @@ class Machine {
 
   struct Node {
     std::uint32_t runs = 0;  // begun, from the first draw on
+    // Of the run under way.
+    Nanos wait{0};  // that is still to come
+    Nanos rest{0};  // CPU time after it
+    std::uint32_t timers_set = 0;
     Nanos output_period{0};  // 0: none
     std::optional<TimePoint> next_output;
   };
@@ -114,6 +120,7 @@ class Machine {
   Timers::Source source_of_frames(int core) const {
     return source_of_unscheduled(unscheduled_.size()) + static_cast<Timers::Source>(core);
   }
+  Timers::Source source_of_wait(Job job) const { return source_of_frames(schedule_.cores) + job; }
   Job job_of_unscheduled(std::size_t index) const { return static_cast<Job>(subchains_.size() + index); }
   Job first_pipe_thread() const { return static_cast<Job>(subchains_.size() + unscheduled_.size()); }
 
@@ -129,8 +136,14 @@ class Machine {
   void hold(int core, WokenBy by);
 
   // --- Runs ---
+  NodeId node_of(Job job) const;
   Nanos begin_job(Job job, int core);
   Nanos begin_run(NodeId node, int core);
+  Nanos until_wait(NodeId node, Nanos work);
+  Nanos rest_of_run(NodeId node);
+  bool waits(Job job) const;
+  void wait(Job job, int core);
+  void wait_over(Job job);
   bool end_run(NodeId node);
   bool output_due(Node& node) const;
   void core_event(int core);

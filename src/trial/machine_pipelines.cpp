@@ -77,6 +77,7 @@ Nanos Machine::begin_pipe_thread(const PipeThread& thread, int core) {
   Pipe& pipe = pipes_[thread.pipe];
   Stage& stage = pipe.stages[thread.stage];
   if (thread.helper) return stage.share;
+  if (nodes_[stage.node.index()].rest > Nanos{0}) return rest_of_run(stage.node);
   stage.token = stage.word;
   const Samples::Split split =
       samples_.split(stage.node, kind_of_core_[static_cast<std::size_t>(core)], pipe.pipeline->threads);
@@ -86,7 +87,7 @@ Nanos Machine::begin_pipe_thread(const PipeThread& thread, int core) {
   stage.working = std::min(split.threads, std::max(pipe.pipeline->threads, 1));
   for (Job helper = 1; helper < static_cast<Job>(stage.working); ++helper)
     queue_for_core(pipe, stage.first_thread + helper);
-  return stage.share;
+  return until_wait(stage.node, stage.share);
 }
 
 void Machine::pipe_thread_ended(const PipeThread& thread, int core) {

@@ -14,7 +14,7 @@ constexpr Nanos kShortestRun{1};
 Nanos scaled(Nanos cpu, double factor) { return Nanos{std::llround(static_cast<double>(cpu.count()) * factor)}; }
 
 // The kind whose measured runs stand for those on `kind`; kinds.size(): none was measured.
-std::size_t measured_kind(const std::vector<std::vector<Nanos>>& kinds, std::size_t kind) {
+std::size_t measured_kind(const std::vector<std::vector<model::RunTime>>& kinds, std::size_t kind) {
   if (kind < kinds.size() && !kinds[kind].empty()) return kind;
   const auto other = std::find_if(kinds.begin(), kinds.end(), [](const auto& runs) { return !runs.empty(); });
   return static_cast<std::size_t>(other - kinds.begin());
@@ -27,7 +27,8 @@ double proportion(Millis of, Millis to) { return of > Millis{0} && to > Millis{0
 Samples::Samples(const graph::App& app, const model::CostTable& costs)
     : kinds_(app.kinds()),
       costs_(model::costs_by_kind(app, costs)),
-      draws_(app.graph.nodes().size() * kinds_ * kDraws, kShortestRun) {
+      draws_(app.graph.nodes().size() * kinds_ * kDraws, kShortestRun),
+      waits_(app.graph.nodes().size()) {
   for (const graph::Node& node : app.graph.nodes()) max_threads_.push_back(std::max(node.max_threads, 1));
 }
 
@@ -37,7 +38,9 @@ Samples::Samples(const graph::App& app, const model::Workload& work, Nanos since
     const model::Workload there = work.on(app, kind);
     for (std::size_t node = 0; node < max_threads_.size(); ++node) {
       for (std::size_t number = 0; number < kDraws; ++number) {
-        at(node, kind, number) = std::max(there.draw(seed, NodeId(node), number + 1, since_start).cpu, kShortestRun);
+        const model::RunDraw draw = there.draw(seed, NodeId(node), number + 1, since_start);
+        at(node, kind, number) = std::max(draw.cpu, kShortestRun);
+        if (kind == 0) set_wait(node, number, draw.wait);
       }
     }
   }
@@ -46,7 +49,8 @@ Samples::Samples(const graph::App& app, const model::Workload& work, Nanos since
 Samples::Samples(const graph::App& app, const MeasuredRuns& measured, const model::CostTable& costs)
     : Samples(app, costs) {
   for (std::size_t node = 0; node < max_threads_.size(); ++node) {
-    const std::vector<std::vector<Nanos>> runs = node < measured.size() ? measured[node] : MeasuredRuns::value_type{};
+    const MeasuredRuns::value_type runs = node < measured.size() ? measured[node] : MeasuredRuns::value_type{};
+    const Nanos planned_wait = to_nanos(costs.wait(NodeId(node)));
     for (std::size_t kind = 0; kind < kinds_; ++kind) {
       const Millis planned = costs_[kind][NodeId(node)].single_thread();
       const std::size_t from = measured_kind(runs, kind);
@@ -54,8 +58,10 @@ Samples::Samples(const graph::App& app, const MeasuredRuns& measured, const mode
       const double factor =
           known && from < kinds_ ? proportion(planned, costs_[from][NodeId(node)].single_thread()) : 1.0;
       for (std::size_t number = 0; number < kDraws; ++number) {
-        const Nanos cpu = known ? runs[from][mixed_of(node, number) % runs[from].size()] : to_nanos(planned);
-        at(node, kind, number) = std::max(scaled(cpu, factor), kShortestRun);
+        const model::RunTime run = known ? runs[from][mixed_of(node, number) % runs[from].size()]
+                                         : model::RunTime{to_nanos(planned), planned_wait};
+        at(node, kind, number) = std::max(scaled(run.cpu, factor), kShortestRun);
+        if (kind == 0) set_wait(node, number, run.wait);
       }
     }
   }
@@ -72,6 +78,27 @@ Samples::Moments Samples::moments(NodeId node, std::size_t kind) const {
   constexpr auto kCount = static_cast<double>(kDraws);
   const double mean = sum / kCount;
   return {mean, std::max(squares / kCount - mean * mean, 0.0)};
+}
+
+void Samples::set_wait(std::size_t node, std::size_t number, Nanos wait) {
+  if (wait == Nanos{0}) return;
+  if (waits_[node].empty()) waits_[node].resize(kDraws);
+  waits_[node][number] = wait;
+}
+
+bool Samples::any_waits() const {
+  return std::any_of(waits_.begin(), waits_.end(), [](const std::vector<Nanos>& waits) { return !waits.empty(); });
+}
+
+Samples::Waits Samples::mean_wait(NodeId node) const {
+  Waits waits;
+  if (!this->waits(node)) return waits;
+  constexpr auto kCount = static_cast<double>(kDraws);
+  for (const Nanos wait : waits_[node.index()]) {
+    waits.mean += to_millis(wait).count() / kCount;
+    waits.part += wait > Nanos{0} ? 1.0 / kCount : 0.0;
+  }
+  return waits;
 }
 
 Samples::Split Samples::split(NodeId node, std::size_t kind, int threads) const {

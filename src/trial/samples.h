@@ -17,8 +17,8 @@
 
 namespace ctn::trial {
 
-// CPU times of runs as measured: by NodeId, then by the kind of core that they ran on. No node must have any.
-using MeasuredRuns = std::vector<std::vector<std::vector<Nanos>>>;
+// Runs as measured: by NodeId, then by the kind of core that they ran on. No node must have any.
+using MeasuredRuns = std::vector<std::vector<std::vector<model::RunTime>>>;
 
 class Samples {
  public:
@@ -42,6 +42,20 @@ class Samples {
   };
   Moments moments(NodeId node, std::size_t kind) const;
 
+  // What the same run waits in its middle.
+  Nanos wait(NodeId node, std::uint32_t number) const {
+    return waits(node) ? waits_[node.index()][number % kDraws] : Nanos{0};
+  }
+  // Whether any run of the node waits; of any node.
+  bool waits(NodeId node) const { return !waits_[node.index()].empty(); }
+  bool any_waits() const;
+  // Of all its runs.
+  struct Waits {
+    double mean = 0.0;  // ms
+    double part = 0.0;  // of the runs that wait at all
+  };
+  Waits mean_wait(NodeId node) const;
+
   // On at most `threads`: how many a run works on, and what part each has of its CPU time on one.
   struct Split {
     int threads = 1;
@@ -54,14 +68,16 @@ class Samples {
  private:
   Samples(const graph::App& app, const model::CostTable& costs);
 
+  void set_wait(std::size_t node, std::size_t number, Nanos wait);
   Nanos& at(std::size_t node, std::size_t kind, std::size_t number) {
     return draws_[(node * kinds_ + kind) * kDraws + number];
   }
 
   std::size_t kinds_;
-  std::vector<int> max_threads_;         // by node
-  std::vector<model::CostTable> costs_;  // by kind
-  std::vector<Nanos> draws_;             // by node, kind, number
+  std::vector<int> max_threads_;           // by node
+  std::vector<model::CostTable> costs_;    // by kind
+  std::vector<Nanos> draws_;               // by node, kind, number
+  std::vector<std::vector<Nanos>> waits_;  // by node, number; empty: its runs do not wait
 };
 
 }  // namespace ctn::trial

@@ -45,7 +45,7 @@ TEST(Samples, RunsThatCostNothingTakeTimeAllTheSame) {
 TEST(Samples, OfMeasuredRunsAreThoseRunsWhereTheyRan) {
   const graph::App app = two_kinds();
   const model::CostTable costs(app.graph, Millis{3});
-  const std::vector<Nanos> runs{Nanos{100}, Nanos{200}, Nanos{300}, Nanos{400}};
+  const std::vector<model::RunTime> runs{{Nanos{100}}, {Nanos{200}}, {Nanos{300}}, {Nanos{400}}};
   const Samples samples(app, {{{}, runs}}, costs);
   std::vector<int> seen(5, 0);
   for (std::uint32_t run = 0; run < Samples::kDraws; ++run) {
@@ -54,6 +54,17 @@ TEST(Samples, OfMeasuredRunsAreThoseRunsWhereTheyRan) {
     EXPECT_EQ(4 * samples.draw(kA, kFastKind, run), samples.draw(kA, kSlowKind, run));
   }
   for (int run = 1; run <= 4; ++run) EXPECT_NEAR(seen[static_cast<std::size_t>(run)], Samples::kDraws / 4.0, 150.0);
+}
+
+TEST(Samples, AWaitStaysWithItsRunAndIsTheSameOnAllKindsOfCores) {
+  const graph::App app = two_kinds();
+  const std::vector<model::RunTime> runs{{Nanos{100}, Nanos{7}}, {Nanos{200}, Nanos{0}}};
+  const Samples samples(app, {{{}, runs}}, model::CostTable(app.graph, Millis{3}));
+  EXPECT_TRUE(samples.waits(kA) && samples.any_waits() && !samples.waits(kB));
+  for (std::uint32_t run = 0; run < 100; ++run) {
+    EXPECT_EQ(samples.wait(kA, run), samples.draw(kA, kSlowKind, run) == Nanos{100} ? Nanos{7} : Nanos{0});
+  }
+  EXPECT_EQ(samples.wait(kB, 1), Nanos{0});
 }
 
 TEST(Samples, ANodeThatNeverRanCostsWhatIsPlanned) {

@@ -25,6 +25,9 @@
 // there is one, else where they ran last; the first run comes a period after the start. Outputs. The newest, or all
 // since the last run; none before the `output_period` is over; a run that emits none ends its subchain's run.
 //
+// Waits. In the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says so.
+// Of a run on several threads the first waits.
+//
 // What is left out: growth of costs during a trial; limits on real-time threads; fair scheduling of ordinary threads;
 // chance in how long runs and the machine take beyond the draws.
 //

@@ -59,6 +59,7 @@ struct World {
                         .overheads = Overheads::none(),
                         .observer = &timeline});
   }
+  void wait(const std::string& node, double wait_ms) { costs.set_wait(*app.graph.find_node(node), Millis{wait_ms}); }
   SubchainId subchain(const std::string& name) const { return *app.graph.find_subchain(name); }
 
   graph::App app;
@@ -148,6 +149,20 @@ TEST(Trial, OutputsThatComeDuringARunOfTheFollowerMakeForOneTriggerAtItsEnd) {
   World world(two(), {{"a", 1}, {"b", 12}});
   world.run(on_cores(2, {{.core = 0, .period = ms(5)}, {.core = 1, .after = plan::After{SubchainId(0), 1}}}), ms(38));
   EXPECT_EQ(world.timeline["b"], "1-13 13-25 25-37");
+}
+
+// b is held back until 2 ms after its first trigger, and its timer is late: the output that comes just before it is the
+// trigger, and the timer is none.
+TEST(Trial, ATimerThatAnOutputHasForestalledTriggersNothing) {
+  World world(two(), {{"a", 0.2}, {"b", 0.5}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  Overheads overheads = Overheads::none();
+  overheads.timer_latency = std::chrono::microseconds{100};
+  const Schedule schedule = on_cores(
+      2, {{.core = 0, .period = ms(1)}, {.core = 1, .period = ms(1.95), .after = plan::After{SubchainId(0), 1}}});
+  Trial(world.app, samples)
+      .run(schedule, {.horizon = ms(4), .warm_up = Nanos{0}, .overheads = overheads, .observer = &world.timeline});
+  EXPECT_EQ(world.timeline["b"], "0.3-0.8 2.3-2.8");
 }
 
 TEST(Trial, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
@@ -315,6 +330,97 @@ TEST(Trial, ThreadsOfANodeShareItsRun) {
   world.run(schedule, ms(20));
   EXPECT_EQ(world.timeline["a"], "0-4 10-14");
   EXPECT_EQ(world.timeline["b"], "4-7 14-17");
+}
+
+// --- Runs that wait ---
+
+TEST(Trial, ARunThatWaitsGivesItsCoreAway) {
+  World world(two(), {{"a", 2}, {"b", 6}});
+  world.wait("a", 4);
+  const Figures figures =
+      world.run(on_cores(1, {{.priority = 2, .period = ms(20)}, {.priority = 1, .period = ms(20)}}), ms(40));
+  EXPECT_EQ(world.timeline["a"], "0-6 20-26");
+  EXPECT_EQ(world.timeline["b"], "1-8 21-28");
+  EXPECT_NEAR(figures.busy[0], 0.4, 1e-9) << "waits are no load";
+}
+
+TEST(Trial, ARunThatHasWaitedQueuesBehindThoseAboveIt) {
+  World world(two(), {{"a", 2}, {"b", 6}});
+  world.wait("a", 4);
+  world.run(on_cores(1, {{.priority = 1, .period = ms(20)}, {.priority = 2, .period = ms(20), .phase = ms(3)}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["a"], "0-10");
+  EXPECT_EQ(world.timeline["b"], "3-9");
+}
+
+TEST(Trial, AWaitUsesNoBudget) {
+  const auto b_with_budget_of_a = [](double budget) {
+    World world(two(), {{"a", 4}, {"b", 6}});
+    world.wait("a", 4);
+    world.run(on_cores(1, {{.priority = 2, .period = ms(40), .budget = ms(budget)},
+                           {.priority = 1, .period = ms(40), .phase = ms(5)}}),
+              ms(40));
+    return world.timeline["b"];
+  };
+  EXPECT_EQ(b_with_budget_of_a(4), "5-13") << "a comes back at 6, and has 2 left";
+  EXPECT_EQ(b_with_budget_of_a(3), "5-12") << "a is demoted at 7";
+}
+
+TEST(Trial, WhatIsTriggeredWhileARunWaitsWaitsForItsEnd) {
+  World world(two(), {{"a", 2}, {"b", 1}});
+  world.wait("a", 10);
+  world.run(on_cores(2, {{.core = 0, .period = ms(8)}, {.core = 1, .period = ms(100)}}), ms(30));
+  EXPECT_EQ(world.timeline["a"], "0-12 12-24");
+}
+
+TEST(Trial, InFramesOthersHaveTheCoreWhileARunWaits) {
+  World world(two(), {{"a", 4}, {"b", 4}});
+  world.wait("a", 4);
+  Schedule schedule = on_cores(1, {{.form = Form::kFrames}, {.form = Form::kFrames}});
+  dispatch::SharedCoreSchedule frames;
+  frames.slots = {{.subchain = SubchainId(0), .slice = ms(3), .every = 1, .rank = 0, .may_steal = false},
+                  {.subchain = SubchainId(1), .slice = ms(4), .every = 1, .rank = 1, .may_steal = false}};
+  schedule.frames = {frames};
+  world.run(schedule, ms(25));
+  // The run of a comes back at 6, in the slot of b, and ends in its own of the next frame: at 7.
+  EXPECT_EQ(world.timeline["a"], "0-9 13-22");
+  EXPECT_EQ(world.timeline["b"], "3-7 9-13 16-20");
+}
+
+TEST(Trial, InAPipelineOtherNodesHaveTheCoreMeanwhile) {
+  graph::AppSpec spec = two();
+  spec.subchains = {graph::subchain("ab", "a b")};
+  World world(spec, {{"a", 2}, {"b", 6}});
+  world.wait("a", 4);
+  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
+  schedule.pipelines = {{SubchainId(0), {0, 1}, 1, dispatch::pacing_of_owned(Millis{6}, Millis{12}, Nanos{0})}};
+  const Figures figures = world.run(schedule, ms(30));
+  EXPECT_EQ(world.timeline["a"], "0-6 6-12 12-18 18-24 24-30");
+  EXPECT_EQ(world.timeline["b"], "6-12 12-18 18-24 24-30");
+  EXPECT_NEAR(figures.busy[0] + figures.busy[1], (5 * 2 + 4 * 6) / 30.0, 1e-9);
+}
+
+TEST(Trial, OfSeveralThreadsTheFirstWaits) {
+  graph::AppSpec spec = two();
+  spec.subchains = {graph::subchain("ab", "a b")};
+  graph::node(spec, "b").max_threads = graph::At<int>{2, {}};
+  World world(spec, {{"a", 4}, {"b", 6}});
+  world.wait("b", 4);
+  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
+  schedule.pipelines = {{SubchainId(0), {0, 1}, 2, dispatch::pacing_of_owned(Millis{20}, Millis{11}, Nanos{0})}};
+  world.run(schedule, ms(20));
+  EXPECT_EQ(world.timeline["b"], "4-11");
+}
+
+TEST(Trial, AnUnscheduledNodeThatWaitsGivesItsCoreAway) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "a").unscheduled = true;
+  graph::node(spec, "a").period = graph::At<Nanos>{milliseconds{10}, {}};
+  World world(spec, {{"a", 1}, {"b", 8}});
+  world.wait("a", 4);
+  world.run(on_cores(1, {{.period = ms(20), .phase = ms(8)}}), ms(20));
+  EXPECT_EQ(world.timeline["a"], "10-15");
+  EXPECT_EQ(world.timeline["b"], "8-17");
 }
 
 TEST(Trial, IsTheSameEachTimeAndOtherwiseWithOtherDraws) {

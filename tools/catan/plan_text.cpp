@@ -96,6 +96,19 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
   return table.text();
 }
 
+// Empty where no run waits.
+std::string waits_text(const plan::Plan& plan, const graph::App& app) {
+  Table table({"subchain", "waits", "of its execution"});
+  bool any = false;
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+    const plan::SubchainPlan& entry = plan.subchains[i];
+    if (entry.wait <= Millis{0}) continue;
+    table.add({app.graph.subchain(SubchainId(i)).name, ms(entry.wait), ms(entry.execution)});
+    any = true;
+  }
+  return any ? "\nruns that wait, and leave their core to others meanwhile\n" + table.text() : "";
+}
+
 std::string terms_text(const plan::Plan& plan, const graph::App& app) {
   Table table({"weight", "of", "value", "latency", "period", "path"});
   for (const plan::ChainPlan& chain : plan.chains) {
@@ -118,8 +131,9 @@ std::string relaxed_text(const plan::Plan& plan) {
 }  // namespace
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
-  return fmt::format("{}\nsubchains\n{}\ncores\n{}{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
-                     cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app), relaxed_text(plan));
+  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
+                     waits_text(plan, app), cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app),
+                     relaxed_text(plan));
 }
 
 }  // namespace ctn::tool

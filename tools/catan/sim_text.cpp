@@ -77,6 +77,26 @@ std::string chains_text(const std::vector<Seeded>& runs) {
   return to_text(table);
 }
 
+bool waits_in(const std::vector<Seeded>& runs, std::size_t node) {
+  return std::any_of(runs.begin(), runs.end(), [&](const Seeded& run) { return run.outcome.nodes[node].wait_ms; });
+}
+
+// Empty where no node waits.
+std::string waits_text(const std::vector<Seeded>& runs) {
+  static const Summary kNone;
+  report::Table table{.header = {"node", "wait mean", "p50", "p95", "p99", "max"}};
+  const std::vector<sim::NodeOutcome>& nodes = runs.front().outcome.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!waits_in(runs, i)) continue;
+    std::vector<std::string> row{nodes[i].name};
+    append(row, cells(runs, [&](const Outcome& run) -> const Summary& {
+             return run.nodes[i].wait_ms ? *run.nodes[i].wait_ms : kNone;
+           }));
+    table.rows.push_back(std::move(row));
+  }
+  return table.rows.empty() ? "" : "Runs that wait, without using a core (ms)\n" + to_text(table) + "\n";
+}
+
 std::string nodes_text(const std::vector<Seeded>& runs) {
   report::Table table{.header = {"node", "rate", "compute mean", "compute p95", "period mean", "period p95", ""}};
   const std::vector<sim::NodeOutcome>& nodes = runs.front().outcome.nodes;
@@ -139,7 +159,8 @@ std::string sim_text(const std::vector<Seeded>& runs, int cores) {
   text += runs.size() == 1 ? fmt::format(", seed {}\n\n", runs.front().seed)
                            : fmt::format(", seeds {} to {}: means over {} runs\n\n", runs.front().seed,
                                          runs.back().seed, runs.size());
-  text += "Chains (ms)\n" + chains_text(runs) + "\nNodes (ms)\n" + nodes_text(runs) + "\n" + ages_text(runs);
+  text += "Chains (ms)\n" + chains_text(runs) + "\nNodes (ms)\n" + nodes_text(runs) + "\n" + waits_text(runs) +
+          ages_text(runs);
   const auto objective = mean(runs, [](const Outcome& run) { return run.objective; });
   const auto predicted = mean(runs, [](const Outcome& run) { return run.objective_predicted; });
   text += fmt::format("objective  {}{}\n", shown(objective),

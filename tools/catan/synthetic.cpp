@@ -134,7 +134,9 @@ void SyntheticLoad::run(Node& node, Run& run) {
   const model::RunDraw draw = work_.draw(seed_, node.id, run.number(), os_.now() - begun_, threads);
   run.set_mode(static_cast<std::uint32_t>(draw.mode));
   if (threads > 1) workers->begin(threads - 1, draw.cpu);
-  const bool burnt = burn(cpu_before + draw.cpu);
+  const Nanos after_wait = draw.wait > Nanos{0} ? draw.cpu / 2 : Nanos{0};
+  bool burnt = burn(cpu_before + draw.cpu - after_wait);
+  if (draw.wait > Nanos{0}) burnt = burnt && sleep(draw.wait) && burn(cpu_before + draw.cpu);
   if (threads > 1) workers->finish();
   if (!burnt || !node.output.due(os_.now())) return run.skip_output();
   for (Channel<Token>* channel : node.to_latest) channel->write(run, run.number());
@@ -150,7 +152,18 @@ bool SyntheticLoad::burn(Nanos until_cpu_time) const {
   return false;
 }
 
-void SyntheticLoad::stop() { stop_by_.store(os_.now() + kGrace, std::memory_order_relaxed); }
+bool SyntheticLoad::sleep(Nanos wait) {
+  const TimePoint end = os_.now() + wait;
+  if (os_.wait(stopping_, 0, end) == os::WaitResult::kTimedOut) return true;
+  os_.wait(stopping_, 1, std::min(end, stop_by_.load(std::memory_order_relaxed)));
+  return os_.now() >= end;
+}
+
+void SyntheticLoad::stop() {
+  stop_by_.store(os_.now() + kGrace, std::memory_order_relaxed);
+  stopping_.store(1, std::memory_order_release);
+  os_.wake(stopping_);
+}
 
 bool SyntheticLoad::cut_short() const {
   const TimePoint stop_by = stop_by_.load(std::memory_order_relaxed);

@@ -2,7 +2,8 @@
 // for the run, takes its inputs and gives an output, as code of its own would.
 //
 // A run burns in the CPU time of the node's own thread: pre-empted, it takes longer but costs the same. Where the node
-// has `max_threads`, and the plan gives it more than one, others (workers.h) burn as much at the same time.
+// has `max_threads`, and the plan gives it more than one, others (workers.h) burn as much at the same time. Where its
+// runs wait, its own thread sleeps so long when it has burnt half.
 //
 // Thread safety: attach and begin from the session's thread, before it starts; add_threads from it, after; stop from
 // any thread.
@@ -49,6 +50,8 @@ class SyntheticLoad {
   void run(Node& node, Run& run);
   // Whether it could burn all of it.
   bool burn(Nanos until_cpu_time) const;
+  // Whether it could sleep for all of it.
+  bool sleep(Nanos wait);
   bool cut_short() const;
 
   const graph::App& app_;
@@ -57,6 +60,7 @@ class SyntheticLoad {
   os::Os& os_;
   TimePoint begun_{};
   std::atomic<TimePoint> stop_by_{kNever};
+  std::atomic<std::uint32_t> stopping_{0};  // 1 from stop() on: wakes who sleeps
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 

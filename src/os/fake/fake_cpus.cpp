@@ -145,6 +145,14 @@ std::optional<Nanos> FakeCpus::next_event() const {
   return next;
 }
 
+std::vector<ThreadId> FakeCpus::waiting() const {
+  std::vector<ThreadId> waiting;
+  for (const auto& [thread, claim] : claims_) {
+    if (!claim.cpu) waiting.push_back(thread);
+  }
+  return waiting;
+}
+
 std::vector<ThreadId> FakeCpus::pass(TimePoint now, Nanos duration) {
   std::map<int, Claim*> busy;
   for (auto& [thread, claim] : claims_) {

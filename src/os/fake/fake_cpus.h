@@ -56,6 +56,8 @@ class FakeCpus {
   std::optional<ThreadId> ready() const;
   // After assign(), with nobody ready: until someone is, or a slice ends. Empty when no CPU is used.
   std::optional<Nanos> next_event() const;
+  // After assign(): who has no CPU.
+  std::vector<ThreadId> waiting() const;
   // Precondition: duration <= next_event(). Returns who had a CPU.
   std::vector<ThreadId> pass(TimePoint now, Nanos duration);
 

@@ -105,6 +105,7 @@ TimePoint FakeOs::next_deadline() const {
 }
 
 void FakeOs::let_pass(Nanos duration) {
+  for (const ThreadId waiting : cpus_.waiting()) find(waiting)->ready_time += duration;
   for (const ThreadId served : cpus_.pass(now_, duration)) find(served)->cpu_time += duration;
   now_ += duration;
 }
@@ -138,6 +139,7 @@ void FakeOs::yield_baton(Task& task, Lock& lock) {
 
 void FakeOs::block_until(Task& task, TimePoint wake_at, Lock& lock) {
   task.wake_at = std::max(wake_at, now_);
+  if (wake_at > now_ && !task.burning_since) ++task.times_blocked;
   task.yielded = wake_at > now_ ? 0 : ++yields_;
   if (shares_cpus_ && wake_at > now_) cpus_.remove(task.id);
   if (shares_cpus_ && wake_at <= now_) cpus_.to_the_end(task.id);
@@ -231,6 +233,16 @@ Result<Nanos> FakeOs::thread_cpu_time(ThreadId thread) {
   const Task* const task = find(thread);
   if (!task) return gone("read the CPU time of", thread);
   return task->cpu_time + (task->burning_since ? now_ - *task->burning_since : Nanos{0});
+}
+
+std::uint64_t FakeOs::times_blocked() {
+  const Lock lock(mutex_);
+  return self("times_blocked").times_blocked;
+}
+
+std::optional<Nanos> FakeOs::ready_time() {
+  const Lock lock(mutex_);
+  return tells_ready_time_ ? std::optional(self("ready_time").ready_time) : std::nullopt;
 }
 
 WaitResult FakeOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {

@@ -78,6 +78,8 @@ class FakeOs : public Os {
   // all of it; and what they had when it grows again. Precondition: one of them is online.
   void set_cpuset(CpuSet cpus);
   void set_power_state(PowerState state);
+  // Whether ready_time() tells anything; at first it does.
+  void set_tells_ready_time(bool tells);
   void set_stolen_time(std::map<int, Nanos> stolen);
   // From now on the thread counts as another, which began just now and has the number of one that has ended.
   void reuse_number(ThreadId thread);
@@ -94,6 +96,8 @@ class FakeOs : public Os {
   TimePoint now() override;
   Nanos thread_cpu_time() override;
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  std::uint64_t times_blocked() override;
+  std::optional<Nanos> ready_time() override;
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
   void sleep_until(TimePoint deadline) override;
@@ -169,6 +173,7 @@ class FakeOs : public Os {
   RealTimeFacts real_time_facts_{true, "", 0.05, "fair server"};
   HostFacts host_facts_;
   PowerState power_state_;
+  bool tells_ready_time_ = true;
   std::map<int, Nanos> stolen_time_;
   std::shared_ptr<std::atomic<int>> ready_cpus_held_ = std::make_shared<std::atomic<int>>(0);
   std::vector<Change> changes_;

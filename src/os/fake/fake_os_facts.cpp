@@ -196,6 +196,11 @@ HostFacts FakeOs::host_facts() {
   return host_facts_;
 }
 
+void FakeOs::set_tells_ready_time(bool tells) {
+  const Lock lock(mutex_);
+  tells_ready_time_ = tells;
+}
+
 void FakeOs::set_power_state(PowerState state) {
   const Lock lock(mutex_);
   power_state_ = std::move(state);

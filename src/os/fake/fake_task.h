@@ -31,6 +31,8 @@ struct FakeOs::Task {
   const Task* joining = nullptr;
   std::optional<TimePoint> burning_since;
   Nanos cpu_time{0};
+  Nanos ready_time{0};
+  std::uint64_t times_blocked = 0;
   Level level = Level::kOrdinary;
   bool reset_on_fork = false;
   CpuSet cpus;  // as asked; those that are online count

@@ -62,6 +62,8 @@ class FaultyOs : public Os {
   TimePoint now() override { return inner_.now(); }
   Nanos thread_cpu_time() override { return inner_.thread_cpu_time(); }
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  std::uint64_t times_blocked() override { return inner_.times_blocked(); }
+  std::optional<Nanos> ready_time() override { return inner_.ready_time(); }
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override { inner_.wake(word); }
   void sleep_until(TimePoint deadline) override;

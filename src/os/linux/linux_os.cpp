@@ -5,6 +5,7 @@
 #include <linux/futex.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -20,6 +21,7 @@
 #include <thread>
 #include <utility>
 
+#include "os/linux/descriptor.h"
 #include "os/linux/facts.h"
 #include "os/linux/guardian.h"
 #include "os/linux/idle.h"
@@ -36,9 +38,17 @@ static_assert(sizeof(std::atomic<std::uint32_t>) == 4 && std::atomic<std::uint32
 // 0: not asked yet. Reset in the child of a fork, whose only thread has a new number.
 thread_local pid_t cached_thread = 0;
 
+// The calling thread's schedstat file, from the first time that it is asked for; after a fork another one.
+thread_local Descriptor own_schedstat;
+
 void forget_thread_on_fork() {
   static std::once_flag once;
-  std::call_once(once, [] { ::pthread_atfork(nullptr, nullptr, [] { cached_thread = 0; }); });
+  std::call_once(once, [] {
+    ::pthread_atfork(nullptr, nullptr, [] {
+      cached_thread = 0;
+      own_schedstat.reset();
+    });
+  });
 }
 
 timespec to_timespec(TimePoint time) {
@@ -87,6 +97,17 @@ std::optional<Nanos> read_schedstat(const LinuxRoots& roots, ThreadId thread) {
   return number && *number >= 0 ? std::optional(Nanos{*number}) : std::nullopt;
 }
 
+// CPU time, time ready to run, times run. All are 0 where the kernel does not count them.
+std::optional<Nanos> parse_ready_time(std::string_view schedstat) {
+  const std::size_t first_end = schedstat.find(' ');
+  if (first_end == std::string_view::npos) return std::nullopt;
+  const std::string_view rest = schedstat.substr(first_end + 1);
+  const auto cpu = parse_integer(schedstat.substr(0, first_end));
+  const auto ready = parse_integer(rest.substr(0, rest.find(' ')));
+  if (!cpu || *cpu <= 0 || !ready || *ready < 0) return std::nullopt;
+  return Nanos{*ready};
+}
+
 class LinuxThread : public Thread {
  public:
   explicit LinuxThread(std::thread thread) : thread_(std::move(thread)) {}
@@ -108,6 +129,8 @@ class LinuxOs : public Os {
   TimePoint now() override;
   Nanos thread_cpu_time() override;
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  std::uint64_t times_blocked() override;
+  std::optional<Nanos> ready_time() override;
 
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;
   void wake(const std::atomic<std::uint32_t>& word) override;
@@ -163,6 +186,23 @@ Result<Nanos> LinuxOs::thread_cpu_time(ThreadId thread) {
   }
   return Error::environment(fmt::format("cannot read the CPU time of thread {}: it is gone", static_cast<int>(thread)),
                             "threads that end while they are scheduled need no action");
+}
+
+std::uint64_t LinuxOs::times_blocked() {
+  rusage usage{};
+  if (::getrusage(RUSAGE_THREAD, &usage) != 0) die("getrusage", errno);
+  return static_cast<std::uint64_t>(usage.ru_nvcsw);
+}
+
+std::optional<Nanos> LinuxOs::ready_time() {
+  if (!own_schedstat.valid()) {
+    const std::string path = fmt::format("{}/thread-self/schedstat", roots_.procfs);
+    own_schedstat = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  }
+  std::array<char, 80> buffer{};
+  const ssize_t count = ::pread(own_schedstat.number(), buffer.data(), buffer.size(), 0);
+  if (count <= 0) return std::nullopt;
+  return parse_ready_time({buffer.data(), static_cast<std::size_t>(count)});
 }
 
 WaitResult LinuxOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) {

@@ -109,6 +109,34 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   EXPECT_FALSE(os_->threads(ProcessId{child}).ok());
 }
 
+// Two threads on one CPU, woken at once: who comes last was ready while the other worked.
+TEST_F(LinuxOsTest, WhoWaitsForACpuIsReady) {
+  if (!os_->ready_time()) GTEST_SKIP() << "this kernel does not tell";
+  const auto cpus = os_->affinity(os_->current_thread());
+  ASSERT_TRUE(cpus.ok());
+  const CpuSet one{cpus->cpus().front()};
+  std::atomic<std::uint32_t> go{0};
+  std::array<Nanos, 2> ready{};
+  std::vector<std::unique_ptr<Thread>> workers;
+  for (Nanos& each : ready) {
+    workers.push_back(os_->spawn("worker", [&] {
+      ASSERT_TRUE(os_->set_affinity(os_->current_thread(), one).ok());
+      os_->wait(go, 0, soon());
+      const Nanos before = os_->ready_time().value_or(Nanos{0});
+      const std::uint64_t blocked = os_->times_blocked();
+      const Nanos end = os_->thread_cpu_time() + 40ms;
+      for (const TimePoint give_up = soon(); os_->thread_cpu_time() < end && os_->now() < give_up;) continue;
+      each = os_->ready_time().value_or(Nanos{0}) - before;
+      EXPECT_EQ(os_->times_blocked(), blocked) << "the CPU was taken from it";
+    }));
+  }
+  os_->sleep_until(os_->now() + 20ms);
+  go = 1;
+  os_->wake(go);
+  workers.clear();
+  EXPECT_GE(std::max(ready[0], ready[1]), 10ms);
+}
+
 TEST_F(LinuxOsTest, ChildOfAForkHasItsOwnNumber) {
   os_->current_thread();
   const pid_t child = ::fork();

@@ -42,7 +42,14 @@ class VirtualSession : public ::testing::Test {
     for (const graph::Node& node : engine->app().graph.nodes()) {
       if (node.external) continue;
       engine->wiring().set_body(node.name, [this, name = node.name](ctn::Run& run) {
-        fake.burn(cost(name, run.number()));
+        const Nanos cpu = cost(name, run.number());
+        const Nanos waits = wait(name, run.number());
+        const Nanos rest = waits > Nanos{0} ? cpu / 2 : Nanos{0};
+        fake.burn(cpu - rest);
+        if (waits > Nanos{0}) {
+          fake.sleep_until(fake.now() + waits);
+          fake.burn(rest);
+        }
         if (silent(name, run.number())) run.skip_output();
       });
     }
@@ -82,6 +89,9 @@ class VirtualSession : public ::testing::Test {
   std::map<std::string, Nanos> costs;  // by node
   std::function<Nanos(const std::string& node, std::uint64_t run)> cost =
       [this](const std::string& node, std::uint64_t /*run*/) { return costs.at(node); };
+  // What a run waits, after half of its CPU time.
+  std::function<Nanos(const std::string& node, std::uint64_t run)> wait =
+      [](const std::string& /*node*/, std::uint64_t /*run*/) { return Nanos{0}; };
   std::function<bool(const std::string& node, std::uint64_t run)> silent = [](const std::string& /*node*/,
                                                                               std::uint64_t /*run*/) { return false; };
   std::function<void(const std::string&)> on_notice = [](const std::string&) {};
