@@ -3,8 +3,8 @@
 //
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
-// chain of the objective is a path with at least one node that is not external; who follows another is unscheduled, and
-// is fed by that one, which is unscheduled too; an edge with an age limit joins nodes that are not external, and the
+// chain of the objective is a path with at least one node that is not external, and an external node that ticks is its
+// first or its last; who follows another is unscheduled, and is fed by that one, which is unscheduled too; an edge with an age limit joins nodes that are not external, and the
 // limit is above 0; weights are finite and >= 0; min_rate <= max_rate, for the nodes of a subchain taken together;
 // kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
@@ -31,7 +31,8 @@ struct Node {
   std::vector<std::string> modes;      // names of its modes; empty: one mode
   bool external = false;               // hardware or another program: no thread of ours, costs nothing
   bool unscheduled = false;            // runs by itself, above all that is scheduled
-  std::optional<Nanos> period;         // unscheduled nodes, always: how often they run
+  // Unscheduled nodes, always: how often they run. External nodes that have a clock: how often that ticks.
+  std::optional<Nanos> period;
   std::optional<NodeId> follows;       // unscheduled nodes without a period of their own: whose output sets them off
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
@@ -42,6 +43,9 @@ struct Node {
   std::optional<SubchainId> subchain;  // none: external or unscheduled
   std::vector<NodeId> predecessors;    // in the order the edges were written
   std::vector<NodeId> successors;
+
+  // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
+  bool ticks() const { return external && period; }
 };
 
 // What becomes of a run whose input is older than its edge allows. It is counted and told in any case. kRun: no more.
@@ -82,9 +86,9 @@ struct Term {
 };
 
 // One step of a chain as the planner's formulas see it: the longest stretch of consecutive nodes of one subchain, or an
-// unscheduled node by itself. External nodes are no element.
+// unscheduled node by itself, or an external node that ticks, which costs nothing. Other external nodes are no element.
 struct ChainElement {
-  std::optional<SubchainId> subchain;  // none: an unscheduled node
+  std::optional<SubchainId> subchain;  // none: an unscheduled node, or one that ticks
   std::vector<NodeId> nodes;           // never empty
 };
 

@@ -53,7 +53,7 @@ TEST(BuildApp, ReportsAllInOrderOfPlace) {
             "a.yaml:3:5: objective[0].weight: weight -1 is no number from 0 up; write 0 or more: what one millisecond "
             "counts\n"
             "a.yaml:3:9: edges[3]: there is no node 'LX'; did you mean 'LM'?\n"
-            "a.yaml:9:1: nodes.scan.period: period is for unscheduled nodes; Catan chooses that of this one; add "
+            "a.yaml:9:1: nodes.scan.period: period is for unscheduled and external nodes; Catan chooses that of this one; add "
             "unscheduled: true if it runs by itself, or bound it by min_rate and max_rate");
 }
 
@@ -275,6 +275,23 @@ TEST(BuildObjective, RefusesPathsThatAreNone) {
                     HasSubstr("objective[1].response_time: every node of the path is external"),
                     HasSubstr("objective[2].response_time: the path has no nodes"),
                     HasSubstr("objective[3].response_time: there is no node 'LPP'; did you mean 'LP'?")));
+}
+
+TEST(BuildObjective, AClockCountsWhereAPathBeginsOrEnds) {
+  AppSpec spec = good_spec();
+  spec.edges.push_back({split("base GL"), {}});
+  spec.edges.erase(spec.edges.begin() + 1);
+  spec.edges.push_back({split("scan LP"), {}});
+  spec.objective = {response("scan LM LP base", 1.0), response("base GL", 1.0), response("LP base GL", 1.0)};
+  EXPECT_EQ(errors_of(spec), "") << "without a clock it may stand anywhere";
+  node(spec, "base").period = At<Nanos>{8ms, {}};
+  EXPECT_EQ(errors_of(spec),
+            "objective[2].response_time: external node 'base' has a period, and so a clock, which counts only where a "
+            "path begins or ends; end the path at base, or remove its period");
+  spec.objective.pop_back();
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "base").period = At<Nanos>{0ms, {}};
+  EXPECT_THAT(errors_of(spec), HasSubstr("nodes.base.period: period must be more than 0"));
 }
 
 TEST(BuildObjective, RefusesPeriodsThatAreNotOurs) {

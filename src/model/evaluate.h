@@ -22,7 +22,7 @@ struct SubchainTiming {
 };
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
-// has its own period and its cost. An element whose subchain follows that of the element before adds L alone.
+// has its own period and its cost, an external one that ticks the time between two ticks and no cost. An element whose subchain follows that of the element before adds L alone.
 // Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least one node that is
 // not external.
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,

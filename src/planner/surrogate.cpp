@@ -94,7 +94,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       const NodeId node = element.nodes.front();
       // A follower's input does not wait: it starts with it.
       added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
-      added.cost = run + moments_of(samples, node, 0).mean;
+      if (!app.graph.node(node).external) added.cost = run + moments_of(samples, node, 0).mean;
     }
   }
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {

@@ -58,7 +58,7 @@ class Surrogate {
 
  private:
   struct Element {
-    std::optional<SubchainId> subchain;  // none: an unscheduled node
+    std::optional<SubchainId> subchain;  // none: an unscheduled node, or an external one that ticks
     double period = 0.0;                 // its own, if it has one
     double cost = 0.0;
     double output_period = 0.0;

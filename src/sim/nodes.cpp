@@ -76,7 +76,8 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
   }
 }
 
-void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first) {
+void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled,
+                  const std::vector<Ticks>& timers) {
   const CpuMask mask(cpus);
   for (Node& node : nodes_) {
     if (node.described->external) continue;
@@ -86,7 +87,8 @@ void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unsched
       cpus_.set_level(thread, level_of(node.described->unscheduled ? unscheduled : scheduled));
     }
     if (!node.period) continue;
-    node.next_begin = cpus_.now() + (first.empty() ? *node.period : first[node.id.index()]);
+    node.period = timers[node.id.index()].period;
+    node.next_begin = timers[node.id.index()].tick;
     cpus_.wake_at(node.thread, node.next_begin);
   }
 }

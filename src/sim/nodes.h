@@ -82,9 +82,9 @@ class Nodes {
   // The channel of the edge; null where there is no such edge between nodes of ours.
   template <class C>
   C* channel(NodeId from, NodeId to);
-  // Places all threads, and sets the timers of unscheduled nodes going: each `first` (by NodeId) after now, or where
-  // that is empty after a period of its own.
-  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first);
+  // Places all threads, and sets the timers of unscheduled nodes going (`timers`: by NodeId, those of nodes that follow
+  // nobody).
+  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers);
 
   // --- by controllers ---
   Signal& signal(SubchainId subchain) { return signals_[subchain.index()]; }

@@ -24,6 +24,25 @@ std::size_t count_pipe_threads(const graph::App& app, const Schedule& schedule) 
   return threads;
 }
 
+// No schedule keeps a phase to a clock that is not ours: a trial goes once through all of them, as long as that is not
+// much of a change.
+Nanos sliding(Nanos period, Nanos horizon) {
+  constexpr Nanos::rep kFewestTicks = 50;
+  const Nanos::rep ticks = horizon / period;
+  return ticks < kFewestTicks ? period : period - period / ticks;
+}
+
+std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
+  std::vector<Ticks> clocks = options.clocks;
+  clocks.resize(app.graph.nodes().size());
+  for (std::size_t index = 0; index < clocks.size(); ++index) {
+    const graph::Node& node = app.graph.nodes()[index];
+    if (!node.ticks() || clocks[index].period > Nanos{0}) continue;
+    clocks[index] = {TimePoint{}, sliding(*node.period, options.horizon)};
+  }
+  return clocks;
+}
+
 }  // namespace
 
 Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefixes& prefixes, const Schedule& schedule,
@@ -39,7 +58,7 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       cores_(static_cast<std::size_t>(schedule.cores),
              schedule.subchains.size() + count_unscheduled(app) + count_pipe_threads(app, schedule),
              options.overheads.context_switch, timers_),
-      lineage_(app, prefixes, warm_from_, options.p95) {
+      lineage_(app, prefixes, clocks_of(app, options), warm_from_, options.p95) {
   if (options.observer != nullptr) log_.emplace(app, *options.observer);
   for (int core = 0; core < schedule.cores; ++core) kind_of_core_.push_back(app.kind_of(core));
   add_nodes();

@@ -23,7 +23,8 @@
 // order in which they came; no run is taken to hang. Pipelines. Paced by dispatch/subchain_trigger.h; nodes share the
 // cores in the order in which they came, each of their threads on one. Unscheduled nodes. Above all, on an idle core if
 // there is one, else where they ran last; the first run comes a period after the start. Outputs. The newest, or all
-// since the last run; none before the `output_period` is over; a run that emits none ends its subchain's run.
+// since the last run; none before the `output_period` is over; a run that emits none ends its subchain's run. Clocks of
+// external nodes. They tick at times of their own, to which no phase is kept: unless told, each slides through all.
 //
 // What is left out: growth of costs during a trial; limits on real-time threads; fair scheduling of ordinary threads;
 // chance in how long runs and the machine take beyond the draws.
@@ -37,6 +38,7 @@
 #include <vector>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 #include "trial/lineage.h"
@@ -87,6 +89,8 @@ struct Options {
   std::uint32_t first_draw = 0;              // of the samples: another is another chance
   bool p95 = false;                          // takes longer
   Overheads overheads{};
+  // Of external nodes that tick, by NodeId. Without a period, and beyond the end: slowly sliding through all phases.
+  std::vector<Ticks> clocks{};
   Observer* observer = nullptr;  // sees all runs, those of the warm-up too; null: none
 };
 

@@ -39,7 +39,7 @@ std::string settings(const Node& node) {
   std::vector<std::string> parts;
   if (node.input == graph::InputKind::kQueue) parts.emplace_back("input queue");
   if (!node.modes.empty()) parts.push_back(fmt::format("modes {}", fmt::join(node.modes, "/")));
-  if (node.period) parts.push_back("every " + config::format_duration(*node.period));
+  if (node.period) parts.push_back((node.external ? "ticks every " : "every ") + config::format_duration(*node.period));
   if (node.output_period) parts.push_back("emits every " + config::format_duration(*node.output_period));
   if (node.min_rate && node.min_rate == node.max_rate) {
     parts.push_back("exactly " + config::format_rate(*node.min_rate));
