@@ -16,6 +16,7 @@
 #include "planner/planner.h"
 #include "planner/random_apps.h"
 #include "policy/replan.h"
+#include "policy/testing/given_places.h"
 #include "record/run_metrics.h"
 #include "sim/clocks.h"
 #include "sim/simulation.h"
@@ -197,6 +198,31 @@ TEST_P(TrialAgreement, WithTheSimulatorOfClocksThatAreNotOurs) {
   sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
   options.clocks = {.seed = seed, .drift_ppm = 200.0};
   expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
+// Both draw at each tick, warp just before it.
+TEST(TrialAgreementOfClocks, WithTheSimulatorOnPhasesToADisplay) {
+  const planner::RandomCase of = with_display(1);
+  trial::Schedule schedule{.cores = 2, .subchains = {}, .frames = {}, .pipelines = {}};
+  const NodeId display = *of.app.graph.find_node("display");
+  const Nanos tick = *of.app.graph.node(display).period;
+  std::vector<policy::SubchainPlace> places;
+  const auto add = [&](int core, int priority, Nanos period, Nanos phase, bool to_display) {
+    schedule.subchains.push_back({.core = core, .priority = priority, .period = period, .phase = phase});
+    places.push_back(policy::place_by_phase(priority - 1, core, period, phase));
+    if (!to_display) return;
+    schedule.subchains.back().clock = display;
+    places.back().pacing.clock = display;
+  };
+  add(0, 1, std::chrono::milliseconds{20}, Nanos{0}, false);
+  add(1, 1, 2 * tick, std::chrono::milliseconds{4}, true);
+  add(1, 2, tick, std::chrono::milliseconds{7}, true);
+  sim::Options options{.policy = std::make_shared<policy::GivenPlaces>(places)};
+  options.clocks = {.seed = 5, .drift_ppm = 100.0};
+  const Both both = run_both(of, schedule, options);
+  expect_close(of, both, 0.02, 0.02);
+  // draw -> warp -> display: two ticks between outputs, from 4 ms after a tick to the next one.
+  EXPECT_NEAR(both.simulated.chains[2].response_ms.mean, to_millis(3 * tick).count() - 4.0, 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(RandomApps, TrialAgreement, ::testing::Range(0, 16));

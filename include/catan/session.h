@@ -88,8 +88,9 @@ class Session {
   Status adopt_this_thread(std::string_view node);
 
   // The clock of an external node with a `period`, a display say, ticked at that instant. Once some ticks are known,
-  // chains that end or begin there are measured by them. Not every tick must be told, nor at once. Costs less than a
-  // microsecond, and never waits. Errors: no such node, or it has no clock (kCaller).
+  // chains that end or begin there are measured by them, and phases may be planned against them. Not every tick must be
+  // told, nor at once. Costs less than a microsecond, and never waits. Errors: no such node, or it has no clock
+  // (kCaller).
   Status tick(std::string_view node, std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now());
 
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function

@@ -4,6 +4,20 @@
 
 namespace ctn::graph {
 
+const char* to_string(TriggerBy trigger) {
+  switch (trigger) {
+    case TriggerBy::kAuto:
+      return "auto";
+    case TriggerBy::kTime:
+      return "time";
+    case TriggerBy::kArrival:
+      return "arrival";
+    case TriggerBy::kAny:
+      return "any";
+  }
+  return "";
+}
+
 std::optional<NodeId> Graph::find_node(std::string_view name) const {
   const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const Node& node) { return node.name == name; });
   if (found == nodes_.end()) return std::nullopt;

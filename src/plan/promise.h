@@ -8,7 +8,8 @@
 // because of its own long runs, or that is triggered by outputs which are sometimes early. Of who is triggered by
 // outputs or by a pause, no two triggers are closer together than its period: where that says less (T = period, J = 0),
 // it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and
-// jitter grow with one another.
+// jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own run and
+// those of the nodes that it follows may end.
 //
 // From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers.
 //

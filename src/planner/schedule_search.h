@@ -83,8 +83,12 @@ class ScheduleSearch {
   // is forgotten. To be called before all below.
   void set_costs(trial::Samples samples, model::CostTable planned);
 
+  // Phases may be chosen against the clocks of these external nodes, which somebody tells of. None at first.
+  void know_clocks(std::vector<NodeId> clocks);
+
   // To be tried and, if it has no frames or pipelines, improved: valid for the app and the cores. `relax`: by how much
-  // bounds are relaxed under it, where that is known. One with frames or pipelines replaces the one before.
+  // bounds are relaxed under it, where that is known. One with frames or pipelines replaces the one before. One that
+  // does not trigger by arrival what the app says is passed over.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
   // So many steps by formulas alone.
@@ -132,6 +136,7 @@ class ScheduleSearch {
     return !candidate.schedule.frames.empty() || !candidate.schedule.pipelines.empty();
   }
 
+  bool keeps_asked_triggers(const trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
   double guessed_score(const trial::Schedule& schedule);
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
@@ -152,6 +157,7 @@ class ScheduleSearch {
   Random random_;
   std::unique_ptr<Costs> costs_;
   std::optional<Moves> moves_;
+  std::vector<NodeId> clocks_;
   std::vector<Candidate> candidates_;  // the best first
   Nanos horizon_{0};                   // of a trial; 0: not known yet
   Nanos work_{0};

@@ -71,7 +71,11 @@ void Housekeeping::run() {
 void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
-  for (const record::ClockReading& reading : clocks_.look(now)) collector_.clock_read(reading);
+  for (const record::ClockReading& reading : clocks_.look(now)) {
+    collector_.clock_read(reading);
+    controllers_.know_clock(reading.node, reading.ticks);
+    loop_.clock_known(reading.node);
+  }
   update_membership();
   carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());

@@ -84,6 +84,10 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         clocks_(clocks_of(app_.graph, options_)) {}
 
   Status prepare() {
+    for (std::size_t index = 0; index < clocks_.external.size(); ++index) {
+      if (clocks_.external[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
+    }
+    controllers_.know_clocks(clocks_.external);
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
     if (!options_.plans.empty()) {
       loop_.begin_with(follow_next_plan(unmeasured));

@@ -356,6 +356,21 @@ TEST(Trial, SchedulingTakesWhatTheOverheadsSay) {
   EXPECT_EQ(timeline["b"], "4.1-7.6");
 }
 
+TEST(Trial, WhatArrivesFromAnUnscheduledNodeTriggersAtItsEnd) {
+  graph::AppSpec spec = graph::spec_of({"imu", "a"}, {"imu a"});
+  graph::node(spec, "imu").unscheduled = true;
+  graph::node(spec, "imu").period = graph::At<Nanos>{ms(5), {}};
+  spec.objective = {graph::response("imu a", 1.0)};
+  World world(spec, {{"imu", 1}, {"a", 3}});
+  const NodeId imu(std::size_t{0});
+  const Figures each = world.run(on_cores(2, {{.core = 1, .after = plan::After{imu, 1}}}), ms(100));
+  EXPECT_EQ(world.timeline["a"].substr(0, 16), "6-9 11-14 16-19 ");
+  EXPECT_NEAR(each.terms[0].mean_ms, 5.0 + 1.0 + 3.0, 1e-9);
+  World again(spec, {{"imu", 1}, {"a", 3}});
+  again.run(on_cores(2, {{.core = 1, .after = plan::After{imu, 2}}}), ms(40));
+  EXPECT_EQ(again.timeline["a"], "11-14 21-24 31-34");
+}
+
 // --- Clocks of others ---
 
 graph::AppSpec shown() {
@@ -403,6 +418,19 @@ TEST(TrialClocks, UnlessToldTheySlideThroughAllPhases) {
     EXPECT_NEAR(figures.terms[0].mean_ms, 2.0 + 10.0 + 5.0, 0.05) << phase;
     EXPECT_NEAR(figures.terms[0].p95_ms, 2.0 + 10.0 + 9.5, 0.05) << phase;
   }
+}
+
+// Its grid slides with the clock.
+TEST(TrialClocks, WhoKeepsAPhaseToAClockIsDoneJustBeforeTheTick) {
+  World world(shown(), {{"a", 2}});
+  Place place{.period = ms(10), .phase = ms(7)};
+  place.clock = NodeId(std::size_t{2});
+  const Figures figures = world.run(on_cores(1, {place}), ms(10'000));
+  EXPECT_NEAR(figures.terms[0].mean_ms, 3.0 + 10.0, 0.05);
+  EXPECT_NEAR(figures.terms[0].p95_ms, 3.0 + 10.0, 0.05);
+  place.period = ms(20);
+  World slower(shown(), {{"a", 2}});
+  EXPECT_NEAR(slower.run(on_cores(1, {place}), ms(10'000)).terms[0].mean_ms, 3.0 + 20.0, 0.05);
 }
 
 }  // namespace
