@@ -18,7 +18,9 @@
 #include "planner/planner.h"
 #include "planner/random_apps.h"
 #include "policy/replan.h"
+#include "policy/testing/given_places.h"
 #include "record/run_metrics.h"
+#include "sim/clocks.h"
 #include "sim/simulation.h"
 #include "trial/trial.h"
 
@@ -125,13 +127,15 @@ struct Both {
 Both run_both(const planner::RandomCase& of, const trial::Schedule& schedule, sim::Options options) {
   const model::Workload work = varying(of.app, of.costs);
   options.machine.cores = of.cores;
+  const sim::ClockChance clocks = options.clocks;
   auto outcome =
       sim::simulate(of.app, std::make_unique<sim::DrawnCosts>(of.app, work, kSeed), std::move(options), kMeasured);
   if (!outcome) throw std::runtime_error(outcome.error().message());
   const trial::Samples samples(of.app, work, Nanos{0}, kSeed);
   const Nanos warm_up = of.app.scheduler.bootstrap + policy::kSettle;
-  return {trial::Trial(of.app, samples).run(schedule, {.horizon = kMeasured, .warm_up = warm_up, .p95 = true}),
-          std::move(*outcome)};
+  const trial::Options tried{
+      .horizon = kMeasured, .warm_up = warm_up, .p95 = true, .clocks = sim::draw_clocks(of.app.graph, clocks).external};
+  return {trial::Trial(of.app, samples).run(schedule, tried), std::move(*outcome)};
 }
 
 double deviation(double figure, double of) { return std::abs(figure / of - 1.0); }
@@ -203,6 +207,57 @@ TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakesWhereRunsWait) {
   sim::Options options{.policy = policy::make_policy("catan").value()};
   options.plans = {{Nanos{0}, plan}};
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
+}
+
+// --- A display ---
+
+// Two chains that end at its ticks, of which one begins at those of a camera.
+planner::RandomCase with_display(std::uint64_t seed) {
+  graph::AppSpec spec =
+      graph::spec_of({"camera", "track", "draw", "warp", "display"}, {"camera track draw warp display", "track warp"});
+  for (const char* name : {"camera", "display"}) graph::node(spec, name).external = true;
+  graph::node(spec, "camera").period = graph::At<Nanos>{std::chrono::microseconds{33'333}, {}};
+  graph::node(spec, "display").period = graph::At<Nanos>{std::chrono::microseconds{8'333}, {}};
+  spec.objective = {graph::response("camera track draw warp display", 0.5), graph::response("track warp display", 0.5),
+                    graph::response("draw warp display", 1.0)};
+  graph::App app = graph::build_app(spec).value();
+  model::CostTable costs(app.graph, Millis{1.0});
+  costs.set(*app.graph.find_node("track"), model::CostProfile::constant(Millis{6.0}));
+  return {.app = std::move(app), .costs = std::move(costs), .cores = 1 + static_cast<int>(seed % 2)};
+}
+
+TEST_P(TrialAgreement, WithTheSimulatorOfClocksThatAreNotOurs) {
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const planner::RandomCase of = with_display(seed);
+  given_plan() = random_rates(of, seed);
+  sim::Options options{.policy = std::make_shared<baselines::RatesPolicy>("given", plan_as_given, of.costs)};
+  options.clocks = {.seed = seed, .drift_ppm = 200.0};
+  expect_close(of, run_both(of, schedule_of(given_plan(), of.cores), options), 0.03, 0.02);
+}
+
+// Both draw at each tick, warp just before it.
+TEST(TrialAgreementOfClocks, WithTheSimulatorOnPhasesToADisplay) {
+  const planner::RandomCase of = with_display(1);
+  trial::Schedule schedule{.cores = 2, .subchains = {}, .frames = {}, .pipelines = {}};
+  const NodeId display = *of.app.graph.find_node("display");
+  const Nanos tick = *of.app.graph.node(display).period;
+  std::vector<policy::SubchainPlace> places;
+  const auto add = [&](int core, int priority, Nanos period, Nanos phase, bool to_display) {
+    schedule.subchains.push_back({.core = core, .priority = priority, .period = period, .phase = phase});
+    places.push_back(policy::place_by_phase(priority - 1, core, period, phase));
+    if (!to_display) return;
+    schedule.subchains.back().clock = display;
+    places.back().pacing.clock = display;
+  };
+  add(0, 1, std::chrono::milliseconds{20}, Nanos{0}, false);
+  add(1, 1, 2 * tick, std::chrono::milliseconds{4}, true);
+  add(1, 2, tick, std::chrono::milliseconds{7}, true);
+  sim::Options options{.policy = std::make_shared<policy::GivenPlaces>(places)};
+  options.clocks = {.seed = 5, .drift_ppm = 100.0};
+  const Both both = run_both(of, schedule, options);
+  expect_close(of, both, 0.02, 0.02);
+  // draw -> warp -> display: two ticks between outputs, from 4 ms after a tick to the next one.
+  EXPECT_NEAR(both.simulated.chains[2].response_ms.mean, to_millis(3 * tick).count() - 4.0, 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(RandomApps, TrialAgreement, ::testing::Range(0, 16));
@@ -301,6 +356,7 @@ class Measured : public trial::Observer {
     double total = 0.0;
     std::size_t count = 0;
   };
+  void set_clock(NodeId node, const Ticks& ticks) { metrics_.set_clock(node, ticks); }
   const record::RunMetrics<Sum>& metrics() const { return metrics_; }
 
  private:
@@ -308,20 +364,24 @@ class Measured : public trial::Observer {
 };
 
 // Everything that a chain can meet: followers, batches in the middle and one after the other, an external node between
-// two of ours, outputs that are left out, nodes that run at any rate.
+// two of ours, outputs that are left out, nodes that run at any rate, clocks of others at either end.
 graph::App tangled() {
-  graph::AppSpec spec = graph::spec_of({"u", "v", "a", "b", "x", "c", "q", "d", "r", "e"},
-                                       {"u v a b c q d r e", "a q", "v d", "b x d", "b x r"});
+  graph::AppSpec spec =
+      graph::spec_of({"u", "v", "a", "b", "x", "c", "q", "d", "r", "e", "s", "z"},
+                     {"u v a b c q d r e", "a q", "v d", "b x d", "b x r", "s a", "s q", "e z", "q z", "b z"});
   graph::node(spec, "u").unscheduled = true;
   graph::node(spec, "u").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
   graph::node(spec, "v").unscheduled = true;
-  graph::node(spec, "x").external = true;
+  for (const char* name : {"x", "s", "z"}) graph::node(spec, name).external = true;
+  graph::node(spec, "s").period = graph::At<Nanos>{std::chrono::milliseconds{23}, {}};
+  graph::node(spec, "z").period = graph::At<Nanos>{std::chrono::milliseconds{7}, {}};
   graph::node(spec, "q").input = graph::InputKind::kQueue;
   graph::node(spec, "r").input = graph::InputKind::kQueue;
   graph::node(spec, "c").output_period = graph::At<Nanos>{std::chrono::milliseconds{17}, {}};
   graph::node(spec, "v").output_period = graph::At<Nanos>{std::chrono::milliseconds{11}, {}};
   spec.subchains = {graph::subchain("ab", "a b"), graph::subchain("de", "d")};
-  for (const char* path : {"u v a b c q d r e", "a q d", "v d r e", "b x d", "b x r e", "q d", "a b c", "u v a", "q"}) {
+  for (const char* path : {"u v a b c q d r e", "a q d", "v d r e", "b x d", "b x r e", "q d", "a b c", "u v a", "q",
+                           "s a b c", "s a b z", "s a q z", "s q d r e z", "a q d r e z", "b z", "s q z"}) {
     spec.objective.push_back(graph::response(path, 1.0));
   }
   for (const char* node : {"a", "c", "q", "e"}) spec.objective.push_back(graph::period(node, 1.0));
@@ -372,11 +432,17 @@ TEST_P(TrialLineage, IsThatOfTheRecord) {
   const TimePoint warm_from = TimePoint{} + seconds{1};
   const Nanos horizon = seconds{20};
   Measured measured(app, {warm_from, warm_from + horizon});
+  const std::vector<Ticks> clocks =
+      sim::draw_clocks(app.graph, {.seed = static_cast<std::uint64_t>(GetParam()), .drift_ppm = 100.0}).external;
+  for (std::size_t node = 0; node < clocks.size(); ++node) {
+    if (clocks[node].period > Nanos{0}) measured.set_clock(NodeId(node), clocks[node]);
+  }
   // Without overheads, controllers hold no core between what a run takes and what the record takes it to have taken.
   const trial::Figures figures = trial::Trial(app, samples)
                                      .run(schedule, {.horizon = horizon,
                                                      .warm_up = warm_from - TimePoint{},
                                                      .overheads = trial::Overheads::none(),
+                                                     .clocks = clocks,
                                                      .observer = &measured});
   std::size_t chain = 0;
   std::size_t samples_seen = 0;

@@ -113,6 +113,9 @@ void catan_session_node(catan_session* session, const char* name, catan_node_fun
 catan_status catan_session_start(catan_session* session, catan_error** error);
 /* The calling thread works for the node from now on, in addition to the node's own. */
 catan_status catan_session_adopt_this_thread(catan_session* session, const char* node, catan_error** error);
+/* The clock of an external node with a period (a display, say) ticked, at that time of CLOCK_MONOTONIC: chains that end
+ * or begin there are measured by its ticks. From any thread, but for one node from one at a time. */
+catan_status catan_session_tick(catan_session* session, const char* node, int64_t monotonic_ns, catan_error** error);
 /* While it runs: from now on it uses these CPUs, of those that it was given; an objective's term has this weight or,
  * for response times, this bound; a node has this lowest rate (0: no bound). Terms are named as in changes.h: "0",
  * "scan -> LM". A plan follows at once. What is wrong changes nothing. From any thread. */

@@ -25,9 +25,10 @@
 // says so in the snapshot, in the record and to on_notice.
 //
 // Thread safety: open, node, channel, queue, start, stop from one thread; change, snapshot and adopt_this_thread from
-// any.
+// any; tick from any, but for one node from one at a time.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -85,6 +86,12 @@ class Session {
   // its cores, and its CPU time counts as the node's. Lasts until the thread ends. Errors: no such node; too many
   // threads (64 a node).
   Status adopt_this_thread(std::string_view node);
+
+  // The clock of an external node with a `period`, a display say, ticked at that instant. Once some ticks are known,
+  // chains that end or begin there are measured by them, and phases may be planned against them. Not every tick must be
+  // told, nor at once. Costs less than a microsecond, and never waits. Errors: no such node, or it has no clock
+  // (kCaller).
+  Status tick(std::string_view node, std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now());
 
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function
   // (kCaller); a plan that cannot be made; CPUs that cannot be had (kEnvironment).

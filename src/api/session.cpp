@@ -62,6 +62,11 @@ ChannelBase& Session::open_channel(std::string_view from, std::string_view to, b
 
 Status Session::adopt_this_thread(std::string_view node) { return impl_->engine().adopt_this_thread(node); }
 
+// The steady clock is the monotonic one.
+Status Session::tick(std::string_view node, std::chrono::steady_clock::time_point at) {
+  return impl_->engine().tick(node, TimePoint{std::chrono::duration_cast<Nanos>(at.time_since_epoch())});
+}
+
 Status Session::start() { return impl_->engine().start(); }
 
 Status Session::stop() { return impl_->engine().stop(); }

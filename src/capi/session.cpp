@@ -1,5 +1,6 @@
 #include "catan/session.h"
 
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -85,6 +86,14 @@ catan_status catan_session_adopt_this_thread(catan_session* session, const char*
   return ctn::capi::guarded(error, [&]() -> ctn::Status {
     if (session == nullptr) return ctn::capi::missing("session");
     return session->session.adopt_this_thread(ctn::capi::text_of(node));
+  });
+}
+
+catan_status catan_session_tick(catan_session* session, const char* node, int64_t monotonic_ns, catan_error** error) {
+  return ctn::capi::guarded(error, [&]() -> ctn::Status {
+    if (session == nullptr) return ctn::capi::missing("session");
+    const std::chrono::steady_clock::time_point at{std::chrono::nanoseconds{monotonic_ns}};
+    return session->session.tick(ctn::capi::text_of(node), at);
   });
 }
 

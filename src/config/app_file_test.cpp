@@ -85,6 +85,18 @@ TEST(AppFile, ReadsNodes) {
   EXPECT_EQ(node(app, "odometry").period, 20ms);
 }
 
+TEST(AppFile, ReadsWhatMayTriggerASubchain) {
+  const auto trigger_of = [](const std::string& word) {
+    const graph::App app = parsed("catan: 1\napp: t\nnodes:\n  s: { unscheduled: true, period: 5ms }\n  a: { " + word +
+                                  " }\nedges: [ s -> a ]\nobjective: [ { period: a, weight: 1 } ]\n");
+    return node(app, "a").trigger;
+  };
+  EXPECT_EQ(trigger_of(""), graph::TriggerBy::kAuto);
+  EXPECT_EQ(trigger_of("trigger: time"), graph::TriggerBy::kTime);
+  EXPECT_EQ(trigger_of("trigger: arrival"), graph::TriggerBy::kArrival);
+  EXPECT_EQ(trigger_of("trigger: any"), graph::TriggerBy::kAny);
+}
+
 TEST(AppFile, ReadsAgeLimitsOfEdgesAndOfWholePaths) {
   std::string text(kNavigation);
   text.replace(text.find("  - odometry -> LM\n"), 19,

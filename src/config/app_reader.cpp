@@ -14,14 +14,16 @@ using Keys = std::string_view;
 constexpr std::array<Keys, 10> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains",
                                         "objective", "order", "steal", "scheduler", "cores"};
 constexpr std::array<Keys, 2> kCoreKeys{"count", "speed"};
-constexpr std::array<Keys, 10> kNodeKeys{"input",         "modes",    "external", "unscheduled", "period",
-                                         "output_period", "min_rate", "max_rate", "max_threads", "fallback_rate"};
+constexpr std::array<Keys, 11> kNodeKeys{"input",       "modes",         "external", "unscheduled",
+                                         "period",      "output_period", "min_rate", "max_rate",
+                                         "max_threads", "fallback_rate", "trigger"};
 constexpr std::array<Keys, 3> kEdgeKeys{"path", "max_age", "on_stale"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
 constexpr std::array<Keys, 2> kStealKeys{"priority", "off"};
 constexpr std::array<Keys, 9> kSchedulerKeys{"slack",     "frames",         "min_slice", "window", "percentile",
                                              "bootstrap", "bootstrap_cost", "replan",    "planner"};
 constexpr std::array<Keys, 2> kInputs{"latest", "queue"};
+constexpr std::array<Keys, 3> kTriggers{"time", "arrival", "any"};
 constexpr std::array<Keys, 2> kFrames{"elastic", "fixed"};
 constexpr std::array<Keys, 2> kPlanners{"auto", "paper"};
 constexpr std::array<Keys, 2> kOnStale{"run", "skip"};
@@ -145,6 +147,11 @@ graph::NodeSpec AppReader::read_node(const Entry& entry, const std::string& key)
   optional("fallback_rate", read_rate, node.fallback_rate);
   if (const Value* threads = map.find("max_threads")) {
     node.max_threads = read_int(*threads, map.key_of("max_threads"), 1, kMaxThreads, problems_);
+  }
+  if (const Value* trigger = map.find("trigger")) {
+    constexpr std::array kBy{graph::TriggerBy::kTime, graph::TriggerBy::kArrival, graph::TriggerBy::kAny};
+    const auto word = read_word(*trigger, map.key_of("trigger"), kTriggers, problems_);
+    if (word) node.trigger = At<graph::TriggerBy>{kBy[*word], trigger->place};
   }
   return node;
 }

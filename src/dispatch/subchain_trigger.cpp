@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "plan/limits.h"
@@ -40,11 +41,7 @@ bool has_phase(const Pacing& pacing) { return pacing.phase && !pacing.after && p
 
 // The first point of the grid that is not before `earliest`.
 TimePoint grid_point(const Pacing& pacing, TimePoint earliest) {
-  const Nanos::rep since = (earliest.time_since_epoch() - *pacing.phase).count();
-  const Nanos::rep period = pacing.period.count();
-  const Nanos::rep past = since / period - (since % period < 0 ? 1 : 0);
-  const Nanos::rep points = past * period == since ? past : past + 1;
-  return TimePoint{} + *pacing.phase + points * pacing.period;
+  return Ticks{TimePoint{} + *pacing.phase, pacing.period}.next(earliest);
 }
 
 }  // namespace
@@ -139,13 +136,48 @@ void SubchainTrigger::limit(TimePoint now, Decision& decision) {
   }
 }
 
+// The grid that the clock asks for.
+Ticks SubchainTrigger::grid_of(const Ticks& clock) const {
+  const Nanos::rep ticks = std::max<Nanos::rep>((pacing_.period + clock.period / 2) / clock.period, 1);
+  return {clock.tick + *pacing_.phase, ticks * clock.period};
+}
+
+void SubchainTrigger::align(TimePoint now, const Ticks& clock) {
+  if (!pacing_.clock || !has_phase(pacing_)) return;
+  clock_ = clock;
+  if (grid_) return;
+  grid_ = grid_of(clock);
+  grid_is_new_ = true;
+  // A trigger that is owed comes when it can.
+  if (due_ <= now && sent_ > 0) return;
+  due_ = grid_->next(sent_ == 0 ? now : std::max(now, last_due_ + grid_->period / 2));
+  grid_is_new_ = false;
+}
+
+// The first point after `now` of the grid as it was, or so much nearer to the clock's.
+TimePoint SubchainTrigger::next_by_clock(TimePoint now) {
+  const Ticks wanted = grid_of(*clock_);
+  const TimePoint due = grid_->next(now + Nanos{1});
+  // Of several ticks in a period it keeps to those that it has.
+  const Ticks each{wanted.tick, clock_->period};
+  const Nanos late = each.next(due) - due;
+  const Nanos off = late <= clock_->period / 2 ? late : each.last(due) - due;
+  if (std::exchange(grid_is_new_, false) || std::max(off, -off) > clock_->period / 4) {
+    grid_ = wanted;
+    return wanted.next(now + wanted.period / 2);
+  }
+  const Nanos most = wanted.period / kSlewed;
+  grid_ = Ticks{std::max(due + std::clamp(off, -most, most), now), wanted.period};
+  return grid_->tick;
+}
+
 void SubchainTrigger::schedule_next(TimePoint now) {
   if (pacing_.after) {
     output_due_.reset();
     last_due_ = now;
   } else if (has_phase(pacing_)) {
-    due_ = grid_point(pacing_, now + Nanos{1});
-    last_due_ = due_ - pacing_.period;
+    due_ = grid_ ? next_by_clock(now) : grid_point(pacing_, now + Nanos{1});
+    last_due_ = due_ - (grid_ ? grid_->period : pacing_.period);
   } else {
     const bool off_grid = now - due_ >= pacing_.period;
     last_due_ = off_grid || pacing_.after_completion > Nanos{0} ? now : due_;
@@ -220,16 +252,18 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
 void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
   assert(pacing.period > Nanos{0});
   const Pacing before = std::exchange(pacing_, pacing);
-  const bool same_leader = before.after && pacing.after && before.after->subchain == pacing.after->subchain;
+  const bool same_leader = before.after && pacing.after && before.after->leader == pacing.after->leader;
   if (!same_leader) {
     counted_.reset();
     output_due_.reset();
     silent_since_ = now;
     silent_ = false;
   }
+  const auto grid = [](const Pacing& of) { return std::tuple(of.clock, of.phase, of.period); };
+  if (!has_phase(before) || !has_phase(pacing) || grid(before) != grid(pacing)) grid_.reset();
   if (has_phase(pacing)) {
     const bool owed = has_phase(before) && due_ <= now;
-    if (!owed) due_ = first_due(pacing, now, sent_ == 0 ? std::nullopt : std::optional(last_due_));
+    if (!owed && !grid_) due_ = first_due(pacing, now, sent_ == 0 ? std::nullopt : std::optional(last_due_));
   } else {
     due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
   }

@@ -17,15 +17,20 @@
 //              point. Where the grid changes, or another controller held the subchain before, the next trigger is due
 //              at the first point that is half a period or more after the last trigger: on the same grid that is the
 //              next point, on another one nearest to a period.
+//              The clock may be one that is not ours, as a display's (align()): the grid then begins at its ticks, and
+//              follows it as it drifts, by no more than a kSlewed-th of a period with each trigger. Where what is known
+//              of the clock has changed by more than a quarter of its period, the grid is another one. Until something
+//              is known of it the grid is the system's clock's.
 //   elastic    paced by its own output: where m runs overlap, the run that is m triggers later is due when, after the
 //              end of this one, m periods less one execution have passed. On one core that is the idle time after each
 //              run; in a pipeline the input then reaches the longest node when it is ready for it. Runs shorter than
 //              expected let it go faster; an input that has to wait makes it go slower until none has to.
-//   after      by each so-many-th output of another subchain, its leader, from when it begins to follow it. Outputs
-//              that come while a run is under way, or less than `shortest` after the last trigger, count, and one
-//              trigger follows when that is over. Without a trigger for silence_limit() it is triggered all the same,
-//              and then once a period until there are outputs again: a leader that is missing, stalled or slow does not
-//              silence its followers. Nor does one that floods them trigger them more often than `shortest` says.
+//   after      by each so-many-th output of its leader, which is another subchain or an unscheduled node, from when it
+//              begins to follow it. Outputs that come while a run is under way, or less than `shortest` after the last
+//              trigger, count, and one trigger follows when that is over. Without a trigger for silence_limit() it is
+//              triggered all the same, and then once a period until there are outputs again: a leader that is missing,
+//              stalled or slow does not silence its followers. Nor does one that floods them trigger them more often
+//              than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -47,6 +52,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/ticks.h"
 #include "base/time.h"
 #include "dispatch/standstill.h"
 #include "graph/app.h"
@@ -65,7 +71,8 @@ struct Pacing {
   Nanos shortest{0};  // between two triggers, at least
   // Fixed priorities.
   std::optional<Nanos> phase{};        // triggers come at phase + k periods of the clock; none: from the first one on
-  std::optional<plan::After> after{};  // in place of time: each so-many-th output of another, expected every `period`
+  std::optional<NodeId> clock{};       // whose ticks the phase counts from; none: the system's clock
+  std::optional<plan::After> after{};  // in place of time: each so-many-th output of a leader, expected every `period`
   Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until a trigger is due. 0: any
 
   friend bool operator==(const Pacing&, const Pacing&) = default;
@@ -74,6 +81,10 @@ struct Pacing {
 // Nothing is triggered more often, whatever a plan says: nodes that cost next to nothing would otherwise keep their
 // controller, which outranks everything, busy without end.
 constexpr Nanos kShortestPeriod = std::chrono::microseconds{100};
+
+// By no more than this part of its period a grid is moved with each trigger: far more than quartzes ask for, and so
+// little that no run feels it.
+constexpr Nanos::rep kSlewed = 250;
 
 // What a run has used is not looked at more often, since looking takes about as long. So it may use that much more than
 // its budget.
@@ -124,6 +135,8 @@ class SubchainTrigger {
   // Where it follows another subchain: how many outputs that has given, and when the newest came. Both may be anything.
   // To be told, and stepped, as soon as there are more.
   void hear(TimePoint now, std::uint64_t outputs, TimePoint newest);
+  // Where its phase is to a clock of others: what is known of that now. To be told whenever it is stepped.
+  void align(TimePoint now, const Ticks& clock);
   // Whether used() is to be called: the CPU time of the run under way, since its trigger.
   bool wants_cpu_time(TimePoint now, std::uint64_t completed) const;
   void used(TimePoint now, Nanos cpu);
@@ -144,6 +157,8 @@ class SubchainTrigger {
  private:
   bool may_overlap(std::uint64_t completed) const;
   TimePoint ready() const;
+  Ticks grid_of(const Ticks& clock) const;
+  TimePoint next_by_clock(TimePoint now);
   void schedule_next(TimePoint now);
   void spend_trigger(TimePoint now);
   void give_budget(TimePoint now);
@@ -159,6 +174,11 @@ class SubchainTrigger {
   TimePoint progress_at_;  // when a run last ended, or the first of those under way began
   bool hanging_ = false;
   TimePoint asked_for_ = kNever;  // the next call
+
+  // By a clock of others.
+  std::optional<Ticks> clock_;  // what is known of it
+  std::optional<Ticks> grid_;   // that it gave, as far as it has followed it
+  bool grid_is_new_ = false;    // and no trigger was due on it yet
 
   // Where it follows another subchain.
   std::optional<std::uint64_t> counted_;  // outputs, up to the newest that made a trigger due; none: not heard yet

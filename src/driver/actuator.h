@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "dispatch/overrun.h"
 #include "dispatch/shared_core_member.h"
@@ -55,16 +56,20 @@ class Actuator {
   // at last, one that has joined from when it was seen first.
   virtual Nanos cpu_time(SubchainId subchain) = 0;
 
-  // --- The outputs of a subchain that this controller's follows, whoever holds that ---
+  // --- The outputs of a leader that this controller's subchain follows, whoever holds or runs that ---
   struct Outputs {
     std::uint64_t count = 0;
     TimePoint newest{};  // when that came
   };
-  // Of its tail. They may be anything, as completed().
-  virtual Outputs outputs(SubchainId leader) const = 0;
+  // Of a subchain's tail, or of an unscheduled node. They may be anything, as completed().
+  virtual Outputs outputs(const plan::Leader& leader) const = 0;
   // Whether the controller is to step as soon as there is another output. `known`: as for await_completion(). False:
   // there is no room for another that follows it, so the controller has to look by itself.
-  virtual bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) = 0;
+  virtual bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) = 0;
+
+  // --- Clocks of others ---
+  // What is known of an external node's clock; none: nothing yet.
+  virtual std::optional<Ticks> clock(NodeId node) const = 0;
 
   // --- Reports ---
   virtual void slot_over(const dispatch::SlotUse& slot) = 0;

@@ -128,7 +128,7 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
   for (std::size_t leader = 0; leader < kSubchains; ++leader) {
     for (const std::size_t follower : world.subchains[leader].followers) {
       RC_ASSERT(follower < kSubchains && last.places[follower].pacing.after);
-      RC_ASSERT(last.places[follower].pacing.after->subchain == SubchainId(leader));
+      RC_ASSERT(last.places[follower].pacing.after->leader == plan::Leader(SubchainId(leader)));
     }
   }
   RC_ASSERT(!testing::Test::HasFailure());

@@ -248,7 +248,12 @@ policy::Situation PlanningLoop::situation(const model::CostTable& costs, const m
           .typical = typical,
           .slack = options_.slack,
           .stealing = options_.stealing,
-          .frames = options_.frames};
+          .frames = options_.frames,
+          .clocks = clocks_};
+}
+
+void PlanningLoop::clock_known(NodeId node) {
+  if (std::find(clocks_.begin(), clocks_.end(), node) == clocks_.end()) clocks_.push_back(node);
 }
 
 }  // namespace ctn::driver

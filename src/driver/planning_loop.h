@@ -101,6 +101,9 @@ class PlanningLoop {
   // A run of the subchain was taken to hang at that time. To be told before that run is.
   void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
 
+  // Somebody tells when the clock of that external node ticks: phases may be planned against it.
+  void clock_known(NodeId node);
+
   // The app is to have these weights and bounds from now on, and to use these CPUs, of those that were given, not none
   // of them. The next turn plans by that.
   void change(graph::App app, os::CpuSet cpus);
@@ -144,6 +147,7 @@ class PlanningLoop {
   policy::MeasuredCosts measured_;
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
+  std::vector<NodeId> clocks_;              // that are known
   std::unique_ptr<policy::Memory> memory_;  // of app_online_; null: the policy has none
   PowerWatch power_;
   PlanNews news_;

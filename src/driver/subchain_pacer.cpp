@@ -7,8 +7,8 @@ namespace ctn::driver {
 
 namespace {
 
-std::optional<SubchainId> leader_of(const dispatch::Pacing& pacing) {
-  return pacing.after ? std::optional(pacing.after->subchain) : std::nullopt;
+std::optional<plan::Leader> leader_of(const dispatch::Pacing& pacing) {
+  return pacing.after ? std::optional(pacing.after->leader) : std::nullopt;
 }
 
 }  // namespace
@@ -19,6 +19,9 @@ TimePoint SubchainPacer::step(TimePoint now) {
   const std::uint64_t completed = actuator_->completed(subchain_);
   const std::uint64_t ended = std::min(completed, trigger_->sent());
   const TimePoint look_at = hear(now);
+  if (place_.pacing.clock) {
+    if (const std::optional<Ticks> ticks = actuator_->clock(*place_.pacing.clock)) trigger_->align(now, *ticks);
+  }
   measure(now, ended);
   const dispatch::SubchainTrigger::Decision decision = trigger_->step(now, ended);
   act(decision, now);
@@ -92,7 +95,7 @@ void SubchainPacer::release() {
   actuator_->hand_over(subchain_, state);
 }
 
-void SubchainPacer::set_leader(std::optional<SubchainId> leader) {
+void SubchainPacer::set_leader(std::optional<plan::Leader> leader) {
   if (leader == leader_) return;
   if (leader_) static_cast<void>(actuator_->await_outputs(*leader_, false, 0));
   leader_ = leader;

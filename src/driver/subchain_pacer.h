@@ -31,7 +31,7 @@ class SubchainPacer final : public Controller {
   void change(TimePoint now, const policy::SubchainPlace& place);
   void raise_joined_threads();
   void release();
-  void set_leader(std::optional<SubchainId> leader);
+  void set_leader(std::optional<plan::Leader> leader);
   TimePoint hear(TimePoint now);
   void measure(TimePoint now, std::uint64_t completed);
   void act(const dispatch::SubchainTrigger::Decision& decision, TimePoint now);
@@ -43,7 +43,7 @@ class SubchainPacer final : public Controller {
   std::optional<dispatch::SubchainTrigger> trigger_;  // none: it does not hold the subchain
   bool suspended_ = false;                            // a run of it hangs
   bool awaits_ = false;                               // the end of a run
-  std::optional<SubchainId> leader_;                  // that it follows, and whose outputs it awaits
+  std::optional<plan::Leader> leader_;                // that it follows, and whose outputs it awaits
   Nanos cpu_time_{0};                                 // of the run under way, as measured last
   std::uint64_t told_over_budget_ = 0;                // the run of which this was told last
 };

@@ -212,6 +212,33 @@ TEST(SubchainPacer, AFollowerIsTriggeredByOutputsAndNotByRunsThatGiveNone) {
   for (const record::Trigger& trigger : world.of(kFollower).triggers) EXPECT_EQ(trigger.due, trigger.sent);
 }
 
+// As it comes, whatever the clock of who sends it does.
+TEST(SubchainPacer, AReaderIsTriggeredByWhatArrives) {
+  FakeWorld world(1, 1, each_takes(ms(1)));
+  const plan::Leader sensor = NodeId(std::size_t{7});
+  world.publish(assignment({follows(0, sensor, 2, ms(10))}, {{}}));
+  for (const double arrival : {0.0, 5.0, 10.1, 15.1, 20.2, 25.3, 30.3, 35.4}) {
+    world.run_until(at(to_nanos(Millis{arrival})));
+    world.give_output(sensor);
+  }
+  world.run_until(at(ms(40)));
+  EXPECT_THAT(world.sent(kOnly), ElementsAre(5, 15.1, 25.3, 35.4));
+  world.publish(assignment({phased(0, ms(10), ms(7))}, {{}}));
+  world.run_until(at(ms(41)));
+  EXPECT_THAT(world.unscheduled.followers, IsEmpty());
+}
+
+TEST(SubchainPacer, KeepsAPhaseToAClockOfOthersOnceItIsKnown) {
+  FakeWorld world(1, 0, each_takes(ms(1)));
+  policy::SubchainPlace place = phased(0, ms(10), ms(4));
+  place.pacing.clock = NodeId(std::size_t{2});
+  world.publish(assignment({place}));
+  world.run_until(at(ms(20)));
+  world.clock = Ticks{at(ms(2)), ms(10)};
+  world.run_until(at(ms(60)));
+  EXPECT_THAT(world.sent(kOnly), ElementsAre(4, 14, 24, 36, 46, 56));
+}
+
 TEST(SubchainPacer, AFollowerThatIsBusyIsTriggeredOnceWhenItHasEnded) {
   FakeWorld world(2, 0, [](SubchainId id, std::uint64_t) { return id == kLeader ? ms(1) : ms(25); });
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}));

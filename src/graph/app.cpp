@@ -4,6 +4,20 @@
 
 namespace ctn::graph {
 
+const char* to_string(TriggerBy trigger) {
+  switch (trigger) {
+    case TriggerBy::kAuto:
+      return "auto";
+    case TriggerBy::kTime:
+      return "time";
+    case TriggerBy::kArrival:
+      return "arrival";
+    case TriggerBy::kAny:
+      return "any";
+  }
+  return "";
+}
+
 std::optional<NodeId> Graph::find_node(std::string_view name) const {
   const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const Node& node) { return node.name == name; });
   if (found == nodes_.end()) return std::nullopt;
@@ -51,7 +65,7 @@ std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) co
   bool continues = false;  // the node before on the path was of the last element
   for (const NodeId id : path) {
     const Node& current = node(id);
-    if (current.external) {
+    if (current.external && !current.ticks()) {
       continues = false;
       continue;
     }

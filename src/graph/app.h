@@ -3,10 +3,11 @@
 //
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
-// chain of the objective is a path with at least one node that is not external; who follows another is unscheduled, and
-// is fed by that one, which is unscheduled too; an edge with an age limit joins nodes that are not external, and the
-// limit is above 0; weights are finite and >= 0; min_rate <= max_rate, for the nodes of a subchain taken together;
-// kinds of cores have unique names, one core or more, and a finite speed > 0.
+// chain of the objective is a path with at least one node that is not external, and an external node that ticks is its
+// first or its last; who follows another is unscheduled, and is fed by that one, which is unscheduled too; an edge with
+// an age limit joins nodes that are not external, and the limit is above 0; a subchain that is triggered by arrival
+// alone has an unscheduled node that feeds its head; weights are finite and >= 0; min_rate <= max_rate, for the nodes
+// of a subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
@@ -25,23 +26,33 @@ namespace ctn::graph {
 // kLatest: a run takes the newest output of each predecessor. kQueue: it takes all since its last run.
 enum class InputKind { kLatest, kQueue };
 
+// What may trigger a subchain. kAuto: times, or outputs of another subchain, as is best. kTime: times alone. kArrival:
+// outputs of an unscheduled node that feeds its head. kAny: any of these, as is best.
+enum class TriggerBy { kAuto, kTime, kArrival, kAny };
+const char* to_string(TriggerBy trigger);  // as the app file has it
+
 struct Node {
   std::string name;
   InputKind input = InputKind::kLatest;
-  std::vector<std::string> modes;      // names of its modes; empty: one mode
-  bool external = false;               // hardware or another program: no thread of ours, costs nothing
-  bool unscheduled = false;            // runs by itself, above all that is scheduled
-  std::optional<Nanos> period;         // unscheduled nodes, always: how often they run
+  std::vector<std::string> modes;  // names of its modes; empty: one mode
+  bool external = false;           // hardware or another program: no thread of ours, costs nothing
+  bool unscheduled = false;        // runs by itself, above all that is scheduled
+  // Unscheduled nodes, always: how often they run. External nodes that have a clock: how often that ticks.
+  std::optional<Nanos> period;
   std::optional<NodeId> follows;       // unscheduled nodes without a period of their own: whose output sets them off
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
-  bool relaxes_exact_rate = false;     // where min_rate is max_rate: the first may be relaxed like any other
-  std::optional<Rate> fallback_rate;   // hand-set rate of its subchain's head
-  int max_threads = 1;                 // how many cores one run can use
-  std::optional<SubchainId> subchain;  // none: external or unscheduled
-  std::vector<NodeId> predecessors;    // in the order the edges were written
+  bool relaxes_exact_rate = false;       // where min_rate is max_rate: the first may be relaxed like any other
+  std::optional<Rate> fallback_rate;     // hand-set rate of its subchain's head
+  int max_threads = 1;                   // how many cores one run can use
+  TriggerBy trigger = TriggerBy::kAuto;  // heads of subchains: theirs
+  std::optional<SubchainId> subchain;    // none: external or unscheduled
+  std::vector<NodeId> predecessors;      // in the order the edges were written
   std::vector<NodeId> successors;
+
+  // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
+  bool ticks() const { return external && period; }
 };
 
 // What becomes of a run whose input is older than its edge allows. It is counted and told in any case. kRun: no more.
@@ -82,9 +93,9 @@ struct Term {
 };
 
 // One step of a chain as the planner's formulas see it: the longest stretch of consecutive nodes of one subchain, or an
-// unscheduled node by itself. External nodes are no element.
+// unscheduled node by itself, or an external node that ticks, which costs nothing. Other external nodes are no element.
 struct ChainElement {
-  std::optional<SubchainId> subchain;  // none: an unscheduled node
+  std::optional<SubchainId> subchain;  // none: an unscheduled node, or one that ticks
   std::vector<NodeId> nodes;           // never empty
 };
 

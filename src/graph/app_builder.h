@@ -62,6 +62,7 @@ class AppBuilder {
   void add_implicit_subchains();
   void check_rates(const Subchain& subchain);
   void check_fallback_rates(const Subchain& subchain);
+  void check_triggers(const Subchain& subchain);
 
   // build_objective.cpp
   void add_objective();

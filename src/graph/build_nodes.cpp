@@ -32,6 +32,7 @@ Node to_node(const NodeSpec& spec) {
   if (spec.max_rate) node.max_rate = spec.max_rate->value;
   if (spec.fallback_rate) node.fallback_rate = spec.fallback_rate->value;
   if (spec.max_threads) node.max_threads = spec.max_threads->value;
+  if (spec.trigger) node.trigger = spec.trigger->value;
   return node;
 }
 
@@ -93,7 +94,6 @@ void AppBuilder::check_kind(const NodeSpec& spec, const std::string& key) {
   };
   if (spec.external) {
     constexpr std::string_view kWhy = "an external node runs elsewhere: Catan neither times nor triggers it";
-    reject(spec.period, "period", kWhy);
     reject(spec.output_period, "output_period", kWhy);
     if (!spec.modes.empty()) problem(spec.modes.front().place, key + ".modes", std::string(kWhy), "remove modes");
     if (spec.input == InputKind::kQueue) problem(spec.name.place, key + ".input", std::string(kWhy), "remove input");
@@ -106,8 +106,10 @@ void AppBuilder::check_kind(const NodeSpec& spec, const std::string& key) {
     reject(spec.max_rate, "max_rate", why);
     reject(spec.fallback_rate, "fallback_rate", why);
     reject(spec.max_threads, "max_threads", why);
+    reject(spec.trigger, "trigger", why);
   } else if (spec.period) {
-    problem(spec.period->place, key + ".period", "period is for unscheduled nodes; Catan chooses that of this one",
+    problem(spec.period->place, key + ".period",
+            "period is for unscheduled and external nodes; Catan chooses that of this one",
             "add unscheduled: true if it runs by itself, or bound it by min_rate and max_rate");
   }
 }

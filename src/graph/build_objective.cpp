@@ -88,6 +88,14 @@ bool AppBuilder::check_term_path(const TermSpec& spec, const std::vector<NodeId>
             "name a path through a node that Catan runs, or remove this term");
     return false;
   }
+  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
+    if (!node(path[i]).ticks()) continue;
+    problem(spec.path[i].place, key,
+            fmt::format("external node {} has a period, and so a clock, which counts only where a path begins or ends",
+                        quote(name_of(path[i]))),
+            fmt::format("end the path at {}, or remove its period", name_of(path[i])));
+    return false;
+  }
   return connected;
 }
 

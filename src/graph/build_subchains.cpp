@@ -30,6 +30,7 @@ void AppBuilder::add_subchains() {
   for (const Subchain& subchain : app_.graph.subchains_) {
     check_rates(subchain);
     check_fallback_rates(subchain);
+    check_triggers(subchain);
   }
 }
 
@@ -130,6 +131,38 @@ void AppBuilder::check_fallback_rates(const Subchain& subchain) {
               fmt::format("fallback_rate ({}Hz) is above max_rate ({}Hz)", spec.fallback_rate->value.hertz(),
                           spec.max_rate->value.hertz()),
               "lower it, or raise max_rate");
+    }
+  }
+}
+
+void AppBuilder::check_triggers(const Subchain& subchain) {
+  for (const NodeId id : subchain.nodes) {
+    const NodeSpec& spec = *node_specs_[id.index()];
+    if (!spec.trigger) continue;
+    const std::string key = fmt::format("nodes.{}.trigger", spec.name.value);
+    if (id != subchain.head()) {
+      problem(spec.trigger->place, key,
+              fmt::format("only the head of a subchain is triggered by Catan; {} runs with {} in subchain {}",
+                          quote(spec.name.value), quote(name_of(subchain.head())), quote(subchain.name)),
+              fmt::format("move it to nodes.{}", name_of(subchain.head())));
+      continue;
+    }
+    if (spec.trigger->value != TriggerBy::kArrival) continue;
+    const auto& inputs = app_.graph.node(id).predecessors;
+    if (std::none_of(inputs.begin(), inputs.end(), [&](NodeId input) { return app_.graph.node(input).unscheduled; })) {
+      problem(
+          spec.trigger->place, key,
+          fmt::format("no unscheduled node feeds {}: nothing arrives that could trigger it", quote(spec.name.value)),
+          "add an edge from one, or write trigger: any");
+    }
+    const auto exact = [&](NodeId member) {
+      const Node& node = app_.graph.node(member);
+      return node.min_rate && node.min_rate == node.max_rate;
+    };
+    if (std::any_of(subchain.nodes.begin(), subchain.nodes.end(), exact)) {
+      problem(spec.trigger->place, key,
+              fmt::format("subchain {} has an exact rate, which is kept by time", quote(subchain.name)),
+              "remove trigger, or make min_rate and max_rate differ");
     }
   }
 }

@@ -53,7 +53,8 @@ TEST(BuildApp, ReportsAllInOrderOfPlace) {
             "a.yaml:3:5: objective[0].weight: weight -1 is no number from 0 up; write 0 or more: what one millisecond "
             "counts\n"
             "a.yaml:3:9: edges[3]: there is no node 'LX'; did you mean 'LM'?\n"
-            "a.yaml:9:1: nodes.scan.period: period is for unscheduled nodes; Catan chooses that of this one; add "
+            "a.yaml:9:1: nodes.scan.period: period is for unscheduled and external nodes; Catan chooses that of this "
+            "one; add "
             "unscheduled: true if it runs by itself, or bound it by min_rate and max_rate");
 }
 
@@ -267,6 +268,28 @@ TEST(BuildSubchains, FallbackRatesBelongToHeads) {
   EXPECT_THAT(errors_of(spec), HasSubstr("fallback_rate (30Hz) is above max_rate (20Hz)"));
 }
 
+TEST(BuildSubchains, TriggersByArrivalNeedSomethingThatArrives) {
+  const auto by = [](TriggerBy trigger) { return At<TriggerBy>{trigger, {}}; };
+  AppSpec spec = good_spec();
+  node(spec, "GL").trigger = by(TriggerBy::kArrival);
+  EXPECT_EQ(errors_of(spec),
+            "nodes.GL.trigger: no unscheduled node feeds 'GL': nothing arrives that could trigger it; "
+            "add an edge from one, or write trigger: any");
+  node(spec, "GL").trigger = by(TriggerBy::kAny);
+  EXPECT_EQ(errors_of(spec), "");
+  spec.edges.push_back({split("imu GL"), {}});
+  node(spec, "GL").trigger = by(TriggerBy::kArrival);
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "GL").min_rate = hertz(10);
+  node(spec, "GL").max_rate = hertz(10);
+  EXPECT_THAT(errors_of(spec), HasSubstr("nodes.GL.trigger: subchain 'GL' has an exact rate, which is kept by time"));
+  spec = good_spec();
+  node(spec, "LM").trigger = by(TriggerBy::kTime);
+  node(spec, "imu").trigger = by(TriggerBy::kTime);
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("nodes.LM.trigger: only the head of a subchain is triggered by Catan"),
+                                     HasSubstr("nodes.imu.trigger: an unscheduled node runs by itself")));
+}
+
 TEST(BuildObjective, RefusesPathsThatAreNone) {
   AppSpec spec = good_spec();
   spec.objective = {response("scan LP", 1.0), response("base", 1.0), response("", 1.0), response("scan LM LPP", 1.0)};
@@ -275,6 +298,23 @@ TEST(BuildObjective, RefusesPathsThatAreNone) {
                     HasSubstr("objective[1].response_time: every node of the path is external"),
                     HasSubstr("objective[2].response_time: the path has no nodes"),
                     HasSubstr("objective[3].response_time: there is no node 'LPP'; did you mean 'LP'?")));
+}
+
+TEST(BuildObjective, AClockCountsWhereAPathBeginsOrEnds) {
+  AppSpec spec = good_spec();
+  spec.edges.push_back({split("base GL"), {}});
+  spec.edges.erase(spec.edges.begin() + 1);
+  spec.edges.push_back({split("scan LP"), {}});
+  spec.objective = {response("scan LM LP base", 1.0), response("base GL", 1.0), response("LP base GL", 1.0)};
+  EXPECT_EQ(errors_of(spec), "") << "without a clock it may stand anywhere";
+  node(spec, "base").period = At<Nanos>{8ms, {}};
+  EXPECT_EQ(errors_of(spec),
+            "objective[2].response_time: external node 'base' has a period, and so a clock, which counts only where a "
+            "path begins or ends; end the path at base, or remove its period");
+  spec.objective.pop_back();
+  EXPECT_EQ(errors_of(spec), "");
+  node(spec, "base").period = At<Nanos>{0ms, {}};
+  EXPECT_THAT(errors_of(spec), HasSubstr("nodes.base.period: period must be more than 0"));
 }
 
 TEST(BuildObjective, RefusesPeriodsThatAreNotOurs) {

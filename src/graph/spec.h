@@ -35,6 +35,7 @@ struct NodeSpec {
   std::optional<At<Rate>> max_rate;
   std::optional<At<Rate>> fallback_rate;
   std::optional<At<int>> max_threads;
+  std::optional<At<TriggerBy>> trigger;
 };
 
 // A row of node names: in `edges` a path stands for its edges. What it says of age holds for each of them.

@@ -32,16 +32,24 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   return timing;
 }
 
+bool follows(const graph::ChainElement& element, const graph::ChainElement& before,
+             std::span<const SubchainTiming> subchains) {
+  if (!element.subchain) return false;
+  const SubchainTiming& timing = subchains[element.subchain->index()];
+  return before.subchain ? timing.follows == before.subchain : timing.follows_node == before.nodes.front();
+}
+
 }  // namespace
 
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains) {
   std::vector<ElementTiming> elements;
-  std::optional<SubchainId> before;
-  for (const graph::ChainElement& element : graph.chain_elements(path)) {
+  const graph::ChainElement* before = nullptr;
+  const std::vector<graph::ChainElement> chain = graph.chain_elements(path);
+  for (const graph::ChainElement& element : chain) {
     elements.push_back(evaluate_element(graph, element, costs, subchains));
-    elements.back().follows = element.subchain && before && subchains[element.subchain->index()].follows == before;
-    before = element.subchain;
+    elements.back().follows = before != nullptr && follows(element, *before, subchains);
+    before = &element;
   }
   return chain_timing(elements);
 }

@@ -16,15 +16,17 @@
 namespace ctn::model {
 
 struct SubchainTiming {
-  Millis period{0};                     // p
-  Millis execution{0};                  // L
-  std::optional<SubchainId> follows{};  // each output of which triggers it
+  Millis period{0};     // p
+  Millis execution{0};  // L
+  // Each output of which triggers it: a subchain, or an unscheduled node.
+  std::optional<SubchainId> follows{};
+  std::optional<NodeId> follows_node{};
 };
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
-// has its own period, and its cost and its wait. An element whose subchain follows that of the element before adds L
-// alone. Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least one node
-// that is not external.
+// has its own period, and its cost and its wait, an external one that ticks the time between two ticks and no cost. An
+// element that follows the element before adds L alone. Preconditions: `subchains` is indexed by SubchainId; `path` is
+// a chain of the graph with at least one node that is not external.
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains);
 

@@ -42,6 +42,28 @@ TEST_F(Evaluate, AnUnscheduledNodeHasItsOwnPeriodAndAnExternalOneNone) {
   EXPECT_EQ(timing.response, timing.latency + timing.period);
 }
 
+// What is done by a tick counts at the tick; what comes in does so at ticks.
+TEST(EvaluateClocks, ATickIsAnElementThatCostsNothing) {
+  graph::AppSpec spec = graph::spec_of({"sensor", "a", "display"}, {"sensor a display"});
+  node(spec, "sensor").external = true;
+  node(spec, "display").external = true;
+  node(spec, "display").period = graph::At<Nanos>{std::chrono::milliseconds{16}, {}};
+  spec.objective.push_back(graph::response("sensor a display", 1.0));
+  const std::vector<SubchainTiming> timings{{Millis{10}, Millis{4}}};
+  const graph::App ends = graph::build_app(spec).value();
+  const ChainTiming timing =
+      evaluate_chain(ends.graph, path(ends, "sensor a display"), CostTable(ends.graph, Millis{1}), timings);
+  EXPECT_EQ(timing.latency, Millis{4 + 16});
+  EXPECT_EQ(timing.period, Millis{16});
+
+  node(spec, "sensor").period = graph::At<Nanos>{std::chrono::milliseconds{50}, {}};
+  const graph::App both = graph::build_app(spec).value();
+  const ChainTiming begun =
+      evaluate_chain(both.graph, path(both, "sensor a display"), CostTable(both.graph, Millis{1}), timings);
+  EXPECT_EQ(begun.latency, Millis{10 + 4 + 16}) << "what the sensor has sent waits for the next run";
+  EXPECT_EQ(begun.period, Millis{50});
+}
+
 TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
   const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings_);
   EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});

@@ -152,6 +152,16 @@ void check_owning_subchain(Check& check, SubchainId id) {
   }
 }
 
+// Who keeps a phase to a clock of others is triggered once every so many of its ticks.
+void check_clock(Check& check, std::size_t number, std::size_t index) {
+  const Member& member = check.plan.cores[number].members[index];
+  if (!member.clock) return;
+  const std::string key = Check::member_key(number, index, "clock");
+  if (member.pause || member.after) return check.problem(key, "it is not triggered by time");
+  if (whole_ticks(member.period, to_millis(*check.app.graph.node(*member.clock).period)) > 0) return;
+  check.problem(key, fmt::format("its period ({} ms) is no multiple of the clock's", member.period.count()));
+}
+
 // Every member once, the highest priority first, each triggered in one way.
 void check_priorities(Check& check, std::size_t number, const Members& members) {
   const CorePlan& core = check.plan.cores[number];
@@ -179,6 +189,7 @@ void check_priorities(Check& check, std::size_t number, const Members& members) 
                                        : member.phase > Millis{0} && member.phase >= member.period) {
       check.problem(key("phase_ms"), fmt::format("{} ms are no phase of its triggers", member.phase.count()));
     }
+    check_clock(check, number, i);
     const PeriodLimits limits = period_limits(check.app.graph, member.subchain);
     if (limits.exact && (member.pause || member.after)) {
       check.problem(key("period_ms"), "an exact rate is triggered by time");
@@ -195,8 +206,8 @@ void check_following(Check& check, SubchainId id) {
   SubchainId at = id;
   for (std::size_t steps = 0; steps <= check.plan.subchains.size(); ++steps) {
     const Member* const member = member_of(check.plan, at);
-    if (member == nullptr || !member->after) return;
-    at = member->after->subchain;
+    if (member == nullptr || !member->after || member->after->subchain() == nullptr) return;
+    at = *member->after->subchain();
     if (at != id) continue;
     check.problem(check.subchain_key(id, "after"), "it is triggered by outputs that its own outputs trigger");
     return;

@@ -54,8 +54,21 @@ void check_member(Check& check, std::size_t number, std::size_t index) {
   if (member.pause) check_number(check, key("pause_ms"), *member.pause);
   const std::size_t subchains = check.app.graph.subchains().size();
   if (member.subchain.index() >= subchains) check.problem(key("subchain"), "the app has no such subchain");
+  if (member.clock &&
+      (member.clock->index() >= check.app.graph.nodes().size() || !check.app.graph.node(*member.clock).ticks())) {
+    check.problem(key("clock"), "the app has no external node with such a clock");
+  }
   if (!member.after) return;
-  if (member.after->subchain.index() >= subchains) check.problem(key("after.subchain"), "the app has no such subchain");
+  const SubchainId* const leader = member.after->subchain();
+  if (leader != nullptr && leader->index() >= subchains) {
+    check.problem(key("after.subchain"), "the app has no such subchain");
+  }
+  if (const NodeId* const node = member.after->node()) {
+    const bool known = node->index() < check.app.graph.nodes().size();
+    if (!known || !check.app.graph.node(*node).unscheduled) {
+      check.problem(key("after.node"), "the app has no such unscheduled node");
+    }
+  }
   if (member.after->every < 1) {
     check.problem(key("after.every"), fmt::format("{} is no number of outputs", member.after->every));
   }

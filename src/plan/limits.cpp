@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "plan/predict.h"
 
@@ -103,6 +104,15 @@ Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const Core
 
 bool takes_batches(const graph::Graph& graph, SubchainId subchain) {
   return graph.node(graph.subchain(subchain).head()).input == graph::InputKind::kQueue;
+}
+
+int whole_ticks(Millis period, Millis clock) {
+  constexpr double kDigits = 1e-3;
+  constexpr double kMost = 1e6;
+  const double ticks = period / clock;
+  const double whole = std::round(ticks);
+  if (whole < 1.0 || whole > kMost || std::abs(ticks - whole) > kDigits * whole) return 0;
+  return static_cast<int>(whole);
 }
 
 }  // namespace ctn::plan

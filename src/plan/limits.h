@@ -60,6 +60,10 @@ bool is_deferred(const graph::Graph& graph, const Plan& plan, const CorePlan& co
 // The shortest frame that keeps the caps of those that are not deferred.
 Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
+// How many ticks of a clock a period lasts: a whole number, but for the digits with which one writes periods and rates;
+// 0: it is none. Precondition: both are > 0.
+int whole_ticks(Millis period, Millis clock);
+
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average
 // rate.
 bool takes_batches(const graph::Graph& graph, SubchainId subchain);

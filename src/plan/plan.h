@@ -12,6 +12,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "base/ids.h"
@@ -48,10 +49,17 @@ struct Slot {
 enum class Form { kFrames, kPriorities };
 const char* to_string(Form form);
 
-// In place of time: a subchain is triggered by each `every`-th output of another.
+// Whose outputs trigger a subchain: another subchain's, or an unscheduled node's.
+using Leader = std::variant<SubchainId, NodeId>;
+
+// In place of time: a subchain is triggered by each `every`-th output of its leader.
 struct After {
-  SubchainId subchain;
+  Leader leader;
   int every = 1;  // >= 1
+
+  // The one or the other; null where it is the other.
+  const SubchainId* subchain() const { return std::get_if<SubchainId>(&leader); }
+  const NodeId* node() const { return std::get_if<NodeId>(&leader); }
 
   friend bool operator==(const After&, const After&) = default;
 };
@@ -63,8 +71,9 @@ struct Member {
   int priority = 1;             // from 1, no two alike on a core; a higher one pre-empts
   Millis period{0};             // between two triggers by time; with a pause or `after`, at least
   Millis phase{0};              // triggers by time come at phase + k x period of the clock; in [0, period)
+  std::optional<NodeId> clock;  // that is an external node's: its ticks, in place of the system's monotonic clock
   std::optional<Millis> pause;  // triggered so long after its own run has ended, in place of a phase
-  std::optional<After> after;   // triggered by the outputs of another, in place of time
+  std::optional<After> after;   // triggered by outputs, in place of time
   Millis budget{0};             // CPU time of a run; beyond it, it is demoted below the others until its next trigger
 
   friend bool operator==(const Member&, const Member&) = default;

@@ -17,10 +17,13 @@ std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subc
                                               std::span<const CorePlan> cores) {
   std::vector<model::SubchainTiming> timings;
   timings.reserve(subchains.size());
-  for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution, {}});
+  for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution});
   for (const CorePlan& core : cores) {
     for (const Member& member : core.members) {
-      if (member.after && member.after->every == 1) timings[member.subchain.index()].follows = member.after->subchain;
+      if (!member.after || member.after->every != 1) continue;
+      model::SubchainTiming& timing = timings[member.subchain.index()];
+      if (const SubchainId* const leader = member.after->subchain()) timing.follows = *leader;
+      if (const NodeId* const leader = member.after->node()) timing.follows_node = *leader;
     }
   }
   return timings;

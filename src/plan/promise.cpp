@@ -47,19 +47,36 @@ class Analysis {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
     if (member->after) {
-      return std::max(member->period, outputs_apart(*member->after, spacing_of(member->after->subchain)));
+      const SubchainId* const leader = member->after->subchain();
+      return std::max(member->period,
+                      outputs_apart(*member->after, leader != nullptr ? spacing_of(*leader) : Millis{0}));
     }
     if (member->pause) return std::max(member->period, cost_[id.index()] + *member->pause);
     return member->period;
   }
 
-  // Every so-many-th output of a subchain whose runs come `runs_apart`.
+  // Every so-many-th output of the leader; where that is a subchain, its runs come `runs_apart`.
   Millis outputs_apart(const After& after, Millis runs_apart) const {
     Millis apart = runs_apart;
-    for (const NodeId node : app_.graph.subchain(after.subchain).nodes) {
+    const auto emits_every = [&](NodeId node) {
       if (const auto& output = app_.graph.node(node).output_period) apart = std::max(apart, to_millis(*output));
+    };
+    if (const NodeId* const leader = after.node()) {
+      apart = to_millis(*app_.graph.node(*leader).period);
+      emits_every(*leader);
+    } else {
+      for (const NodeId node : app_.graph.subchain(*after.subchain()).nodes) emits_every(node);
     }
     return apart * after.every;
+  }
+
+  // How late an unscheduled node's output may be.
+  Millis lateness_of(NodeId leader) const {
+    Millis late{0};
+    for (std::optional<NodeId> node = leader; node; node = app_.graph.node(*node).follows) {
+      late += by_kind_.front()[*node].single_thread() / (1.0 - plan_.slack);
+    }
+    return late;
   }
 
   // J, at the responses found so far.
@@ -68,8 +85,9 @@ class Analysis {
     const Millis late = std::max(promises_[i].execution - spacing_[i], Millis{0});
     if (!member.after) return member.pause ? Millis{0} : late;
     // An output may come as late as the feeder's run may end, and as early as a run costs nothing.
-    const std::size_t feeder = member.after->subchain.index();
-    const bool owns = member_of(plan_, member.after->subchain) == nullptr;
+    if (const NodeId* const leader = member.after->node()) return late + lateness_of(*leader);
+    const std::size_t feeder = member.after->subchain()->index();
+    const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
     const Millis run = owns ? plan_.subchains[feeder].execution : promises_[feeder].execution;
     return late + run + jitter_[feeder];
   }
@@ -184,7 +202,9 @@ class Analysis {
     if (member == nullptr) return plan_.subchains[id.index()].period;
     const Millis response = promises_[id.index()].execution;
     if (member->after) {
-      return std::max({member->period, outputs_apart(*member->after, period_of(member->after->subchain)), response});
+      const SubchainId* const leader = member->after->subchain();
+      const Millis apart = outputs_apart(*member->after, leader != nullptr ? period_of(*leader) : Millis{0});
+      return std::max({member->period, apart, response});
     }
     return std::max(member->period, response + member->pause.value_or(Millis{0}));
   }

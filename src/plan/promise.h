@@ -8,7 +8,8 @@
 // because of its own long runs, or that is triggered by outputs which are sometimes early. Of who is triggered by
 // outputs or by a pause, no two triggers are closer together than its period: where that says less (T = period, J = 0),
 // it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and
-// jitter grow with one another.
+// jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own run and
+// those of the nodes that it follows may end.
 //
 // A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
 // For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or

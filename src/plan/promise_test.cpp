@@ -151,5 +151,63 @@ TEST_F(PromiseTest, WhatIsWrongWithMembersIsNamed) {
   expect(problem_of([&] { plan.cores[0].slots.push_back({kFast, Millis{0}, Millis{6}, 1, 0}); }), "has no slots");
 }
 
+// What an unscheduled node sends is as late as its own run and those of whom it follows.
+TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
+  graph::AppSpec spec = graph::spec_of({"imu", "fuse", "read", "slow"}, {"imu fuse read", "read slow"});
+  for (const char* name : {"imu", "fuse"}) graph::node(spec, name).unscheduled = true;
+  graph::node(spec, "imu").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  spec.objective = {graph::response("imu fuse read", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  model::CostTable costs(app.graph, Millis{1});
+  costs.set(*app.graph.find_node("imu"), model::CostProfile::constant(Millis{0.25}));
+  costs.set(*app.graph.find_node("fuse"), model::CostProfile::constant(Millis{0.5}));
+  Plan plan;
+  plan.planner = "by hand";
+  plan.cores.resize(1);
+  plan.cores[0].form = Form::kPriorities;
+  const NodeId fuse = *app.graph.find_node("fuse");
+  Member read;
+  read.subchain = SubchainId(std::size_t{0});
+  read.priority = 2;
+  read.period = Millis{4};
+  read.after = After{fuse, 1};
+  read.budget = Millis{2};
+  Member slow;
+  slow.subchain = SubchainId(std::size_t{1});
+  slow.period = Millis{20};
+  slow.budget = Millis{2};
+  plan.cores[0].members = {read, slow};
+  plan.subchains.assign(2, SubchainPlan{.cores = {0}, .every = 1, .slice = Millis{1}});
+  const auto fill = [&] {
+    const std::vector<Promise> promises = promise(plan, app, costs).value();
+    for (std::size_t i = 0; i < 2; ++i) {
+      plan.subchains[i].period = promises[i].period;
+      plan.subchains[i].execution = promises[i].execution;
+    }
+    fill_predictions(plan, app, costs);
+    return promises;
+  };
+  EXPECT_EQ(fill()[0].period, Millis{5});
+  EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 5 + 0.5 + 1}) << "fuse is not known to follow imu (0014)";
+  EXPECT_EQ(plan.chains[0].period, Millis{5});
+  const Status valid = validate(plan, app, costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  const Result<Plan> back = from_json(to_json(plan, app), app, "plan.json");
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(*back, plan);
+
+  // In 12 ms two outputs come 5 ms apart, and three of them if the last two are early.
+  costs.set(*app.graph.find_node("slow"), model::CostProfile::constant(Millis{8}));
+  plan.cores[0].members[0].period = Millis{0};
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 3 * 1});
+  plan.cores[0].members[0].after->every = 3;
+  EXPECT_EQ(fill()[1].execution, Millis{8 + 1});
+  EXPECT_EQ(fill()[0].period, Millis{15});
+
+  plan.cores[0].members[0].after->leader = *app.graph.find_node("slow");
+  const Status wrong = validate(plan, app, costs, 1);
+  EXPECT_NE(wrong.error().message().find("cores[0].members[0].after.node"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ctn::plan

@@ -194,6 +194,7 @@ class Reader {
   void read_core(const Json& value, const std::string& path, Plan& plan);
   void read_slot(const Json& value, const std::string& path, CorePlan& core);
   void read_member(const Json& value, const std::string& path, CorePlan& core);
+  void read_after(const Json& value, const std::string& path, Member& member);
   SubchainId subchain_named(const Json& parent, const std::string& path);
   void read_chain(const Json& value, const std::string& path, Plan& plan);
   void read_node(const Json& value, const std::string& path, Plan& plan);
@@ -319,7 +320,8 @@ void Reader::read_slot(const Json& value, const std::string& path, CorePlan& cor
 }
 
 void Reader::read_member(const Json& value, const std::string& path, CorePlan& core) {
-  if (!object(value, path, {"subchain", "priority", "period_ms", "phase_ms", "budget_ms"}, {"pause_ms", "after"})) {
+  if (!object(value, path, {"subchain", "priority", "period_ms", "phase_ms", "budget_ms"},
+              {"clock", "pause_ms", "after"})) {
     return;
   }
   Member member;
@@ -328,13 +330,24 @@ void Reader::read_member(const Json& value, const std::string& path, CorePlan& c
   read_millis(value, path, "period_ms", member.period);
   read_millis(value, path, "phase_ms", member.phase);
   read_millis(value, path, "budget_ms", member.budget);
+  if (value.contains("clock")) member.clock = node_named(value["clock"], child(path, "clock"));
   if (value.contains("pause_ms")) read_millis(value, path, "pause_ms", member.pause.emplace());
-  const std::string after = child(path, "after");
-  if (const Json* feeder = this->member(value, "after"); feeder && object(*feeder, after, {"subchain", "every"})) {
-    member.after.emplace().subchain = subchain_named(*feeder, after);
-    read_int(*feeder, after, "every", member.after->every);
-  }
+  if (const Json* after = this->member(value, "after")) read_after(*after, child(path, "after"), member);
   core.members.push_back(member);
+}
+
+void Reader::read_after(const Json& value, const std::string& path, Member& member) {
+  if (!object(value, path, {"every"}, {"subchain", "node"})) return;
+  if (value.contains("subchain") == value.contains("node")) {
+    return problem(path, "it names either a subchain or a node");
+  }
+  After& after = member.after.emplace();
+  if (value.contains("node")) {
+    after.leader = node_named(value["node"], child(path, "node"));
+  } else {
+    after.leader = subchain_named(value, path);
+  }
+  read_int(value, path, "every", after.every);
 }
 
 // The one that the object names under `subchain`.

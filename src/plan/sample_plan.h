@@ -86,9 +86,9 @@ inline Plan sample_priorities(const graph::App& app, const model::CostTable& cos
   plan.slack = 0.0;
   plan.cores[0] = {};
   plan.cores[0].form = Form::kPriorities;
-  plan.cores[0].members = {{kFast, 3, Millis{20}, Millis{5}, {}, {}, Millis{6}},
-                           {kSlow, 2, Millis{0}, Millis{0}, {}, After{kFast, 2}, Millis{25}},
-                           {kBatch, 1, Millis{15}, Millis{0}, Millis{10}, {}, Millis{4}}};
+  plan.cores[0].members = {{kFast, 3, Millis{20}, Millis{5}, {}, {}, {}, Millis{6}},
+                           {kSlow, 2, Millis{0}, Millis{0}, {}, {}, After{kFast, 2}, Millis{25}},
+                           {kBatch, 1, Millis{15}, Millis{0}, {}, Millis{10}, {}, Millis{4}}};
   const std::vector<Promise> promises = promise(plan, app, costs).value();
   for (const SubchainId id : {kFast, kSlow, kBatch}) {
     SubchainPlan& subchain = plan.subchains[id.index()];

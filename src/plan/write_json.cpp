@@ -36,9 +36,15 @@ Json member_json(const Member& member, const graph::Graph& graph) {
                {"priority", member.priority},
                {"period_ms", member.period.count()},
                {"phase_ms", member.phase.count()}};
+  if (member.clock) json["clock"] = graph.node(*member.clock).name;
   if (member.pause) json["pause_ms"] = member.pause->count();
   if (member.after) {
-    json["after"] = {{"subchain", graph.subchain(member.after->subchain).name}, {"every", member.after->every}};
+    if (const SubchainId* const leader = member.after->subchain()) {
+      json["after"]["subchain"] = graph.subchain(*leader).name;
+    } else {
+      json["after"]["node"] = graph.node(*member.after->node()).name;
+    }
+    json["after"]["every"] = member.after->every;
   }
   json["budget_ms"] = member.budget.count();
   return json;

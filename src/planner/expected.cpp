@@ -47,8 +47,19 @@ plan::Member member_of(const graph::App& app, const trial::Place& place, Subchai
   const plan::PeriodLimits limits = plan::period_limits(app.graph, id);
   member.period = limits.exact.value_or(std::max(to_millis(place.period), limits.min));
   if (place.pause) member.pause = to_millis(*place.pause);
-  if (!place.pause && !place.after) member.phase = to_millis(place.phase);
+  if (place.pause || place.after) return member;
+  member.phase = to_millis(place.phase);
+  member.clock = place.clock;
   return member;
+}
+
+// Whoever asks offline has an app that tells its ticks.
+std::vector<NodeId> clocks_of(const graph::Graph& graph) {
+  std::vector<NodeId> clocks;
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    if (graph.nodes()[index].ticks()) clocks.emplace_back(index);
+  }
+  return clocks;
 }
 
 }  // namespace
@@ -138,6 +149,7 @@ Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Sample
   Result<plan::Plan> formulas = make_plan(app, costs, {.cores = request.cores, .slack = request.slack});
   if (!formulas) return formulas;
   ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack, .seed = request.seed});
+  search.know_clocks(clocks_of(app.graph));
   search.set_costs(samples, costs);
   search.add(trial::schedule_of(app, *formulas), formulas->relax_factor);
   search.guess(static_cast<std::size_t>(kGuesses * request.effort));

@@ -108,6 +108,46 @@ TEST(ExpectedPlan, TriggersAReaderByItsWriterAndAsOftenAsItCan) {
   EXPECT_LT(plan.expected->objective, 1.05 * (two.a + two.b + p + p / 4.0));
 }
 
+// What draws for a display, as often as that ticks.
+graph::App drawing() {
+  graph::AppSpec spec = graph::spec_of({"draw", "display"}, {"draw display"});
+  node(spec, "display").external = true;
+  node(spec, "display").period = graph::At<Nanos>{Nanos{8'333'333}, {}};
+  for (auto rate : {&graph::NodeSpec::min_rate, &graph::NodeSpec::max_rate}) {
+    node(spec, "draw").*rate = graph::At<Rate>{Rate{120.0}, {}};
+  }
+  spec.objective = {graph::response("draw display", 1.0)};
+  return graph::build_app(spec).value();
+}
+
+TEST(ExpectedPlan, IsDoneJustBeforeTheTick) {
+  const graph::App app = drawing();
+  const model::CostTable costs(app.graph, Millis{1});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const plan::Plan plan =
+      make_expected_plan(app, samples, costs, {.cores = 1, .slack = kSlack, .effort = 0.05}).value();
+  ASSERT_EQ(plan.cores[0].members.size(), 1U);
+  EXPECT_EQ(plan.cores[0].members[0].clock, app.graph.find_node("display"));
+  // A period, the run, and what timers are late; half a period more if it had any phase.
+  EXPECT_LT(plan.expected->objective, 8.333 + 1.0 + 0.5);
+  EXPECT_GE(plan.objective, 8.333 + 8.333 + 1.0) << "promised is any phase";
+}
+
+TEST(Surrogate, KnowsWhatIsLeftUntilTheTick) {
+  const graph::App app = drawing();
+  const model::CostTable costs(app.graph, Millis{1});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  Surrogate surrogate(app, samples, costs, 0.0);
+  const double cost = surrogate.mean_cost(SubchainId(0), 0);
+  trial::Place place{.period = Nanos{8'333'333}, .phase = std::chrono::milliseconds{6}};
+  const auto objective = [&] {
+    return surrogate({.cores = 1, .subchains = {place}, .frames = {}, .pipelines = {}}).value().objective;
+  };
+  EXPECT_NEAR(objective(), cost + 1.5 * 8.333333, 1e-6);
+  place.clock = app.graph.find_node("display");
+  EXPECT_NEAR(objective(), 8.333333 - 6.0 + 8.333333, 1e-6) << "the run itself is part of what is left";
+}
+
 TEST(ExpectedPlan, IsTheSameEachTime) {
   const RandomCase random = random_case(3, {.subchains = 4}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);

@@ -19,6 +19,9 @@ constexpr double kLargeStep = 0.8;
 constexpr std::size_t kMostOutputs = 6;
 // A follower is held apart by so much of the time between the outputs that trigger it.
 constexpr double kHeldApart = 0.8;
+// A phase against a clock is moved by so much of the period, or less; and a period is so many ticks more, or fewer.
+constexpr double kPhaseStep = 0.1;
+constexpr std::size_t kMostTicks = 8;
 
 // By a factor between exp(-size) and exp(size).
 double stretched(double value, double size, Random& random) {
@@ -29,8 +32,10 @@ bool has_cycle(const Schedule& schedule) {
   for (std::size_t from = 0; from < schedule.subchains.size(); ++from) {
     std::size_t at = from;
     for (std::size_t steps = 0; schedule.subchains[at].after; ++steps) {
+      const SubchainId* const leader = schedule.subchains[at].after->subchain();
+      if (leader == nullptr) break;
       if (steps > schedule.subchains.size()) return true;
-      at = schedule.subchains[at].after->subchain.index();
+      at = leader->index();
     }
   }
   return false;
@@ -39,11 +44,76 @@ bool has_cycle(const Schedule& schedule) {
 }  // namespace
 
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
-    : app_(app), pipelines_(pipelines), cost_(std::move(cost)), cores_(cores) {
+    : app_(app),
+      pipelines_(pipelines),
+      cost_(std::move(cost)),
+      cores_(cores),
+      clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
-    limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value()});
+    const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());
+    limits_.push_back(
+        {std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), head.trigger});
+    std::vector<Arrival>& arrivals = arrivals_.emplace_back();
+    if (head.trigger != graph::TriggerBy::kArrival && head.trigger != graph::TriggerBy::kAny) continue;
+    for (const NodeId id : head.predecessors) {
+      const graph::Node& node = app.graph.node(id);
+      if (!node.unscheduled) continue;
+      arrivals.push_back({id, to_millis(std::max(*node.period, node.output_period.value_or(Nanos{0})))});
+    }
   }
+}
+
+void Moves::know_clocks(const std::vector<NodeId>& clocks) {
+  clocks_.assign(limits_.size(), {});
+  for (const graph::Term& term : app_.objective) {
+    for (const NodeId end : {term.path.front(), term.path.back()}) {
+      if (!app_.graph.node(end).ticks() || std::find(clocks.begin(), clocks.end(), end) == clocks.end()) continue;
+      for (const NodeId node : term.path) {
+        if (!app_.graph.node(node).subchain) continue;
+        std::vector<Clock>& known = clocks_[app_.graph.node(node).subchain->index()];
+        const bool fresh =
+            std::none_of(known.begin(), known.end(), [&](const Clock& each) { return each.node == end; });
+        if (fresh) known.push_back({end, *app_.graph.node(end).period});
+      }
+    }
+  }
+}
+
+// Its phase is somewhere else in the clock's period, or a little elsewhere than it was; or it has none any more.
+void Moves::change_clock(Place& place, std::size_t subchain, Random& random) const {
+  const Limits& limits = limits_[subchain];
+  if (limits.trigger == graph::TriggerBy::kArrival) return;
+  if (place.clock && random.once_in(2)) {
+    const Nanos moved = to_nanos(to_millis(place.period) * (random.fraction() - 0.5) * kPhaseStep);
+    place.phase = (place.phase + moved + place.period) % place.period;
+    return;
+  }
+  if (place.clock && random.once_in(8)) return place.clock.reset();
+  const Clock& clock = clocks_[subchain][random.below(clocks_[subchain].size())];
+  const int shortest = plan::whole_ticks(to_millis(limits.shortest), to_millis(clock.period));
+  if (limits.exact && shortest == 0) return;
+  const auto rounded_up = static_cast<int>((limits.shortest + clock.period - Nanos{1}) / clock.period);
+  const int least = shortest > 0 ? shortest : std::max(rounded_up, 1);
+  const int ticks = limits.exact || random.once_in(2) ? least : least + static_cast<int>(random.below(kMostTicks));
+  place.pause.reset();
+  place.after.reset();
+  place.clock = clock.node;
+  place.period = ticks == shortest ? limits.shortest : ticks * clock.period;
+  place.phase = std::min(to_nanos(to_millis(place.period) * random.fraction()), place.period - Nanos{1});
+}
+
+void Moves::set_asked_trigger(Place& place, std::size_t subchain) const {
+  if (limits_[subchain].trigger != graph::TriggerBy::kArrival) return;
+  follow_arrivals(place, subchain, arrivals_[subchain].front(), 1);
+}
+
+void Moves::follow_arrivals(Place& place, std::size_t subchain, const Arrival& arrival, int every) const {
+  place.pause.reset();
+  place.clock.reset();
+  place.phase = Nanos{0};
+  place.after = plan::After{arrival.node, every};
+  place.period = std::max(to_nanos(kHeldApart * every * arrival.apart), limits_[subchain].shortest);
 }
 
 void Moves::change(Schedule& schedule, Random& random) const {
@@ -61,6 +131,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
       (cores_ > 1 && pipelines_.most_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
     return change_cores(schedule, i, random);
   }
+  if (!clocks_[i].empty() && random.once_in(3)) return change_clock(place, i, random);
   switch (random.below(10)) {
     case 0:
     case 1:
@@ -88,7 +159,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
 }
 
 void Moves::change_time(Place& place, std::size_t subchain, Random& random) const {
-  if (limits_[subchain].exact) return;
+  if (limits_[subchain].exact || place.clock) return;
   const double size = random.once_in(4) ? kLargeStep : kSmallStep;
   if (place.pause) {
     place.pause = to_nanos(Millis{stretched(to_millis(*place.pause).count(), size, random)});
@@ -171,8 +242,9 @@ void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random)
 }
 
 void Moves::change_pause(Place& place, std::size_t subchain, Random& random) const {
-  if (limits_[subchain].exact) return;
+  if (limits_[subchain].exact || limits_[subchain].trigger == graph::TriggerBy::kArrival) return;
   place.after.reset();
+  place.clock.reset();
   place.phase = Nanos{0};
   if (place.pause) {
     place.period = std::max(to_nanos(Millis{1.5 * cost_[subchain]}) + *place.pause, limits_[subchain].shortest);
@@ -184,16 +256,25 @@ void Moves::change_pause(Place& place, std::size_t subchain, Random& random) con
 }
 
 void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& random) const {
-  if (limits_[subchain].exact || schedule.subchains.size() < 2) return;
+  const graph::TriggerBy asked = limits_[subchain].trigger;
+  const std::vector<Arrival>& arrivals = arrivals_[subchain];
+  if (limits_[subchain].exact || asked == graph::TriggerBy::kTime) return;
   Place& place = schedule.subchains[subchain];
+  if (asked == graph::TriggerBy::kArrival || (!arrivals.empty() && random.once_in(2))) {
+    const int every = random.once_in(2) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
+    return follow_arrivals(place, subchain, arrivals[random.below(arrivals.size())], every);
+  }
+  if (!place.after && schedule.subchains.size() < 2) return;
   if (place.after && random.once_in(2)) {
     place.after.reset();
     const double cost = cost_[subchain] * (2.0 + 10.0 * random.fraction());
     place.period = std::max(to_nanos(Millis{cost}), limits_[subchain].shortest);
     return;
   }
+  if (schedule.subchains.size() < 2) return;
   const Place before = place;
   place.pause.reset();
+  place.clock.reset();
   place.phase = Nanos{0};
   const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
   const std::size_t feeder = random.below(schedule.subchains.size());

@@ -35,22 +35,41 @@ class Moves {
   // `cost`: what runs of each subchain cost on average, in ms. The others outlive it.
   Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores);
 
+  // From now on phases may be against the clocks of these external nodes, where a chain of the subchain's begins or
+  // ends with one.
+  void know_clocks(const std::vector<NodeId>& clocks);
+
   // Changes one thing or two. What comes of it is complete and without a cycle of followers; it may be a bad idea.
   void change(trial::Schedule& schedule, Random& random) const;
 
   // The shortest period that a cap, an exact rate or the dispatcher allows.
   Nanos shortest_period(std::size_t subchain) const { return limits_[subchain].shortest; }
   bool exact(std::size_t subchain) const { return limits_[subchain].exact; }
+  // Gives a subchain the trigger that the app asks for, if it asks for one that is not by time.
+  void set_asked_trigger(trial::Place& place, std::size_t subchain) const;
 
  private:
   struct Limits {
     Nanos shortest{0};
     bool exact = false;
+    graph::TriggerBy trigger = graph::TriggerBy::kAuto;
+  };
+  // An external node that ticks.
+  struct Clock {
+    NodeId node;
+    Nanos period{0};
+  };
+  // An unscheduled node whose outputs may trigger a subchain.
+  struct Arrival {
+    NodeId node;
+    Millis apart{0};
   };
 
   void change_one(trial::Schedule& schedule, Random& random) const;
   void change_time(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
+  void follow_arrivals(trial::Place& place, std::size_t subchain, const Arrival& arrival, int every) const;
+  void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
@@ -61,7 +80,9 @@ class Moves {
   const Pipelines& pipelines_;
   std::vector<double> cost_;
   int cores_;
-  std::vector<Limits> limits_;  // by subchain
+  std::vector<Limits> limits_;                  // by subchain
+  std::vector<std::vector<Clock>> clocks_;      // by subchain
+  std::vector<std::vector<Arrival>> arrivals_;  // by subchain; empty where the app does not let them trigger it
 };
 
 }  // namespace ctn::planner

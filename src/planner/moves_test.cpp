@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <array>
+
 #include "plan/limits.h"
 #include "planner/random_apps.h"
 
@@ -63,12 +65,104 @@ RC_GTEST_PROP(MovesProperty, KeepASchedulePossibleWhateverTheyDo, (std::uint64_t
     std::size_t at = i;
     for (std::size_t steps = 0; schedule.subchains[at].after; ++steps) {
       RC_ASSERT(steps <= count);
-      at = schedule.subchains[at].after->subchain.index();
+      at = schedule.subchains[at].after->subchain()->index();
     }
   }
   RC_ASSERT(in_pipelines == schedule.pipelines.size());
   std::sort(priorities.begin(), priorities.end());
   RC_ASSERT(std::adjacent_find(priorities.begin(), priorities.end()) == priorities.end());
+}
+
+Pipelines no_costs_known(const graph::App& app) {
+  const model::CostTable costs(app.graph, Millis{1.0});
+  return Pipelines(app, trial::Samples(app, trial::MeasuredRuns(app.graph.nodes().size()), costs), costs, 0.0);
+}
+
+// s, every 5 ms, feeds a; what may trigger a is for the app to say. b is free.
+graph::App fed_by_a_sensor(graph::TriggerBy trigger) {
+  graph::AppSpec spec = graph::spec_of({"s", "a", "b"}, {"s a b"});
+  graph::node(spec, "s").unscheduled = true;
+  graph::node(spec, "s").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  graph::node(spec, "a").trigger = graph::At<graph::TriggerBy>{trigger, {}};
+  spec.objective = {graph::response("s a b", 1.0)};
+  return graph::build_app(spec).value();
+}
+
+struct Seen {
+  bool by_time = false;  // or after a pause
+  bool by_subchain = false;
+  bool by_arrival = false;
+  bool every_other = false;  // arrival, or less often
+};
+Seen triggers_of_a(graph::TriggerBy trigger) {
+  const graph::App app = fed_by_a_sensor(trigger);
+  const Pipelines pipelines = no_costs_known(app);
+  const Moves moves(app, {1.0, 1.0}, pipelines, 1);
+  trial::Schedule schedule{.cores = 1, .subchains = std::vector<trial::Place>(2), .frames = {}, .pipelines = {}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    schedule.subchains[i].priority = static_cast<int>(i) + 1;
+    schedule.subchains[i].period = std::chrono::milliseconds{10};
+    moves.set_asked_trigger(schedule.subchains[i], i);
+  }
+  Random random(1);
+  Seen seen;
+  for (int step = 0; step < 3000; ++step) {
+    const std::optional<plan::After>& after = schedule.subchains[0].after;
+    seen.by_time = seen.by_time || !after;
+    seen.by_subchain = seen.by_subchain || (after && after->subchain() != nullptr);
+    seen.by_arrival = seen.by_arrival || (after && after->leader == plan::Leader(NodeId(std::size_t{0})));
+    seen.every_other = seen.every_other || (after && after->node() != nullptr && after->every > 1);
+    EXPECT_FALSE(schedule.subchains[1].after && schedule.subchains[1].after->node() != nullptr) << "s does not feed b";
+    moves.change(schedule, random);
+  }
+  return seen;
+}
+
+TEST(Moves, AreTriggeredByWhatTheAppAllows) {
+  const Seen chosen = triggers_of_a(graph::TriggerBy::kAuto);
+  EXPECT_TRUE(chosen.by_time && chosen.by_subchain && !chosen.by_arrival);
+  const Seen time = triggers_of_a(graph::TriggerBy::kTime);
+  EXPECT_TRUE(time.by_time && !time.by_subchain && !time.by_arrival);
+  const Seen arrival = triggers_of_a(graph::TriggerBy::kArrival);
+  EXPECT_TRUE(!arrival.by_time && !arrival.by_subchain && arrival.by_arrival && arrival.every_other);
+  const Seen any = triggers_of_a(graph::TriggerBy::kAny);
+  EXPECT_TRUE(any.by_time && any.by_subchain && any.by_arrival && any.every_other);
+}
+
+// a and b end at the display, c does not; b's rate is that of every second tick.
+RC_GTEST_PROP(MovesProperty, KeepPhasesToKnownClocksAlone, (std::uint64_t seed, bool known)) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "c", "display"}, {"a b display", "c b"});
+  graph::node(spec, "display").external = true;
+  graph::node(spec, "display").period = graph::At<Nanos>{Nanos{8'333'333}, {}};
+  for (auto rate : {&graph::NodeSpec::min_rate, &graph::NodeSpec::max_rate}) {
+    graph::node(spec, "b").*rate = graph::At<Rate>{Rate{60.0}, {}};
+  }
+  spec.objective = {graph::response("a b display", 1.0), graph::response("c b", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const Pipelines pipelines = no_costs_known(app);
+  Moves moves(app, {1.0, 1.0, 1.0}, pipelines, 2);
+  const NodeId display = *app.graph.find_node("display");
+  if (known) moves.know_clocks({display});
+  trial::Schedule schedule{.cores = 2, .subchains = std::vector<trial::Place>(3), .frames = {}, .pipelines = {}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    schedule.subchains[i].priority = static_cast<int>(i) + 1;
+    schedule.subchains[i].period = moves.exact(i) ? moves.shortest_period(i) : Nanos{std::chrono::milliseconds{10}};
+  }
+  Random random(seed);
+  std::array<bool, 3> kept{};
+  for (int step = 0; step < 600; ++step) {
+    moves.change(schedule, random);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const trial::Place& place = schedule.subchains[i];
+      if (!place.clock) continue;
+      kept.at(i) = true;
+      RC_ASSERT(!place.pause && !place.after);
+      RC_ASSERT(place.phase >= Nanos{0} && place.phase < place.period);
+      const int ticks = plan::whole_ticks(to_millis(place.period), Millis{8.333333});
+      RC_ASSERT((i == 1 ? ticks == 2 : ticks >= 1));
+    }
+  }
+  RC_ASSERT(kept == (std::array{known, known, false}));
 }
 
 }  // namespace

@@ -35,7 +35,10 @@ Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const
   }
   constexpr int kAny = 1 << 20;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
-    most_cores_.push_back(useful_cores(app, planned, SubchainId(i), kAny));
+    // One that what arrives has to trigger is never paced by its own outputs.
+    const bool by_arrival =
+        app.graph.node(app.graph.subchain(SubchainId(i)).head()).trigger == graph::TriggerBy::kArrival;
+    most_cores_.push_back(by_arrival ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
   }
 }
 

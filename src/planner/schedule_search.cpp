@@ -78,6 +78,13 @@ std::vector<double> tail_weights(const graph::App& app) {
 ScheduleSearch::ScheduleSearch(const graph::App& app, const Setting& setting)
     : app_(app), setting_(setting), random_(setting.seed), tail_weights_(tail_weights(app)) {}
 
+void ScheduleSearch::know_clocks(std::vector<NodeId> clocks) {
+  if (clocks_ == clocks) return;
+  clocks_ = std::move(clocks);
+  steps_in_vain_ = 0;
+  if (moves_) moves_->know_clocks(clocks_);
+}
+
 void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned) {
   costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack);
   std::vector<double> costs;
@@ -85,6 +92,7 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned)
     costs.push_back(costs_->surrogate.mean_cost(SubchainId(i), 0));
   }
   moves_.emplace(app_, std::move(costs), costs_->pipelines, setting_.cores);
+  moves_->know_clocks(clocks_);
   std::erase_if(candidates_, [&](Candidate& each) { return !fixed(each) && !renew_pipelines(each.schedule); });
   std::size_t improvable = 0;
   std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
@@ -106,12 +114,23 @@ bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
 }
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
+  if (!keeps_asked_triggers(schedule)) return;
   // Until it is tried nobody knows what it is worth.
   Candidate candidate{.schedule = std::move(schedule), .score = 2.0 * kOverload, .relax = relax};
   if (fixed(candidate)) std::erase_if(candidates_, fixed);
   const auto same = std::find_if(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& known) { return known.schedule == candidate.schedule; });
   if (same == candidates_.end()) candidates_.push_back(std::move(candidate));
+}
+
+bool ScheduleSearch::keeps_asked_triggers(const Schedule& schedule) const {
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    const graph::Node& head = app_.graph.node(app_.graph.subchain(SubchainId(i)).head());
+    if (head.trigger != graph::TriggerBy::kArrival) continue;
+    const std::optional<plan::After>& after = schedule.subchains[i].after;
+    if (!after || after->node() == nullptr) return false;
+  }
+  return true;
 }
 
 // --- By formulas ---
@@ -174,6 +193,7 @@ Schedule ScheduleSearch::beginning(bool even) {
     const Millis period{root * demand[static_cast<std::size_t>(place.core)] / (1.0 - setting_.slack)};
     place.period =
         moves_->exact(i) ? moves_->shortest_period(i) : std::max(to_nanos(period), moves_->shortest_period(i));
+    moves_->set_asked_trigger(place, i);
   }
   return schedule;
 }

@@ -84,8 +84,12 @@ class ScheduleSearch {
   // is forgotten. To be called before all below.
   void set_costs(trial::Samples samples, model::CostTable planned);
 
+  // Phases may be chosen against the clocks of these external nodes, which somebody tells of. None at first.
+  void know_clocks(std::vector<NodeId> clocks);
+
   // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
-  // relaxed under it, where that is known. One with frames replaces the one before.
+  // relaxed under it, where that is known. One with frames replaces the one before. One that does not trigger by
+  // arrival what the app says is passed over.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
   // So many steps by formulas alone.
@@ -134,6 +138,7 @@ class ScheduleSearch {
   static bool fixed(const Candidate& candidate) { return !candidate.schedule.frames.empty(); }
 
   bool renew_pipelines(trial::Schedule& schedule) const;
+  bool keeps_asked_triggers(const trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
   double guessed_score(const trial::Schedule& schedule);
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
@@ -155,6 +160,7 @@ class ScheduleSearch {
   std::unique_ptr<Costs> costs_;
   std::vector<double> tail_weights_;  // by term
   std::optional<Moves> moves_;
+  std::vector<NodeId> clocks_;
   std::vector<Candidate> candidates_;  // the best first
   Nanos horizon_{0};                   // of a trial; 0: not known yet
   Nanos work_{0};

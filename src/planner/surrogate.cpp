@@ -69,6 +69,15 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       planned_waits += planned.wait(node).count();
     }
   }
+  for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+    Arrivals& arrivals = arrivals_.emplace_back();
+    const graph::Node& node = app.graph.nodes()[i];
+    if (!node.unscheduled) continue;
+    arrivals.apart = to_millis(std::max(*node.period, node.output_period.value_or(Nanos{0}))).count();
+    for (std::optional<NodeId> at = NodeId(i); at; at = app.graph.node(*at).follows) {
+      arrivals.late += tables.front()[*at].single_thread().count() / usable_;
+    }
+  }
   for (const graph::Term& term : app.objective) {
     Term& known = terms_.emplace_back();
     known.weight = term.weight;
@@ -84,9 +93,12 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       added.output_period = longest_output_period(app.graph, element.nodes);
       if (element.subchain) continue;
       const NodeId node = element.nodes.front();
+      added.node = node;
       // A follower's input does not wait: it starts with it.
       added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
-      added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
+      if (!app.graph.node(node).external) {
+        added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
+      }
     }
   }
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -101,8 +113,14 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
 // How far apart the triggers are of a subchain that follows another.
 double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
   const plan::After& after = *schedule.subchains[subchain].after;
-  const std::size_t feeder = after.subchain.index();
+  if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
+  const std::size_t feeder = after.subchain()->index();
   return after.every * std::max(timings_[feeder].period, output_period_[feeder]);
+}
+
+double Surrogate::promised_lateness(const plan::After& after) const {
+  if (const NodeId* const node = after.node()) return arrivals_[node->index()].late;
+  return timings_[after.subchain()->index()].promised_execution;
 }
 
 void Surrogate::time_pipelines(const trial::Schedule& schedule) {
@@ -135,8 +153,8 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::
   }
   // Nor above its feeder when that ended.
   int highest = -1;
-  if (place.after) {
-    const trial::Place& feeder = schedule.subchains[place.after->subchain.index()];
+  if (place.after && place.after->subchain() != nullptr) {
+    const trial::Place& feeder = schedule.subchains[place.after->subchain()->index()];
     if (feeder.core == place.core) highest = feeder.priority;
   }
   for (std::size_t at = first; at < last; ++at) {
@@ -186,8 +204,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
   timing.period = std::max(apart / kept, alone);
   const double even = std::max(1.0 / timing.period - long_gaps, 0.0);
   timing.wait = std::max((even * apart * apart + squares) / 2.0, timing.period / 2.0);
-  if (place.after && place.after->every == 1) {
-    timing.wait = std::max(timing.wait, timings_[place.after->subchain.index()].wait);
+  if (place.after && place.after->every == 1 && place.after->subchain() != nullptr) {
+    timing.wait = std::max(timing.wait, timings_[place.after->subchain()->index()].wait);
   }
 }
 
@@ -223,8 +241,8 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
 // trigger it, response and jitter grow with one another, and only what it is held apart by bounds both.
 bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain) {
   const trial::Place* place = &schedule.subchains[subchain];
-  while (place->after) {
-    const trial::Place& feeder = schedule.subchains[place->after->subchain.index()];
+  while (place->after && place->after->subchain() != nullptr) {
+    const trial::Place& feeder = schedule.subchains[place->after->subchain()->index()];
     if (feeder.core != place->core || feeder.priority < place->priority) return true;
     place = &feeder;
   }
@@ -255,7 +273,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     timing.promised_period = std::max(spacing, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
-    if (place.after) jitter += timings_[place.after->subchain.index()].promised_execution;
+    if (place.after) jitter += promised_lateness(*place.after);
     // What a run that waits leaves undone comes close to the next one (plan/promise.h).
     const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
     // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
@@ -268,6 +286,17 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     used_if_held += timing.planned / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
     sum += timing.planned * (1.0 + (jitter + carried) / spacing);
   }
+}
+
+// Of who keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as it
+// does on average.
+std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, const Element& before,
+                                               const Element& element) const {
+  if (element.subchain || !before.subchain) return std::nullopt;
+  const trial::Place& place = schedule.subchains[before.subchain->index()];
+  if (place.clock != element.node) return std::nullopt;
+  const double end = to_millis(place.phase).count() + timings_[before.subchain->index()].execution;
+  return element.period - std::fmod(end, element.period);
 }
 
 Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Term& term) const {
@@ -287,10 +316,13 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
     if (element.subchain) {
       timing = timings_[element.subchain->index()];
       const auto& after = schedule.subchains[element.subchain->index()].after;
-      follows = after && after->every == 1 && before != nullptr && before->subchain == after->subchain;
+      if (after && after->every == 1 && before != nullptr) {
+        follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
+                                   : after->leader == plan::Leader(before->node);
+      }
     }
     if (before != nullptr && !follows) {
-      latency.response += timing.wait;
+      latency.response += wait_for_tick(schedule, *before, element).value_or(timing.wait);
       latency.promised += timing.promised_period;
     }
     latency.response += timing.execution;

@@ -9,7 +9,9 @@
 // its next run begins (none where it is triggered by the element before) and that run; and the longest period or
 // output period on the way.
 //
-// What it leaves out is what trials are for: order and phase, bursts, who meets whom.
+// Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick.
+//
+// What it leaves out is what trials are for: order and other phases, bursts, who meets whom.
 //
 // It also bounds what is promised (plan/promise.h), by the line; and says how full the fullest core would be.
 //
@@ -58,7 +60,8 @@ class Surrogate {
 
  private:
   struct Element {
-    std::optional<SubchainId> subchain;  // none: an unscheduled node
+    std::optional<SubchainId> subchain;  // none: an unscheduled node, or an external one that ticks
+    NodeId node;                         // that one
     double period = 0.0;                 // its own, if it has one
     double cost = 0.0;
     double output_period = 0.0;
@@ -93,6 +96,7 @@ class Surrogate {
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
+  double promised_lateness(const plan::After& after) const;
   void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
   double found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
                          std::size_t last) const;
@@ -100,6 +104,8 @@ class Surrogate {
   void time_pipelines(const trial::Schedule& schedule);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
+  std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
+                                      const Element& element) const;
   Totals totals_of(const trial::Schedule& schedule, const Term& term) const;
 
   const graph::App& app_;
@@ -111,6 +117,11 @@ class Surrogate {
   std::vector<double> planned_waits_;         // by subchain
   std::vector<double> parts_;                 // by subchain
   std::vector<double> output_period_;         // by subchain: the longest of its nodes'
+  struct Arrivals {                           // of an unscheduled node's outputs
+    double apart = 0.0;
+    double late = 0.0;  // as planned, at most
+  };
+  std::vector<Arrivals> arrivals_;  // by node
   std::vector<Term> terms_;
   struct AskedRate {
     SubchainId subchain;

@@ -32,6 +32,7 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   } else {
     pacing.period = at_least_shortest(to_nanos(member.period));
     pacing.phase = to_nanos(member.phase);
+    pacing.clock = member.clock;
   }
   return pacing;
 }
@@ -75,8 +76,9 @@ void remove_absent(Assignment& assignment, const std::vector<bool>& present) {
   for (std::size_t index = 0; index < present.size(); ++index) {
     SubchainPlace& place = assignment.places[index];
     place.present = present[index];
-    // Who follows somebody that is not there goes by time.
-    if (place.pacing.after && !present[place.pacing.after->subchain.index()]) place.pacing.after.reset();
+    // Who follows a subchain that is not there goes by time.
+    const SubchainId* const leader = place.pacing.after ? place.pacing.after->subchain() : nullptr;
+    if (leader != nullptr && !present[leader->index()]) place.pacing.after.reset();
   }
   for (dispatch::SharedCoreSchedule& core : assignment.cores) {
     std::erase_if(core.slots, [&](const dispatch::SharedCoreSlot& slot) { return !present[slot.subchain.index()]; });

@@ -138,6 +138,7 @@ class Deciding {
 
   // Errors: of the formulas, which can do no better.
   Result<std::optional<Decision>> decide() {
+    with_.search.know_clocks({situation_.clocks.begin(), situation_.clocks.end()});
     const bool fresh = take_costs();
     const bool routine = is_routine(situation_.why) && in_force_.plan.has_value();
     if (!routine || (fresh && follows_formulas())) {

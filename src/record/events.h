@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "dispatch/overrun.h"
 #include "dispatch/slot_use.h"
@@ -71,6 +72,14 @@ struct CostChange {
   Nanos after{0};          // and of those since
   std::uint64_t runs = 0;  // since the change, as far as can be told
   friend bool operator==(const CostChange&, const CostChange&) = default;
+};
+
+// What was known of an external node's clock from then on.
+struct ClockReading {
+  TimePoint at{};
+  NodeId node;
+  Ticks ticks;
+  friend bool operator==(const ClockReading&, const ClockReading&) = default;
 };
 
 // A weight or a bound of the app was changed while it ran.

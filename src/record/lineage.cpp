@@ -32,6 +32,13 @@ ChainTracker::ChainTracker(const graph::Graph& graph, std::span<const NodeId> pa
     passed_external = false;
   }
   assert(!stages_.empty());
+  if (graph.node(path.front()).ticks()) first_.node = path.front();
+  if (graph.node(path.back()).ticks()) last_.node = path.back();
+}
+
+void ChainTracker::set_clock(NodeId node, const Ticks& ticks) {
+  if (node == first_.node) first_.ticks = ticks;
+  if (node == last_.node) last_.ticks = ticks;
 }
 
 std::vector<ChainSample> ChainTracker::add(const Run& run) {
@@ -41,20 +48,38 @@ std::vector<ChainSample> ChainTracker::add(const Run& run) {
   Step& step = stages_[stage].put(run.number);
   step.first = input.first;
   step.last = input.last;
-  step.begin = run.begin;
+  step.begin = stage == 0 && first_.ticks ? first_.ticks->last(run.begin) : run.begin;
   step.end = run.end;
   step.emitted = run.emitted;
   if (stage + 1 < stages_.size() || !run.emitted) return {};
 
-  std::vector<const Step*> sources = trace_to_source(step);
-  std::sort(sources.begin(), sources.end(), [](const Step* a, const Step* b) { return a->number < b->number; });
   std::vector<ChainSample> samples;
-  for (const Step* source : sources) {
-    if (previous_ && source->number <= previous_->source_run) continue;
-    samples.push_back(sample(*source, run.end));
-    previous_ = samples.back();
+  if (last_.ticks) {
+    wait_for_tick(trace_to_source(step), run.end, samples);
+  } else {
+    reach_end(trace_to_source(step), run.end, samples);
   }
   return samples;
+}
+
+void ChainTracker::wait_for_tick(std::vector<Source> sources, TimePoint end, std::vector<ChainSample>& samples) {
+  const TimePoint tick = last_.ticks->next(end);
+  // What is known of the clock may have changed a little meanwhile.
+  if (!waiting_until_ || tick - *waiting_until_ > last_.ticks->period / 2) {
+    if (waiting_until_) reach_end(waiting_, *waiting_until_, samples);
+    waiting_.clear();
+    waiting_until_ = tick;
+  }
+  if (!sources.empty()) waiting_ = std::move(sources);
+}
+
+void ChainTracker::reach_end(const std::vector<Source>& sources, TimePoint end, std::vector<ChainSample>& samples) {
+  for (const Source& source : sources) {
+    if (previous_ && source.number <= previous_->source_run) continue;
+    if (previous_ && first_.ticks && source.begin <= previous_->begin) continue;
+    samples.push_back(sample(source, end));
+    previous_ = samples.back();
+  }
 }
 
 ChainTracker::Range ChainTracker::consumed(std::size_t stage, const Run& run) {
@@ -80,8 +105,8 @@ ChainTracker::Range ChainTracker::inferred(std::size_t stage, const Run& run) {
   return {};
 }
 
-// The source runs that `output` descends from and no output before it did, in no order.
-std::vector<const ChainTracker::Step*> ChainTracker::trace_to_source(const Step& output) {
+// The source runs that `output` descends from and no output before it did, the oldest first.
+std::vector<ChainTracker::Source> ChainTracker::trace_to_source(const Step& output) {
   std::vector<const Step*> found{&output};
   for (std::size_t stage = stages_.size() - 1; stage > 0 && !found.empty(); --stage) {
     Stage& before = stages_[stage - 1];
@@ -98,10 +123,13 @@ std::vector<const ChainTracker::Step*> ChainTracker::trace_to_source(const Step&
     }
     found = std::move(ancestors);
   }
-  return found;
+  std::vector<Source> sources;
+  for (const Step* step : found) sources.push_back({step->number, step->begin});
+  std::sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) { return a.number < b.number; });
+  return sources;
 }
 
-ChainSample ChainTracker::sample(const Step& source, TimePoint end) {
+ChainSample ChainTracker::sample(const Source& source, TimePoint end) {
   ChainSample sample{.source_run = source.number,
                      .begin = source.begin,
                      .end = end,

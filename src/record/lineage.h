@@ -9,6 +9,12 @@
 // descends from every run in its batch, and so does whatever uses its output: all of them reach the end with it. A run
 // that emitted nothing is no one's input, and at the chain's end it is no output.
 //
+// Clocks of others. Where an external node with a clock (`period`) ends the chain, an output ends at the first tick
+// that is not before the end of its run; of the outputs that end at one tick only the newest counts that brought a new
+// source run, and those that it overtook never reached the end. Where one begins the chain, a source run begins at the
+// last tick that is not after its begin, and only the first of several that begin at one tick counts. A clock of which
+// nothing is known (set_clock()) is passed over. A sample is complete once an output of a later tick has come.
+//
 // How: each node of the chain keeps which runs of the node before it its last kHorizon runs consumed. An output is
 // traced back through them, stopping at runs that an earlier output was traced to; so a run is visited once, however
 // often it is used.
@@ -24,6 +30,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 #include "record/events.h"
@@ -44,15 +51,19 @@ class ChainTracker {
  public:
   static constexpr std::size_t kHorizon = 8192;  // 8 s of a node that runs at 1 kHz
 
-  // `path` as in the objective; external nodes in it are passed over. Where one stands between two nodes of ours,
-  // nobody can report what was consumed through it: the later node is taken to have consumed what the earlier one had
-  // emitted by the time it began (the newest output; all since its last run, for a queue node).
+  // `path` as in the objective; external nodes in it are passed over, but for their clocks. Where one stands between
+  // two nodes of ours, nobody can report what was consumed through it: the later node is taken to have consumed what
+  // the earlier one had emitted by the time it began (the newest output; all since its last run, for a queue node).
   ChainTracker(const graph::Graph& graph, std::span<const NodeId> path);
 
   // Takes the next run; runs of one node in the order of their numbers, and a run after those it consumed. Returns the
   // samples that it completes, oldest first: none or one, more only where a queue node batched. Runs of nodes that are
   // not in the chain are passed over. Runs that never came count as dropped; nothing that comes is harmful.
   std::vector<ChainSample> add(const Run& run);
+
+  // From now on that external node's clock ticks so. Of nodes that neither begin nor end the chain it makes no
+  // difference.
+  void set_clock(NodeId node, const Ticks& ticks);
 
  private:
   // What must be known of a run until all that descends from it is settled.
@@ -81,14 +92,30 @@ class ChainTracker {
     std::uint64_t last = 0;
   };
 
+  // A clock that begins or ends the chain.
+  struct Clock {
+    std::optional<NodeId> node;  // none: there is no such
+    std::optional<Ticks> ticks;  // none: not known
+  };
+  struct Source {
+    std::uint64_t number = 0;
+    TimePoint begin{};
+  };
+
   Range consumed(std::size_t stage, const Run& run);
   Range inferred(std::size_t stage, const Run& run);
-  std::vector<const Step*> trace_to_source(const Step& output);
-  ChainSample sample(const Step& source, TimePoint end);
+  std::vector<Source> trace_to_source(const Step& output);
+  void reach_end(const std::vector<Source>& sources, TimePoint end, std::vector<ChainSample>& samples);
+  void wait_for_tick(std::vector<Source> sources, TimePoint end, std::vector<ChainSample>& samples);
+  ChainSample sample(const Source& source, TimePoint end);
 
   std::vector<Stage> stages_;
   std::vector<std::optional<std::size_t>> stage_of_;  // by NodeId
   std::optional<ChainSample> previous_;
+  Clock first_;
+  Clock last_;
+  std::vector<Source> waiting_;  // for the end's next tick: what the newest output brought
+  std::optional<TimePoint> waiting_until_;
 };
 
 }  // namespace ctn::record

@@ -18,6 +18,7 @@ struct TestNode {
   std::string name;
   bool queue = false;
   bool external = false;
+  int period_ms = 0;  // of a clock
 };
 
 // A path of nodes, each a subchain of its own.
@@ -30,6 +31,7 @@ graph::App path_app(const std::vector<TestNode>& nodes) {
     written.name.value = node.name;
     written.input = node.queue ? graph::InputKind::kQueue : graph::InputKind::kLatest;
     written.external = node.external;
+    if (node.period_ms > 0) written.period = graph::At<Nanos>{milliseconds{node.period_ms}, {}};
     spec.nodes.push_back(written);
     path.nodes.push_back({node.name, {}});
   }
@@ -66,6 +68,10 @@ class Chain {
       run.consumed.push_back({app_.graph.node(run.node).predecessors.front(), first, last == 0 ? first : last});
     }
     return tracker_.add(run);
+  }
+
+  void set_clock(const std::string& name, int tick, int period) {
+    tracker_.set_clock(id(name), {at(tick), milliseconds{period}});
   }
 
  private:
@@ -291,6 +297,125 @@ RC_GTEST_PROP(ChainTrackerProperty, AgreesWithTheDefinitions, ()) {
     for (const ChainSample& sample : tracker.add(run)) samples.push_back(sample);
   }
   RC_ASSERT(samples == by_definition(history));
+}
+
+// --- Clocks of others ---
+
+TEST(ChainTracker, AnOutputEndsAtTheNextTick) {
+  Chain chain({{"a"}, {.name = "display", .external = true, .period_ms = 10}});
+  chain.set_clock("display", 3, 10);
+  EXPECT_EQ(chain.run("a", 0, 2), Samples{}) << "until the tick has passed";
+  EXPECT_EQ(chain.run("a", 10, 13), Samples{first_sample(1, 0, 3)});
+  EXPECT_EQ(chain.run("a", 20, 24), Samples{sample(2, 10, 13, 10, 13)}) << "by the tick is in time";
+  EXPECT_EQ(chain.run("a", 40, 41), Samples{sample(3, 20, 33, 20, 23)}) << "just missed";
+}
+
+TEST(ChainTracker, OfOutputsThatEndAtOneTickTheNewestCounts) {
+  Chain chain({{"a"}, {.name = "display", .external = true, .period_ms = 10}});
+  chain.set_clock("display", 10, 10);
+  chain.run("a", 0, 1);
+  EXPECT_EQ(chain.run("a", 11, 12), Samples{first_sample(1, 0, 10)});
+  EXPECT_EQ(chain.run("a", 15, 16), Samples{}) << "overtakes run 2";
+  EXPECT_EQ(chain.run("a", 21, 22), Samples{sample(3, 15, 20, 10, 20)});
+}
+
+TEST(ChainTracker, AnOutputThatBringsNothingNewOvertakesNothing) {
+  Chain chain({{"a"}, {"b"}, {.name = "display", .external = true, .period_ms = 10}});
+  chain.set_clock("display", 10, 10);
+  chain.run("a", 0, 1);
+  chain.run("b", 1, 2, 1);
+  chain.run("b", 3, 4, 1);
+  chain.run("a", 10, 11);
+  EXPECT_EQ(chain.run("b", 11, 12, 2), Samples{first_sample(1, 0, 10)});
+}
+
+TEST(ChainTracker, ASourceRunBeginsAtTheTickBeforeIt) {
+  Chain chain({{.name = "sensor", .external = true, .period_ms = 10}, {"a"}});
+  chain.set_clock("sensor", 0, 10);
+  EXPECT_EQ(chain.run("a", 4, 5), Samples{first_sample(1, 0, 5)});
+  EXPECT_EQ(chain.run("a", 7, 8), Samples{}) << "has nothing new";
+  EXPECT_EQ(chain.run("a", 12, 14), Samples{sample(3, 10, 14, 9, 14)});
+}
+
+TEST(ChainTracker, AClockOfWhichNothingIsKnownIsPassedOver) {
+  Chain chain({{.name = "sensor", .external = true, .period_ms = 10},
+               {"a"},
+               {.name = "display", .external = true, .period_ms = 10}});
+  EXPECT_EQ(chain.run("a", 4, 5), Samples{first_sample(1, 4, 5)});
+  EXPECT_EQ(chain.run("a", 7, 8), Samples{sample(2, 7, 8, 3, 4)});
+  chain.set_clock("display", 0, 10);
+  EXPECT_EQ(chain.run("a", 11, 12), Samples{});
+  EXPECT_EQ(chain.run("a", 21, 22), Samples{sample(3, 11, 20, 12, 13)}) << "from when it is known on";
+}
+
+// What is known of a clock changes by little again and again: that is no other tick.
+TEST(ChainTracker, ACorrectedClockSplitsNoTick) {
+  Chain chain({{"a"}, {.name = "display", .external = true, .period_ms = 100}});
+  chain.set_clock("display", 100, 100);
+  chain.run("a", 10, 20);
+  chain.set_clock("display", 101, 100);
+  EXPECT_EQ(chain.run("a", 30, 40), Samples{});
+  EXPECT_EQ(chain.run("a", 110, 120), Samples{first_sample(2, 30, 100)});
+}
+
+// The definition: a node that runs at each tick, costs nothing, and takes the newest there is.
+RC_GTEST_PROP(ChainTrackerProperty, AClockIsANodeThatRunsAtItsTicks, ()) {
+  Chain ticking({{.name = "s", .external = true, .period_ms = 10},
+                 {"a"},
+                 {"b"},
+                 {.name = "d", .external = true, .period_ms = 10}});
+  Chain running({{"s"}, {"a"}, {"b"}, {"d"}});
+  const int period_s = *rc::gen::inRange(1, 20);
+  const int period_d = *rc::gen::inRange(1, 20);
+  ticking.set_clock("s", 0, period_s);
+  ticking.set_clock("d", 0, period_d);
+  Samples with_ticks;
+  Samples with_runs;
+  const auto add = [](Samples& all, const Samples& more) { all.insert(all.end(), more.begin(), more.end()); };
+  struct Work {
+    int until = 0;
+    std::uint64_t taken = 0;
+  };
+  Work a;
+  Work b;
+  std::uint64_t done_s = 0;
+  std::uint64_t done_a = 0;
+  std::uint64_t done_b = 0;
+  int begin_a = 0;
+  int begin_b = 0;
+  for (int now = 0; now < 300; ++now) {
+    if (now % period_s == 0) {
+      add(with_runs, running.run("s", now, now));
+      ++done_s;
+    }
+    if (a.until == now && a.taken > 0) {
+      add(with_ticks, ticking.run("a", begin_a, now));
+      add(with_runs, running.run("a", begin_a, now, a.taken));
+      ++done_a;
+      a.taken = 0;
+    }
+    if (b.until == now && b.taken > 0) {
+      add(with_ticks, ticking.run("b", begin_b, now, b.taken));
+      add(with_runs, running.run("b", begin_b, now, b.taken));
+      ++done_b;
+      b.taken = 0;
+    }
+    if (now % period_d == 0 && done_b > 0) add(with_runs, running.run("d", now, now, done_b));
+    if (a.taken == 0 && *rc::gen::inRange(0, 3) == 0) {
+      a = {now + *rc::gen::inRange(1, 12), done_s};
+      begin_a = now;
+    }
+    if (b.taken == 0 && done_a > 0 && *rc::gen::inRange(0, 3) == 0) {
+      b = {now + *rc::gen::inRange(1, 12), done_a};
+      begin_b = now;
+    }
+  }
+  // The last tick is complete once an output of a later one has come. Numbers are those of other nodes.
+  RC_ASSERT(with_ticks.size() <= with_runs.size() && with_ticks.size() + 1 >= with_runs.size());
+  for (std::size_t i = 0; i < with_ticks.size(); ++i) {
+    with_runs[i].source_run = with_ticks[i].source_run;
+    RC_ASSERT(with_ticks[i] == with_runs[i]);
+  }
 }
 
 }  // namespace

@@ -125,8 +125,8 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 7> kLater{"age_limits", "app_changes", "core_kinds", "cost_changes",
-                                                 "overruns",   "slots",       "steals"};
+constexpr std::array<std::string_view, 8> kLater{"age_limits",   "app_changes", "clocks", "core_kinds",
+                                                 "cost_changes", "overruns",    "slots",  "steals"};
 
 // A column that older records do not have.
 constexpr std::pair<std::string_view, std::string_view> kLaterColumn{"runs", "wait_ns"};
@@ -398,6 +398,22 @@ Result<std::vector<CostChange>> Reader::cost_changes() const {
   });
   if (!done) return done.error();
   return changes;
+}
+
+Result<std::vector<ClockReading>> Reader::clocks() const {
+  std::vector<ClockReading> clocks;
+  const std::string rows = "at_ns, node, tick_ns, period_ns FROM clocks ORDER BY id";
+  const auto done = impl_->each_row("clocks", rows, [&](Cells& cells) {
+    ClockReading reading;
+    reading.at = cells.time(0);
+    reading.node = NodeId{cells.index(1, impl_->app.graph.nodes().size())};
+    reading.ticks = {cells.time(2), cells.duration(3)};
+    if (cells.ok() && (reading.ticks.period <= Nanos{0} || !impl_->app.graph.node(reading.node).ticks()))
+      cells.refuse();
+    if (cells.ok()) clocks.push_back(reading);
+  });
+  if (!done) return done.error();
+  return clocks;
 }
 
 Result<std::vector<AppChange>> Reader::app_changes() const {

@@ -56,6 +56,7 @@ class Reader {
   Result<std::vector<PlanChange>> plans() const;
   Result<std::vector<CostChange>> cost_changes() const;  // none in records of versions that did not look for them
   Result<std::vector<AppChange>> app_changes() const;    // none in records of versions that could not make any
+  Result<std::vector<ClockReading>> clocks() const;      // of external nodes; none in records of versions without
   Result<std::vector<Notice>> notices() const;
 
  private:

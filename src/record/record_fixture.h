@@ -44,11 +44,11 @@ inline std::vector<graph::Name> names(const std::string& words) {
   return result;
 }
 
-// imu (unscheduled) and scan -> LM -> LP -> base (external); scan -> GL (queue, two modes) -> LP.
+// imu (unscheduled) and scan -> LM -> LP -> base (external); scan -> GL (queue, two modes) -> LP; LP -> lamp (ticks).
 inline graph::App robot() {
   graph::AppSpec spec;
   spec.name.value = "robot";
-  for (const char* name : {"imu", "scan", "LM", "LP", "GL", "base"}) {
+  for (const char* name : {"imu", "scan", "LM", "LP", "GL", "base", "lamp"}) {
     spec.nodes.push_back({});
     spec.nodes.back().name.value = name;
   }
@@ -62,7 +62,10 @@ inline graph::App robot() {
   spec.nodes[4].output_period = graph::At<Nanos>{milliseconds{667}, {}};
   spec.nodes[4].min_rate = graph::At<Rate>{Rate{0.5}, {}};
   spec.nodes[5].external = true;
-  spec.edges = {{names("imu LM"), {}}, {names("scan LM LP base"), {}}, {names("scan GL LP"), {}}};
+  spec.nodes[6].external = true;
+  spec.nodes[6].period = graph::At<Nanos>{Nanos{8'333'333}, {}};
+  spec.edges = {
+      {names("imu LM"), {}}, {names("scan LM LP base"), {}}, {names("scan GL LP"), {}}, {names("LP lamp"), {}}};
   spec.edges[0].max_age = graph::At<Nanos>{milliseconds{50}, {}};
   spec.edges[0].on_stale = graph::At<graph::OnStale>{graph::OnStale::kSkip, {}};
   spec.edges[2].max_age = graph::At<Nanos>{milliseconds{100}, {}};

@@ -80,6 +80,8 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
                                      {at(seconds{101}), AppChange::What::kMax, 0, 60.0, std::nullopt},
                                      {at(seconds{102}), AppChange::What::kMinRate, 1, std::nullopt, 7.5}};
   for (const AppChange& each : asked) writer->add(each);
+  const ClockReading reading{at(seconds{102}), NodeId(6), {at(seconds{101}), Nanos{8'333'333}}};
+  writer->add(reading);
   writer->add(Notice{at(seconds{102}), "rates-only", "it's \"so\""});
   for (const record::Run& run : runs(app, seconds{103}, 3)) writer->add(expected.emplace_back(run));
   os::HostFacts host = header().host;
@@ -123,6 +125,9 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   ASSERT_TRUE(changed.ok()) << changed.error().message();
   EXPECT_EQ(differences(app, *changed, at(seconds{101})).size(), 3U);
   EXPECT_EQ(describe(app, asked[1]), "objective[0].max (scan -> LM -> LP -> base): 60ms -> none");
+  const auto clocks = reader.clocks();
+  ASSERT_TRUE(clocks.ok());
+  EXPECT_EQ(*clocks, std::vector{reading});
   const auto notices = reader.notices();
   ASSERT_TRUE(notices.ok());
   ASSERT_EQ(notices->size(), 1U);

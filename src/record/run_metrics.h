@@ -86,6 +86,11 @@ class RunMetrics {
     }
   }
 
+  // From now on an external node's clock ticks so.
+  void set_clock(NodeId node, const Ticks& ticks) {
+    for (const std::size_t chain : tracks_[node.index()].chains) trackers_[chain].set_clock(node, ticks);
+  }
+
   const std::vector<MeasuredChain<Samples>>& chains() const { return chains_; }  // in the order of the objective
   const std::vector<MeasuredEdge<Samples>>& edges() const { return edges_; }  // with an age limit, as the app has them
   const MeasuredNode<Samples>& node(NodeId node) const { return nodes_[node.index()]; }

@@ -111,6 +111,13 @@ CREATE TABLE app_changes(
   before REAL,
   after REAL
 );
+CREATE TABLE clocks(
+  id INTEGER PRIMARY KEY,
+  at_ns INTEGER NOT NULL,
+  node INTEGER NOT NULL,
+  tick_ns INTEGER NOT NULL,
+  period_ns INTEGER NOT NULL
+);
 CREATE TABLE notices(id INTEGER PRIMARY KEY, at_ns INTEGER NOT NULL, kind TEXT NOT NULL, detail TEXT NOT NULL);
 )sql";
 

@@ -86,6 +86,7 @@ struct Statements {
   sqlite::Statement plan;
   sqlite::Statement cost_change;
   sqlite::Statement app_change;
+  sqlite::Statement clock;
   sqlite::Statement notice;
 };
 
@@ -111,11 +112,13 @@ Result<Statements> prepare(sqlite::Database& database) {
   auto app_change =
       database.prepare("INSERT INTO app_changes(at_ns, what, item, before, after) VALUES (?, ?, ?, ?, ?)");
   if (!app_change) return app_change.error();
+  auto clock = database.prepare("INSERT INTO clocks(at_ns, node, tick_ns, period_ns) VALUES (?, ?, ?, ?)");
+  if (!clock) return clock.error();
   auto notice = database.prepare("INSERT INTO notices(at_ns, kind, detail) VALUES (?, ?, ?)");
   if (!notice) return notice.error();
   return Statements{std::move(*run),        std::move(*consumed), std::move(*trigger), std::move(*slot),
                     std::move(*steal),      std::move(*overrun),  std::move(*plan),    std::move(*cost_change),
-                    std::move(*app_change), std::move(*notice)};
+                    std::move(*app_change), std::move(*clock),    std::move(*notice)};
 }
 
 class SqliteWriter : public Writer {
@@ -136,6 +139,7 @@ class SqliteWriter : public Writer {
   void add(const PlanChange& change) override { hold(plans_, change); }
   void add(const CostChange& change) override { hold(cost_changes_, change); }
   void add(const AppChange& change) override { hold(app_changes_, change); }
+  void add(const ClockReading& reading) override { hold(clocks_, reading); }
   void add(const Notice& notice) override { hold(notices_, notice); }
   void set_totals(const Totals& totals) override { totals_ = totals; }
 
@@ -166,7 +170,7 @@ class SqliteWriter : public Writer {
   }
   std::size_t held() const {
     return runs_.size() + triggers_.size() + slots_.size() + steals_.size() + overruns_.size() + plans_.size() +
-           cost_changes_.size() + app_changes_.size() + notices_.size();
+           cost_changes_.size() + app_changes_.size() + clocks_.size() + notices_.size();
   }
 
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
@@ -212,6 +216,7 @@ class SqliteWriter : public Writer {
     plans_.clear();
     cost_changes_.clear();
     app_changes_.clear();
+    clocks_.clear();
     notices_.clear();
   }
 
@@ -254,6 +259,11 @@ class SqliteWriter : public Writer {
                                                     change.item, change.before, change.after);
       if (!done) return done;
     }
+    for (const ClockReading& reading : clocks_) {
+      const auto done = statements_->clock.run(ns(reading.at), reading.node.index(), ns(reading.ticks.tick),
+                                               reading.ticks.period.count());
+      if (!done) return done;
+    }
     for (const Notice& notice : notices_) {
       const auto done =
           statements_->notice.run(ns(notice.at), std::string_view(notice.kind), std::string_view(notice.detail));
@@ -284,6 +294,7 @@ class SqliteWriter : public Writer {
   std::vector<PlanChange> plans_;
   std::vector<CostChange> cost_changes_;
   std::vector<AppChange> app_changes_;
+  std::vector<ClockReading> clocks_;
   std::vector<Notice> notices_;
   Totals totals_;
   Status status_ = Done{};  // the first failure

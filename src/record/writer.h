@@ -57,6 +57,7 @@ class Writer {
   virtual void add(const PlanChange& change) = 0;
   virtual void add(const CostChange& change) = 0;
   virtual void add(const AppChange& change) = 0;
+  virtual void add(const ClockReading& reading) = 0;
   virtual void add(const Notice& notice) = 0;
   // Kept until the record is closed, and then written with it.
   virtual void set_totals(const Totals& totals) = 0;

@@ -60,7 +60,13 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
   std::optional<record::AgeTracker> ages;
   if (!measured.edges().empty()) ages.emplace(app.graph);
   record::Run aged;
+  const auto clocks = record.clocks();
+  if (!clocks) return clocks.error();
+  auto reading = clocks->begin();
   const Status done = record.each_run([&](const record::Run& run) {
+    for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
+      measured.set_clock(reading->node, reading->ticks);
+    }
     if (ages) {
       aged = run;
       ages->add(aged);

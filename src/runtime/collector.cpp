@@ -78,6 +78,11 @@ void Collector::plan_in_force(const plan::Plan& plan, policy::PlanReason reason)
   if (from_.writer) from_.writer->add(record::PlanChange{now, policy::to_string(reason), plan::to_json(plan, app_)});
 }
 
+void Collector::clock_read(const record::ClockReading& reading) {
+  from_.measurements.clock_read(reading);
+  if (from_.writer) from_.writer->add(reading);
+}
+
 void Collector::app_changed(const record::AppChange& change) {
   if (from_.writer) from_.writer->add(change);
 }

@@ -53,6 +53,8 @@ class Collector : private ReportSink {
 
   // All that was reported since the last call.
   void collect();
+  // What is known of an external node's clock from now on.
+  void clock_read(const record::ClockReading& reading);
   // A plan came into force.
   void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
 

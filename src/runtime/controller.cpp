@@ -129,17 +129,24 @@ void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t know
   if (wanted && completed(id) != known) event_came_ = true;
 }
 
-Controller::Outputs Controller::outputs(SubchainId leader) const {
-  const std::uint64_t count = signal(leader).outputs.load(std::memory_order_seq_cst);
-  return {count, to_time(static_cast<std::uint64_t>(signal(leader).newest_output.load(std::memory_order_relaxed)))};
+OutputCell& Controller::output_cell(const plan::Leader& leader) const {
+  if (const SubchainId* const subchain = std::get_if<SubchainId>(&leader)) return signal(*subchain);
+  return controls_.region.node(std::get<NodeId>(leader)).led;
 }
 
-bool Controller::await_outputs(SubchainId leader, bool wanted, std::uint64_t known) {
+Controller::Outputs Controller::outputs(const plan::Leader& leader) const {
+  const OutputCell& cell = output_cell(leader);
+  const std::uint64_t count = cell.outputs.load(std::memory_order_seq_cst);
+  return {count, to_time(static_cast<std::uint64_t>(cell.newest_output.load(std::memory_order_relaxed)))};
+}
+
+bool Controller::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) {
+  OutputCell& cell = output_cell(leader);
   if (!wanted) {
-    signal(leader).remove_follower(number_);
+    cell.remove_follower(number_);
     return true;
   }
-  const bool has_room = signal(leader).add_follower(number_);
+  const bool has_room = cell.add_follower(number_);
   if (outputs(leader).count != known) event_came_ = true;
   return has_room;
 }

@@ -23,6 +23,7 @@
 #include "os/os.h"
 #include "record/events.h"
 #include "runtime/assignment_board.h"
+#include "runtime/clock_board.h"
 #include "runtime/enforcer.h"
 #include "runtime/node_link.h"
 #include "runtime/run_clock.h"
@@ -33,8 +34,13 @@ namespace ctn::runtime {
 
 // What the controllers of a session share. Lives as long as the session.
 struct Controls {
-  Controls(os::Os& system, Enforcer& levels, const Region& memory, std::size_t subchains, std::size_t cores)
-      : os(system), enforcer(levels), region(memory), board(subchains + cores), handovers(subchains) {}
+  Controls(os::Os& system, Enforcer& levels, const Region& memory, const graph::Graph& graph, std::size_t cores)
+      : os(system),
+        enforcer(levels),
+        region(memory),
+        board(graph.subchains().size() + cores),
+        clocks(graph.nodes().size()),
+        handovers(graph.subchains().size()) {}
 
   // Controllers are numbered as their cells in the region, on which they sleep: those of subchains, then those of
   // cores.
@@ -52,6 +58,7 @@ struct Controls {
   Enforcer& enforcer;
   const Region& region;
   AssignmentBoard board;  // its readers: controllers, by number
+  ClockBoard clocks;
   std::deque<Handover> handovers;
 };
 
@@ -101,8 +108,9 @@ class Controller final : public driver::Actuator {
   void await_completion(SubchainId id, bool wanted, std::uint64_t known) override;
   void begin_run(SubchainId id) override { clock_.begin(subchains_[id.index()]); }
   Nanos cpu_time(SubchainId id) override { return clock_.used(subchains_[id.index()]); }
-  Outputs outputs(SubchainId leader) const override;
-  bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) override;
+  Outputs outputs(const plan::Leader& leader) const override;
+  bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) override;
+  std::optional<Ticks> clock(NodeId node) const override { return controls_.clocks.read(node); }
   void slot_over(const dispatch::SlotUse& slot) override;
   void stole(const dispatch::Steal& steal) override;
   void hang_changed(SubchainId id, bool began, TimePoint at) override;
@@ -120,6 +128,7 @@ class Controller final : public driver::Actuator {
   bool of_core() const { return number_ >= subchains_.size(); }
   int core() const { return static_cast<int>(number_ - subchains_.size()); }
   SignalCell& signal(SubchainId id) const { return *subchains_[id.index()].signal; }
+  OutputCell& output_cell(const plan::Leader& leader) const;
   std::uint32_t threads_joined(SubchainId id) const;
   void listen(SubchainId id) const;
 

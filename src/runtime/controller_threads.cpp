@@ -11,7 +11,7 @@ ControllerThreads::ControllerThreads(const graph::App& app, os::Os& os, Enforcer
       enforcer_(enforcer),
       cpus_(std::move(cpus)),
       subchains_(subchain_links(app.graph, links, region)),
-      controls_(os, enforcer, region, app.graph.subchains().size(), cpus_.size()) {
+      controls_(os, enforcer, region, app.graph, cpus_.size()) {
   for (Handover& handover : controls_.handovers) handover.put({});
 }
 

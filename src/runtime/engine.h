@@ -17,6 +17,7 @@
 #include "catan/snapshot.h"
 #include "graph/app.h"
 #include "os/os.h"
+#include "runtime/clock_watch.h"
 #include "runtime/node_threads.h"
 #include "runtime/region.h"
 #include "runtime/scheduler.h"
@@ -39,6 +40,7 @@ class Engine {
   Status start();
   Status stop();
   Status adopt_this_thread(std::string_view node);
+  Status tick(std::string_view node, TimePoint at) { return tell_tick(app_, memory_.region(), node, at); }
   Status change(const Changes& changes) { return scheduler_->change(changes); }
   Snapshot snapshot() const { return scheduler_->snapshot(); }
 

@@ -34,8 +34,8 @@ graph::App priorities_app() {
   return parse(R"(
 catan: 1
 app: priorities
-nodes: { a: {}, b: {}, imu: { unscheduled: true, period: 50ms } }
-edges: [ a -> b ]
+nodes: { a: {}, b: {}, imu: { unscheduled: true, period: 50ms }, display: { external: true, period: 20ms } }
+edges: [ a -> b, b -> display ]
 objective: [ { response_time: [a], weight: 1 }, { response_time: [b], weight: 1 } ]
 scheduler: { bootstrap: 100ms }
 )");
@@ -59,9 +59,13 @@ class FixedPrioritiesTest : public ::testing::Test {
         app, fake,
         {.policy = std::move(policy), .cpus = os::CpuSet{0, 1}, .record = path, .note = {}, .on_notice = {}});
     ASSERT_TRUE(engine.ok()) << engine.error().message();
+    running = engine->get();
     for (const char* name : {"a", "b", "imu"}) {
       (*engine)->wiring().set_body(name, [this, name = std::string(name)](ctn::Run& run) {
         fake.burn(costs[name](run.number()));
+        if (name == "b" && tell_ticks && run.number() % 5 == 0) {
+          EXPECT_TRUE(running->tick("display", tell_ticks(fake.now())).ok());
+        }
         if (name == "a" && run.number() % 4 == 0) run.skip_output();
       });
     }
@@ -88,6 +92,8 @@ class FixedPrioritiesTest : public ::testing::Test {
   std::map<std::string, std::function<Nanos(std::uint64_t)>> costs{{"a", [](std::uint64_t) { return milliseconds{3}; }},
                                                                    {"b", [](std::uint64_t) { return milliseconds{4}; }},
                                                                    {"imu", [](std::uint64_t) { return Nanos{0}; }}};
+  std::function<TimePoint(TimePoint)> tell_ticks;  // of the display: the newest
+  Engine* running = nullptr;
   Snapshot snapshot;
   std::map<os::Level, int> threads_at;
   std::vector<std::vector<record::Trigger>> triggers;
@@ -199,6 +205,29 @@ TEST_F(FixedPrioritiesTest, WhoTriggersIsRaisedBeforeAnybodyIsAboveIt) {
 }
 
 // --- Followers in the region ---
+
+TEST_F(FixedPrioritiesTest, WhatArrivesFromAnUnscheduledNodeTriggersAtOnce) {
+  costs["imu"] = [](std::uint64_t) { return milliseconds{2}; };
+  run_for(seconds{1}, {place_after(1, 0, *app.graph.find_node("imu"), 1, milliseconds{50}),
+                       place_by_phase(0, 0, milliseconds{20}, milliseconds{7})});
+  ASSERT_GE(triggers[kA.index()].size(), 15U);
+  for (std::size_t k = 0; k < triggers[kA.index()].size(); ++k) {
+    const record::Trigger& trigger = triggers[kA.index()][k];
+    EXPECT_EQ(trigger.sent, trigger.due);
+    if (k > 0) { EXPECT_EQ(trigger.due - triggers[kA.index()][k - 1].due, milliseconds{50}); }
+  }
+}
+
+// A display of 20 ms, told of with every fifth of b's runs: known after some seconds.
+TEST_F(FixedPrioritiesTest, PhasesAreKeptToAClockThatTheProgramTellsOf) {
+  tell_ticks = [](TimePoint now) { return Ticks{TimePoint{} + milliseconds{3}, milliseconds{20}}.last(now); };
+  policy::SubchainPlace place = place_by_phase(1, 0, milliseconds{20}, milliseconds{14});
+  place.pacing.clock = *app.graph.find_node("display");
+  run_for(seconds{4}, {place, place_by_phase(0, 0, milliseconds{20}, milliseconds{1})});
+  ASSERT_GT(triggers[kA.index()].size(), 190U);
+  EXPECT_EQ((triggers[kA.index()].front().sent - TimePoint{}) % milliseconds{20}, milliseconds{14});
+  EXPECT_EQ((triggers[kA.index()].back().sent - TimePoint{}) % milliseconds{20}, milliseconds{17});
+}
 
 class OutputFollowersTest : public ::testing::Test {
  protected:

@@ -38,6 +38,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       carried_out_{app, cpus_},
       loop_(std::move(loop)),
       collector_(app, os, std::move(from), loop_),
+      clocks_(app.graph, region),
       paced_(app.graph.subchains().size(), false) {}
 
 void Housekeeping::begin(TimePoint start) {
@@ -70,6 +71,11 @@ void Housekeeping::run() {
 void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
+  for (const record::ClockReading& reading : clocks_.look(now)) {
+    collector_.clock_read(reading);
+    controllers_.know_clock(reading.node, reading.ticks);
+    loop_.clock_known(reading.node);
+  }
   update_membership();
   carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());

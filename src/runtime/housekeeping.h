@@ -20,6 +20,7 @@
 #include "os/os.h"
 #include "runtime/allowed_cpus.h"
 #include "runtime/asked_changes.h"
+#include "runtime/clock_watch.h"
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
@@ -82,6 +83,7 @@ class Housekeeping : private driver::PlanningHost {
   AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;
   Collector collector_;
+  ClockWatch clocks_;
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};

@@ -46,6 +46,11 @@ void Measurements::add(std::span<const record::Run> runs) {
   for (const record::Run& run : runs) metrics_.add(run);
 }
 
+void Measurements::clock_read(const record::ClockReading& reading) {
+  const std::lock_guard lock(mutex_);
+  metrics_.set_clock(reading.node, reading.ticks);
+}
+
 void Measurements::plan_in_force(TimePoint since, const plan::Plan& plan) {
   const std::lock_guard lock(mutex_);
   predicted_.in_force(since, plan);

@@ -247,6 +247,7 @@ void NodePort::pass_on(bool emits) {
       follower->word.fetch_add(1, std::memory_order_release);
       os_.wake(follower->word);
     }
+    binding().own->led.give_output(os_, *binding().region, end_);
   }
 }
 

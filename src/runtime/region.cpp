@@ -90,7 +90,7 @@ std::int64_t NodeCell::oldest_origin(std::uint64_t first, std::uint64_t last) co
 
 // Sequentially consistent on both sides: a controller registers, then looks at the count. So either this thread sees
 // who follows, or the controller sees the output before it sleeps.
-void SignalCell::give_output(os::Threads& threads_to_wake, const Region& region, TimePoint at) {
+void OutputCell::give_output(os::Threads& threads_to_wake, const Region& region, TimePoint at) {
   newest_output.store(at.time_since_epoch().count(), std::memory_order_relaxed);
   outputs.fetch_add(1, std::memory_order_seq_cst);
   for (const std::atomic<std::uint32_t>& follower : followers) {
@@ -100,7 +100,7 @@ void SignalCell::give_output(os::Threads& threads_to_wake, const Region& region,
   }
 }
 
-bool SignalCell::add_follower(std::size_t controller) {
+bool OutputCell::add_follower(std::size_t controller) {
   const auto own = static_cast<std::uint32_t>(controller + 1);
   for (const std::atomic<std::uint32_t>& follower : followers) {
     if (follower.load(std::memory_order_seq_cst) == own) return true;
@@ -112,7 +112,7 @@ bool SignalCell::add_follower(std::size_t controller) {
   return false;
 }
 
-void SignalCell::remove_follower(std::size_t controller) {
+void OutputCell::remove_follower(std::size_t controller) {
   const auto own = static_cast<std::uint32_t>(controller + 1);
   for (std::atomic<std::uint32_t>& follower : followers) {
     std::uint32_t expected = own;

@@ -102,8 +102,8 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
   wake(place.core >= 0 ? number_of_core(place.core) : subchain.index(), -1);
 }
 
-bool Controllers::await_outputs(SubchainId leader, bool wanted, std::uint64_t /*known*/) {
-  std::vector<std::size_t>& followers = nodes_.signal(leader).followers;
+bool Controllers::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t /*known*/) {
+  std::vector<std::size_t>& followers = nodes_.outputs(leader).followers;
   std::erase(followers, acting_);
   if (wanted) followers.push_back(acting_);
   return true;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "driver/actuator.h"
@@ -33,6 +34,8 @@ class Controllers final : private driver::Actuator {
 
   std::size_t count() const { return sleeping_.size(); }
 
+  // How the clocks of external nodes tick, by NodeId; without a period where there is none. Before start().
+  void know_clocks(std::vector<Ticks> clocks) { clocks_ = std::move(clocks); }
   // They begin under that assignment, each when the first of its subchains does: `first`, by SubchainId, or empty.
   void start(policy::Assignment assignment, const os::CpuSet& cpus, os::Level level, const std::vector<Nanos>& first);
   // A new one: all are woken to look.
@@ -71,10 +74,11 @@ class Controllers final : private driver::Actuator {
   }
   void begin_run(SubchainId subchain) override { used_before_[subchain.index()] = nodes_.cpu_time(subchain); }
   Nanos cpu_time(SubchainId subchain) override { return nodes_.cpu_time(subchain) - used_before_[subchain.index()]; }
-  Outputs outputs(SubchainId leader) const override {
-    return {nodes_.signal(leader).outputs, nodes_.signal(leader).newest_output};
+  Outputs outputs(const plan::Leader& leader) const override {
+    return {nodes_.outputs(leader).count, nodes_.outputs(leader).newest};
   }
-  bool await_outputs(SubchainId leader, bool wanted, std::uint64_t known) override;
+  bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) override;
+  std::optional<Ticks> clock(NodeId node) const override { return clocks_[node.index()]; }
   void slot_over(const dispatch::SlotUse& slot) override { event_log_.slot_over(slot); }
   void stole(const dispatch::Steal& steal) override { event_log_.stole(steal); }
   void hang_changed(SubchainId subchain, bool began, TimePoint at) override {
@@ -88,6 +92,7 @@ class Controllers final : private driver::Actuator {
   Cpus::Thread first_;
   EventLog& event_log_;
   policy::Assignment assignment_;
+  std::vector<Ticks> clocks_;  // by NodeId
   std::vector<driver::SubchainPacer> pacers_;
   std::vector<driver::CoreDriver> cores_;
   std::vector<Sleeping> sleeping_;                              // by controller

@@ -52,6 +52,11 @@ void EventLog::over_budget(const record::Overrun& overrun) {
   if (writer_) writer_->add(overrun);
 }
 
+void EventLog::clock_read(const record::ClockReading& reading) {
+  collector_.clock_read(reading);
+  if (writer_) writer_->add(reading);
+}
+
 void EventLog::plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason) {
   collector_.plan_in_force(at, plan);
   if (writer_) writer_->add(record::PlanChange{at, reason, plan::to_json(plan, app_)});

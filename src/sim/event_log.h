@@ -37,6 +37,7 @@ class EventLog {
   void stole(const record::Steal& steal);
   void hang_changed(SubchainId subchain, bool began, TimePoint at);
   void over_budget(const record::Overrun& overrun);
+  void clock_read(const record::ClockReading& reading);
   void plan_in_force(TimePoint at, const plan::Plan& plan, const char* reason);
   void notice(const record::Notice& notice);
 

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "config/testing/apps.h"
+#include "graph/build.h"
+#include "graph/spec_text.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "sim/json.h"
@@ -186,6 +188,34 @@ TEST(FixedPriorities, AFollowerOfASilentLeaderIsTriggeredAllTheSame) {
   EXPECT_EQ(began[19] - TimePoint{}, milliseconds{193});
   EXPECT_EQ(began[20] - began[19], seconds{1}) << "a second later, and then every period";
   EXPECT_EQ(began[21] - began[20], milliseconds{10});
+}
+
+// A sensor whose clock is slow by as much as 1000 ppm slides through all phases of who reads it by time, in seconds.
+TEST(FixedPriorities, WhoIsTriggeredByArrivalFollowsAClockThatDrifts) {
+  graph::AppSpec spec = graph::spec_of({"sensor", "read"}, {"sensor read"});
+  graph::node(spec, "sensor").unscheduled = true;
+  graph::node(spec, "sensor").period = graph::At<Nanos>{milliseconds{5}, {}};
+  spec.objective = {graph::response("sensor read", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const auto response = [&](const policy::SubchainPlace& place) {
+    Options options{.policy = std::make_shared<policy::GivenPlaces>(std::vector<policy::SubchainPlace>{place})};
+    options.machine.costs = MachineCosts::none();
+    options.clocks = {.seed = 3, .drift_ppm = 1000.0};
+    auto outcome = simulate(
+        app, std::make_unique<PriorityCosts>(std::vector<Nanos>{microseconds{100}, milliseconds{1}}, 0, Nanos{0}),
+        options, seconds{30});
+    EXPECT_TRUE(outcome.ok());
+    return outcome->chains.front().response_ms;
+  };
+  const Nanos period = draw_clocks(app.graph, {.seed = 3, .drift_ppm = 1000.0}).timers.front().period;
+  ASSERT_GT(std::abs((period - Nanos{milliseconds{5}}).count()), 1000) << "a clock that is off";
+  const double at_once = to_millis(period).count() + 0.1 + 1.0;
+  const Summary arrival = response(policy::place_after(0, 0, NodeId(std::size_t{0}), 1, milliseconds{5}));
+  EXPECT_NEAR(arrival.mean, at_once, 1e-6);
+  EXPECT_NEAR(arrival.max, at_once, 1e-6);
+  const Summary by_time = response(policy::place_by_phase(0, 0, milliseconds{5}, Nanos{0}));
+  EXPECT_GT(by_time.mean, at_once + 1.0);
+  EXPECT_GT(by_time.max, at_once + 4.5);
 }
 
 }  // namespace

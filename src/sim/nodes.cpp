@@ -42,7 +42,9 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
       ages_(app.graph),
       follows_ages_(has_age_limits(app.graph)),
       nodes_(app.graph.nodes().size()),
-      signals_(app.graph.subchains().size()) {
+      signals_(app.graph.subchains().size()),
+      outputs_of_subchains_(signals_.size()),
+      outputs_of_nodes_(nodes_.size()) {
   Cpus::Thread thread = first;
   for (std::size_t index = 0; index < nodes_.size(); ++index) {
     Node& node = nodes_[index];
@@ -76,7 +78,8 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
   }
 }
 
-void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first) {
+void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled,
+                  const std::vector<Ticks>& timers) {
   const CpuMask mask(cpus);
   for (Node& node : nodes_) {
     if (node.described->external) continue;
@@ -86,7 +89,8 @@ void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unsched
       cpus_.set_level(thread, level_of(node.described->unscheduled ? unscheduled : scheduled));
     }
     if (!node.period) continue;
-    node.next_begin = cpus_.now() + (first.empty() ? *node.period : first[node.id.index()]);
+    node.period = timers[node.id.index()].period;
+    node.next_begin = timers[node.id.index()].tick;
     cpus_.wake_at(node.thread, node.next_begin);
   }
 }
@@ -104,11 +108,18 @@ void Nodes::wake(Node& node, std::uint64_t token, int from_cpu) {
   cpus_.wake(node.thread, from_cpu);
 }
 
-void Nodes::give_output(SubchainId subchain, int from_cpu) {
-  Signal& signal = signals_[subchain.index()];
-  ++signal.outputs;
-  signal.newest_output = cpus_.now();
-  for (const std::size_t follower : signal.followers) listener_.wake(follower, from_cpu);
+Outputs& Nodes::outputs(const plan::Leader& leader) {
+  if (const SubchainId* const subchain = std::get_if<SubchainId>(&leader)) {
+    return outputs_of_subchains_[subchain->index()];
+  }
+  return outputs_of_nodes_[std::get<NodeId>(leader).index()];
+}
+
+void Nodes::give_output(const plan::Leader& leader, int from_cpu) {
+  Outputs& given = outputs(leader);
+  ++given.count;
+  given.newest = cpus_.now();
+  for (const std::size_t follower : given.followers) listener_.wake(follower, from_cpu);
 }
 
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
@@ -347,6 +358,7 @@ void Nodes::pass_on(Node& node, bool emits, int cpu) {
     complete(*node.subchain, node.token, cpu);
   } else if (emits) {
     for (const std::size_t follower : node.followers) wake(nodes_[follower], node.run.number, cpu);
+    give_output(node.id, cpu);
   }
 }
 

@@ -22,6 +22,7 @@
 #include "catan/channel.h"
 #include "catan/run.h"
 #include "graph/app.h"
+#include "plan/plan.h"
 #include "policy/assignment.h"
 #include "policy/cpu_kinds.h"
 #include "record/ages.h"
@@ -35,15 +36,19 @@ namespace ctn::sim {
 
 using Body = std::function<void(Run&)>;
 
-// Between a subchain's nodes and the controllers that hold it, and follow its outputs.
+// Of a subchain's tail, or of an unscheduled node, for the controllers that follow them.
+struct Outputs {
+  std::uint64_t count = 0;
+  TimePoint newest{};
+  std::vector<std::size_t> followers;  // controllers that are woken at each
+};
+
+// Between a subchain's nodes and the controller that holds it.
 struct Signal {
   std::uint64_t completed = 0;  // the newest trigger whose run has ended
   std::optional<std::size_t> holder;
   bool wants_completions = false;
-  int threads = 0;                     // on how many a node's run should work; 0: no plan says
-  std::uint64_t outputs = 0;           // that its tail has given
-  TimePoint newest_output{};           // when that came
-  std::vector<std::size_t> followers;  // controllers that are woken at each output
+  int threads = 0;  // on how many a node's run should work; 0: no plan says
 };
 
 class Nodes {
@@ -82,12 +87,13 @@ class Nodes {
   // The channel of the edge; null where there is no such edge between nodes of ours.
   template <class C>
   C* channel(NodeId from, NodeId to);
-  // Places all threads, and sets the timers of unscheduled nodes going: each `first` (by NodeId) after now, or where
-  // that is empty after a period of its own.
-  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Nanos>& first);
+  // Places all threads, and sets the timers of unscheduled nodes going (`timers`: by NodeId, those of nodes that follow
+  // nobody).
+  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers);
 
   // --- by controllers ---
   Signal& signal(SubchainId subchain) { return signals_[subchain.index()]; }
+  Outputs& outputs(const plan::Leader& leader);
   void trigger(SubchainId subchain, std::uint64_t number, int from_cpu);
   void set_level(SubchainId subchain, os::Level level);
   // As the place says, or its nodes' reservations: where a node has several threads, each has it for itself.
@@ -159,7 +165,7 @@ class Nodes {
   void publish(Node& node);
   void pass_on(Node& node, bool emits, int cpu);
   void wake(Node& node, std::uint64_t token, int from_cpu);
-  void give_output(SubchainId subchain, int from_cpu);
+  void give_output(const plan::Leader& leader, int from_cpu);
   void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
   int threads_of(const Node& node) const;
   Cpus::Level level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::Level>(level) : 0; }
@@ -177,6 +183,8 @@ class Nodes {
   bool follows_ages_;  // somebody asks for them
   std::vector<Node> nodes_;
   std::vector<Signal> signals_;
+  std::vector<Outputs> outputs_of_subchains_;
+  std::vector<Outputs> outputs_of_nodes_;
   std::vector<Reservation> reservations_;  // by node; empty: none
   std::vector<std::size_t> node_of_;       // by thread, from `first`
   std::uint64_t dropped_ = 0;

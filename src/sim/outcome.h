@@ -95,6 +95,7 @@ class OutcomeCollector {
 
   // A run has ended; each after those it consumed.
   void add(const record::Run& run) { metrics_.add(run); }
+  void clock_read(const record::ClockReading& reading) { metrics_.set_clock(reading.node, reading.ticks); }
   void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
   void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
   void over_budget(TimePoint at) { budget_overruns_ += at >= warm_from_ ? 1U : 0U; }

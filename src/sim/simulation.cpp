@@ -52,6 +52,16 @@ driver::PlanningOptions planning_options(const Setting& setting, const Options& 
           }};
 }
 
+Clocks clocks_of(const graph::Graph& graph, const Options& options) {
+  Clocks clocks = draw_clocks(graph, options.clocks);
+  const Phases& phases = options.phases;
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    if (!phases.nodes.empty()) clocks.timers[index].tick = TimePoint{} + phases.nodes[index];
+    if (!phases.clocks.empty() && phases.clocks[index].period > Nanos{0}) clocks.external[index] = phases.clocks[index];
+  }
+  return clocks;
+}
+
 }  // namespace
 
 // Threads: of nodes, of controllers, of housekeeping, of background loads.
@@ -70,9 +80,14 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
         loop_(app_, planning_options(setting_, options_)),
         event_log_(app_, warm_from_, loop_),
-        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, event_log_) {}
+        controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, event_log_),
+        clocks_(clocks_of(app_.graph, options_)) {}
 
   Status prepare() {
+    for (std::size_t index = 0; index < clocks_.external.size(); ++index) {
+      if (clocks_.external[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
+    }
+    controllers_.know_clocks(clocks_.external);
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
     if (!options_.plans.empty()) {
       loop_.begin_with(follow_next_plan(unmeasured));
@@ -86,6 +101,11 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       }
     }
     if (Status opened = open_record(); !opened) return opened;
+    for (std::size_t index = 0; index < clocks_.external.size(); ++index) {
+      if (clocks_.external[index].period > Nanos{0}) {
+        event_log_.clock_read({TimePoint{}, NodeId(index), clocks_.external[index]});
+      }
+    }
     loop_.begin(TimePoint{}, *this);
     return Done{};
   }
@@ -183,7 +203,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     unscheduled_level_ = decision.unscheduled_level;
     dispatcher_level_ = decision.dispatcher_level;
     nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
-                 raises ? decision.unscheduled_level : os::Level::kOrdinary, options_.phases.nodes);
+                 raises ? decision.unscheduled_level : os::Level::kOrdinary, clocks_.timers);
     controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
     const Machine& machine = options_.machine;
     cpus_.set_cpus(housekeeping_,
@@ -294,6 +314,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   driver::PlanningLoop loop_;
   EventLog event_log_;
   Controllers controllers_;
+  Clocks clocks_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
   os::Level unscheduled_level_ = os::Level::kOrdinary;

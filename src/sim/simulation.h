@@ -10,6 +10,7 @@
 //   event_queue.h   when what happens next
 //   cpus.h          the machine's CPUs, and which thread has them: levels, fair scheduling, limits
 //   nodes.h         nodes: triggers, inputs, runs, outputs
+//   clocks.h        clocks that are not Catan's: phases and drift
 //   controllers.h   who triggers: the drivers of `driver`
 //   outcome.h       what it came to
 // Here they are put together, and the planning loop (driver/planning_loop.h) is turned as the runtime turns it.
@@ -33,6 +34,7 @@
 #include "model/cost.h"
 #include "plan/plan.h"
 #include "policy/policy.h"
+#include "sim/clocks.h"
 #include "sim/machine.h"
 #include "sim/nodes.h"
 #include "sim/outcome.h"
@@ -56,6 +58,7 @@ struct Phases {
   std::vector<Nanos> nodes;      // by NodeId: an unscheduled node's first run; empty: a period after the start
   std::vector<Nanos> subchains;  // by SubchainId: the first trigger, at the earliest; empty: at once. Of those that
                                  // share a core, the first counts
+  std::vector<Ticks> clocks{};   // by NodeId: of external nodes that tick; empty: as drawn
 };
 
 // A record to write, as a real run would (record/writer.h). As its host it names a simulated machine.
@@ -75,6 +78,7 @@ struct Options {
   std::vector<TimedPlan> plans{};            // where not empty, these are followed, by time, and none is made
   std::optional<model::CostTable> costs{};   // as measured before, for policies that decide by such
   Phases phases{};
+  ClockChance clocks{};  // of what `phases` does not say
   std::optional<Recording> recording{};
 };
 

@@ -1,28 +1,34 @@
 #include "trial/lineage.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ctn::trial {
 
 ChainPrefixes::ChainPrefixes(const graph::App& app) : of_node_(app.graph.nodes().size()) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
+    const std::vector<NodeId>& path = app.objective[term].path;
+    std::optional<NodeId> clock;
+    if (app.graph.node(path.front()).ticks()) clock = path.front();
     int prefix = -1;
-    for (const NodeId node : app.objective[term].path) {
-      if (!app.graph.node(node).external) prefix = find_or_add(app.graph, node, prefix);
+    for (const NodeId node : path) {
+      if (app.graph.node(node).external) continue;
+      prefix = find_or_add(app.graph, node, prefix, prefix < 0 ? clock : std::nullopt);
     }
     prefixes_[static_cast<std::size_t>(prefix)].terms.push_back(static_cast<int>(term));
   }
 }
 
-int ChainPrefixes::find_or_add(const graph::Graph& graph, NodeId node, int before) {
+int ChainPrefixes::find_or_add(const graph::Graph& graph, NodeId node, int before, std::optional<NodeId> clock) {
   std::vector<int>& of_node = of_node_[node.index()];
   const auto found = std::find_if(of_node.begin(), of_node.end(), [&](int index) {
-    return prefixes_[static_cast<std::size_t>(index)].before == before;
+    const Prefix& known = prefixes_[static_cast<std::size_t>(index)];
+    return known.before == before && known.clock == clock;
   });
   if (found != of_node.end()) return *found;
   const int added = static_cast<int>(prefixes_.size());
-  Prefix prefix{.node = node, .before = before, .queues = {}, .terms = {}};
+  Prefix prefix{.node = node, .before = before, .clock = clock, .queues = {}, .terms = {}};
   if (before >= 0) {
     Prefix& extended = prefixes_[static_cast<std::size_t>(before)];
     prefix.queue = graph.node(node).input == graph::InputKind::kQueue;
@@ -38,18 +44,21 @@ int ChainPrefixes::find_or_add(const graph::Graph& graph, NodeId node, int befor
   return added;
 }
 
-Lineage::Lineage(const graph::App& app, const ChainPrefixes& prefixes, TimePoint warm_from, bool keep_values)
+Lineage::Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vector<Ticks> clocks, TimePoint warm_from,
+                 bool keep_values)
     : prefixes_(prefixes),
+      clocks_(std::move(clocks)),
       warm_from_(warm_from),
       keep_values_(keep_values),
       held_(prefixes.all().size(), kNone),
       given_(prefixes.all().size(), kNone),
       batches_(prefixes.all().size()),
-      reached_(app.objective.size(), kNone),
+      ends_(app.objective.size()),
       periods_(app.graph.nodes().size()),
       terms_(app.objective.size()) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     const graph::Term& of = app.objective[term];
+    if (app.graph.node(of.path.back()).ticks()) ends_[term].clock = clocks_[of.path.back().index()];
     if (of.metric == graph::Metric::kPeriod) periods_[of.path.front().index()].terms.push_back(static_cast<int>(term));
   }
 }
@@ -59,7 +68,7 @@ void Lineage::begin(NodeId node, TimePoint now) {
     const auto index = static_cast<std::size_t>(number);
     const Prefix& prefix = prefixes_.all()[index];
     if (prefix.before < 0) {
-      held_[index] = now;
+      held_[index] = prefix.clock ? clocks_[prefix.clock->index()].last(now) : now;
     } else if (!prefix.many) {
       held_[index] = given_[static_cast<std::size_t>(prefix.before)];
     } else {
@@ -102,7 +111,7 @@ void Lineage::give(std::size_t index, const Prefix& prefix, TimePoint now) {
   for (const int queue : prefix.queues) {
     put_in_queue(batches_[static_cast<std::size_t>(queue)], &source, &source + (source == kNone ? 0 : 1));
   }
-  if (source != kNone && !prefix.terms.empty()) reach_end(prefix, source, now);
+  if (source != kNone && !prefix.terms.empty()) reach_end(prefix, &source, &source + 1, now);
 }
 
 void Lineage::give_many(std::size_t index, const Prefix& prefix, TimePoint now) {
@@ -113,7 +122,7 @@ void Lineage::give_many(std::size_t index, const Prefix& prefix, TimePoint now) 
     put_in_queue(batches_[static_cast<std::size_t>(queue)], sources.data(), sources.data() + sources.size());
   }
   if (prefix.terms.empty()) return;
-  for (const TimePoint source : sources) reach_end(prefix, source, now);
+  reach_end(prefix, sources.data(), sources.data() + sources.size(), now);
 }
 
 // What is used again by one output after another waits only once.
@@ -125,14 +134,37 @@ void Lineage::put_in_queue(Batches& queue, const TimePoint* first, const TimePoi
   }
 }
 
-// An output descends from that source run, and is its first one unless a newer one has reached the end.
-void Lineage::reach_end(const Prefix& prefix, TimePoint source, TimePoint now) {
+// An output descends from those source runs.
+void Lineage::reach_end(const Prefix& prefix, const TimePoint* first, const TimePoint* last, TimePoint now) {
   for (const int term : prefix.terms) {
-    TimePoint& reached = reached_[static_cast<std::size_t>(term)];
-    if (source <= reached) continue;
-    if (reached != kNone) add(term, reached, now);
-    reached = source;
+    if (ends_[static_cast<std::size_t>(term)].clock.period > Nanos{0}) {
+      wait_for_tick(term, first, last, now);
+    } else {
+      for (const TimePoint* source = first; source != last; ++source) reach(term, *source, now);
+    }
   }
+}
+
+// It is the source run's first output, unless a newer one has reached the end.
+void Lineage::reach(int term, TimePoint source, TimePoint now) {
+  TimePoint& reached = ends_[static_cast<std::size_t>(term)].reached;
+  if (source <= reached) return;
+  if (reached != kNone) add(term, reached, now);
+  reached = source;
+}
+
+void Lineage::wait_for_tick(int term, const TimePoint* first, const TimePoint* last, TimePoint now) {
+  End& end = ends_[static_cast<std::size_t>(term)];
+  const TimePoint tick = end.clock.next(now);
+  if (end.tick < tick) {
+    for (const TimePoint source : end.waiting) reach(term, source, end.tick);
+    end.waiting.clear();
+    end.tick = tick;
+  }
+  first = std::upper_bound(first, last, end.newest);
+  if (first == last) return;
+  end.waiting.assign(first, last);
+  end.newest = end.waiting.back();
 }
 
 void Lineage::add(int term, TimePoint from, TimePoint to) {

@@ -10,9 +10,11 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 
@@ -26,15 +28,16 @@ class ChainPrefixes {
  public:
   struct Prefix {
     NodeId node;
-    int before = -1;          // the prefix that this one extends by its node; -1: the node is the source
-    bool queue = false;       // the node takes all outputs since its last run, and is not the source
-    bool many = false;        // so does it, or a node before it: outputs may descend from several source runs
-    bool extended = false;    // by a node that takes the newest output
-    std::vector<int> queues;  // prefixes that extend it by a queue node
-    std::vector<int> terms;   // that end here: indexes into the objective
+    int before = -1;                // the prefix that this one extends by its node; -1: the node is the source
+    std::optional<NodeId> clock{};  // of a source: the external node with a clock before it
+    bool queue = false;             // the node takes all outputs since its last run, and is not the source
+    bool many = false;              // so does it, or a node before it: outputs may descend from several source runs
+    bool extended = false;          // by a node that takes the newest output
+    std::vector<int> queues;        // prefixes that extend it by a queue node
+    std::vector<int> terms;         // that end here: indexes into the objective
   };
 
-  // External nodes are passed over.
+  // External nodes are passed over, but for clocks where chains begin and end.
   explicit ChainPrefixes(const graph::App& app);
 
   const std::vector<Prefix>& all() const { return prefixes_; }
@@ -42,7 +45,7 @@ class ChainPrefixes {
   const std::vector<int>& of(NodeId node) const { return of_node_[node.index()]; }
 
  private:
-  int find_or_add(const graph::Graph& graph, NodeId node, int before);
+  int find_or_add(const graph::Graph& graph, NodeId node, int before, std::optional<NodeId> clock);
 
   std::vector<Prefix> prefixes_;
   std::vector<std::vector<int>> of_node_;
@@ -57,8 +60,10 @@ struct TermSamples {
 
 class Lineage {
  public:
-  // A response time or period counts if it begins at `warm_from` or later. `prefixes` and `app` outlive it.
-  Lineage(const graph::App& app, const ChainPrefixes& prefixes, TimePoint warm_from, bool keep_values);
+  // A response time or period counts if it begins at `warm_from` or later. `clocks`, by NodeId: those of external nodes
+  // that tick. `prefixes` and `app` outlive it.
+  Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vector<Ticks> clocks, TimePoint warm_from,
+          bool keep_values);
 
   // A run of the node takes its inputs.
   void begin(NodeId node, TimePoint now);
@@ -80,6 +85,14 @@ class Lineage {
     Sources waiting;  // at its queue node
     std::size_t outputs_waiting = 0;
   };
+  struct End {                  // of a term
+    TimePoint reached = kNone;  // the newest source run that has reached it
+    Ticks clock;                // that it ends with; without a period: none
+    // Of such a one.
+    TimePoint newest = kNone;  // source run that has come
+    Sources waiting;           // for the next tick: what the newest output brought
+    TimePoint tick = kNone;    // that it waits for
+  };
   struct PeriodTerms {  // of a node
     std::vector<int> terms;
     TimePoint last_end = kNone;
@@ -89,16 +102,19 @@ class Lineage {
   void give(std::size_t index, const Prefix& prefix, TimePoint now);
   void give_many(std::size_t index, const Prefix& prefix, TimePoint now);
   void put_in_queue(Batches& queue, const TimePoint* first, const TimePoint* last);
-  void reach_end(const Prefix& prefix, TimePoint source, TimePoint now);
+  void reach_end(const Prefix& prefix, const TimePoint* first, const TimePoint* last, TimePoint now);
+  void reach(int term, TimePoint source, TimePoint now);
+  void wait_for_tick(int term, const TimePoint* first, const TimePoint* last, TimePoint now);
   void add(int term, TimePoint from, TimePoint to);
 
   const ChainPrefixes& prefixes_;
+  std::vector<Ticks> clocks_;  // by NodeId
   TimePoint warm_from_;
   bool keep_values_;
   std::vector<TimePoint> held_;       // by prefix
   std::vector<TimePoint> given_;      // by prefix
   std::vector<Batches> batches_;      // by prefix; used where `many`
-  std::vector<TimePoint> reached_;    // by term: the newest source run that has reached the end
+  std::vector<End> ends_;             // by term
   std::vector<PeriodTerms> periods_;  // by node
   std::vector<TermSamples> terms_;
 };

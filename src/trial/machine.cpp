@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/mixed.h"
+#include "plan/limits.h"
 
 namespace ctn::trial {
 namespace {
@@ -24,6 +25,25 @@ std::size_t count_jobs(const graph::App& app, const Schedule& schedule) {
   return schedule.subchains.size() + count_unscheduled(app) + threads;
 }
 
+// Who is triggered by the system's clock keeps no phase to one that is not ours: a trial goes once through all phases,
+// as long as that is not much of a change.
+Nanos sliding(Nanos period, Nanos horizon) {
+  constexpr Nanos::rep kFewestTicks = 50;
+  const Nanos::rep ticks = horizon / period;
+  return ticks < kFewestTicks ? period : period - period / ticks;
+}
+
+std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
+  std::vector<Ticks> clocks = options.clocks;
+  clocks.resize(app.graph.nodes().size());
+  for (std::size_t index = 0; index < clocks.size(); ++index) {
+    const graph::Node& node = app.graph.nodes()[index];
+    if (!node.ticks() || clocks[index].period > Nanos{0}) continue;
+    clocks[index] = {TimePoint{}, sliding(*node.period, options.horizon)};
+  }
+  return clocks;
+}
+
 }  // namespace
 
 Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefixes& prefixes, const Schedule& schedule,
@@ -33,13 +53,14 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       schedule_(schedule),
       options_(options),
       warm_from_(TimePoint{} + options.warm_up),
+      clocks_(clocks_of(app, options)),
       nodes_(app.graph.nodes().size()),
       unscheduled_of_node_(nodes_.size()),
       timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app) +
               (samples.any_waits() ? count_jobs(app, schedule) : 0)),
       cores_(static_cast<std::size_t>(schedule.cores), count_jobs(app, schedule), options.overheads.context_switch,
              timers_),
-      lineage_(app, prefixes, warm_from_, options.p95) {
+      lineage_(app, prefixes, clocks_, warm_from_, options.p95) {
   if (options.observer != nullptr) log_.emplace(app, *options.observer);
   for (int core = 0; core < schedule.cores; ++core) kind_of_core_.push_back(app.kind_of(core));
   add_nodes();
@@ -54,8 +75,10 @@ void Machine::add_nodes() {
     nodes_[index].output_period = described.output_period.value_or(Nanos{0});
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
-    unscheduled_.push_back(
-        {.node = NodeId(index), .period = described.follows ? std::nullopt : described.period, .followers = {}});
+    unscheduled_.push_back({.node = NodeId(index),
+                            .period = described.follows ? std::nullopt : described.period,
+                            .followers = {},
+                            .led = {}});
   }
   for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
     const std::optional<NodeId> follows = app_.graph.node(unscheduled_[index].node).follows;
@@ -71,12 +94,21 @@ void Machine::add_subchains() {
     subchain.nodes = app_.graph.subchain(subchain.id).nodes;
     subchain.place = &place;
     subchain.period = std::max(place.period, dispatch::kShortestPeriod);
+    if (place.clock) {
+      const Millis nominal = to_millis(*app_.graph.node(*place.clock).period);
+      const int ticks = std::max(plan::whole_ticks(to_millis(place.period), nominal), 1);
+      subchain.period = ticks * clocks_[place.clock->index()].period;
+    }
     subchain.last_trigger = TimePoint{} - subchain.period;
     subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);
   }
   for (std::size_t index = 0; index < subchains_.size(); ++index) {
     const std::optional<plan::After>& after = schedule_.subchains[index].after;
-    if (after) subchains_[after->subchain.index()].followers.push_back(index);
+    if (!after) continue;
+    const NodeId* const node = after->node();
+    std::vector<std::size_t>& followers = node != nullptr ? unscheduled_[*unscheduled_of_node_[node->index()]].led
+                                                          : subchains_[after->subchain()->index()].followers;
+    followers.push_back(index);
   }
 }
 
@@ -97,6 +129,7 @@ void Machine::start() {
     const Place& place = *subchain.place;
     if (place.form != Form::kPriority || place.after) continue;
     subchain.due = TimePoint{} + place.phase;
+    if (place.clock) subchain.due = clocks_[place.clock->index()].next(TimePoint{}) + place.phase;
     set_timer(source_of_subchain(index), subchain.due, subchain.timers_set);
   }
   for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
@@ -261,7 +294,7 @@ void Machine::subchain_node_ended(std::size_t index, int core) {
 void Machine::subchain_run_over(Subchain& subchain, bool emitted) {
   count_run(subchain);
   ++subchain.completed;
-  if (emitted) trigger_followers(subchain);
+  if (emitted) trigger_followers(subchain.followers);
   if (subchain.place->form == Form::kPriority) {
     trigger_again(subchain);
   } else if (frames_[static_cast<std::size_t>(subchain.place->core)]->awaited == subchain.id) {
@@ -323,8 +356,8 @@ void Machine::trigger_again(Subchain& subchain) {
   set_timer(source_of_subchain(subchain.id.index()), subchain.due, subchain.timers_set);
 }
 
-void Machine::trigger_followers(const Subchain& subchain) {
-  for (const std::size_t index : subchain.followers) {
+void Machine::trigger_followers(const std::vector<std::size_t>& followers) {
+  for (const std::size_t index : followers) {
     Subchain& follower = subchains_[index];
     if (++follower.outputs_counted < follower.place->after->every) continue;
     follower.outputs_counted = 0;
@@ -363,6 +396,7 @@ void Machine::unscheduled_ended(std::size_t index, int core) {
   cores_.end_work(core);
   if (end_run(node.node)) {
     for (const std::size_t follower : node.followers) unscheduled_due(follower);
+    trigger_followers(node.led);
   }
   if (node.period) {
     node.next_begin = std::max(node.next_begin + *node.period, now_);

@@ -75,6 +75,7 @@ class Machine {
     NodeId node;
     std::optional<Nanos> period;
     std::vector<std::size_t> followers;  // other unscheduled nodes
+    std::vector<std::size_t> led;        // subchains that its outputs trigger
     TimePoint next_begin{};
     int core = 0;       // where it ran last
     bool owed = false;  // another run, after the one under way
@@ -157,7 +158,7 @@ class Machine {
   void trigger(Subchain& subchain, WokenBy by);
   void send_trigger(Subchain& subchain);
   void trigger_again(Subchain& subchain);
-  void trigger_followers(const Subchain& subchain);
+  void trigger_followers(const std::vector<std::size_t>& followers);
   void trigger_follower(Subchain& follower);
 
   // --- Unscheduled nodes ---
@@ -187,6 +188,7 @@ class Machine {
   const Options& options_;
   TimePoint now_{};
   TimePoint warm_from_;
+  std::vector<Ticks> clocks_;  // by NodeId
   std::vector<Node> nodes_;
   std::vector<Subchain> subchains_;
   std::vector<Unscheduled> unscheduled_;

@@ -102,7 +102,7 @@ void Machine::pipe_thread_ended(const PipeThread& thread, int core) {
     Subchain& subchain = subchains_[pipe.subchain];
     count_run(subchain);
     pipe.completed = std::max(pipe.completed, stage.token);
-    if (emits) trigger_followers(subchain);
+    if (emits) trigger_followers(subchain.followers);
     if (pipe.awaits_completion) pace(pipe, WokenBy::kEvent);
   }
   stage.busy = stage.word != stage.token;

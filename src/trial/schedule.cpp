@@ -10,6 +10,7 @@ Place place_of(const plan::Member& member, int core) {
               .priority = member.priority,
               .period = to_nanos(member.period),
               .phase = to_nanos(member.phase),
+              .clock = member.clock,
               .after = member.after,
               .budget = to_nanos(member.budget)};
   if (member.pause) place.pause = to_nanos(*member.pause);

@@ -30,6 +30,7 @@ struct Place {
   int priority = 1;  // from 1
   Nanos period{0};   // > 0 where there is no `after`; with one, what comes sooner waits
   Nanos phase{0};
+  std::optional<NodeId> clock{};
   std::optional<Nanos> pause{};
   std::optional<plan::After> after{};
   Nanos budget{0};  // 0: any

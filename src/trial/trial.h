@@ -16,14 +16,16 @@
 //
 // Cores of fixed priorities. Of those with a run under way the one of the highest priority has the core. A subchain is
 // triggered by time, at phase + k periods; by pause, so long after its own run has ended and no sooner than a period
-// after its last trigger; or by each n-th output of another. While a run of it is under way it is not triggered: what
-// comes due meanwhile is made up for by one trigger at its end, and the grid of triggers by time stays. A run beyond
-// its budget is demoted below all others until the next trigger. Cores of frames. The dispatcher itself
-// (dispatch/shared_core_dispatcher.h) takes turns. At the background and ordinary levels nodes have what is left in the
-// order in which they came; no run is taken to hang. Pipelines. Paced by dispatch/subchain_trigger.h; nodes share the
-// cores in the order in which they came, each of their threads on one. Unscheduled nodes. Above all, on an idle core if
-// there is one, else where they ran last; the first run comes a period after the start. Outputs. The newest, or all
-// since the last run; none before the `output_period` is over; a run that emits none ends its subchain's run.
+// after its last trigger; or by each n-th output of another subchain or of an unscheduled node. While a run of it is
+// under way it is not triggered: what comes due meanwhile is made up for by one trigger at its end, and the grid of
+// triggers by time stays. A run beyond its budget is demoted below all others until the next trigger. Cores of frames.
+// The dispatcher itself (dispatch/shared_core_dispatcher.h) takes turns. At the background and ordinary levels nodes
+// have what is left in the order in which they came; no run is taken to hang. Pipelines. Paced by
+// dispatch/subchain_trigger.h; nodes share the cores in the order in which they came, each of their threads on one.
+// Unscheduled nodes. Above all, on an idle core if there is one, else where they ran last; the first run comes a period
+// after the start. Outputs. The newest, or all since the last run; none before the `output_period` is over; a run that
+// emits none ends its subchain's run. Clocks of external nodes. They tick at times of their own: unless
+// told, each slides once through all phases, and with it who keeps a phase to it.
 //
 // Waits. In the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says so.
 // Of a run on several threads the first waits.
@@ -40,6 +42,7 @@
 #include <vector>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 #include "trial/lineage.h"
@@ -90,6 +93,8 @@ struct Options {
   std::uint32_t first_draw = 0;              // of the samples: another is another chance
   bool p95 = false;                          // takes longer
   Overheads overheads{};
+  // Of external nodes that tick, by NodeId. Without a period, and beyond the end: slowly sliding through all phases.
+  std::vector<Ticks> clocks{};
   Observer* observer = nullptr;  // sees all runs, those of the warm-up too; null: none
 };
 

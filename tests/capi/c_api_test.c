@@ -168,6 +168,10 @@ static void test_changes(const char* app) {
   CHECK(catan_session_set_max(session, "sense -> act", 900.0, &error) == CATAN_OK);
   CHECK(catan_session_set_min_rate(session, "act", 2.0, &error) == CATAN_OK);
   CHECK(error == NULL);
+  CHECK(catan_session_tick(session, "screen", 1000000, &error) == CATAN_OK);
+  CHECK(catan_session_tick(NULL, "screen", 1000000, NULL) == CATAN_CALLER);
+  CHECK(catan_session_tick(session, "act", 1000000, NULL) == CATAN_CALLER);
+  CHECK(catan_session_tick(session, NULL, 1000000, NULL) == CATAN_CALLER);
   CHECK(catan_session_set_cpus(session, NULL, 0, NULL) == CATAN_CALLER);
   CHECK(catan_session_set_cpus(session, &nowhere, 1, NULL) == CATAN_CALLER);
   CHECK(catan_session_set_max(session, NULL, 1.0, &error) == CATAN_CALLER);

@@ -39,7 +39,7 @@ std::string settings(const Node& node) {
   std::vector<std::string> parts;
   if (node.input == graph::InputKind::kQueue) parts.emplace_back("input queue");
   if (!node.modes.empty()) parts.push_back(fmt::format("modes {}", fmt::join(node.modes, "/")));
-  if (node.period) parts.push_back("every " + config::format_duration(*node.period));
+  if (node.period) parts.push_back((node.external ? "ticks every " : "every ") + config::format_duration(*node.period));
   if (node.output_period) parts.push_back("emits every " + config::format_duration(*node.output_period));
   if (node.min_rate && node.min_rate == node.max_rate) {
     parts.push_back("exactly " + config::format_rate(*node.min_rate));
@@ -47,6 +47,7 @@ std::string settings(const Node& node) {
     if (node.min_rate) parts.push_back("at least " + config::format_rate(*node.min_rate));
     if (node.max_rate) parts.push_back("at most " + config::format_rate(*node.max_rate));
   }
+  if (node.trigger != graph::TriggerBy::kAuto) parts.push_back(fmt::format("trigger {}", to_string(node.trigger)));
   if (node.max_threads > 1) parts.push_back(fmt::format("up to {} threads", node.max_threads));
   if (node.fallback_rate) parts.push_back("fallback " + config::format_rate(*node.fallback_rate));
   return join(parts);

@@ -46,12 +46,15 @@ std::string owner_text(const plan::Plan& plan, const graph::App& app, int core) 
 
 std::string trigger_text(const plan::Member& member, const graph::App& app) {
   if (member.after) {
-    const std::string& feeder = app.graph.subchain(member.after->subchain).name;
+    const SubchainId* const subchain = member.after->subchain();
+    const std::string& feeder =
+        subchain != nullptr ? app.graph.subchain(*subchain).name : app.graph.node(*member.after->node()).name;
     return member.after->every == 1 ? fmt::format("each output of {}", feeder)
                                     : fmt::format("every {}th output of {}", member.after->every, feeder);
   }
   if (member.pause) return fmt::format("{} after its end", ms(*member.pause));
-  return fmt::format("every {} from {}", ms(member.period), ms(member.phase));
+  const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";
+  return fmt::format("every {} from {}{}", ms(member.period), ms(member.phase), clock);
 }
 
 // Empty where no core has fixed priorities.

@@ -46,6 +46,7 @@ struct SimOptions {
   std::string background;
   bool resample = false;
   bool ideal = false;
+  double drift = 0.0;
   std::string validated;  // record to be compared with
   std::string record;     // to be written
   std::string folder;     // of apps
@@ -141,8 +142,10 @@ Result<Simulated> simulate_app(const SimOptions& options, const std::string& app
 
   std::vector<std::optional<Result<sim::Outcome>>> outcomes(static_cast<std::size_t>(options.runs));
   sim::for_each_in_parallel(outcomes.size(), threads, [&](std::size_t index) {
-    outcomes[index] =
-        sim::simulate(*app, costs->make(options.seed + index), *chosen, to_nanos(Millis{options.seconds * 1000.0}));
+    sim::Options of_run = *chosen;
+    of_run.clocks = {.seed = options.seed + index, .drift_ppm = options.drift};
+    outcomes[index] = sim::simulate(*app, costs->make(options.seed + index), std::move(of_run),
+                                    to_nanos(Millis{options.seconds * 1000.0}));
   });
   Simulated simulated{.runs = {}, .cores = chosen->machine.cores};
   for (std::size_t index = 0; index < outcomes.size(); ++index) {
@@ -175,6 +178,7 @@ std::string asked_of(const SimOptions& options) {
                                {"resample", options.resample},
                                {"ideal", options.ideal}};
   if (options.cores) asked["cores"] = *options.cores;
+  if (options.drift > 0.0) asked["drift"] = options.drift;
   return nlohmann::ordered_json{{"sweep", asked}}.dump();
 }
 
@@ -290,6 +294,13 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
                    "Write a record of the run to FILE, as catan run does, for catan report and for SQL")
       ->type_name("FILE")
       ->excludes("--validate", "--sweep");
+  command
+      ->add_option("--drift", options->drift,
+                   "Clocks that are not Catan's (of external and unscheduled nodes) have any phase, and are up to so "
+                   "many parts of a million fast or slow; quartz: 20 to 100")
+      ->type_name("PPM")
+      ->check(within(0.0, 100'000.0))
+      ->excludes("--validate");
   command->add_flag("--json", options->json, "Print one JSON document");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }

@@ -102,6 +102,12 @@ Result<sim::Phases> phases_of(const record::Reader& record, Nanos min_late) {
   for (std::size_t index = 0; index < nodes.size(); ++index) {
     if (nodes[index]) phases.nodes[index] = nodes[index]->estimate(min_late);
   }
+  const auto clocks = record.clocks();
+  if (!clocks) return clocks.error();
+  phases.clocks.resize(nodes.size());
+  for (const record::ClockReading& reading : *clocks) {
+    phases.clocks[reading.node.index()] = {reading.ticks.tick - (started - TimePoint{}), reading.ticks.period};
+  }
   std::replace(phases.subchains.begin(), phases.subchains.end(), never, Nanos{0});
   return phases;
 }

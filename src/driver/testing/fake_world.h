@@ -106,6 +106,11 @@ class FakeWorld {
   void run_for(Nanos duration) { run_until(now + duration); }
 
   Subchain& of(SubchainId id) { return subchains[id.index()]; }
+  // Of an unscheduled node, of which there is but one, only outputs and followers count.
+  Subchain& of(const plan::Leader& leader) {
+    const SubchainId* const subchain = std::get_if<SubchainId>(&leader);
+    return subchain != nullptr ? of(*subchain) : unscheduled;
+  }
   // When its triggers were sent, in milliseconds.
   std::vector<double> sent(SubchainId id) {
     std::vector<double> times;
@@ -124,18 +129,20 @@ class FakeWorld {
   // Whether a run gives output.
   std::function<bool(SubchainId, std::uint64_t number)> gives_output = [](SubchainId, std::uint64_t) { return true; };
   std::size_t max_followers = 4;
-  // An output that no run of ours has given, as a process may pretend.
-  void give_output(SubchainId id) {
-    Subchain& subchain = of(id);
-    ++subchain.outputs;
-    subchain.newest_output = now;
-    for (const std::size_t follower : subchain.followers) acting_[follower].until = now;
+  // An output of an unscheduled node, or one that no run of ours has given, as a process may pretend.
+  void give_output(const plan::Leader& id) {
+    Subchain& leader = of(id);
+    ++leader.outputs;
+    leader.newest_output = now;
+    for (const std::size_t follower : leader.followers) acting_[follower].until = now;
   }
   // Lets a test look at the world after each step.
   std::function<void()> after_step = [] {};
 
   TimePoint now{};
   std::vector<Subchain> subchains;
+  Subchain unscheduled;
+  std::optional<Ticks> clock;  // of an external node, as far as it is known
   std::vector<dispatch::SlotUse> slots;
   std::vector<dispatch::Steal> steals;
   std::vector<Hang> hangs;
@@ -213,8 +220,11 @@ class FakeWorld {
       ++held(id).measured;
       return world_->cpu_time(id) - held(id).used_at_begin.value_or(Nanos{0});
     }
-    Outputs outputs(SubchainId id) const override { return {world_->of(id).outputs, world_->of(id).newest_output}; }
-    bool await_outputs(SubchainId id, bool wanted, std::uint64_t known) override {
+    Outputs outputs(const plan::Leader& id) const override {
+      const Subchain& leader = world_->of(id);
+      return {leader.outputs, leader.newest_output};
+    }
+    bool await_outputs(const plan::Leader& id, bool wanted, std::uint64_t known) override {
       Subchain& leader = world_->of(id);
       std::erase(leader.followers, number_);
       if (!wanted) return true;
@@ -223,6 +233,7 @@ class FakeWorld {
       leader.followers.push_back(number_);
       return true;
     }
+    std::optional<Ticks> clock(NodeId /*node*/) const override { return world_->clock; }
     void slot_over(const dispatch::SlotUse& slot) override { world_->slots.push_back(slot); }
     void stole(const dispatch::Steal& steal) override { world_->steals.push_back(steal); }
     void hang_changed(SubchainId id, bool began, TimePoint at) override { world_->hangs.push_back({id, began, at}); }

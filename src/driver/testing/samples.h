@@ -32,8 +32,9 @@ inline policy::SubchainPlace phased(int rank, Nanos period, Nanos phase, Nanos b
   return place;
 }
 
-// The same, triggered by the outputs of another.
-inline policy::SubchainPlace follows(int rank, SubchainId leader, int every, Nanos expected, Nanos budget = Nanos{0}) {
+// The same, triggered by the outputs of a leader.
+inline policy::SubchainPlace follows(int rank, const plan::Leader& leader, int every, Nanos expected,
+                                     Nanos budget = Nanos{0}) {
   policy::SubchainPlace place = phased(rank, expected, Nanos{0}, budget);
   place.pacing.phase.reset();
   place.pacing.after = plan::After{leader, every};

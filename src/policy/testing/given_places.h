@@ -37,7 +37,7 @@ inline SubchainPlace place_by_phase(int rank, int cpu, Nanos period, Nanos phase
 }
 
 // The same, triggered by outputs of another.
-inline SubchainPlace place_after(int rank, int cpu, SubchainId leader, int every, Nanos expected) {
+inline SubchainPlace place_after(int rank, int cpu, const plan::Leader& leader, int every, Nanos expected) {
   SubchainPlace place = place_by_phase(rank, cpu, expected, Nanos{0});
   place.pacing.phase.reset();
   place.pacing.after = plan::After{leader, every};

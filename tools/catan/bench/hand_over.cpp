@@ -191,7 +191,7 @@ Status measure_runtime(const BenchContext& context, const graph::App& app, Sampl
   const runtime::Region& region = memory.region();
   const runtime::Links links = runtime::links_of(os, app.graph, region);
   const std::vector<runtime::SubchainLinks> subchains = runtime::subchain_links(app.graph, links, region);
-  runtime::Controls controls(os, enforcer, region, subchains.size(), 1);
+  runtime::Controls controls(os, enforcer, region, app.graph, 1);
   for (runtime::Handover& handover : controls.handovers) handover.put({});
   controls.board.publish(two_slots(context));
   runtime::Controller core(controls, subchains, controls.number_of_core(0));

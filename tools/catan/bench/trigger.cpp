@@ -118,7 +118,7 @@ Result<Figure> trigger_figure(const BenchContext& context, int cpu, Nanos durati
   runtime::Enforcer enforcer(os, true, nullptr, {});
   const runtime::Links links = runtime::links_of(os, shared.graph(), shared.region());
   const auto subchains = runtime::subchain_links(shared.graph(), links, shared.region());
-  runtime::Controls controls(os, enforcer, shared.region(), 1, 0);
+  runtime::Controls controls(os, enforcer, shared.region(), shared.graph(), 0);
   runtime::Controller controller(controls, subchains, 0);
   Triggering triggering(controller, context, shared.agreement());
   os.spawn("bench-trigger", [&] { triggering.run(os.now() + duration); })->join();
