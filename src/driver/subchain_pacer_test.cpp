@@ -217,7 +217,7 @@ TEST(SubchainPacer, AReaderIsTriggeredByWhatArrives) {
   FakeWorld world(1, 1, each_takes(ms(1)));
   const plan::Leader sensor = NodeId(std::size_t{7});
   world.publish(assignment({follows(0, sensor, 2, ms(10))}, {{}}));
-  for (const double arrival : {0.0, 5.0, 10.1, 15.1, 20.2, 25.3, 30.3, 35.4}) {
+  for (const double arrival : {0.5, 5.0, 10.1, 15.1, 20.2, 25.3, 30.3, 35.4}) {
     world.run_until(at(to_nanos(Millis{arrival})));
     world.give_output(sensor);
   }

@@ -70,6 +70,12 @@ void ChainTracker::wait_for_tick(std::vector<Source> sources, TimePoint end, std
     waiting_.clear();
     waiting_until_ = tick;
   }
+  if (first_.ticks) {
+    // Another run with the same tick's input brings nothing new.
+    const TimePoint newest =
+        !waiting_.empty() ? waiting_.back().begin : (previous_ ? previous_->begin : TimePoint::min());
+    std::erase_if(sources, [&](const Source& source) { return source.begin <= newest; });
+  }
   if (!sources.empty()) waiting_ = std::move(sources);
 }
 

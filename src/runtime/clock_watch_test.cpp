@@ -51,7 +51,7 @@ TEST_F(ClockWatchTest, TellsOfAClockOnceItIsKnownAndWhenItHasDrifted) {
   const std::vector<record::ClockReading> later = tick_until(TimePoint{seconds{12}}, milliseconds{8} + Nanos{200});
   ASSERT_GE(later.size(), 2U);
   EXPECT_LE(later.size(), 4U) << "no more than once a second";
-  EXPECT_EQ(later.back().ticks.period, milliseconds{8} + Nanos{200});
+  EXPECT_NEAR(static_cast<double>((later.back().ticks.period - milliseconds{8}).count()), 200.0, 10.0);
 }
 
 TEST_F(ClockWatchTest, RefusesWhatHasNoClock) {
