@@ -44,11 +44,7 @@ bool has_cycle(const Schedule& schedule) {
 }  // namespace
 
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
-    : app_(app),
-      pipelines_(pipelines),
-      cost_(std::move(cost)),
-      cores_(cores),
-      clocks_(app.graph.subchains().size()) {
+    : app_(app), pipelines_(pipelines), cost_(std::move(cost)), cores_(cores), clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
     const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());

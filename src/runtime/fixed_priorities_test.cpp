@@ -214,7 +214,9 @@ TEST_F(FixedPrioritiesTest, WhatArrivesFromAnUnscheduledNodeTriggersAtOnce) {
   for (std::size_t k = 0; k < triggers[kA.index()].size(); ++k) {
     const record::Trigger& trigger = triggers[kA.index()][k];
     EXPECT_EQ(trigger.sent, trigger.due);
-    if (k > 0) { EXPECT_EQ(trigger.due - triggers[kA.index()][k - 1].due, milliseconds{50}); }
+    if (k > 0) {
+      EXPECT_EQ(trigger.due - triggers[kA.index()][k - 1].due, milliseconds{50});
+    }
   }
 }
 
