@@ -91,7 +91,7 @@ TEST(AppFile, ReadsWhatMayTriggerASubchain) {
                                   " }\nedges: [ s -> a ]\nobjective: [ { period: a, weight: 1 } ]\n");
     return node(app, "a").trigger;
   };
-  EXPECT_EQ(trigger_of(""), graph::TriggerBy::kAuto);
+  EXPECT_EQ(trigger_of(""), graph::TriggerBy::kAny);
   EXPECT_EQ(trigger_of("trigger: time"), graph::TriggerBy::kTime);
   EXPECT_EQ(trigger_of("trigger: arrival"), graph::TriggerBy::kArrival);
   EXPECT_EQ(trigger_of("trigger: any"), graph::TriggerBy::kAny);

@@ -6,14 +6,12 @@ namespace ctn::graph {
 
 const char* to_string(TriggerBy trigger) {
   switch (trigger) {
-    case TriggerBy::kAuto:
-      return "auto";
+    case TriggerBy::kAny:
+      return "any";
     case TriggerBy::kTime:
       return "time";
     case TriggerBy::kArrival:
       return "arrival";
-    case TriggerBy::kAny:
-      return "any";
   }
   return "";
 }

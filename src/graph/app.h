@@ -26,9 +26,9 @@ namespace ctn::graph {
 // kLatest: a run takes the newest output of each predecessor. kQueue: it takes all since its last run.
 enum class InputKind { kLatest, kQueue };
 
-// What may trigger a subchain. kAuto: times, or outputs of another subchain, as is best. kTime: times alone. kArrival:
-// outputs of an unscheduled node that feeds its head. kAny: any of these, as is best.
-enum class TriggerBy { kAuto, kTime, kArrival, kAny };
+// What may trigger a subchain. kArrival: outputs of an unscheduled node that feeds its head. kAny: these, time, or
+// outputs of another subchain, as is best.
+enum class TriggerBy { kAny, kTime, kArrival };
 const char* to_string(TriggerBy trigger);  // as the app file has it
 
 struct Node {
@@ -46,7 +46,7 @@ struct Node {
   bool relaxes_exact_rate = false;       // where min_rate is max_rate: the first may be relaxed like any other
   std::optional<Rate> fallback_rate;     // hand-set rate of its subchain's head
   int max_threads = 1;                   // how many cores one run can use
-  TriggerBy trigger = TriggerBy::kAuto;  // heads of subchains: theirs
+  TriggerBy trigger = TriggerBy::kAny;  // heads of subchains: theirs
   std::optional<SubchainId> subchain;    // none: external or unscheduled
   std::vector<NodeId> predecessors;      // in the order the edges were written
   std::vector<NodeId> successors;

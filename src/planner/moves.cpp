@@ -51,7 +51,7 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
     limits_.push_back(
         {std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), head.trigger});
     std::vector<Arrival>& arrivals = arrivals_.emplace_back();
-    if (head.trigger != graph::TriggerBy::kArrival && head.trigger != graph::TriggerBy::kAny) continue;
+    if (head.trigger == graph::TriggerBy::kTime) continue;
     for (const NodeId id : head.predecessors) {
       const graph::Node& node = app.graph.node(id);
       if (!node.unscheduled) continue;

@@ -52,7 +52,7 @@ class Moves {
   struct Limits {
     Nanos shortest{0};
     bool exact = false;
-    graph::TriggerBy trigger = graph::TriggerBy::kAuto;
+    graph::TriggerBy trigger = graph::TriggerBy::kAny;
   };
   // An external node that ticks.
   struct Clock {

@@ -119,8 +119,6 @@ Seen triggers_of_a(graph::TriggerBy trigger) {
 }
 
 TEST(Moves, AreTriggeredByWhatTheAppAllows) {
-  const Seen chosen = triggers_of_a(graph::TriggerBy::kAuto);
-  EXPECT_TRUE(chosen.by_time && chosen.by_subchain && !chosen.by_arrival);
   const Seen time = triggers_of_a(graph::TriggerBy::kTime);
   EXPECT_TRUE(time.by_time && !time.by_subchain && !time.by_arrival);
   const Seen arrival = triggers_of_a(graph::TriggerBy::kArrival);

@@ -34,7 +34,7 @@ Json node_json(const graph::Graph& graph, NodeId id, const model::CostTable* cos
   if (node.min_rate) json["min_rate_hz"] = node.min_rate->hertz();
   if (node.max_rate) json["max_rate_hz"] = node.max_rate->hertz();
   if (node.fallback_rate) json["fallback_rate_hz"] = node.fallback_rate->hertz();
-  if (node.trigger != graph::TriggerBy::kAuto) json["trigger"] = to_string(node.trigger);
+  if (node.trigger != graph::TriggerBy::kAny) json["trigger"] = to_string(node.trigger);
   if (node.subchain) json["max_threads"] = node.max_threads;
   if (costs != nullptr && !node.external) json["cost_ms"] = (*costs)[id].single_thread().count();
   return json;

@@ -47,7 +47,7 @@ std::string settings(const Node& node) {
     if (node.min_rate) parts.push_back("at least " + config::format_rate(*node.min_rate));
     if (node.max_rate) parts.push_back("at most " + config::format_rate(*node.max_rate));
   }
-  if (node.trigger != graph::TriggerBy::kAuto) parts.push_back(fmt::format("trigger {}", to_string(node.trigger)));
+  if (node.trigger != graph::TriggerBy::kAny) parts.push_back(fmt::format("trigger {}", to_string(node.trigger)));
   if (node.max_threads > 1) parts.push_back(fmt::format("up to {} threads", node.max_threads));
   if (node.fallback_rate) parts.push_back("fallback " + config::format_rate(*node.fallback_rate));
   return join(parts);
