@@ -68,7 +68,10 @@ std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) co
       continue;
     }
     const bool joins = continues && current.subchain && elements.back().subchain == current.subchain;
-    if (!joins) elements.push_back({current.subchain, {}});
+    if (!joins) {
+      const bool follows = continues && current.follows == elements.back().nodes.back();
+      elements.push_back({current.subchain, {}, follows});
+    }
     elements.back().nodes.push_back(id);
     continues = true;
   }

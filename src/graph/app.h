@@ -43,12 +43,12 @@ struct Node {
   std::optional<Nanos> output_period;  // emits less often than it runs
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
-  bool relaxes_exact_rate = false;       // where min_rate is max_rate: the first may be relaxed like any other
-  std::optional<Rate> fallback_rate;     // hand-set rate of its subchain's head
-  int max_threads = 1;                   // how many cores one run can use
+  bool relaxes_exact_rate = false;      // where min_rate is max_rate: the first may be relaxed like any other
+  std::optional<Rate> fallback_rate;    // hand-set rate of its subchain's head
+  int max_threads = 1;                  // how many cores one run can use
   TriggerBy trigger = TriggerBy::kAny;  // heads of subchains: theirs
-  std::optional<SubchainId> subchain;    // none: external or unscheduled
-  std::vector<NodeId> predecessors;      // in the order the edges were written
+  std::optional<SubchainId> subchain;   // none: external or unscheduled
+  std::vector<NodeId> predecessors;     // in the order the edges were written
   std::vector<NodeId> successors;
 
   // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
@@ -97,6 +97,7 @@ struct Term {
 struct ChainElement {
   std::optional<SubchainId> subchain;  // none: an unscheduled node, or one that ticks
   std::vector<NodeId> nodes;           // never empty
+  bool follows = false;                // of an unscheduled node: it runs as soon as that of the element before has
 };
 
 class Graph {

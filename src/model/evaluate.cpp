@@ -32,11 +32,21 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   return timing;
 }
 
-bool follows(const graph::ChainElement& element, const graph::ChainElement& before,
-             std::span<const SubchainTiming> subchains) {
-  if (!element.subchain) return false;
+// Of the input that the element takes from the one before; none: it may be as long as its period.
+std::optional<Millis> wait_for_input(const graph::ChainElement& element, const graph::ChainElement& before,
+                                     std::span<const SubchainTiming> subchains) {
+  if (element.follows) return Millis{0};
+  if (!element.subchain) return std::nullopt;
   const SubchainTiming& timing = subchains[element.subchain->index()];
-  return before.subchain ? timing.follows == before.subchain : timing.follows_node == before.nodes.front();
+  if (!before.subchain) {
+    return timing.follows_node == before.nodes.front() ? std::optional(Millis{0}) : std::nullopt;
+  }
+  if (timing.follows == before.subchain) return Millis{0};
+  const SubchainTiming& giver = subchains[before.subchain->index()];
+  if (!timing.by_phase || !giver.by_phase || timing.by_phase->clock != giver.by_phase->clock) return std::nullopt;
+  const bool below = timing.by_phase->core == giver.by_phase->core &&
+                     timing.by_phase->priority < giver.by_phase->priority && giver.by_phase->runs_through;
+  return wait_between(giver.by_phase->grid, giver.execution, timing.by_phase->grid, below);
 }
 
 }  // namespace
@@ -48,7 +58,7 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
   const std::vector<graph::ChainElement> chain = graph.chain_elements(path);
   for (const graph::ChainElement& element : chain) {
     elements.push_back(evaluate_element(graph, element, costs, subchains));
-    elements.back().follows = before != nullptr && follows(element, *before, subchains);
+    if (before != nullptr) elements.back().wait = wait_for_input(element, *before, subchains);
     before = &element;
   }
   return chain_timing(elements);

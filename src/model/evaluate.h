@@ -21,12 +21,22 @@ struct SubchainTiming {
   // Each output of which triggers it: a subchain, or an unscheduled node.
   std::optional<SubchainId> follows{};
   std::optional<NodeId> follows_node{};
+  // Where it is triggered by time, and misses no trigger.
+  struct ByPhase {
+    Grid grid;
+    std::optional<NodeId> clock;  // that the phase counts from; none: the system's
+    int core = 0;
+    int priority = 0;
+    bool runs_through = true;  // it does not wait in the middle of its runs
+  };
+  std::optional<ByPhase> by_phase{};
 };
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
 // has its own period, and its cost and its wait, an external one that ticks the time between two ticks and no cost. An
-// element that follows the element before adds L alone. Preconditions: `subchains` is indexed by SubchainId; `path` is
-// a chain of the graph with at least one node that is not external.
+// element that follows the element before adds L alone; one that keeps a phase to it, the wait that this comes to
+// (wait_between()). Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least
+// one node that is not external.
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace ctn::model {
 
@@ -40,11 +41,22 @@ SharedTiming shared_core(const SharedCore& on, bool exact_rate) {
   return {late, late};
 }
 
+std::optional<Millis> wait_between(const Grid& first, Millis execution, const Grid& second, bool below) {
+  const auto [shorter, longer] = std::minmax(first.period, second.period);
+  if (longer % shorter != Nanos{0}) return std::nullopt;
+  const Millis apart = to_millis(((second.phase - first.phase) % shorter + shorter) % shorter);
+  const Millis left = apart - execution;
+  if (left >= Millis{0}) return left;
+  if (below && apart >= kTogether) return Millis{0};
+  const double missed = std::ceil(-left.count() / to_millis(shorter).count());
+  return left + missed * to_millis(shorter);
+}
+
 ChainTiming chain_timing(std::span<const ElementTiming> elements) {
   assert(!elements.empty());
   ChainTiming timing;
   for (const ElementTiming& element : elements) {
-    if (&element != &elements.front() && !element.follows) timing.latency += element.period;
+    if (&element != &elements.front()) timing.latency += element.wait.value_or(element.period);
     timing.latency += element.execution;
     timing.period = std::max(timing.period, std::max(element.period, element.output_period.value_or(Millis{0})));
   }

@@ -47,16 +47,30 @@ struct SharedTiming {
 // shorter. With an exact rate the period is given, and a short wait has room in the slot: p = T / f, L = T / f + w.
 SharedTiming shared_core(const SharedCore& on, bool exact_rate);
 
+// Triggered at `phase` and each `period` after, of one clock.
+struct Grid {
+  Nanos phase{0};
+  Nanos period{0};  // > 0
+};
+
+// From the end of a run of the first, `execution` after its trigger at most, to the trigger of the second that finds
+// its output: at most that long. `below`: the second cannot run before the first, triggered before it, has ended, and
+// then finds its output even if it was triggered meanwhile. None where neither period is a whole multiple of the other:
+// then it may be anything up to the second's period. Triggers that are closer together than kTogether may come in
+// either order.
+constexpr Millis kTogether{0.05};
+std::optional<Millis> wait_between(const Grid& first, Millis execution, const Grid& second, bool below);
+
 // One element of a chain, as planned.
 struct ElementTiming {
   Millis period{0};                     // p
   Millis execution{0};                  // L
   std::optional<Millis> output_period;  // of one of its nodes, where longer than p
-  bool follows = false;                 // the outputs of the element before trigger it: its input never waits
+  std::optional<Millis> wait{};         // of its input, at most; none: p
 };
 
 struct ChainTiming {
-  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x), without p_x where x follows
+  Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x); in place of p_x its wait, where that is given
   Millis period{0};    // max p_x, with output periods
   Millis response{0};  // latency + period
 };

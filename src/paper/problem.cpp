@@ -43,7 +43,8 @@ Metric response_time(const graph::App& app, const model::CostTable& costs, const
       }
     } else {
       const double period = ms(app.graph.node(element.nodes.front()).period);
-      metric.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      metric.constant += costs[element.nodes.front()].single_thread().count();
+      if (!first && !element.follows) metric.constant += period;
       metric.constant += costs.wait(element.nodes.front()).count();
       metric.slowest_fixed = std::max(metric.slowest_fixed, period);
     }

@@ -20,8 +20,15 @@ std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subc
   for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution});
   for (const CorePlan& core : cores) {
     for (const Member& member : core.members) {
-      if (!member.after || member.after->every != 1) continue;
       model::SubchainTiming& timing = timings[member.subchain.index()];
+      if (!member.after && !member.pause && timing.period <= member.period * (1.0 + kTolerance)) {
+        timing.by_phase = {.grid = {to_nanos(member.phase), to_nanos(member.period)},
+                           .clock = member.clock,
+                           .core = subchains[member.subchain.index()].cores.front(),
+                           .priority = member.priority,
+                           .runs_through = subchains[member.subchain.index()].wait == Millis{0}};
+      }
+      if (!member.after || member.after->every != 1) continue;
       if (const SubchainId* const leader = member.after->subchain()) timing.follows = *leader;
       if (const NodeId* const leader = member.after->node()) timing.follows_node = *leader;
     }

@@ -46,7 +46,8 @@ Group response_time(const graph::App& app, const model::CostTable& costs, const 
     } else {
       const graph::Node& node = app.graph.node(element.nodes.front());
       const double period = to_millis(node.period.value_or(Nanos{0})).count();
-      latency.constant += costs[element.nodes.front()].single_thread().count() + (first ? 0.0 : period);
+      latency.constant += costs[element.nodes.front()].single_thread().count();
+      if (!first && !element.follows) latency.constant += period;
       latency.constant += costs.wait(element.nodes.front()).count();
       fixed_period = std::max(fixed_period, period);
     }

@@ -1,6 +1,7 @@
 #include "planner/moves.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "dispatch/subchain_trigger.h"
@@ -41,6 +42,20 @@ bool has_cycle(const Schedule& schedule) {
   return false;
 }
 
+std::vector<std::size_t> neighbours_of(const graph::Graph& graph, SubchainId id) {
+  std::set<std::size_t> found;
+  for (std::size_t node = 0; node < graph.nodes().size(); ++node) {
+    const std::optional<SubchainId> to = graph.nodes()[node].subchain;
+    for (const NodeId from : graph.nodes()[node].predecessors) {
+      const std::optional<SubchainId> before = graph.node(from).subchain;
+      if (!to || !before || to == before) continue;
+      if (*to == id) found.insert(before->index());
+      if (*before == id) found.insert(to->index());
+    }
+  }
+  return {found.begin(), found.end()};
+}
+
 }  // namespace
 
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
@@ -50,6 +65,7 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
     const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());
     limits_.push_back(
         {std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), head.trigger});
+    neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
     std::vector<Arrival>& arrivals = arrivals_.emplace_back();
     if (head.trigger == graph::TriggerBy::kTime) continue;
     for (const NodeId id : head.predecessors) {
@@ -128,7 +144,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
     return change_cores(schedule, i, random);
   }
   if (!clocks_[i].empty() && random.once_in(3)) return change_clock(place, i, random);
-  switch (random.below(10)) {
+  switch (random.below(11)) {
     case 0:
     case 1:
     case 2:
@@ -146,12 +162,36 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
     case 7:
     case 8:
       return change_trigger(schedule, i, random);
+    case 9:
+      return align(schedule, i, random);
     default:
       if (!place.after && !place.pause) {
         place.phase = to_nanos(to_millis(place.period) * random.fraction());
         if (place.phase >= place.period) place.phase = Nanos{0};
       }
   }
+}
+
+// In step with a neighbour that goes by time: done just before it begins, or beginning when it is done.
+void Moves::align(Schedule& schedule, std::size_t subchain, Random& random) const {
+  const Limits& limits = limits_[subchain];
+  if (limits.trigger == graph::TriggerBy::kArrival || neighbours_[subchain].empty()) return;
+  const std::size_t neighbour = neighbours_[subchain][random.below(neighbours_[subchain].size())];
+  const Place& other = schedule.subchains[neighbour];
+  if (other.form != trial::Form::kPriority || other.pause || other.after) return;
+  Place& place = schedule.subchains[subchain];
+  if (!limits.exact) {
+    const Nanos::rep least = (limits.shortest + other.period - Nanos{1}) / other.period;
+    const Nanos::rep more = random.once_in(4) ? 1 + static_cast<Nanos::rep>(random.below(kMostTicks)) : 0;
+    place.period = (std::max<Nanos::rep>(least, 1) + more) * other.period;
+    place.pause.reset();
+    place.after.reset();
+    place.clock = other.clock;
+  }
+  constexpr double kLonger = 0.5;
+  const double run = random.once_in(2) ? cost_[neighbour] : -cost_[subchain];
+  const Nanos phase = other.phase + to_nanos(Millis{run * (1.0 + kLonger * random.fraction())});
+  place.phase = (phase % place.period + place.period) % place.period;
 }
 
 void Moves::change_time(Place& place, std::size_t subchain, Random& random) const {

@@ -70,6 +70,7 @@ class Moves {
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void follow_arrivals(trial::Place& place, std::size_t subchain, const Arrival& arrival, int every) const;
   void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
+  void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
@@ -80,9 +81,10 @@ class Moves {
   const Pipelines& pipelines_;
   std::vector<double> cost_;
   int cores_;
-  std::vector<Limits> limits_;                  // by subchain
-  std::vector<std::vector<Clock>> clocks_;      // by subchain
-  std::vector<std::vector<Arrival>> arrivals_;  // by subchain; empty where the app does not let them trigger it
+  std::vector<Limits> limits_;                        // by subchain
+  std::vector<std::vector<std::size_t>> neighbours_;  // by subchain: that give it something, or take it from it
+  std::vector<std::vector<Clock>> clocks_;            // by subchain
+  std::vector<std::vector<Arrival>> arrivals_;        // by subchain; empty where the app does not let them trigger it
 };
 
 }  // namespace ctn::planner

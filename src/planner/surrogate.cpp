@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/formulas.h"
 #include "plan/limits.h"
+#include "plan/predict.h"
 
 namespace ctn::planner {
 namespace {
@@ -94,8 +96,8 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       if (element.subchain) continue;
       const NodeId node = element.nodes.front();
       added.node = node;
-      // A follower's input does not wait: it starts with it.
-      added.period = app.graph.node(node).period ? own_period(app.graph, node) : 0.0;
+      added.period = own_period(app.graph, node);
+      added.follows = element.follows;
       if (!app.graph.node(node).external) {
         added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
       }
@@ -299,6 +301,36 @@ std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, 
   return element.period - std::fmod(end, element.period);
 }
 
+// From a run of the one to the next of the other: `any`, unless both keep phases to one clock (model::wait_between()).
+Surrogate::Waits Surrogate::between(const trial::Schedule& schedule, SubchainId one, SubchainId other,
+                                    const Waits& any) const {
+  const trial::Place& first = schedule.subchains[one.index()];
+  const trial::Place& second = schedule.subchains[other.index()];
+  const auto by_phase = [](const trial::Place& place) {
+    return place.form == trial::Form::kPriority && !place.pause && !place.after;
+  };
+  if (!by_phase(first) || !by_phase(second) || first.clock != second.clock) return any;
+  const model::Grid of_first{first.phase, first.period};
+  const model::Grid of_second{second.phase, second.period};
+  const bool below = first.core == second.core && second.priority < first.priority && waits_[one.index()] == 0.0;
+  const auto wait = [&](double execution) {
+    return model::wait_between(of_first, Millis{execution}, of_second, below);
+  };
+  const Timing& timing = timings_[one.index()];
+  const Timing& next = timings_[other.index()];
+  const auto misses = [](double period, const trial::Place& place) {
+    return period > to_millis(place.period).count() * (1.0 + plan::kTolerance);
+  };
+  Waits found = any;
+  if (!misses(timing.period, first) && !misses(next.period, second)) {
+    if (const auto usual = wait(timing.execution)) found.usual = usual->count();
+  }
+  if (!misses(timing.promised_period, first) && !misses(next.promised_period, second)) {
+    if (const auto promised = wait(timing.promised_execution)) found.promised = promised->count();
+  }
+  return found;
+}
+
 Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Term& term) const {
   if (term.of) return {timings_[term.of->index()].period, timings_[term.of->index()].promised_period};
   if (term.elements.empty()) return {term.fixed_period, term.fixed_period};
@@ -312,7 +344,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
                   .wait = element.period / 2.0,
                   .promised_period = element.period,
                   .promised_execution = element.cost};
-    bool follows = false;
+    bool follows = element.follows;
     if (element.subchain) {
       timing = timings_[element.subchain->index()];
       const auto& after = schedule.subchains[element.subchain->index()].after;
@@ -322,8 +354,10 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
       }
     }
     if (before != nullptr && !follows) {
-      latency.response += wait_for_tick(schedule, *before, element).value_or(timing.wait);
-      latency.promised += timing.promised_period;
+      Waits wait{timing.wait, timing.promised_period};
+      if (before->subchain && element.subchain) wait = between(schedule, *before->subchain, *element.subchain, wait);
+      latency.response += wait_for_tick(schedule, *before, element).value_or(wait.usual);
+      latency.promised += wait.promised;
     }
     latency.response += timing.execution;
     latency.promised += timing.promised_execution;

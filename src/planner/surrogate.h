@@ -65,6 +65,7 @@ class Surrogate {
     double period = 0.0;                 // its own, if it has one
     double cost = 0.0;
     double output_period = 0.0;
+    bool follows = false;  // as graph::ChainElement
   };
   struct Term {
     double weight = 0.0;
@@ -106,6 +107,12 @@ class Surrogate {
   void promise_cores(const trial::Schedule& schedule);
   std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
                                       const Element& element) const;
+  // Of an input, before the run begins that takes it.
+  struct Waits {
+    double usual = 0.0;
+    double promised = 0.0;
+  };
+  Waits between(const trial::Schedule& schedule, SubchainId one, SubchainId other, const Waits& any) const;
   Totals totals_of(const trial::Schedule& schedule, const Term& term) const;
 
   const graph::App& app_;

@@ -38,7 +38,8 @@ std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
   clocks.resize(app.graph.nodes().size());
   for (std::size_t index = 0; index < clocks.size(); ++index) {
     const graph::Node& node = app.graph.nodes()[index];
-    if (!node.ticks() || clocks[index].period > Nanos{0}) continue;
+    const bool has_clock = node.ticks() || (node.unscheduled && !node.follows);
+    if (!has_clock || clocks[index].period > Nanos{0}) continue;
     clocks[index] = {TimePoint{}, sliding(*node.period, options.horizon)};
   }
   return clocks;
@@ -76,7 +77,7 @@ void Machine::add_nodes() {
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
-                            .period = described.follows ? std::nullopt : described.period,
+                            .period = described.follows ? std::nullopt : std::optional(clocks_[index].period),
                             .followers = {},
                             .led = {}});
   }
@@ -135,7 +136,7 @@ void Machine::start() {
   for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
     Unscheduled& node = unscheduled_[index];
     if (!node.period) continue;
-    node.next_begin = TimePoint{} + *node.period;
+    node.next_begin = clocks_[node.node.index()].next(TimePoint{} + Nanos{1});
     set_timer(source_of_unscheduled(index), node.next_begin, node.timers_set);
   }
   start_frames();

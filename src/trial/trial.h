@@ -93,7 +93,8 @@ struct Options {
   std::uint32_t first_draw = 0;              // of the samples: another is another chance
   bool p95 = false;                          // takes longer
   Overheads overheads{};
-  // Of external nodes that tick, by NodeId. Without a period, and beyond the end: slowly sliding through all phases.
+  // Of external nodes that tick and of unscheduled ones that follow none (their begins), by NodeId. Without a period,
+  // and beyond the end: slowly sliding through all phases.
   std::vector<Ticks> clocks{};
   Observer* observer = nullptr;  // sees all runs, those of the warm-up too; null: none
 };
