@@ -334,6 +334,7 @@ TEST(Promises, HoldForRunsThatWait) {
 // --- Lineage ---
 
 // The terms, from the runs that a trial reports.
+template <class Sum>
 class Measured : public trial::Observer {
  public:
   Measured(const graph::App& app, record::Interval interval) : metrics_(app, interval) {}
@@ -347,21 +348,81 @@ class Measured : public trial::Observer {
     for (const auto& [predecessor, first, last] : run.consumed) recorded.consumed.push_back({predecessor, first, last});
     metrics_.add(recorded);
   }
-
-  struct Sum {
-    void add(Nanos value) {
-      total += static_cast<double>(value.count());
-      ++count;
-    }
-    double total = 0.0;
-    std::size_t count = 0;
-  };
   void set_clock(NodeId node, const Ticks& ticks) { metrics_.set_clock(node, ticks); }
   const record::RunMetrics<Sum>& metrics() const { return metrics_; }
 
  private:
   record::RunMetrics<Sum> metrics_;
 };
+
+struct Total {
+  void add(Nanos value) {
+    total += static_cast<double>(value.count());
+    ++count;
+  }
+  double total = 0.0;
+  std::size_t count = 0;
+};
+
+struct Longest {
+  void add(Nanos value) {
+    longest = std::max(longest, value);
+    ++count;
+  }
+  Nanos longest{0};
+  int count = 0;
+};
+
+// Whole multiples of one period, phases and costs at random, on one or two cores where scheduling costs nothing: no
+// response takes longer than is promised, which is less than a period for each input that keeps in step.
+TEST(Promises, HoldForChainsThatKeepInStep) {
+  int compared = 0;
+  int in_step = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+    };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
+    model::CostTable costs(of.app.graph, Millis{0});
+    trial::Schedule schedule{.cores = of.cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < of.app.graph.subchains().size(); ++i) {
+      for (const NodeId node : of.app.graph.subchain(SubchainId(i)).nodes) {
+        costs.set(node, model::CostProfile::constant(Millis{uniform(0.2, 1.5)}));
+      }
+      const Nanos period = std::chrono::milliseconds{12} * static_cast<int>(1 + random() % 3);
+      schedule.subchains.push_back({.core = static_cast<int>(random() % static_cast<unsigned>(of.cores)),
+                                    .priority = 9 - static_cast<int>(i),
+                                    .period = period,
+                                    .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    Measured<Longest> seen(of.app, {TimePoint{seconds{1}}, TimePoint{seconds{11}}});
+    static_cast<void>(trial::Trial(of.app, samples)
+                          .run(schedule, {.horizon = seconds{10},
+                                          .warm_up = seconds{1},
+                                          .overheads = trial::Overheads::none(),
+                                          .observer = &seen}));
+    for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
+      const plan::ChainPlan& promised = plan->chains[chain];
+      const Longest& found = seen.metrics().chains()[chain].response;
+      if (found.count < 100) continue;
+      EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
+      ++compared;
+      Millis apart{0};
+      for (const graph::ChainElement& element : of.app.graph.chain_elements(promised.path)) {
+        const plan::SubchainPlan& planned = plan->subchains[element.subchain->index()];
+        apart += planned.period + planned.execution;
+      }
+      apart -= plan->subchains[of.app.graph.chain_elements(promised.path).front().subchain->index()].period;
+      if (promised.latency < apart - Millis{1.0}) ++in_step;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(in_step, 100) << "or nothing was tested";
+}
 
 // Everything that a chain can meet: followers, batches in the middle and one after the other, an external node between
 // two of ours, outputs that are left out, nodes that run at any rate, clocks of others at either end.
@@ -431,7 +492,7 @@ TEST_P(TrialLineage, IsThatOfTheRecord) {
   const trial::Schedule schedule = random_schedule(app, 1 + GetParam() % 3, random);
   const TimePoint warm_from = TimePoint{} + seconds{1};
   const Nanos horizon = seconds{20};
-  Measured measured(app, {warm_from, warm_from + horizon});
+  Measured<Total> measured(app, {warm_from, warm_from + horizon});
   const std::vector<Ticks> clocks =
       sim::draw_clocks(app.graph, {.seed = static_cast<std::uint64_t>(GetParam()), .drift_ppm = 100.0}).external;
   for (std::size_t node = 0; node < clocks.size(); ++node) {
@@ -449,7 +510,7 @@ TEST_P(TrialLineage, IsThatOfTheRecord) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     const graph::Term& of = app.objective[term];
     const bool is_chain = of.metric == graph::Metric::kResponseTime;
-    const Measured::Sum& sum =
+    const Total& sum =
         is_chain ? measured.metrics().chains()[chain++].response : measured.metrics().node(of.path.front()).period;
     EXPECT_EQ(figures.terms[term].count, sum.count) << app.graph.path_name(of.path);
     if (sum.count < trial::kFewestSamples) continue;

@@ -32,21 +32,23 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
   return timing;
 }
 
-// Of the input that the element takes from the one before; none: it may be as long as its period.
-std::optional<Millis> wait_for_input(const graph::ChainElement& element, const graph::ChainElement& before,
-                                     std::span<const SubchainTiming> subchains) {
-  if (element.follows) return Millis{0};
-  if (!element.subchain) return std::nullopt;
+bool is_triggered_by(const graph::ChainElement& element, const graph::ChainElement& before,
+                     std::span<const SubchainTiming> subchains) {
+  if (!element.subchain) return element.follows;
   const SubchainTiming& timing = subchains[element.subchain->index()];
-  if (!before.subchain) {
-    return timing.follows_node == before.nodes.front() ? std::optional(Millis{0}) : std::nullopt;
-  }
-  if (timing.follows == before.subchain) return Millis{0};
+  return before.subchain ? timing.follows == before.subchain : timing.follows_node == before.nodes.front();
+}
+
+// Where both keep phases to one clock.
+std::optional<InputWait> wait_in_step(const graph::ChainElement& element, const graph::ChainElement& before,
+                                      std::span<const SubchainTiming> subchains) {
+  if (!element.subchain || !before.subchain) return std::nullopt;
   const SubchainTiming& giver = subchains[before.subchain->index()];
-  if (!timing.by_phase || !giver.by_phase || timing.by_phase->clock != giver.by_phase->clock) return std::nullopt;
-  const bool below = timing.by_phase->core == giver.by_phase->core &&
-                     timing.by_phase->priority < giver.by_phase->priority && giver.by_phase->runs_through;
-  return wait_between(giver.by_phase->grid, giver.execution, timing.by_phase->grid, below);
+  const auto& from = giver.by_phase;
+  const auto& to = subchains[element.subchain->index()].by_phase;
+  if (!from || !to || from->clock != to->clock) return std::nullopt;
+  const bool below = to->core == from->core && to->priority < from->priority && from->runs_through;
+  return wait_between(from->grid, giver.execution, to->grid, below);
 }
 
 }  // namespace
@@ -55,10 +57,19 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
                            std::span<const SubchainTiming> subchains) {
   std::vector<ElementTiming> elements;
   const graph::ChainElement* before = nullptr;
+  // Each run of the element before brings something new: it is the first, or has kept step and was never the faster.
+  bool all_new = true;
   const std::vector<graph::ChainElement> chain = graph.chain_elements(path);
   for (const graph::ChainElement& element : chain) {
     elements.push_back(evaluate_element(graph, element, costs, subchains));
-    if (before != nullptr) elements.back().wait = wait_for_input(element, *before, subchains);
+    if (before != nullptr && is_triggered_by(element, *before, subchains)) {
+      elements.back().wait = Millis{0};
+      all_new = false;
+    } else if (before != nullptr) {
+      const std::optional<InputWait> wait = wait_in_step(element, *before, subchains);
+      if (wait) elements.back().wait = all_new ? wait->last : wait->last + wait->more;
+      all_new = all_new && wait && elements.back().period >= elements[elements.size() - 2].period;
+    }
     before = &element;
   }
   return chain_timing(elements);

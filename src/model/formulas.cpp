@@ -41,15 +41,15 @@ SharedTiming shared_core(const SharedCore& on, bool exact_rate) {
   return {late, late};
 }
 
-std::optional<Millis> wait_between(const Grid& first, Millis execution, const Grid& second, bool below) {
+std::optional<InputWait> wait_between(const Grid& first, Millis execution, const Grid& second, bool below) {
   const auto [shorter, longer] = std::minmax(first.period, second.period);
   if (longer % shorter != Nanos{0}) return std::nullopt;
   const Millis apart = to_millis(((second.phase - first.phase) % shorter + shorter) % shorter);
-  const Millis left = apart - execution;
-  if (left >= Millis{0}) return left;
-  if (below && apart >= kTogether) return Millis{0};
-  const double missed = std::ceil(-left.count() / to_millis(shorter).count());
-  return left + missed * to_millis(shorter);
+  InputWait wait{apart - execution, to_millis(std::max(second.period - first.period, Nanos{0}))};
+  if (wait.last >= Millis{0}) return wait;
+  const double missed = std::ceil(-wait.last.count() / to_millis(shorter).count());
+  wait.last = below && apart >= kTogether ? Millis{0} : wait.last + missed * to_millis(shorter);
+  return wait;
 }
 
 ChainTiming chain_timing(std::span<const ElementTiming> elements) {

@@ -53,13 +53,17 @@ struct Grid {
   Nanos period{0};  // > 0
 };
 
-// From the end of a run of the first, `execution` after its trigger at most, to the trigger of the second that finds
-// its output: at most that long. `below`: the second cannot run before the first, triggered before it, has ended, and
-// then finds its output even if it was triggered meanwhile. None where neither period is a whole multiple of the other:
-// then it may be anything up to the second's period. Triggers that are closer together than kTogether may come in
-// either order.
+// How long an output of the first waits for a run of the second.
+struct InputWait {
+  Millis last{0};  // the last one before that run, at most
+  Millis more{0};  // another one, at most so much longer
+};
+// A run of the first ends `execution` after its trigger, at most. `below`: the second cannot run before the first,
+// triggered before it, has ended, and then finds its output even if it was triggered meanwhile. None where neither
+// period is a whole multiple of the other: then it may be anything up to the second's period. Triggers that are closer
+// together than kTogether may come in either order.
 constexpr Millis kTogether{0.05};
-std::optional<Millis> wait_between(const Grid& first, Millis execution, const Grid& second, bool below);
+std::optional<InputWait> wait_between(const Grid& first, Millis execution, const Grid& second, bool below);
 
 // One element of a chain, as planned.
 struct ElementTiming {

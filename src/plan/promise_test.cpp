@@ -188,7 +188,7 @@ TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
     return promises;
   };
   EXPECT_EQ(fill()[0].period, Millis{5});
-  EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 5 + 0.5 + 1}) << "fuse is not known to follow imu (0014)";
+  EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 0.5 + 1}) << "fuse begins when imu ends";
   EXPECT_EQ(plan.chains[0].period, Millis{5});
   const Status valid = validate(plan, app, costs, 1);
   EXPECT_TRUE(valid.ok()) << valid.error().message();

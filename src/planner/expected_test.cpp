@@ -57,7 +57,8 @@ TEST(Surrogate, AddsUpMeans) {
   const Estimate estimate = two.surrogate(Two::schedule()).value();
   // It meets runs of a under way, and more of them come.
   const double run_of_b = (two.b + two.a * two.a / 10.0 / 2.0) / (1.0 - two.a / 10.0);
-  EXPECT_NEAR(estimate.objective, two.a + 20.0 / 2.0 + run_of_b + 20.0, 1e-9);
+  // b is triggered with every other run of a, and may be too early for it.
+  EXPECT_NEAR(estimate.objective, 10.0 + run_of_b + 20.0, 1e-9);
   EXPECT_NEAR(estimate.load, two.a / 10.0 + two.b / 20.0, 1e-9);
   EXPECT_EQ(estimate.relax, 1.0);
 }

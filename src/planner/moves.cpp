@@ -144,7 +144,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
     return change_cores(schedule, i, random);
   }
   if (!clocks_[i].empty() && random.once_in(3)) return change_clock(place, i, random);
-  switch (random.below(11)) {
+  switch (random.below(10)) {
     case 0:
     case 1:
     case 2:
@@ -162,14 +162,18 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
     case 7:
     case 8:
       return change_trigger(schedule, i, random);
-    case 9:
-      return align(schedule, i, random);
     default:
+      if (random.once_in(2)) return align(schedule, i, random);
       if (!place.after && !place.pause) {
         place.phase = to_nanos(to_millis(place.period) * random.fraction());
         if (place.phase >= place.period) place.phase = Nanos{0};
       }
   }
+}
+
+bool Moves::knows(std::size_t subchain, NodeId clock) const {
+  return std::any_of(clocks_[subchain].begin(), clocks_[subchain].end(),
+                     [&](const Clock& each) { return each.node == clock; });
 }
 
 // In step with a neighbour that goes by time: done just before it begins, or beginning when it is done.
@@ -180,6 +184,7 @@ void Moves::align(Schedule& schedule, std::size_t subchain, Random& random) cons
   const Place& other = schedule.subchains[neighbour];
   if (other.form != trial::Form::kPriority || other.pause || other.after) return;
   Place& place = schedule.subchains[subchain];
+  if (other.clock != place.clock && (limits.exact || (other.clock && !knows(subchain, *other.clock)))) return;
   if (!limits.exact) {
     const Nanos::rep least = (limits.shortest + other.period - Nanos{1}) / other.period;
     const Nanos::rep more = random.once_in(4) ? 1 + static_cast<Nanos::rep>(random.below(kMostTicks)) : 0;

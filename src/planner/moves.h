@@ -70,6 +70,7 @@ class Moves {
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void follow_arrivals(trial::Place& place, std::size_t subchain, const Arrival& arrival, int every) const;
   void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
+  bool knows(std::size_t subchain, NodeId clock) const;
   void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;

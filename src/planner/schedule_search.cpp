@@ -37,6 +37,9 @@ constexpr std::size_t kGiveUpAfter = 15;
 constexpr double kTermsATrial = 8.0;
 constexpr Nanos kShortestHorizon = std::chrono::seconds{4};
 constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
+// A short trial, of this part of it, comes before; who is worse there by more than this is not tried any longer.
+constexpr int kGlance = 6;
+constexpr double kHopeless = 1.02;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
 
@@ -98,6 +101,7 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned)
   std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
   for (Candidate& candidate : candidates_) {
     candidate.tried = false;
+    candidate.glance = 0.0;
     candidate.in_vain = 0;
   }
   steps_in_vain_ = 0;
@@ -266,6 +270,14 @@ double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
   return relaxed_score(score, estimate->relax);
 }
 
+double ScheduleSearch::glance(const Candidate& candidate) {
+  if (horizon_ == Nanos{0}) set_horizon(candidate.schedule);
+  const trial::Options options{.horizon = horizon_ / kGlance, .warm_up = horizon_ / (2 * kGlance), .p95 = true};
+  const trial::Figures figures = costs_->trial.run(candidate.schedule, options);
+  work_ += work_of_trial(figures);
+  return bounded_score(candidate, unbounded_score(candidate.schedule, figures));
+}
+
 void ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, 0);
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
@@ -286,6 +298,13 @@ void ScheduleSearch::try_again(Candidate& candidate) {
   candidate.tried = true;
 }
 
+// Beside one that was tried.
+bool ScheduleSearch::is_hopeless(const Candidate& candidate) const {
+  return std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& each) {
+    return each.tried && each.glance > 0.0 && candidate.glance > each.glance * kHopeless;
+  });
+}
+
 void ScheduleSearch::improve(Nanos work) {
   const Nanos before = work_;
   do {
@@ -297,6 +316,13 @@ void ScheduleSearch::step() {
   const auto untried =
       std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.tried; });
   if (untried != candidates_.end()) {
+    if (!fixed(*untried)) {
+      untried->glance = glance(*untried);
+      if (is_hopeless(*untried)) {
+        candidates_.erase(untried);
+        return;
+      }
+    }
     try_first(*untried);
     try_again(*untried);
     return std::stable_sort(candidates_.begin(), candidates_.end(), better);
@@ -308,6 +334,10 @@ void ScheduleSearch::step() {
   Candidate child = changed(parent);
   ++parent.in_vain;
   if (child.schedule != parent.schedule) {
+    if (parent.glance == 0.0) parent.glance = glance(parent);
+    child.glance = glance(child);
+  }
+  if (child.glance > 0.0 && child.glance < parent.glance * kHopeless) {
     try_first(child);
     if (child.first_score < parent.first_score * kNearlyAsGood) try_again(child);
   }
@@ -356,6 +386,9 @@ std::vector<Found> ScheduleSearch::best() const {
 }
 
 Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> relax) {
+  for (const Candidate& each : candidates_) {
+    if (each.tried && each.schedule == schedule) return {schedule, each.unbounded, true, relax};
+  }
   Candidate candidate{.schedule = schedule, .relax = relax};
   try_first(candidate);
   try_again(candidate);

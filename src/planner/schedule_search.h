@@ -132,6 +132,7 @@ class ScheduleSearch {
     bool tried = false;
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
     std::optional<double> relax{};  // where it is known; else by the surrogate
+    double glance = 0.0;            // its score in a short trial; 0: there was none
     std::size_t in_vain = 0;        // changes since it got better
   };
   static bool better(const Candidate& a, const Candidate& b) { return a.score < b.score; }
@@ -147,6 +148,8 @@ class ScheduleSearch {
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw);
+  double glance(const Candidate& candidate);
+  bool is_hopeless(const Candidate& candidate) const;
   void try_first(Candidate& candidate);
   void try_again(Candidate& candidate);
   void set_horizon(const trial::Schedule& schedule);

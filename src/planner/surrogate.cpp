@@ -316,6 +316,8 @@ Surrogate::Waits Surrogate::between(const trial::Schedule& schedule, SubchainId 
   const auto wait = [&](double execution) {
     return model::wait_between(of_first, Millis{execution}, of_second, below);
   };
+  // Whether each run brings something new is told of the first element alone.
+  const double older = any.all_new ? 0.0 : 1.0;
   const Timing& timing = timings_[one.index()];
   const Timing& next = timings_[other.index()];
   const auto misses = [](double period, const trial::Place& place) {
@@ -323,10 +325,12 @@ Surrogate::Waits Surrogate::between(const trial::Schedule& schedule, SubchainId 
   };
   Waits found = any;
   if (!misses(timing.period, first) && !misses(next.period, second)) {
-    if (const auto usual = wait(timing.execution)) found.usual = usual->count();
+    if (const auto usual = wait(timing.execution))
+      found.usual = usual->last.count() + older * usual->more.count() / 2.0;
   }
   if (!misses(timing.promised_period, first) && !misses(next.promised_period, second)) {
-    if (const auto promised = wait(timing.promised_execution)) found.promised = promised->count();
+    if (const auto promised = wait(timing.promised_execution))
+      found.promised = promised->last.count() + older * promised->more.count();
   }
   return found;
 }
@@ -354,7 +358,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
       }
     }
     if (before != nullptr && !follows) {
-      Waits wait{timing.wait, timing.promised_period};
+      Waits wait{timing.wait, timing.promised_period, before == &term.elements.front()};
       if (before->subchain && element.subchain) wait = between(schedule, *before->subchain, *element.subchain, wait);
       latency.response += wait_for_tick(schedule, *before, element).value_or(wait.usual);
       latency.promised += wait.promised;

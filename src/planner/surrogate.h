@@ -111,6 +111,7 @@ class Surrogate {
   struct Waits {
     double usual = 0.0;
     double promised = 0.0;
+    bool all_new = false;  // each run that gives an input brings something new
   };
   Waits between(const trial::Schedule& schedule, SubchainId one, SubchainId other, const Waits& any) const;
   Totals totals_of(const trial::Schedule& schedule, const Term& term) const;

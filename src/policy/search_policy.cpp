@@ -43,7 +43,7 @@ Nanos worth_while(std::size_t runs) {
 }
 
 // So many steps of the search without success, and it rests until something changes.
-constexpr std::size_t kEnoughInVain = 200;
+constexpr std::size_t kEnoughInVain = 1500;
 // The planner's effort for what the formulas contribute.
 constexpr std::size_t kFormulaEffort = 20'000;
 
