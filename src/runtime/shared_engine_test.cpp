@@ -132,10 +132,11 @@ TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
 
 TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
   cost = [this](const std::string& node, std::uint64_t run) {
-    return node == "map" && run == 30 ? Nanos{seconds{6}} : costs.at(node);
+    return node == "map" && run == 30 ? Nanos{seconds{3}} : costs.at(node);
   };
   open(robot_app(), "catan", 1);
-  const Snapshot snapshot = run_for(seconds{20});
+  // What the others leave may be no more than the slack.
+  const Snapshot snapshot = run_for(seconds{60});
   ASSERT_EQ(snapshot.notices.size(), 2U);
   EXPECT_EQ(snapshot.notices[0], "watchdog: a run of subchain map hangs: it was suspended");
   EXPECT_EQ(snapshot.notices[1], "watchdog: the run of subchain map that hung has ended: it is scheduled as before");
