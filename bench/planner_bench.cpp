@@ -1,4 +1,5 @@
-// How long a plan takes to make, to prove and to write: what re-planning costs while an app runs.
+// How long a plan takes to make by formulas, to prove and to write. What the search comes to for how much time:
+// search_bench.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -8,7 +9,8 @@
 #include "config/cost_file.h"
 #include "plan/json.h"
 #include "plan/validate.h"
-#include "planner/planner.h"
+#include "planner/formulas.h"
+#include "planner/frames.h"
 #include "planner/random_apps.h"
 
 namespace ctn {
@@ -39,7 +41,7 @@ struct FaceTracking {
 };
 
 plan::Plan made(const FaceTracking& in, int cores) {
-  auto plan = planner::make_plan(in.app, in.costs, {.cores = cores});
+  auto plan = planner::make_plan_by_formulas(in.app, in.costs, {.cores = cores});
   if (!plan) std::abort();
   return *std::move(plan);
 }
@@ -68,27 +70,47 @@ void to_json(benchmark::State& state) {
 }
 BENCHMARK(to_json)->ArgName("cores")->Arg(2);
 
-// So many subchains on so many cores; `gap` in percent, `two_stage` the objective of that method over this one's.
-void make_large_plan(benchmark::State& state) {
-  const int cores = static_cast<int>(state.range(1));
+// So many subchains on so many cores: in frames, as while an app runs, with the gap of the paper's stages in percent.
+planner::RandomCase large(const benchmark::State& state) {
   const auto subchains = static_cast<int>(state.range(0));
-  const planner::RandomCase any =
-      planner::random_case(1, {.subchains = subchains, .chains = subchains, .dearest = 20.0, .pairs = true}, cores);
-  const planner::Request request{.cores = any.cores, .slack = any.slack};
-  auto plan = planner::make_plan(any.app, any.costs, request);
-  if (!plan) std::abort();
-  for (auto _ : state) benchmark::DoNotOptimize(planner::make_plan(any.app, any.costs, request));
-  const auto staged = planner::make_plan(
-      any.app, any.costs, {.cores = any.cores, .slack = any.slack, .method = planner::Method::kTwoStage});
-  if (!staged) std::abort();
-  state.counters["gap"] = 100.0 * plan->gap;
-  state.counters["objective"] = plan->objective;
-  state.counters["two_stage"] = staged->objective / plan->objective;
+  return planner::random_case(1, {.subchains = subchains, .chains = subchains, .dearest = 20.0, .pairs = true},
+                              static_cast<int>(state.range(1)));
 }
-BENCHMARK(make_large_plan)
+
+void plan_in_frames(benchmark::State& state) {
+  const planner::RandomCase any = large(state);
+  const planner::FramesRequest request{.cores = any.cores, .slack = any.slack, .steps = planner::kFrameStepsAtRunTime};
+  for (auto _ : state) {
+    const auto plan = planner::make_plan_in_frames(any.app, any.costs, request);
+    if (!plan) std::abort();
+    state.counters["objective"] = plan->objective;
+  }
+}
+BENCHMARK(plan_in_frames)
     ->ArgNames({"subchains", "cores"})
-    ->Args({100, 24})
-    ->Args({200, 64})
+    ->Args({5, 2})
+    ->Args({8, 3})
+    ->Args({12, 4})
+    ->Args({20, 8})
+    ->Args({64, 16})
+    ->Args({256, 64})
+    ->Unit(benchmark::kMillisecond);
+
+void guess_a_plan(benchmark::State& state) {
+  const planner::RandomCase any = large(state);
+  const trial::Samples samples(any.app, trial::MeasuredRuns{}, any.costs);
+  const planner::FormulaRequest request{.cores = any.cores, .slack = any.slack};
+  for (auto _ : state) {
+    const auto plan = planner::make_guessed_plan(any.app, samples, any.costs, request);
+    if (!plan) std::abort();
+    state.counters["objective"] = plan->objective;
+  }
+}
+BENCHMARK(guess_a_plan)
+    ->ArgNames({"subchains", "cores"})
+    ->Args({5, 2})
+    ->Args({20, 8})
+    ->Args({64, 16})
     ->Args({256, 64})
     ->Unit(benchmark::kMillisecond);
 

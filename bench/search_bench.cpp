@@ -13,7 +13,7 @@
 
 #include "cases.h"
 #include "planner/expected.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 #include "trial/trial.h"
 #include "value_of.h"
 
@@ -59,8 +59,8 @@ int main(int argc, char** argv) {
     const trial::Samples samples(of.app, of.work, kSinceStart, kSearchSeed);
     for (const int cores : {1, 2, 3}) {
       double began = cpu_seconds();
-      const plan::Plan formulas = value_of(planner::make_plan(of.app, costs, {.cores = cores}));
-      judge(of, cores, "formulas", formulas, cpu_seconds() - began);
+      const plan::Plan frames = value_of(planner::make_plan_in_frames(of.app, costs, {.cores = cores}));
+      judge(of, cores, "frames", frames, cpu_seconds() - began);
       for (const double effort : efforts) {
         began = cpu_seconds();
         const plan::Plan plan =

@@ -18,7 +18,7 @@
 #include "baselines/policies.h"
 #include "baselines/verucchi.h"
 #include "cases.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 #include "sim/simulation.h"
 #include "trial/trial.h"
 #include "value_of.h"
@@ -72,7 +72,7 @@ Schedule fixed_priorities(const Case& of, int cores) {
 }
 
 Schedule planned(const Case& of, int cores) {
-  const plan::Plan plan = value_of(planner::make_plan(of.app, of.work.costs(of.app.graph), {.cores = cores}));
+  const plan::Plan plan = value_of(planner::make_plan_in_frames(of.app, of.work.costs(of.app.graph), {.cores = cores}));
   return {"planner",
           trial::schedule_of(of.app, plan),
           {.policy = value_of(policy::make_policy("catan")), .machine = {.cores = cores}, .plans = {{Nanos{0}, plan}}}};

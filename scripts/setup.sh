@@ -28,8 +28,6 @@ user_packages=(
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests
   libbenchmark-dev       # make bench
-  coinor-libcbc-dev      # a solver that tests and benchmarks compare the planner with; nothing of Catan itself links it
-  coinor-libipopt-dev    # another
   gnuplot-nox            # plots
 )
 dev_packages=(

@@ -288,7 +288,7 @@ class AgesOnBoth : public ::testing::TestWithParam<std::tuple<const char*, bool>
     return simulation->outcome();
   }
 
-  const graph::App app = parse(kRobot);
+  const graph::App app = in_frames(parse(kRobot));
   const model::Workload work = *config::parse_workload(kCosts, "costs.yaml", app);
   const std::shared_ptr<const policy::Policy> policy = *policy::make_policy(std::get<0>(GetParam()));
   std::function<TimePoint()> now;
@@ -349,7 +349,7 @@ TEST_P(AgesOnBoth, TheRecordOfALiveRunSaysWhatItsSnapshotDid) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, AgesOnBoth,
-                         testing::Combine(testing::Values("default", "fifo", "joint"), testing::Bool()),
+                         testing::Combine(testing::Values("default", "fifo", "catan"), testing::Bool()),
                          [](const auto& which) {
                            return std::string(std::get<0>(which.param)) +
                                   (std::get<1>(which.param) ? "OverChannels" : "WithoutChannels");

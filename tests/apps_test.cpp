@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -19,6 +22,20 @@ using nlohmann::json;
 constexpr double kSeconds = 60.0;
 constexpr double kExact = 1e-5;  // ms; simulated times are whole nanoseconds
 
+// A copy of an app file, with `schedule: frames`.
+void write_in_frames(const std::string& from, const std::string& to) {
+  std::ostringstream read;
+  read << std::ifstream(from).rdbuf();
+  std::string text = read.str();
+  constexpr std::string_view kScheduler = "scheduler: { ";
+  if (const std::size_t at = text.find(kScheduler); at != std::string::npos) {
+    text.insert(at + kScheduler.size(), "schedule: frames, ");
+  } else {
+    text += "\nscheduler: { schedule: frames }\n";
+  }
+  std::ofstream(to) << text;
+}
+
 struct Case {
   const char* folder;
   const char* app;
@@ -28,11 +45,17 @@ struct Case {
 
 class AppsTest : public testing::TestWithParam<Case> {
  protected:
+  // In frames alone, so that the formulas say what happens.
+  AppsTest() {
+    write_in_frames(std::string(CATAN_APPS) + "/" + GetParam().folder + "/" + GetParam().app + ".yaml", app_);
+  }
+  ~AppsTest() override { std::filesystem::remove(app_); }
+
   static Outcome run(const std::string& arguments) {
     return run_catan(arguments, std::string(CATAN_APPS) + "/" + GetParam().folder);
   }
-  static std::string app() { return std::string(GetParam().app) + ".yaml"; }
-  static std::string with_costs() {
+  const std::string& app() const { return app_; }
+  std::string with_costs() const {
     return app() + " --costs " + GetParam().app + ".costs.yaml --cores " + std::to_string(GetParam().cores);
   }
   static json document(const std::string& arguments) {
@@ -41,12 +64,11 @@ class AppsTest : public testing::TestWithParam<Case> {
     EXPECT_EQ(outcome.err, "");
     return json::parse(outcome.out, nullptr, false);
   }
-  static json checked() { return document("check " + app()); }
-  static json planned() { return document("plan " + with_costs()); }
+  json checked() const { return document("check " + app()); }
+  json planned() const { return document("plan " + with_costs()); }
   // On a machine on which scheduling costs nothing, so that what the costs and the plan say is what is to be seen.
-  static json simulated(const std::string& more = {}) {
-    return document("sim " + with_costs() + " --scheduler joint --ideal --seconds " + std::to_string(kSeconds) +
-                    more)["runs"][0];
+  json simulated(const std::string& more = {}) const {
+    return document("sim " + with_costs() + " --ideal --seconds " + std::to_string(kSeconds) + more)["runs"][0];
   }
 
   static json path_of(const json& term) {
@@ -70,6 +92,9 @@ class AppsTest : public testing::TestWithParam<Case> {
     }
     return true;
   }
+
+ private:
+  const std::string app_ = testing::TempDir() + "catan_apps_" + std::to_string(::getpid()) + ".yaml";
 };
 
 TEST_P(AppsTest, EveryTermOfTheObjectiveIsPlannedAndServed) {
@@ -204,34 +229,37 @@ INSTANTIATE_TEST_SUITE_P(All, AppsTest,
                          testing::Values(Case{"navigation", "navigation", 1}, Case{"navigation", "navigation", 2},
                                          Case{"vr", "vr", 1}, Case{"vr", "vr", 2}),
                          name_of);
-INSTANTIATE_TEST_SUITE_P(LocalLoop, OwnedCoreTest, testing::Values(Case{"navigation", "navigation", 2}), name_of);
+INSTANTIATE_TEST_SUITE_P(LocalLoop, OwnedCoreTest, testing::Values(Case{"navigation", "navigation", 3}), name_of);
 
-json with_detector(const std::string& scheduler) {
+const std::string kNavigation = std::string(CATAN_APPS) + "/navigation";
+
+json with_detector(const std::string& app) {
   const Outcome outcome = run_catan(
-      "sim navigation_with_detector.yaml --costs navigation_with_detector.costs.yaml --cores 3 --ideal --seconds 60 "
-      "--json --scheduler " +
-          scheduler,
-      std::string(CATAN_APPS) + "/navigation");
+      "sim " + app + " --costs navigation_with_detector.costs.yaml --cores 3 --ideal --seconds 60 --json", kNavigation);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   const json document = json::parse(outcome.out, nullptr, false);
   return document.is_discarded() ? json() : document["runs"][0];
 }
 
 TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
-  const json run = with_detector("joint");
+  const std::string app = testing::TempDir() + "catan_detector_" + std::to_string(::getpid()) + ".yaml";
+  write_in_frames(kNavigation + "/navigation_with_detector.yaml", app);
+  const json run = with_detector(app);
+  std::filesystem::remove(app);
   ASSERT_TRUE(run.is_object());
   EXPECT_LE(run["objective"]["measured"], run["objective"]["predicted"]);
   for (const json& chain : run["chains"]) {
     SCOPED_TRACE(chain["path"]);
     EXPECT_GT(chain["response_ms"]["count"], 20);
-    EXPECT_LE(chain["response_ms"]["mean"], chain["predicted_response_ms"]);
+    // What is expected is of the last plan, what is measured of all.
+    EXPECT_LE(chain["response_ms"]["mean"].get<double>(), 1.05 * chain["predicted_response_ms"].get<double>());
   }
 }
 
 // The formulas promise, the search expects: within some percent, on either side. What is expected is of the last plan,
 // what is measured of all: chains that hardly weigh anything differ more from one plan to the next.
 TEST(AppsWithMore, WhatTheSearchExpectsHappens) {
-  const json run = with_detector("auto");
+  const json run = with_detector("navigation_with_detector.yaml");
   ASSERT_TRUE(run.is_object());
   const auto ratio = [](const json& measured, const json& expected) {
     return measured.get<double>() / expected.get<double>();

@@ -219,12 +219,12 @@ std::optional<plan::Plan> valid_plan(const RandomCase& any, const Request& given
   Request request = given;
   request.cores = any.cores;
   request.slack = any.slack;
-  const auto plan = make_plan(any.app, any.costs, request);
+  const graph::App app = as_in_the_paper(any.app);
+  const auto plan = make_plan(app, any.costs, request);
   if (!plan) {
     EXPECT_TRUE(plan::has_exact_rates(any.app.graph)) << plan.error().message();
     return std::nullopt;
   }
-  const graph::App app = as_in_the_paper(any.app);
   const Status valid = plan::validate(*plan, app, any.costs, any.cores);
   EXPECT_TRUE(valid.ok()) << (valid.ok() ? "" : valid.error().message());
   EXPECT_EQ(plan->planner, "paper");
@@ -343,6 +343,30 @@ TEST(PaperProperty, EverythingIsPlannedAndValid) {
       EXPECT_EQ(plan->subchains[i].cores.size(), again->subchains[i].cores.size());
       EXPECT_EQ(plan::shares_core(*plan, plan->subchains[i]), plan::shares_core(*again, again->subchains[i]));
     }
+  }
+}
+
+// The same cores and shares, whatever frames the app asks for.
+TEST(PaperProperty, ElasticFramesArePlannedAndValid) {
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomLimits limits{.subchains = 2 + static_cast<int>(seed % 6),
+                              .queue = seed % 2 == 0,
+                              .caps = true,
+                              .exact = seed % 4 == 0,
+                              .bounds = seed % 3 == 0,
+                              .pairs = true,
+                              .kinds = seed % 5 == 0,
+                              .waits = seed % 3 == 1};
+    const RandomCase any = random_case(seed, limits, 1 + static_cast<int>(seed % 3));
+    const std::optional<plan::Plan> fixed = valid_plan(any, {.steps = 50'000});
+    const auto elastic = make_plan(any.app, any.costs, {.cores = any.cores, .slack = any.slack, .steps = 50'000});
+    ASSERT_EQ(elastic.ok(), fixed.has_value());
+    if (!elastic) continue;
+    const Status valid = plan::validate(*elastic, any.app, any.costs, any.cores);
+    EXPECT_TRUE(valid.ok()) << (valid.ok() ? "" : valid.error().message());
+    EXPECT_EQ(elastic->subchains, fixed->subchains);
+    EXPECT_EQ(elastic->objective, fixed->objective);
   }
 }
 

@@ -54,8 +54,7 @@ TEST(SimCommand, TheSameBytesWhateverTheNumberOfThreads) {
 TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
   for (const auto& [cores, threads, wall] : {std::tuple{1, 1, 10.0}, std::tuple{2, 2, 6.0}}) {
     const Outcome outcome = run_catan(
-        "sim parallel.yaml --costs parallel.costs.yaml --scheduler joint --ideal --seconds 5 --json --cores " +
-            std::to_string(cores),
+        "sim parallel.yaml --costs parallel.costs.yaml --ideal --seconds 5 --json --cores " + std::to_string(cores),
         kApps);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     const Json run = Json::parse(outcome.out)["runs"][0];

@@ -35,7 +35,7 @@ struct Setting {
 
 class Agreement : public runtime::VirtualSession, public ::testing::WithParamInterface<Setting> {
  protected:
-  const graph::App app = robot_app();
+  const graph::App app = in_frames(robot_app());
   const model::Workload work = parse_costs(app, GetParam().costs);
   const std::shared_ptr<const policy::Policy> policy = *policy::make_policy(GetParam().policy);
   const int cores = GetParam().cores;
@@ -81,10 +81,10 @@ TEST_P(Agreement, OnResponseTimesAndRates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, Agreement,
-                         ::testing::Values(Setting{"joint", 1, kCosts}, Setting{"joint", 2, kCosts},
+                         ::testing::Values(Setting{"catan", 1, kCosts}, Setting{"catan", 2, kCosts},
                                            Setting{"fifo", 1, kCosts}));
 INSTANTIATE_TEST_SUITE_P(WithWaits, Agreement,
-                         ::testing::Values(Setting{"joint", 1, kWaits}, Setting{"joint", 2, kWaits},
+                         ::testing::Values(Setting{"catan", 1, kWaits}, Setting{"catan", 2, kWaits},
                                            Setting{"fifo", 1, kWaits}));
 
 }  // namespace

@@ -150,14 +150,15 @@ TEST_F(SimulationApi, AGainThatIsGoodOnOneMachineIsTooMuchForASlowerOne) {
 }
 
 TEST_F(SimulationApi, ASnapshotTellsWhatASessionWould) {
-  auto simulation = open("joint");
+  write(app_, std::string(kLoop).replace(std::string(kLoop).find("bootstrap"), 0, "schedule: frames, "));
+  auto simulation = open("catan");
   ASSERT_TRUE(simulation.ok()) << simulation.error().message();
   steer(*simulation, 1.0);
   EXPECT_FALSE(simulation->snapshot().warmed_up);
   ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
   ASSERT_TRUE(simulation->run_for(seconds{10}).ok());
   const Snapshot snapshot = simulation->snapshot();
-  EXPECT_EQ(snapshot.policy, "joint");
+  EXPECT_EQ(snapshot.policy, "catan");
   EXPECT_TRUE(snapshot.real_time);
   EXPECT_TRUE(snapshot.warmed_up);
   EXPECT_NEAR(snapshot.source_hz, 100.0, 0.01);
@@ -181,10 +182,10 @@ nodes: { sense: { fallback_rate: 20Hz }, act: {} }
 edges: [ sense -> act ]
 subchains: { pair: [sense, act] }
 objective: [ { response_time: [sense, act], weight: 1 } ]
-scheduler: { bootstrap: 500ms, replan: 200ms, slack: 6% }
+scheduler: { bootstrap: 500ms, replan: 200ms, slack: 6%, schedule: frames }
 )");
   write(costs_, "sense: 5ms\nact: 10ms\n");
-  auto simulation = open("joint");
+  auto simulation = open("catan");
   ASSERT_TRUE(simulation.ok()) << simulation.error().message();
   ASSERT_TRUE(simulation->run_for(simulation->warm_from()).ok());
   ASSERT_TRUE(simulation->run_for(seconds{10}).ok());

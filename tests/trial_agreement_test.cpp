@@ -15,7 +15,7 @@
 #include "base/mixed.h"
 #include "baselines/policies.h"
 #include "planner/expected.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 #include "planner/random_apps.h"
 #include "policy/replan.h"
 #include "policy/testing/given_places.h"
@@ -175,7 +175,7 @@ TEST_P(TrialAgreement, WithTheSimulatorOnFixedPriorities) {
 TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakes) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   const planner::RandomCase of = random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 4);
-  const plan::Plan plan = planner::make_plan(of.app, of.costs, {.cores = of.cores}).value();
+  const plan::Plan plan = planner::make_plan_in_frames(of.app, of.costs, {.cores = of.cores}).value();
   sim::Options options{.policy = policy::make_policy("catan").value()};
   options.plans = {{Nanos{0}, plan}};
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);
@@ -203,7 +203,7 @@ TEST_P(TrialAgreement, WithTheSimulatorWhereRunsWait) {
 TEST_P(TrialAgreement, WithTheSimulatorOnWhatThePlannerMakesWhereRunsWait) {
   const auto seed = static_cast<std::uint64_t>(GetParam());
   const planner::RandomCase of = with_waits(random_case(seed, 3 + GetParam() % 5, 1 + GetParam() % 4), seed);
-  const plan::Plan plan = planner::make_plan(of.app, of.costs, {.cores = of.cores}).value();
+  const plan::Plan plan = planner::make_plan_in_frames(of.app, of.costs, {.cores = of.cores}).value();
   sim::Options options{.policy = policy::make_policy("catan").value()};
   options.plans = {{Nanos{0}, plan}};
   expect_close(of, run_both(of, trial::schedule_of(of.app, plan), options), 0.06, 0.03);

@@ -56,10 +56,9 @@ Result<SimulatedPolicy> simulated_policy(std::string_view name, const graph::App
   }
   const bool by_paper = name == "catan" && app.scheduler.planner == graph::PlannerKind::kPaper;
   if (auto own = policy::make_policy(by_paper ? "paper" : name)) return SimulatedPolicy{std::move(*own)};
-  return Error::caller(
-      fmt::format("'{}' is no scheduler", name),
-      "write catan, auto, joint, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or "
-      "picas, deadline, davare or verucchi, with compute times as in picas:COSTS.yaml");
+  return Error::caller(fmt::format("'{}' is no scheduler", name),
+                       "write catan, auto, paper, default, fifo, static:PLAN.json, a source rate as in rate:12.5, or "
+                       "picas, deadline, davare or verucchi, with compute times as in picas:COSTS.yaml");
 }
 
 Result<std::shared_ptr<const policy::Policy>> live_policy(std::string_view name, const graph::App& app) {

@@ -38,7 +38,7 @@ objective:
   - { period: GL, weight: 0.5 }
 order: [GL, local, GP]
 steal: { priority: [local, GP, GL], off: [GP] }
-scheduler: { slack: 5%, frames: fixed, min_slice: 2ms, window: 20, percentile: 99.5, bootstrap: 0s, bootstrap_cost: 3ms, replan: 500ms, planner: paper }
+scheduler: { slack: 5%, frames: fixed, min_slice: 2ms, window: 20, percentile: 99.5, bootstrap: 0s, bootstrap_cost: 3ms, replan: 500ms, planner: paper, schedule: frames }
 )";
 
 graph::App parsed(std::string_view text) {
@@ -141,6 +141,7 @@ TEST(AppFile, ReadsSchedulerOptions) {
   EXPECT_EQ(options.bootstrap_cost, 3ms);
   EXPECT_EQ(options.replan, 500ms);
   EXPECT_EQ(options.planner, graph::PlannerKind::kPaper);
+  EXPECT_EQ(options.schedule, graph::ScheduleKind::kFrames);
 }
 
 TEST(AppFile, DefaultsAreThoseOfTheDocumentation) {
@@ -151,6 +152,7 @@ TEST(AppFile, DefaultsAreThoseOfTheDocumentation) {
   EXPECT_EQ(app.scheduler.frames, graph::FrameMode::kElastic);
   EXPECT_EQ(app.scheduler.window, 50);
   EXPECT_EQ(app.scheduler.planner, graph::PlannerKind::kAuto);
+  EXPECT_EQ(app.scheduler.schedule, graph::ScheduleKind::kAuto);
   EXPECT_EQ(app.order.size(), 1U);
   EXPECT_TRUE(app.steal.off.empty());
 }

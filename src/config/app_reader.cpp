@@ -20,12 +20,13 @@ constexpr std::array<Keys, 11> kNodeKeys{"input",       "modes",         "extern
 constexpr std::array<Keys, 3> kEdgeKeys{"path", "max_age", "on_stale"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
 constexpr std::array<Keys, 2> kStealKeys{"priority", "off"};
-constexpr std::array<Keys, 9> kSchedulerKeys{"slack",     "frames",         "min_slice", "window", "percentile",
-                                             "bootstrap", "bootstrap_cost", "replan",    "planner"};
+constexpr std::array<Keys, 10> kSchedulerKeys{"slack",     "frames",         "min_slice", "window",  "percentile",
+                                              "bootstrap", "bootstrap_cost", "replan",    "planner", "schedule"};
 constexpr std::array<Keys, 2> kInputs{"latest", "queue"};
 constexpr std::array<Keys, 3> kTriggers{"time", "arrival", "any"};
 constexpr std::array<Keys, 2> kFrames{"elastic", "fixed"};
 constexpr std::array<Keys, 2> kPlanners{"auto", "paper"};
+constexpr std::array<Keys, 3> kSchedules{"auto", "frames", "priorities"};
 constexpr std::array<Keys, 2> kOnStale{"run", "skip"};
 
 constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
@@ -331,6 +332,15 @@ void AppReader::read_scheduler(const MapReader& map) {
   if (const Value* planner = keys.find("planner")) {
     const auto word = read_word(*planner, "scheduler.planner", kPlanners, problems_);
     if (word == 1) options.planner = graph::PlannerKind::kPaper;
+  }
+  if (const Value* schedule = keys.find("schedule")) {
+    const auto word = read_word(*schedule, "scheduler.schedule", kSchedules, problems_);
+    if (word == 1) options.schedule = graph::ScheduleKind::kFrames;
+    if (word == 2) options.schedule = graph::ScheduleKind::kPriorities;
+    if (word == 2 && options.planner == graph::PlannerKind::kPaper) {
+      problems_.add(schedule->place, "scheduler.schedule", "the paper's planner knows frames alone",
+                    "leave out schedule, or planner: paper");
+    }
   }
   duration("min_slice", read_positive_duration, options.min_slice);
   duration("bootstrap", read_duration, options.bootstrap);

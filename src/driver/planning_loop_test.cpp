@@ -343,7 +343,7 @@ TEST_F(ExactRateTest, ThatCannotBeMetAsMeasuredIsRelaxedAndTightenedWhenItCan) {
 }
 
 TEST_F(ExactRateTest, ThatNeedsACpuThatGoesIsRelaxedOnThoseThatAreLeft) {
-  app = with_rate("100Hz");
+  app = in_frames(with_rate("100Hz"));
   PlanningLoop loop = loop_of({0, 1});
   run(loop, 1, std::chrono::microseconds{9500});
   turn(loop, at(seconds{2}));

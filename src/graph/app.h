@@ -148,6 +148,10 @@ enum class FrameMode { kElastic, kFixed };
 // Who plans for the scheduler `catan`: Catan's own planner, or the paper's.
 enum class PlannerKind { kAuto, kPaper };
 
+// How cores may be shared where Catan's own planner plans: whichever way is best, in frames alone, or by fixed
+// priorities alone.
+enum class ScheduleKind { kAuto, kFrames, kPriorities };
+
 struct SchedulerOptions {
   std::optional<double>
       slack;  // fraction of a core in [0, 1); none: what the machine needs, 6 % where it cannot be asked
@@ -159,6 +163,7 @@ struct SchedulerOptions {
   Nanos bootstrap_cost = std::chrono::milliseconds{5};
   Nanos replan = std::chrono::seconds{1};
   PlannerKind planner = PlannerKind::kAuto;
+  ScheduleKind schedule = ScheduleKind::kAuto;
 };
 
 constexpr double kDefaultSlack = 0.06;

@@ -85,7 +85,7 @@ class Assembly {
     plan_.slack = request.slack;
     plan_.subchains.resize(allocation.size());
     plan_.cores.resize(static_cast<std::size_t>(request.cores));
-    for (plan::CorePlan& core : plan_.cores) core.frames = graph::FrameMode::kFixed;
+    for (plan::CorePlan& core : plan_.cores) core.frames = app.scheduler.frames;
   }
 
   plan::Plan run(const model::CostTable& costs) {
@@ -144,6 +144,7 @@ class Assembly {
       const std::size_t i = id.index();
       if (allocation_[i].owned > 0 || static_cast<std::size_t>(allocation_[i].shared) != shared) continue;
       plan::SubchainPlan& subchain = plan_.subchains[i];
+      if (problem_.subchains[i].exact_period > 0.0) core.frames = graph::FrameMode::kFixed;
       const double period = stage_.timings[i].period;
       if (!problem_.subchains[i].queue) {
         subchain.every = frame > 0.0 ? std::max(1, static_cast<int>(std::lround(period / frame))) : 1;

@@ -1,5 +1,5 @@
 // The paper's Catan, as it stands there: two stages on fixed frames. The reference that all else is compared with; what
-// the scheduler `catan` does is another planner (planner/).
+// the scheduler `catan` does is another planner (planner/), which has its plans in frames from here.
 //
 //   problem.h            the app in numbers: compute times, equation (1), table 1
 //   stage_one.h          stage I (section 5.1): which subchain runs on which cores
@@ -39,8 +39,9 @@ struct Request {
   const plan::Plan* allocated = nullptr;  // stage II alone, on the cores that each subchain has in this plan
 };
 
-// The plan is for `as_in_the_paper(app)`, and valid for it. Errors (kCaller): no cores, too many, or more than the app
-// lists; slack out of range; no subchains or too many; exact rates that cannot be met on the cores that stage I gives.
+// Allocation and shares are the same whatever frames the app asks for; only with fixed ones is the plan the paper's:
+// see as_in_the_paper(). Errors (kCaller): no cores, too many, or more than the app lists; slack out of range; no
+// subchains or too many; exact rates that cannot be met on the cores that stage I gives.
 Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request);
 
 // The app with fixed frames.

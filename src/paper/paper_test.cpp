@@ -41,13 +41,13 @@ struct Made {
 Made made(const std::vector<Node>& nodes, const graph::AppSpec& spec, Request request) {
   const Result<graph::App> built = graph::build_app(spec);
   EXPECT_TRUE(built.ok()) << (built.ok() ? "" : built.error().message());
-  graph::App app = *built;
+  graph::App app = as_in_the_paper(*built);
   model::CostTable costs(app.graph, Millis{0});
   for (const Node& node : nodes) {
     costs.set(*app.graph.find_node(node.name), model::CostProfile::constant(Millis{node.cost}));
   }
   Result<plan::Plan> plan = make_plan(app, costs, request);
-  EXPECT_TRUE(!plan || plan::validate(*plan, as_in_the_paper(app), costs, request.cores).ok());
+  EXPECT_TRUE(!plan || plan::validate(*plan, app, costs, request.cores).ok());
   return {std::move(app), std::move(costs), std::move(plan)};
 }
 Made made(const std::vector<Node>& nodes, Request request) { return made(nodes, spec_of(nodes), request); }

@@ -98,7 +98,8 @@ Owned best_owned(const graph::App& app, const Costs& costs, SubchainId id, int c
       return keeps && subchain.exact_period > 0.0 ? subchain.exact_period
                                                   : std::max(of.period.count(), subchain.min_period);
     };
-    const Timing timing{period(busy), busy.execution.count()};
+    // What misses an exact rate by its waits alone has to be seen to miss it.
+    const Timing timing{period(keeps ? busy : found), busy.execution.count()};
     const bool shorter =
         timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kRounding);
     if (q == 1 || (keeps && !best_keeps) || (keeps == best_keeps && shorter)) {

@@ -152,7 +152,7 @@ struct Expectation {
 };
 
 struct Plan {
-  std::string planner;  // which one made it: "joint", "paper", "auto"
+  std::string planner;  // which one made it: "auto", "paper"
   Quality quality = Quality::kOptimal;
   double gap = 0.0;  // proven distance from the optimum, as a fraction of the objective
   Millis solve_time{0};

@@ -10,6 +10,8 @@
 #include "plan/predict.h"
 #include "plan/promise.h"
 #include "plan/validate.h"
+#include "planner/formulas.h"
+#include "planner/frames.h"
 #include "planner/pipelines.h"
 #include "planner/planner.h"
 #include "trial/schedule.h"
@@ -51,6 +53,33 @@ plan::Member member_of(const graph::App& app, const trial::Place& place, Subchai
   member.phase = to_millis(place.phase);
   member.clock = place.clock;
   return member;
+}
+
+// As many steps as in one go, with word of them on the way.
+void look_for_priorities(ScheduleSearch& search, const graph::App& app, const ExpectedRequest& request) {
+  const bool frames = request.known && std::any_of(request.known->cores.begin(), request.known->cores.end(),
+                                                   [](const plan::CorePlan& core) { return !core.slots.empty(); });
+  if (request.known && !frames) {
+    trial::Schedule schedule = trial::schedule_of(app, *request.known);
+    schedule.cores = request.cores;
+    search.add(std::move(schedule), std::nullopt);
+  }
+  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
+  const Nanos all = std::chrono::duration_cast<Nanos>(kWork * request.effort);
+  const Nanos begin = search.work();
+  constexpr Nanos kWord = std::chrono::milliseconds{100};
+  for (Nanos done{0}; done < all; done = search.work() - begin) {
+    search.improve(std::min(kWord, all - done));
+    if (request.on_progress) {
+      request.on_progress(std::min(1.0, to_millis(search.work() - begin) / to_millis(all)));
+    }
+  }
+}
+
+plan::Plan with_expectation(ScheduleSearch& search, const graph::App& app, plan::Plan plan,
+                            const trial::Schedule& schedule) {
+  plan.expected = expectation_of(app, plan, schedule, search.expected(schedule));
+  return plan;
 }
 
 // Whoever asks offline has an app that tells its ticks.
@@ -146,31 +175,34 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
 
 Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Samples& samples,
                                       const model::CostTable& costs, const ExpectedRequest& request) {
-  Result<plan::Plan> formulas = make_plan(app, costs, {.cores = request.cores, .slack = request.slack});
-  if (!formulas) return formulas;
+  if (Status asked = check_request(app, request.cores, request.slack); !asked) return asked.error();
+  std::optional<plan::Plan> frames;
+  if (may_have_frames(app)) {
+    Result<plan::Plan> made = make_plan_in_frames(app, costs, {.cores = request.cores, .slack = request.slack});
+    if (!made && !may_have_priorities(app)) return made;
+    if (made) frames = *std::move(made);
+  }
   ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack, .seed = request.seed});
   search.know_clocks(clocks_of(app.graph));
   search.set_costs(samples, costs);
-  search.add(trial::schedule_of(app, *formulas), formulas->relax_factor);
-  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
-  search.improve(std::chrono::duration_cast<Nanos>(kWork * request.effort));
+  if (!may_have_priorities(app)) return with_expectation(search, app, *frames, trial::schedule_of(app, *frames));
+  if (frames) search.add(trial::schedule_of(app, *frames), frames->relax_factor);
+  look_for_priorities(search, app, request);
   // The search goes by a guess of what is promised; here it is known.
-  plan::Plan best = *formulas;
-  trial::Schedule best_schedule = trial::schedule_of(app, best);
+  std::optional<plan::Plan> best;
+  trial::Schedule best_schedule;
   double best_score = std::numeric_limits<double>::infinity();
   for (const Found& found : search.best()) {
-    std::optional<plan::Plan> plan =
-        found.relax ? *formulas : plan_of(app, samples, costs, found.schedule, request.slack);
+    std::optional<plan::Plan> plan = found.relax ? frames : plan_of(app, samples, costs, found.schedule, request.slack);
     if (!plan || !plan::validate(*plan, app, costs, request.cores)) continue;
     const double score = relaxed_score(found.score, plan->relax_factor);
     if (score >= best_score) continue;
     best_score = score;
-    best = std::move(*plan);
+    best = std::move(plan);
     best_schedule = found.schedule;
   }
-  best.expected = expectation_of(app, best, best_schedule, search.expected(best_schedule));
-  best.planner = "auto";
-  return best;
+  if (!best) return unattainable(app, costs, {.cores = request.cores, .slack = request.slack});
+  return with_expectation(search, app, *std::move(best), best_schedule);
 }
 
 }  // namespace ctn::planner

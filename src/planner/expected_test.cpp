@@ -1,13 +1,20 @@
 // The planner of the least expected objective, and the parts that its search has.
 #include "planner/expected.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "plan/json.h"
+#include "plan/limits.h"
 #include "plan/validate.h"
+#include "planner/formulas.h"
+#include "planner/frames.h"
 #include "planner/planner.h"
 #include "planner/random_apps.h"
 #include "planner/surrogate.h"
@@ -157,7 +164,139 @@ TEST(ExpectedPlan, IsTheSameEachTime) {
   EXPECT_EQ(make_expected_plan(random.app, samples, random.costs, request).value(), first);
 }
 
-RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanTheFormulas, (std::uint64_t seed)) {
+TEST(ExpectedPlan, TellsHowFarItIsAndFindsTheSame) {
+  const RandomCase random = random_case(3, {.subchains = 4}, 2);
+  const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
+  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.1};
+  const plan::Plan plan = make_expected_plan(random.app, samples, random.costs, request).value();
+  std::vector<double> told;
+  request.on_progress = [&](double part) { told.push_back(part); };
+  EXPECT_EQ(make_expected_plan(random.app, samples, random.costs, request).value(), plan);
+  EXPECT_GE(told.size(), 4U);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.back(), 1.0);
+}
+
+TEST(ExpectedPlan, BeginsWithWhatIsKnown) {
+  const RandomCase random = random_case(5, {.subchains = 6}, 2);
+  const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
+  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.1};
+  const plan::Plan known = make_expected_plan(random.app, samples, random.costs, request).value();
+  request.effort = 0.002;
+  request.known = &known;
+  const plan::Plan again = make_expected_plan(random.app, samples, random.costs, request).value();
+  EXPECT_LT(again.expected->objective, 1.01 * known.expected->objective);
+}
+
+TEST(ExpectedPlan, SharesCoresAsTheAppSays) {
+  RandomCase random = random_case(3, {.subchains = 5, .caps = true}, 2);
+  const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
+  const ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.02};
+  for (const auto schedule : {graph::ScheduleKind::kFrames, graph::ScheduleKind::kPriorities}) {
+    for (const auto frames : {graph::FrameMode::kElastic, graph::FrameMode::kFixed}) {
+      random.app.scheduler.schedule = schedule;
+      random.app.scheduler.frames = frames;
+      const plan::Plan plan = make_expected_plan(random.app, samples, random.costs, request).value();
+      EXPECT_TRUE(plan::validate(plan, random.app, random.costs, 2).ok());
+      EXPECT_TRUE(plan.expected);
+      EXPECT_EQ(plan.planner, "auto");
+      for (const plan::CorePlan& core : plan.cores) {
+        EXPECT_TRUE(schedule == graph::ScheduleKind::kFrames ? core.members.empty() : core.slots.empty());
+        EXPECT_EQ(core.frames, frames);
+      }
+    }
+  }
+}
+
+// Two at 100 Hz, 6 ms each.
+graph::App two_exact() {
+  graph::AppSpec spec = graph::spec_of({"a", "b"}, {});
+  for (const char* name : {"a", "b"}) {
+    for (auto rate : {&graph::NodeSpec::min_rate, &graph::NodeSpec::max_rate}) {
+      node(spec, name).*rate = graph::At<Rate>{Rate{100.0}, {}};
+    }
+    spec.objective.push_back(graph::period(name, 1.0));
+  }
+  return graph::build_app(spec).value();
+}
+
+TEST(ExpectedPlan, RatesOutOfReachAreRefusedWithWhatIsMissing) {
+  graph::App app = two_exact();
+  const model::CostTable costs(app.graph, Millis{6});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  for (const auto schedule : {graph::ScheduleKind::kAuto, graph::ScheduleKind::kPriorities}) {
+    app.scheduler.schedule = schedule;
+    const auto plan = make_expected_plan(app, samples, costs, {.cores = 1, .slack = kSlack, .effort = 0.01});
+    ASSERT_FALSE(plan.ok());
+    EXPECT_EQ(plan.error().kind(), ErrorKind::kCaller);
+    for (const char* part : {"exact rates of a, b cannot be met on 1 core with 6 % slack", "need 120 % of a core",
+                             "of 94 %", "26 % of a core is missing", "give it 2 cores"}) {
+      EXPECT_THAT(plan.error().message(), testing::HasSubstr(part));
+    }
+  }
+}
+
+TEST(ExpectedPlan, RefusesWhatNobodyCanPlanFor) {
+  Two two;
+  const auto refusal = [&](int cores, double slack) {
+    const auto plan = make_expected_plan(two.app, two.samples, two.costs, {.cores = cores, .slack = slack});
+    return plan ? std::string() : plan.error().message();
+  };
+  EXPECT_THAT(refusal(0, 0.0), testing::HasSubstr("give at least 1"));
+  EXPECT_THAT(refusal(kMaxCores + 1, 0.0), testing::HasSubstr("give at most 1024"));
+  EXPECT_THAT(refusal(1, 1.0), testing::HasSubstr("less than 100 %"));
+  EXPECT_THAT(refusal(0, -0.5), testing::AllOf(testing::HasSubstr("cores"), testing::HasSubstr("slack")));
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i <= kMostSubchains; ++i) names.push_back("n" + std::to_string(i));
+  graph::AppSpec spec = graph::spec_of(names, {});
+  spec.objective = {graph::period("n0", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{1});
+  const auto many = make_plan_by_formulas(app, costs, {.cores = 1});
+  ASSERT_FALSE(many.ok());
+  EXPECT_THAT(many.error().message(), testing::HasSubstr("the app has 257 subchains"));
+}
+
+TEST(ExpectedPlan, RefusesWeightsBeyondArithmetic) {
+  graph::AppSpec spec = graph::spec_of({"a", "b"}, {});
+  spec.objective = {graph::period("a", 1e308), graph::period("b", 1e308)};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{6});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const auto plan = make_expected_plan(app, samples, costs, {.cores = 1, .slack = kSlack, .effort = 0.01});
+  ASSERT_FALSE(plan.ok());
+  EXPECT_THAT(plan.error().message(), testing::HasSubstr("scale all weights down"));
+}
+
+RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed)) {
+  const int cores = 1 + static_cast<int>(seed % 4);
+  RandomCase random = random_case(seed,
+                                  {.subchains = 2 + static_cast<int>(seed % 7),
+                                   .queue = true,
+                                   .caps = true,
+                                   .exact = seed % 5 == 0,
+                                   .bounds = true,
+                                   .pairs = true,
+                                   .kinds = seed % 3 == 0,
+                                   .waits = seed % 2 == 0},
+                                  cores);
+  const trial::Samples samples(random.app, trial::MeasuredRuns{}, random.costs);
+  const FormulaRequest request{.cores = cores, .slack = kSlack};
+  const auto check = [&](const Result<plan::Plan>& plan) {
+    if (!plan) RC_ASSERT(plan::has_exact_rates(random.app.graph));
+    if (!plan) return;
+    const Status valid = plan::validate(*plan, random.app, random.costs, cores);
+    if (!valid) RC_FAIL(valid.error().message());
+  };
+  check(make_guessed_plan(random.app, samples, random.costs, request));
+  for (const auto schedule :
+       {graph::ScheduleKind::kAuto, graph::ScheduleKind::kFrames, graph::ScheduleKind::kPriorities}) {
+    random.app.scheduler.schedule = schedule;
+    check(make_plan_by_formulas(random.app, random.costs, request));
+  }
+}
+
+RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
   const RandomCase random = random_case(
       seed, {.subchains = 4, .queue = true, .caps = true, .exact = seed % 5 == 0, .bounds = true, .pairs = true},
@@ -165,15 +304,16 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanTheFormu
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
   const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.005};
   const Result<plan::Plan> plan = make_expected_plan(random.app, samples, random.costs, request);
-  const Result<plan::Plan> formulas = make_plan(random.app, random.costs, {.cores = cores, .slack = kSlack});
-  RC_ASSERT(plan.ok() == formulas.ok());
+  const Result<plan::Plan> frames = make_plan_in_frames(random.app, random.costs, {.cores = cores, .slack = kSlack});
+  RC_ASSERT(plan.ok() || (!frames && plan::has_exact_rates(random.app.graph)));
   if (!plan) return;
   const Status valid = plan::validate(*plan, random.app, random.costs, cores);
   if (!valid) RC_FAIL(valid.error().message());
   const trial::Trial trial(random.app, samples);
+  if (!frames) return;
   // What the machine takes comes out of the slack, which the formulas do not know.
-  const trial::Figures of_formulas = trial.run(trial::schedule_of(random.app, *formulas), {});
-  const bool too_full = std::any_of(of_formulas.busy.begin(), of_formulas.busy.end(),
+  const trial::Figures of_frames = trial.run(trial::schedule_of(random.app, *frames), {});
+  const bool too_full = std::any_of(of_frames.busy.begin(), of_frames.busy.end(),
                                     [](double busy) { return busy > 1.0 - kSlack + kLoadTolerance; });
   if (too_full) return;
   const auto score = [&](const plan::Plan& tried) {
@@ -185,7 +325,7 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanTheFormu
     return relaxed_score(sum, tried.relax_factor);
   };
   // The search has a horizon of its own.
-  RC_ASSERT(score(*plan) <= 1.15 * score(*formulas));
+  RC_ASSERT(score(*plan) <= 1.15 * score(*frames));
 }
 
 }  // namespace

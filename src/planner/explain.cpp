@@ -4,26 +4,34 @@
 #include <cmath>
 #include <utility>
 
+#include "model/evaluate.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
-#include "planner/instance.h"
-#include "planner/reasons.h"
-#include "planner/runner_up.h"
+#include "planner/planner.h"
 
 namespace ctn::planner {
 namespace {
 
-// Where a plan could not be proven with all its effort, its variations cannot either: they get this part of it, lest an
-// explanation take a minute.
-constexpr std::size_t kHurry = 4;
+// Of what a core may be used for; from here on it is full.
+constexpr double kFull = 0.95;
+// A period is a cap's if it is longer by no more than this part: triggers are sometimes missed.
+constexpr double kAtCap = 0.02;
 
+std::vector<model::SubchainTiming> timings_of(const std::vector<plan::Expectation::Timing>& expected) {
+  std::vector<model::SubchainTiming> timings;
+  for (const plan::Expectation::Timing& each : expected) timings.push_back({each.period, each.execution, {}, {}});
+  return timings;
+}
+
+// As expected, in the order of the objective.
 std::vector<Millis> terms_of(const graph::App& app, const plan::Plan& plan) {
+  const std::vector<model::SubchainTiming> timings = timings_of(plan.expected->subchains);
   std::vector<Millis> values;
   std::size_t chains = 0;
-  std::size_t nodes = 0;
   for (const graph::Term& term : app.objective) {
-    values.push_back(term.metric == graph::Metric::kPeriod ? plan.nodes[nodes++].period
-                                                           : plan.chains[chains++].response);
+    values.push_back(term.metric == graph::Metric::kPeriod
+                         ? model::evaluate_period(app.graph, term.path.front(), timings)
+                         : plan.expected->chains[chains++].response);
   }
   return values;
 }
@@ -38,62 +46,197 @@ graph::App without(const graph::App& app, const plan::SoftBound& bound) {
   return other;
 }
 
-class Explaining {
+// What each period comes from.
+class Reasons {
  public:
-  Explaining(const graph::App& app, const model::CostTable& costs, const Request& request, const plan::Plan& plan)
-      : app_(app),
-        costs_(costs),
-        request_(request),
-        plan_(plan),
-        instance_(make_instance(app, costs, request.cores, request.slack)) {
-    request_.warm = &plan;
-    if (plan.quality == plan::Quality::kFeasible) request_.effort = std::max<std::size_t>(1, request_.effort / kHurry);
+  Reasons(const graph::App& app, const trial::Samples& samples, const plan::Plan& plan,
+          const std::vector<BoundCost>& bounds)
+      : app_(app), samples_(samples), plan_(plan), bounds_(bounds), used_(plan.cores.size(), 0.0) {
+    for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
+      for (const int core : plan.subchains[i].cores) used_[static_cast<std::size_t>(core)] += part_of(i);
+    }
   }
 
-  Explanation run() const {
-    Explanation explanation;
-    explanation.objective = plan_.objective;
-    explanation.terms = terms_of(app_, plan_);
-    const std::vector<plan::SoftBound> bounds = plan::soft_bounds(app_);
-    for (std::size_t b = 0; b < bounds.size(); ++b) explanation.bounds.push_back(cost_of(bounds[b], b));
-    explanation.reasons = reasons_of(app_, costs_, instance_, plan_, explanation.bounds);
-    for (std::size_t kind = 0; kind < instance_.kinds.size(); ++kind) {
-      explanation.one_more.push_back(with_cores(kind, 1));
-      std::optional<Variation>& fewer = explanation.one_fewer.emplace_back();
-      if (request_.cores > 1 && instance_.kinds[kind].given > 0) fewer = with_cores(kind, -1);
+  Reason of(std::size_t i) const {
+    const plan::SubchainPlan& entry = plan_.subchains[i];
+    Reason reason;
+    reason.period = period(i);
+    reason.cost = run_time(i);
+    for (std::size_t j = 0; j < plan_.subchains.size(); ++j) {
+      if (j != i && plan_.subchains[j].cores.front() == entry.cores.front()) reason.others.emplace_back(j);
     }
-    explanation.runner_up = runner_up_of(app_, costs_, request_, plan_);
-    for (std::size_t term = 0; term < app_.objective.size(); ++term) explanation.doubled.push_back(doubled(term));
+    reason.core_part = part_of(i);
+    reason.core_used = used_[static_cast<std::size_t>(entry.cores.front())];
+    bind(i, reason);
+    return reason;
+  }
+
+ private:
+  Millis period(std::size_t i) const { return plan_.expected->subchains[i].period; }
+
+  // On average, with the threads that it has.
+  Millis node_time(std::size_t i, NodeId node) const {
+    const std::size_t kind = app_.kind_of(plan_.subchains[i].cores.front());
+    return samples_.split(node, kind, plan_.subchains[i].threads).part * Millis{samples_.moments(node, kind).mean};
+  }
+  Millis run_time(std::size_t i) const {
+    Millis sum{0};
+    for (const NodeId node : app_.graph.subchain(SubchainId(i)).nodes) sum += node_time(i, node);
+    return sum;
+  }
+  // Of each of its cores.
+  double part_of(std::size_t i) const {
+    if (period(i) <= Millis{0}) return 0.0;
+    const plan::SubchainPlan& entry = plan_.subchains[i];
+    const std::size_t kind = app_.kind_of(entry.cores.front());
+    Millis cpu{0};
+    for (const NodeId node : app_.graph.subchain(SubchainId(i)).nodes) {
+      cpu += samples_.split(node, kind, entry.threads).threads * node_time(i, node);
+    }
+    return cpu / period(i) / (1.0 - plan_.slack) / static_cast<double>(entry.cores.size());
+  }
+
+  void bind(std::size_t i, Reason& reason) const {
+    const plan::PeriodLimits limits = plan::period_limits(app_.graph, SubchainId(i));
+    const plan::Member* const member = plan::member_of(plan_, SubchainId(i));
+    if (limits.exact) {
+      reason.binding = Binding::kExactRate;
+      reason.node = limits.exact_of;
+    } else if (limits.min > Millis{0} && reason.period <= limits.min * (1.0 + kAtCap)) {
+      reason.binding = Binding::kRateCap;
+      reason.node = limits.capped;
+    } else if (plan_.subchains[i].cores.size() > 1) {
+      of_pipeline(i, reason);
+    } else if (reason.bounds = bounds_that_speed_up(i); !reason.bounds.empty()) {
+      reason.binding = Binding::kBound;
+    } else if (member != nullptr && member->after) {
+      reason.binding = Binding::kLeader;
+      reason.leader = member->after;
+    } else if (reason.others.empty() && reason.core_used >= kFull) {
+      reason.binding = Binding::kCost;
+    } else if (reason.core_used >= kFull) {
+      reason.binding = Binding::kCore;
+    }
+  }
+
+  void of_pipeline(std::size_t i, Reason& reason) const {
+    const plan::SubchainPlan& entry = plan_.subchains[i];
+    const std::vector<NodeId>& nodes = app_.graph.subchain(SubchainId(i)).nodes;
+    const NodeId longest = *std::max_element(nodes.begin(), nodes.end(),
+                                             [&](NodeId a, NodeId b) { return node_time(i, a) < node_time(i, b); });
+    const int pipelines = std::max(1, static_cast<int>(entry.cores.size()) / entry.threads);
+    reason.binding = Binding::kCost;
+    if (node_time(i, longest) < reason.cost / pipelines) return;
+    reason.binding = Binding::kLongestNode;
+    reason.node = longest;
+    reason.cost = node_time(i, longest);
+  }
+
+  std::vector<std::string> bounds_that_speed_up(std::size_t i) const {
+    const std::vector<plan::SoftBound> asked = plan::soft_bounds(app_);
+    std::vector<std::string> keys;
+    for (std::size_t b = 0; b < asked.size(); ++b) {
+      const std::optional<plan::Plan>& other = bounds_[b].without.plan;
+      if (!bounds_[b].binds || !other || !is_about(asked[b], i)) continue;
+      constexpr double kSlower = 1.05;
+      if (other->expected->subchains[i].period > kSlower * period(i)) keys.push_back(asked[b].key);
+    }
+    return keys;
+  }
+
+  bool is_about(const plan::SoftBound& bound, std::size_t i) const {
+    const auto in_it = [&](NodeId node) { return app_.graph.node(node).subchain == SubchainId(i); };
+    if (bound.node) return in_it(*bound.node);
+    const std::vector<NodeId>& path = app_.objective[*bound.term].path;
+    return std::any_of(path.begin(), path.end(), in_it);
+  }
+
+  const graph::App& app_;
+  const trial::Samples& samples_;
+  const plan::Plan& plan_;
+  const std::vector<BoundCost>& bounds_;
+  std::vector<double> used_;  // by core
+};
+
+class Explaining {
+ public:
+  Explaining(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+             const ExpectedRequest& request, const plan::Plan& plan)
+      : app_(app), samples_(samples), costs_(costs), request_(request), plan_(plan), bounds_(plan::soft_bounds(app)) {
+    request_.effort *= kEffortAgain;
+    request_.known = &plan;
+    all_ = 1 + bounds_.size() + 2 * app.kinds() + app.objective.size();
+    request_.on_progress = [this, &request](double part) {
+      if (request.on_progress) request.on_progress((static_cast<double>(done_) + part) / static_cast<double>(all_));
+    };
+  }
+
+  Explanation run() {
+    const Variation again = planned(app_, request_);
+    Explanation explanation;
+    explanation.again = again.plan && score(*again.plan) < score(plan_) ? *again.plan : plan_;
+    const double now = explanation.again.expected->objective;
+    explanation.noise = std::max(kLeastNoise, score(plan_) / score(explanation.again) - 1.0);
+    explanation.terms = terms_of(app_, explanation.again);
+    for (const plan::SoftBound& bound : bounds_) explanation.bounds.push_back(cost_of(bound, now, explanation.noise));
+    const Reasons reasons(app_, samples_, plan_, explanation.bounds);
+    for (std::size_t i = 0; i < plan_.subchains.size(); ++i) explanation.reasons.push_back(reasons.of(i));
+    const std::vector<int> counts = app_.cores_by_kind(request_.cores);
+    for (std::size_t kind = 0; kind < app_.kinds(); ++kind) {
+      explanation.one_more.push_back(with_cores(kind, 1));
+      const bool another = request_.cores > 1 && counts[kind] > 0;
+      explanation.one_fewer.push_back(another ? std::optional(with_cores(kind, -1)) : std::nullopt);
+    }
+    for (std::size_t term = 0; term < app_.objective.size(); ++term) {
+      explanation.doubled.push_back(doubled(term, explanation.again));
+    }
     return explanation;
   }
 
  private:
-  Variation planned(const graph::App& app, const Request& request) const {
-    Result<plan::Plan> plan = make_plan(app, costs_, request);
+  static double score(const plan::Plan& plan) { return relaxed_score(plan.expected->objective, plan.relax_factor); }
+
+  Variation planned(const graph::App& app, const ExpectedRequest& request) {
+    Result<plan::Plan> plan = make_expected_plan(app, samples_, costs_, request);
+    ++done_;
     if (!plan) return {std::nullopt, plan.error().message()};
     return {*std::move(plan), ""};
   }
 
-  Variation with_cores(std::size_t kind, int more) const {
-    Request request = request_;
+  // What is known of other cores is a beginning only where they keep their numbers.
+  Variation with_cores(std::size_t kind, int more) {
+    ExpectedRequest request = request_;
     request.cores += more;
+    if (more < 0 || !app_.core_kinds.empty()) request.known = nullptr;
     return planned(with_more_cores(app_, request_.cores, kind, more), request);
   }
 
-  BoundCost cost_of(const plan::SoftBound& bound, std::size_t index) const {
+  Millis promised(const plan::SoftBound& bound) const {
+    const plan::Prediction promised = plan::predict(app_, costs_, plan_.subchains, plan_.cores);
+    if (bound.term) {
+      std::size_t chain = 0;
+      for (std::size_t term = 0; term < *bound.term; ++term) {
+        if (app_.objective[term].metric == graph::Metric::kResponseTime) ++chain;
+      }
+      return promised.chains[chain].response;
+    }
+    std::vector<model::SubchainTiming> timings;
+    for (const plan::SubchainPlan& each : plan_.subchains) timings.push_back({each.period, each.execution, {}, {}});
+    return model::evaluate_period(app_.graph, *bound.node, timings);
+  }
+
+  BoundCost cost_of(const plan::SoftBound& bound, double now, double noise) {
     BoundCost found;
     found.key = bound.key;
     found.asked = bound.asked;
-    found.planned = Millis{value_of(instance_.bounds[index], timings_of(instance_, plan_))};
-    found.met = std::abs(found.planned / (bound.asked * plan_.relax_factor) - 1.0) <= kMet;
+    found.planned = promised(bound);
     found.without = planned(without(app_, bound), request_);
-    if (found.without.plan) found.cost = plan_.objective - found.without.plan->objective;
-    const bool missed = found.planned > bound.asked * (1.0 + plan::kTolerance);
-    found.binds = found.met || missed || found.cost > plan::kTolerance * plan_.objective;
+    if (found.without.plan) found.cost = now - found.without.plan->expected->objective;
+    found.binds = found.cost > noise * now || found.planned > bound.asked * (1.0 + plan::kTolerance);
     return found;
   }
 
-  DoubledWeight doubled(std::size_t term) const {
+  DoubledWeight doubled(std::size_t term, const plan::Plan& now) {
     graph::App other = app_;
     other.objective[term].weight *= 2.0;
     DoubledWeight found;
@@ -103,15 +246,18 @@ class Explaining {
     for (std::size_t t = 0; t < found.terms.size(); ++t) {
       found.objective += app_.objective[t].weight * found.terms[t].count();
     }
-    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(plan_, app_);
+    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(now, app_);
     return found;
   }
 
   const graph::App& app_;
+  const trial::Samples& samples_;
   const model::CostTable& costs_;
-  Request request_;
+  ExpectedRequest request_;
   const plan::Plan& plan_;
-  const Instance instance_;
+  const std::vector<plan::SoftBound> bounds_;
+  std::size_t all_ = 0;  // plans to be made
+  std::size_t done_ = 0;
 };
 
 }  // namespace
@@ -132,9 +278,9 @@ std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::Ap
   return groups;
 }
 
-Explanation explain(const graph::App& app, const model::CostTable& costs, const Request& request,
-                    const plan::Plan& plan) {
-  return Explaining(app, costs, request, plan).run();
+Explanation explain(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+                    const ExpectedRequest& request, const plan::Plan& plan) {
+  return Explaining(app, samples, costs, request, plan).run();
 }
 
 }  // namespace ctn::planner

@@ -1,14 +1,16 @@
-// Why a plan is as it is: what binds each subchain's period, what each bound costs, what one core more or fewer would
-// do, how far behind the next best allocation is, and what a weight twice as large would change. Found by planning
-// again with one thing changed, so that every figure is that of a plan which could be had.
+// Why a plan of the least expected objective (expected.h) is as it is: what sets each subchain's period, what each
+// bound costs, what one core more or fewer would do, and what a weight twice as large would change. Found by planning
+// again with one thing changed, and comparing what is expected, so that every figure is that of a plan which could be
+// had.
 //
-// A plan that is not proven optimal is compared with plans that may not be either: differences below its gap say
-// nothing.
+// A search finds one plan one time and a slightly better one the next. So it is let to go on with nothing changed, too:
+// the others are compared with what that gives, and how much it differs from the plan says what is noise.
 //
-// Units: see plan.h; objectives in ms. Thread safety: pure functions.
+// Units: see plan.h; objectives in ms, as expected. Thread safety: pure functions.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +20,8 @@
 #include "graph/app.h"
 #include "model/cost.h"
 #include "plan/plan.h"
-#include "planner/planner.h"
+#include "planner/expected.h"
+#include "trial/samples.h"
 
 namespace ctn::planner {
 
@@ -37,26 +40,26 @@ std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::Ap
 
 // The first that applies is given, in this order.
 enum class Binding {
-  kNothing,      // it costs nothing and has no period
   kExactRate,    // of `node`
   kRateCap,      // of `node`
-  kLongestNode,  // it owns its cores: more of them would not help
-  kCost,         // it owns its cores: more of them could help
-  kOtherRate,    // the frame waits for the cap or the exact rate of `through`
-  kMinSlice,     // with a smaller slice of its own, the objective would be less
-  kBound,        // `bounds` hold it to this rate at the expense of others
-  kOtherBound,   // `bounds` hold `through`, on the same core, to its rate at its expense
-  kCore,         // its part of the core that it shares: what the weights make best
+  kLongestNode,  // it owns several cores: more of them would not help
+  kBound,        // without `bounds`, which it is part of, it would be slower
+  kLeader,       // triggered by outputs of `leader`
+  kCost,         // it has its core, or several, to itself, and uses them: what a run costs
+  kCore,         // its core is full: its part of it is what the weights make best
+  kChosen,       // its core is not full: more often would not make the objective less
 };
 
 struct Reason {
-  Binding binding = Binding::kCore;
+  Binding binding = Binding::kChosen;
   std::optional<NodeId> node;         // whose rate, or which is the longest
-  std::optional<SubchainId> through;  // which other subchain; of several bounds, by the first
+  std::optional<plan::After> leader;  // whose outputs trigger it
   std::vector<std::string> bounds;    // keys, as in plan::RelaxedBound
-  Millis cost{0};                     // of the longest node (kLongestNode), else of a run, with the planned threads
+  Millis period{0};                   // as expected
+  Millis cost{0};                     // of the longest node (kLongestNode), else of a run; on average
   std::vector<SubchainId> others;     // that share its core
-  double core_part = 0.0;             // what it uses of its cores, of what the slack leaves
+  double core_part = 0.0;             // what it uses of its cores, of what the slack leaves, on average
+  double core_used = 0.0;             // what all together use of them
 };
 
 // What planning again with one thing changed gave.
@@ -69,19 +72,11 @@ struct Variation {
 struct BoundCost {
   std::string key;
   Millis asked{0};
-  Millis planned{0};
-  bool met = false;    // just as asked, scaled by the plan's relax factor
-  bool binds = false;  // met, missed, or there is a better plan without it
+  Millis planned{0};  // as promised
   // What the objective would be less by without it. Below 0 where bounds are relaxed: the others then give way less.
   double cost = 0.0;
+  bool binds = false;  // it costs more than noise, or is missed
   Variation without;
-};
-
-// The best plan among other allocations.
-struct RunnerUp {
-  std::optional<plan::Plan> plan;  // none: no other allocation can be had
-  bool proven = false;             // all allocations were looked at to the end; else those near the plan's
-  std::size_t allocations = 0;     // how many were looked at
 };
 
 // The plan where one term's weight is twice as large.
@@ -92,19 +87,26 @@ struct DoubledWeight {
   bool allocation_changes = false;
 };
 
+// A difference by less than this part of the objective is no difference, even if going on gave less of one.
+constexpr double kLeastNoise = 0.01;
+
 struct Explanation {
-  double objective = 0.0;
-  std::vector<Millis> terms;    // in the order of the objective, as planned
+  plan::Plan again;             // found by going on with nothing changed: what the others are compared with
+  double noise = kLeastNoise;   // a part of the objective, and of a term
+  std::vector<Millis> terms;    // of `again`, in the order of the objective
   std::vector<Reason> reasons;  // by SubchainId
   std::vector<BoundCost> bounds;
   std::vector<Variation> one_more;                  // core, by kind
   std::vector<std::optional<Variation>> one_fewer;  // core, by kind; none: there is no other, or none of that kind
-  RunnerUp runner_up;
-  std::vector<DoubledWeight> doubled;  // in the order of the objective
+  std::vector<DoubledWeight> doubled;               // in the order of the objective
 };
 
-// Preconditions: `plan` is what `make_plan` made of the other arguments; `request.warm` counts for nothing.
-Explanation explain(const graph::App& app, const model::CostTable& costs, const Request& request,
-                    const plan::Plan& plan);
+// Each planning again takes this part of the effort that the plan was given.
+constexpr double kEffortAgain = 0.15;
+
+// Preconditions: `plan` is what make_expected_plan() made of the other arguments. `request.known` counts for nothing,
+// and on_progress is told the part of all that is done.
+Explanation explain(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+                    const ExpectedRequest& request, const plan::Plan& plan);
 
 }  // namespace ctn::planner

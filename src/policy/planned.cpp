@@ -6,27 +6,14 @@
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/validate.h"
-#include "planner/planner.h"
+#include "planner/formulas.h"
 #include "policy/levels.h"
 
 namespace ctn::policy {
 namespace {
 
-// The planner's effort once there is a plan: what it costs is CPU time of the same machine, and of the budget.
-constexpr std::size_t kReplanEffort = 100'000;
-
 // How often assumed costs are halved at most. A guess that is 256 times too high is not what stands in the way.
 constexpr int kMostHalvings = 8;
-
-planner::Request request_of(const Situation& situation) {
-  return {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack, .count_cores = false};
-}
-
-// Assumed costs are only a guess: another of them will do.
-planner::Request lowered(planner::Request request) {
-  request.effort = std::min(request.effort, kReplanEffort);
-  return request;
-}
 
 model::CostTable with_assumed(model::CostTable costs, std::span<const NodeId> assumed, double factor) {
   for (const NodeId node : assumed) costs.set(node, costs[node].times(factor));
@@ -37,12 +24,6 @@ Decision expecting(plan::Plan plan, const Situation& situation) {
   for (const NodeId node : situation.assumed) plan.assumed.push_back({node, situation.costs[node].single_thread()});
   plan.expected = plan::expect(plan, plan::as_planned(situation.app, plan), situation.typical);
   return PlannedPolicy::following(std::move(plan), situation);
-}
-
-Result<Decision> by_formulas(const Situation& situation, const planner::Request& request) {
-  return decide_in_any_case(situation, [&](const graph::App& app, const model::CostTable& costs, bool is_lowered) {
-    return planner::make_plan(app, costs, is_lowered ? lowered(request) : request);
-  });
 }
 
 }  // namespace
@@ -100,24 +81,11 @@ Decision rates_only(const Decision& in_force, const os::CpuSet& cpus) {
   return decision;
 }
 
-Result<Decision> JointPolicy::decide(const Situation& situation) const {
-  return by_formulas(situation, request_of(situation));
-}
-
-Result<std::optional<Decision>> JointPolicy::decide_again(const Situation& situation, const Decision& in_force,
-                                                          double to_beat) const {
-  planner::Request request = request_of(situation);
-  request.effort = kReplanEffort;
-  request.warm = in_force.plan ? &*in_force.plan : nullptr;
-  if (!std::isfinite(to_beat)) {
-    Result<Decision> decision = by_formulas(situation, request);
-    if (!decision) return decision.error();
-    return std::optional(std::move(*decision));
-  }
-  Result<std::optional<plan::Plan>> better = planner::make_plan_below(situation.app, situation.costs, request, to_beat);
-  if (!better) return better.error();
-  if (!*better) return std::optional<Decision>();
-  return std::optional(expecting(std::move(**better), situation));
+Result<Decision> FormulaPolicy::decide(const Situation& situation) const {
+  return decide_in_any_case(situation, [&](const graph::App& app, const model::CostTable& costs, bool) {
+    return planner::make_plan_by_formulas(
+        app, costs, {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack, .count_cores = false});
+  });
 }
 
 Result<Decision> StaticPolicy::decide(const Situation& situation) const {

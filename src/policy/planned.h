@@ -1,4 +1,5 @@
-// Policies that follow a plan: the one that formulas find best, made again as costs change, and one that is given.
+// Policies that follow a plan: one that formulas make in some milliseconds, again as costs change, and one that is
+// given.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once
@@ -38,14 +39,13 @@ using MakePlan =
     std::function<Result<plan::Plan>(const graph::App& app, const model::CostTable& costs, bool costs_are_lowered)>;
 Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& make);
 
-// The planner's joint plan, in any case. `Plan::solve_time` is left 0, for whoever has a clock.
-class JointPolicy : public PlannedPolicy {
+// What formulas alone make (planner/formulas.h), in any case: in frames, unless the app file says otherwise or there is
+// no such plan. `Plan::solve_time` is left 0, for whoever has a clock.
+class FormulaPolicy : public PlannedPolicy {
  public:
-  JointPolicy() : PlannedPolicy("joint") {}
+  explicit FormulaPolicy(std::string name = "formulas") : PlannedPolicy(std::move(name)) {}
   bool adapts() const override { return true; }
   Result<Decision> decide(const Situation& situation) const override;
-  Result<std::optional<Decision>> decide_again(const Situation& situation, const Decision& in_force,
-                                               double to_beat) const override;
 };
 
 // A plan that is given is taken at its word: at which compute times it was made is not known. Its slack counts, not the

@@ -28,7 +28,6 @@ Result<std::optional<Decision>> Policy::decide_again(const Situation& situation,
 
 Result<Made> make_policy(std::string_view text) {
   if (text == "catan" || text == "auto") return Made(std::make_shared<SearchPolicy>(std::string(text)));
-  if (text == "joint") return Made(std::make_shared<JointPolicy>());
   if (text == "paper") return Made(std::make_shared<PaperPolicy>());
   if (text == "default") return Made(std::make_shared<DefaultPolicy>());
   if (text == "fifo") return Made(std::make_shared<FifoPolicy>());
@@ -41,7 +40,7 @@ Result<Made> make_policy(std::string_view text) {
     }
   }
   return Error::caller(fmt::format("'{}' is no scheduler", text),
-                       "write catan, auto, joint, paper, default, fifo, or a source rate as in rate:12.5");
+                       "write catan, auto, paper, default, fifo, or a source rate as in rate:12.5");
 }
 
 }  // namespace ctn::policy

@@ -3,7 +3,6 @@
 //   "auto"          plans rates, cores, priorities or shares of cores, and levels, by what schedules come to in virtual
 //                   time; made again as costs change (search_policy.h)
 //   "catan"         what sessions use if nothing is said: the same
-//   "joint"         plans by formulas, in frames (planned.h)
 //   "paper"         the paper's Catan (paper.h)
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
@@ -118,7 +117,7 @@ class Policy {
   std::string name_;
 };
 
-// "catan", "auto", "joint", "paper", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
+// "catan", "auto", "paper", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
 Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
 
 }  // namespace ctn::policy

@@ -11,6 +11,7 @@
 #include "plan/limits.h"
 #include "plan/validate.h"
 #include "policy/planned.h"
+#include "policy/replan.h"
 
 namespace ctn::policy {
 namespace {
@@ -29,7 +30,7 @@ TEST(Policy, KnowsItsNames) {
   EXPECT_TRUE((*make_policy("fifo"))->raises());
   EXPECT_FALSE((*make_policy("fifo"))->follows_plan());
   EXPECT_FALSE((*make_policy("default"))->raises());
-  for (const char* name : {"catan", "joint", "paper", "default", "fifo", "rate:12.5Hz"}) {
+  for (const char* name : {"catan", "auto", "paper", "default", "fifo", "rate:12.5Hz"}) {
     EXPECT_EQ((*make_policy(name))->name(), name);
   }
 }
@@ -48,14 +49,14 @@ graph::App exact(const char* a, const char* b) {
                " }\nobjective: [ { period: a, weight: 1 }, { period: b, weight: 1 } ]\n");
 }
 
-TEST(JointPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
+TEST(FormulaPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
   const graph::App app = exact("240Hz", "120Hz");
   const model::CostTable costs(app.graph, Millis{5});
   const os::CpuSet cpus{0};
   const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
   Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
   situation.assumed = assumed;
-  const auto decision = JointPolicy().decide(situation);
+  const auto decision = FormulaPolicy().decide(situation);
   ASSERT_TRUE(decision.ok()) << decision.error().message();
   const plan::Plan& plan = *decision->plan;
   // Each frame of 4.17 ms has room for a and half of b: 3.75 ms, and 6 % of slack.
@@ -65,15 +66,16 @@ TEST(JointPolicy, LowersAssumedCostsUntilExactRatesCanBeMet) {
   EXPECT_EQ(plan.relax_factor, 1.0);
 }
 
-// What cannot be met whatever nodes cost, and what cannot be met at costs that are known.
-TEST(JointPolicy, RelaxesExactRatesThatCannotBeMet) {
-  for (const auto& [app, are_assumed] : {std::pair{exact("120Hz", "50.1Hz"), true}, {exact("200Hz", "100Hz"), false}}) {
+// What cannot be met in frames whatever nodes cost, and what cannot be met at costs that are known.
+TEST(FormulaPolicy, RelaxesExactRatesThatCannotBeMet) {
+  for (const auto& [app, are_assumed] :
+       {std::pair{in_frames(exact("120Hz", "50.1Hz")), true}, {exact("200Hz", "100Hz"), false}}) {
     const model::CostTable costs(app.graph, Millis{5});
     const os::CpuSet cpus{0};
     const std::vector<NodeId> assumed{NodeId(0), NodeId(1)};
     Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
     if (are_assumed) situation.assumed = assumed;
-    const auto decision = JointPolicy().decide(situation);
+    const auto decision = FormulaPolicy().decide(situation);
     ASSERT_TRUE(decision.ok()) << decision.error().message();
     const plan::Plan& plan = *decision->plan;
     EXPECT_TRUE(plan::relaxes_exact_rates(plan, app));
@@ -88,7 +90,20 @@ TEST(JointPolicy, RelaxesExactRatesThatCannotBeMet) {
   }
 }
 
-TEST(JointPolicy, DecidesAgainOnlyForAPlanThatIsBetter) {
+TEST(FormulaPolicy, FixedPrioritiesMeetExactRatesThatFramesCannot) {
+  const graph::App app = exact("120Hz", "50.1Hz");
+  const model::CostTable costs(app.graph, Millis{5});
+  const os::CpuSet cpus{0};
+  const auto decision =
+      FormulaPolicy().decide({.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06});
+  ASSERT_TRUE(decision.ok()) << decision.error().message();
+  EXPECT_EQ(decision->plan->cores[0].form, plan::Form::kPriorities);
+  EXPECT_EQ(decision->plan->relax_factor, 1.0);
+  EXPECT_TRUE(decision->plan->assumed.empty());
+  EXPECT_TRUE(plan::validate(*decision->plan, app, costs, 1).ok());
+}
+
+TEST(FormulaPolicy, IsReplacedOnlyByAPlanThatIsBetter) {
   const graph::App app = parse(R"(
 catan: 1
 app: two
@@ -98,21 +113,34 @@ objective: [ { response_time: [a, b, c], weight: 1 } ]
 )");
   const model::CostTable costs(app.graph, Millis{5});
   const os::CpuSet cpus{0, 1};
-  const auto policy = *make_policy("joint");
-  const Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
-  const auto first = policy->decide(situation);
+  const FormulaPolicy policy;
+  Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
+  situation.why = PlanReason::kPeriodic;
+  const auto first = policy.decide(situation);
   ASSERT_TRUE(first.ok());
-  const double objective = first->plan->objective;
-  const auto none = policy->decide_again(situation, *first, objective);
+  const auto none = replacement(policy, situation, *first);
   ASSERT_TRUE(none.ok());
   EXPECT_FALSE(*none);
-  for (const double to_beat : {1.001 * objective, std::numeric_limits<double>::infinity()}) {
-    const auto replanned = policy->decide_again(situation, *first, to_beat);
-    ASSERT_TRUE(replanned.ok());
-    ASSERT_TRUE(*replanned);
-    EXPECT_EQ((*replanned)->plan->objective, objective);
-    EXPECT_TRUE((*replanned)->plan->expected);
-  }
+  situation.why = PlanReason::kMeasured;
+  const auto replanned = replacement(policy, situation, *first);
+  ASSERT_TRUE(replanned.ok());
+  ASSERT_TRUE(*replanned);
+  EXPECT_EQ((*replanned)->plan->objective, first->plan->objective);
+  EXPECT_TRUE((*replanned)->plan->expected);
+}
+
+TEST(FormulaPolicy, SharesCoresAsTheAppSays) {
+  graph::App app = robot_app();
+  const model::CostTable costs(app.graph, Millis{5});
+  const os::CpuSet cpus{0};
+  const auto core = [&](graph::ScheduleKind schedule) {
+    app.scheduler.schedule = schedule;
+    const Situation situation{.app = app, .cpus = cpus, .costs = costs, .typical = costs, .slack = 0.06};
+    return FormulaPolicy().decide(situation)->plan->cores[0];
+  };
+  EXPECT_EQ(core(graph::ScheduleKind::kAuto).form, plan::Form::kFrames) << "they keep the slack whatever runs cost";
+  EXPECT_EQ(core(graph::ScheduleKind::kFrames).frames, graph::FrameMode::kElastic);
+  EXPECT_EQ(core(graph::ScheduleKind::kPriorities).form, plan::Form::kPriorities);
 }
 
 TEST(HandSetRates, TakeTheFallbackOrTheGivenRate) {

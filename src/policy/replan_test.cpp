@@ -9,7 +9,7 @@
 
 #include "config/testing/apps.h"
 #include "plan/predict.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 
 namespace ctn::policy {
 namespace {
@@ -108,11 +108,11 @@ objective: [ { response_time: [a, b, c], weight: 1, max: 400ms }, { response_tim
       before.set(NodeId(node), model::CostProfile::constant(Millis{cost * wanders(random)}));
       after.set(NodeId(node), model::CostProfile::constant(before[NodeId(node)].single_thread() * wanders(random)));
     }
-    const planner::Request request{.cores = cores};
-    auto current = planner::make_plan(app, before, request);
+    const planner::FramesRequest request{.cores = cores};
+    auto current = planner::make_plan_in_frames(app, before, request);
     ASSERT_TRUE(current.ok());
     current->expected = plan::expect(*current, app, before);
-    auto candidate = planner::make_plan(app, after, request);
+    auto candidate = planner::make_plan_in_frames(app, after, request);
     ASSERT_TRUE(candidate.ok());
     candidate->expected = plan::expect(*candidate, app, after);
     const Incumbent incumbent(*current, PlanReason::kPeriodic, app, after, after);
@@ -130,7 +130,7 @@ objective: [ { response_time: [a, b, c], weight: 1, max: 400ms }, { response_tim
 TEST(Incumbent, YieldsAtAnyRateToTheFirstMeasuredPlanAndToOneForOtherCpus) {
   const graph::App app = tracker_app();
   const model::CostTable costs(app.graph, Millis{5.0});
-  auto plan = planner::make_plan(app, costs, {});
+  auto plan = planner::make_plan_in_frames(app, costs, {});
   ASSERT_TRUE(plan.ok());
   for (const PlanReason why : {PlanReason::kMeasured, PlanReason::kCpus}) {
     const Incumbent incumbent(*plan, why, app, costs, costs);

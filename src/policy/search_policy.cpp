@@ -12,7 +12,7 @@
 #include "plan/predict.h"
 #include "plan/validate.h"
 #include "planner/expected.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 #include "planner/schedule_search.h"
 #include "policy/replan.h"
 #include "trial/schedule.h"
@@ -44,8 +44,6 @@ Nanos worth_while(std::size_t runs) {
 
 // So many steps of the search without success, and it rests until something changes.
 constexpr std::size_t kEnoughInVain = 1500;
-// The planner's effort for what the formulas contribute.
-constexpr std::size_t kFormulaEffort = 20'000;
 
 bool differ(double before, double after, double threshold) {
   return std::abs(after - before) > threshold * std::max(before, after);
@@ -108,10 +106,10 @@ struct Searching {
 
   graph::App app;  // the search refers to it
   planner::ScheduleSearch search;
-  trial::MeasuredRuns runs;            // that it goes by; empty at first
-  model::CostTable costs;              // the same
-  std::optional<plan::Plan> formulas;  // their plan, at costs that may have changed since
-  std::optional<trial::Schedule> formulas_schedule;
+  trial::MeasuredRuns runs;          // that it goes by; empty at first
+  model::CostTable costs;            // the same
+  std::optional<plan::Plan> frames;  // the plan in frames, at costs that may have changed since
+  std::optional<trial::Schedule> frames_schedule;
   std::optional<trial::Schedule> chosen;          // that was decided on last
   std::optional<planner::Found> chosen_as_tried;  // at these costs
 };
@@ -136,20 +134,18 @@ class Deciding {
   Deciding(Searching& searching, const Situation& situation, const Decision& in_force)
       : with_(searching), situation_(situation), in_force_(in_force) {}
 
-  // Errors: of the formulas, which can do no better.
+  // Errors: nothing was found that holds, and what is in force cannot go on either.
   Result<std::optional<Decision>> decide() {
     with_.search.know_clocks({situation_.clocks.begin(), situation_.clocks.end()});
     const bool fresh = take_costs();
     const bool routine = is_routine(situation_.why) && in_force_.plan.has_value();
-    if (!routine || (fresh && follows_formulas())) {
-      if (Status asked = ask_formulas(); !asked) return asked.error();
-    }
+    if (!routine || (fresh && has_frames())) ask_for_frames();
     if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
     const bool whatever = !in_force_.plan || is_unconditional(situation_.why);
-    if (whatever) return best(std::numeric_limits<double>::infinity());
+    if (whatever) return best_of_all(true);
     if (fresh || with_.goes_on(situation_.fewest_runs)) with_.search.improve(kSearchStep);
     const std::optional<plan::Plan> now = in_force_now();
-    if (!now) return best(std::numeric_limits<double>::infinity());
+    if (!now) return best_of_all(fresh);
     if (!with_.chosen_as_tried) {
       with_.chosen_as_tried = with_.search.tried(*with_.chosen, std::nullopt);
     }
@@ -170,40 +166,48 @@ class Deciding {
     return true;
   }
 
-  bool follows_formulas() const { return with_.chosen && with_.chosen == with_.formulas_schedule; }
+  bool has_frames() const { return with_.chosen && with_.chosen == with_.frames_schedule; }
 
-  Status ask_formulas() {
-    Result<plan::Plan> plan = planner::make_plan(with_.app, with_.costs,
-                                                 {.cores = static_cast<int>(situation_.cpus.size()),
-                                                  .slack = situation_.slack,
-                                                  .effort = kFormulaEffort,
-                                                  .warm = with_.formulas ? &*with_.formulas : nullptr,
-                                                  .count_cores = false});
-    if (!plan) return plan.error();
+  // Where there is no such plan any more, the one before is not there either: it would not hold.
+  void ask_for_frames() {
     // What it was decided on before is decided on again at the new costs.
-    const bool followed = follows_formulas();
+    const bool followed = has_frames();
+    with_.frames.reset();
+    with_.frames_schedule.reset();
+    if (!planner::may_have_frames(with_.app)) return;
+    Result<plan::Plan> plan = planner::make_plan_in_frames(with_.app, with_.costs,
+                                                           {.cores = static_cast<int>(situation_.cpus.size()),
+                                                            .slack = situation_.slack,
+                                                            .steps = planner::kFrameStepsAtRunTime});
+    if (!plan) return;
     // Cores of its own are paced by what is usual.
     plan->expected = plan::expect(*plan, plan::as_planned(with_.app, *plan), situation_.typical);
-    with_.formulas = std::move(*plan);
-    with_.formulas_schedule = trial::schedule_of(with_.app, *with_.formulas);
+    with_.frames = std::move(*plan);
+    with_.frames_schedule = trial::schedule_of(with_.app, *with_.frames);
     if (followed) {
-      with_.chosen = with_.formulas_schedule;
+      with_.chosen = with_.frames_schedule;
       with_.chosen_as_tried.reset();
     }
-    with_.search.add(*with_.formulas_schedule, with_.formulas->relax_factor);
-    return Done{};
+    with_.search.add(*with_.frames_schedule, with_.frames->relax_factor);
   }
 
   std::optional<plan::Plan> plan_of(const trial::Schedule& schedule) const {
     std::optional<plan::Plan> plan =
-        schedule == with_.formulas_schedule
-            ? with_.formulas
+        schedule == with_.frames_schedule
+            ? with_.frames
             : planner::plan_of(with_.app, with_.search.samples(), with_.costs, schedule, situation_.slack);
     if (!plan || !plan::validate(*plan, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
     return plan;
   }
   // None: it cannot go on.
   std::optional<plan::Plan> in_force_now() const { return with_.chosen ? plan_of(*with_.chosen) : std::nullopt; }
+
+  // Whatever it is worth. `must`: it is an error if there is none.
+  Result<std::optional<Decision>> best_of_all(bool must) {
+    Result<std::optional<Decision>> found = best(std::numeric_limits<double>::infinity());
+    if (!must || (found && *found)) return found;
+    return Error::caller("no schedule was found that keeps what the app asks for", "relax it");
+  }
 
   // The best plan whose score is below `limit`, if there is one. Guesses count where anything does.
   Result<std::optional<Decision>> best(double limit) {
@@ -238,7 +242,8 @@ std::unique_ptr<Memory> SearchPolicy::make_memory() const { return std::make_uni
 Result<std::optional<Decision>> SearchPolicy::decide_again(const Situation& situation, const Decision& in_force,
                                                            double /*to_beat*/) const {
   auto* const memory = static_cast<SearchMemory*>(situation.memory);
-  if (memory == nullptr || situation.runs == nullptr || situation.frames) {
+  if (memory == nullptr || situation.runs == nullptr || situation.frames ||
+      !planner::may_have_priorities(situation.app)) {
     return replacement(formulas_, situation, in_force);
   }
   Searching& searching = memory->of(situation);

@@ -90,7 +90,7 @@ struct Three : Asked {
 
 TEST(SearchPolicy, TheFirstPlanOfMeasuredCostsReplacesAnyOther) {
   Three asked;
-  EXPECT_NE(asked.in_force.plan->planner, "auto");
+  EXPECT_EQ(asked.in_force.plan->cores[0].form, plan::Form::kFrames);
   ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
   EXPECT_EQ(asked.in_force.plan->planner, "auto");
   EXPECT_EQ(asked.in_force.plan->cores[0].form, plan::Form::kPriorities);
@@ -191,14 +191,37 @@ scheduler: { slack: 6% }
   asked.cost(NodeId(1), Millis{1});
   ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
   EXPECT_GT(asked.in_force.plan->relax_factor, 1.0);
-  EXPECT_NE(asked.in_force.plan->planner, "auto");
+  EXPECT_EQ(asked.in_force.plan->cores[0].form, plan::Form::kFrames);
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic)) << "nothing has changed";
+  asked.cost(NodeId(0), Millis{5});
+  ASSERT_TRUE(asked.decide(PlanReason::kChange));
+  EXPECT_EQ(asked.in_force.plan->relax_factor, 1.0) << "now it can";
 }
 
 TEST(SearchPolicy, FormulasDecideForWhoRemembersNothing) {
   Three asked;
   asked.memory.reset();
   ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
-  EXPECT_NE(asked.in_force.plan->planner, "auto");
+  EXPECT_EQ(asked.in_force.plan->cores[0].form, plan::Form::kFrames);
+}
+
+TEST(SearchPolicy, SharesCoresAsTheAppSays) {
+  for (const auto schedule : {graph::ScheduleKind::kFrames, graph::ScheduleKind::kPriorities}) {
+    graph::App app = parse(kThree);
+    app.scheduler.schedule = schedule;
+    Asked asked(std::move(app), 1);
+    const plan::Form form = schedule == graph::ScheduleKind::kFrames ? plan::Form::kFrames : plan::Form::kPriorities;
+    EXPECT_EQ(asked.in_force.plan->cores[0].form, form) << "of assumed costs";
+    asked.cost(NodeId(0), Millis{1});
+    asked.cost(NodeId(1), Millis{2});
+    asked.cost(NodeId(2), Millis{40});
+    ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
+    EXPECT_EQ(asked.in_force.plan->cores[0].form, form);
+    for (int step = 0; step < 20; ++step) {
+      asked.decide(PlanReason::kPeriodic);
+      EXPECT_EQ(asked.in_force.plan->cores[0].form, form);
+    }
+  }
 }
 
 RC_GTEST_PROP(SearchPolicyProperty, WhateverIsDecidedIsValid, (std::uint64_t seed)) {
@@ -216,7 +239,6 @@ RC_GTEST_PROP(SearchPolicyProperty, WhateverIsDecidedIsValid, (std::uint64_t see
     cost_all(factor);
     if (!asked.decide(factor == 1.0 ? PlanReason::kMeasured : PlanReason::kChange)) continue;
     const plan::Plan& plan = *asked.in_force.plan;
-    if (plan.planner != "auto") continue;
     const Status valid = plan::validate(plan, asked.app, asked.costs, cores);
     if (!valid) RC_FAIL(valid.error().message());
   }

@@ -21,7 +21,7 @@ using testing::Not;
 // A plan that says `period` for every subchain and multiples of it for the chains.
 plan::Plan plan_of(const graph::App& app, double period) {
   plan::Plan plan;
-  plan.planner = "joint";
+  plan.planner = "auto";
   plan.objective = 10.0 * period;
   plan.relax_factor = 1.0 + period / 100.0;
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {

@@ -34,8 +34,8 @@ EngineOptions options(const std::string& policy, int cpus) {
 // The tracker with nodes that burn fixed times and pass the number of the frame on.
 class TrackerTest : public ::testing::Test {
  protected:
-  void open(const std::string& policy, int cpus, os::Os& system) {
-    Result<std::unique_ptr<Engine>> made = Engine::create(tracker_app(), system, options(policy, cpus));
+  void open(const std::string& policy, int cpus, os::Os& system, const graph::App& app = tracker_app()) {
+    Result<std::unique_ptr<Engine>> made = Engine::create(app, system, options(policy, cpus));
     ASSERT_TRUE(made.ok()) << made.error().message();
     engine = std::move(*made);
     const char* names[] = {"camera", "detect", "plan", "motor"};
@@ -78,7 +78,7 @@ class TrackerTest : public ::testing::Test {
 };
 
 TEST_F(TrackerTest, OnOneCoreRunsAsPlannedToTheNanosecond) {
-  open("joint", 1, fake);
+  open("catan", 1, fake, in_frames(tracker_app()));
   const Snapshot snapshot = run_for(seconds{10});
   ASSERT_EQ(snapshot.chains.size(), 1U);
   const ChainSnapshot& chain = snapshot.chains[0];
@@ -95,7 +95,7 @@ TEST_F(TrackerTest, OnOneCoreRunsAsPlannedToTheNanosecond) {
 }
 
 TEST_F(TrackerTest, OnTwoCoresOverlapsRunsAsPlanned) {
-  open("joint", 2, fake);
+  open("catan", 2, fake, in_frames(tracker_app()));
   const Snapshot snapshot = run_for(seconds{10});
   const ChainSnapshot& chain = snapshot.chains[0];
   EXPECT_NEAR(chain.period_ms.mean, 57.0 / 0.94, 1e-5) << "the slowest node's, and idle time for ordinary threads";
@@ -201,7 +201,7 @@ TEST_F(TrackerTest, AThreadThatIsAdoptedBeforeTheStartIsPlacedAtTheStart) {
 TEST_F(TrackerTest, WithoutThePermissionGoesOnWithRatesOnlyAndSaysSo) {
   fake.set_real_time_facts(
       {.permitted = false, .why_not = "no CAP_SYS_NICE", .reserved = 0.05, .reserved_by = "fair server"});
-  open("joint", 1, fake);
+  open("catan", 1, fake, in_frames(tracker_app()));
   const Snapshot snapshot = run_for(seconds{10});
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_EQ(snapshot.notices.size(), 1U);
@@ -211,7 +211,7 @@ TEST_F(TrackerTest, WithoutThePermissionGoesOnWithRatesOnlyAndSaysSo) {
 
 TEST_F(TrackerTest, SaysSoWhereWhatRunsWaitCannotBeMeasured) {
   fake.set_tells_ready_time(false);
-  open("joint", 1, fake);
+  open("catan", 1, fake, in_frames(tracker_app()));
   const Snapshot snapshot = run_for(seconds{5});
   ASSERT_EQ(snapshot.notices.size(), 1U);
   EXPECT_TRUE(snapshot.notices[0].starts_with("waits-unknown: ")) << snapshot.notices[0];
@@ -252,7 +252,7 @@ TEST_F(TrackerTest, ARefusalHalfWayLowersWhatWasRaised) {
 
 TEST_F(TrackerTest, AHangingRunLosesItsLevelUntilItEnds) {
   costs[1] = [](std::uint64_t run) { return run == 60 ? Nanos{seconds{4}} : Nanos{milliseconds{57}}; };
-  open("joint", 1, fake);
+  open("catan", 1, fake, in_frames(tracker_app()));
   const Snapshot snapshot = run_for(seconds{20});
   ASSERT_EQ(snapshot.notices.size(), 2U);
   EXPECT_TRUE(snapshot.notices[0].starts_with("watchdog: a run of subchain track hangs"));

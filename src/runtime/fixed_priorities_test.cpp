@@ -14,6 +14,7 @@
 
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
+#include "policy/planned.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
@@ -155,7 +156,7 @@ TEST_F(FixedPrioritiesTest, ARunBeyondItsBudgetDoesNotDelayWhoIsBelow) {
 class PrioritiesLater : public policy::Policy {
  public:
   explicit PrioritiesLater(std::vector<policy::SubchainPlace> places)
-      : Policy("later"), frames_(*policy::make_policy("joint")), priorities_(std::move(places)) {}
+      : Policy("later"), frames_(std::make_shared<policy::FormulaPolicy>()), priorities_(std::move(places)) {}
   bool follows_plan() const override { return true; }
   bool adapts() const override { return true; }
   bool raises() const override { return true; }

@@ -48,9 +48,9 @@ class HousekeepingTest : public VirtualSession {
   HousekeepingTest() { costs = {{"fast", milliseconds{4}}, {"slow", milliseconds{10}}}; }
   ~HousekeepingTest() override { std::remove(path.c_str()); }
 
-  void start(graph::App app, int cpus, std::shared_ptr<const policy::Policy> policy = *policy::make_policy("joint")) {
+  void start(graph::App app, int cpus, std::shared_ptr<const policy::Policy> policy = *policy::make_policy("catan")) {
     std::remove(path.c_str());
-    open(std::move(app), std::move(policy), cpus, path);
+    open(in_frames(std::move(app)), std::move(policy), cpus, path);
     VirtualSession::start();
   }
 
@@ -208,11 +208,11 @@ TEST_F(HousekeepingTest, KindsOfCoresAreMeasuredApart) {
   EXPECT_NEAR(plan.subchains[1].execution.count(), 40.0, 1e-6);
 }
 
-// As "joint", but it has no plan for one CPU until it is told.
+// Plans in frames, but it has no plan for one CPU until it is told.
 class FailsOnOneCpu : public policy::PlannedPolicy {
  public:
   explicit FailsOnOneCpu(std::atomic<bool>& fails)
-      : PlannedPolicy("fails"), fails_(fails), real_(*policy::make_policy("joint")) {}
+      : PlannedPolicy("fails"), fails_(fails), real_(std::make_shared<policy::FormulaPolicy>()) {}
   bool adapts() const override { return true; }
   Result<policy::Decision> decide(const policy::Situation& situation) const override {
     return real_->decide(situation);
@@ -304,7 +304,7 @@ TEST_F(HousekeepingTest, ABigCoreThatGoesLeavesTheLittleOne) {
 TEST_F(HousekeepingTest, KindsOfCoresThatAreNotTheSessionsCpusAreRefused) {
   const auto made = Engine::create(
       parse(kBigAndLittle), fake,
-      {.policy = *policy::make_policy("joint"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});
+      {.policy = *policy::make_policy("catan"), .cpus = os::CpuSet{0}, .record = {}, .note = {}, .on_notice = {}});
   ASSERT_FALSE(made.ok());
   EXPECT_NE(made.error().message().find("1 big, 1 little"), std::string::npos) << made.error().message();
 }

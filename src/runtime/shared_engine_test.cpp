@@ -13,7 +13,7 @@
 #include "config/testing/apps.h"
 #include "os/fake/busy_thread.h"
 #include "os/fake/fake_os.h"
-#include "planner/planner.h"
+#include "planner/frames.h"
 #include "policy/planned.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
@@ -58,7 +58,7 @@ scheduler: { bootstrap: 1s }
 
 // All costs as planned: the formulas say what happens.
 TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
-  open(robot_app(), "joint", 1);
+  open(in_frames(robot_app()), "catan", 1);
   const Snapshot snapshot = run_for(seconds{20});
   EXPECT_TRUE(snapshot.notices.empty());
   ASSERT_EQ(snapshot.chains.size(), 2U);
@@ -68,7 +68,8 @@ TEST_F(SharedTest, OneCoreIsSharedAsPlanned) {
     EXPECT_LE(chain.response_ms.max, *chain.predicted_response_ms * 1.1);
     EXPECT_GT(chain.response_ms.count, 20U);
   }
-  const plan::Plan plan = *planner::make_plan(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06});
+  const plan::Plan plan =
+      *planner::make_plan_in_frames(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06});
   for (const char* node : {"scan", "map", "log"}) {
     const SubchainId id = *engine->app().graph.node(*engine->app().graph.find_node(node)).subchain;
     const double planned = 1000.0 / plan.subchains[id.index()].period.count();
@@ -145,16 +146,16 @@ TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
 
 TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
   fake.set_real_time_facts({false, "no right to", 0.05, "fair server"});
-  open(robot_app(), "joint", 1);
+  open(in_frames(robot_app()), "catan", 1);
   const Snapshot snapshot = run_for(seconds{10});
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_FALSE(snapshot.notices.empty());
   EXPECT_EQ(snapshot.notices[0], "rates-only: no right to");
   for (const os::FakeCpus::Turn& turn : fake.turns()) EXPECT_EQ(turn.level, os::Level::kOrdinary);
   // Without levels, turns on the core are not as planned to the last run.
-  expect_planned_rates(engine->app(), snapshot,
-                       *planner::make_plan(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06}),
-                       0.02);
+  expect_planned_rates(
+      engine->app(), snapshot,
+      *planner::make_plan_in_frames(engine->app(), known_costs(engine->app()), {.cores = 1, .slack = 0.06}), 0.02);
 }
 
 TEST_F(SharedTest, FixedPrioritiesStarveWhoIsLast) {
@@ -292,7 +293,7 @@ TEST_F(FollowersTest, WithAPeriodOfTheirOwnHaveATimer) {
 TEST_F(SharedTest, AGivenPlanIsFollowedAndNeverRevised) {
   const graph::App app = robot_app();
   const model::CostTable guess(app.graph, Millis{10});
-  const plan::Plan plan = *planner::make_plan(app, guess, {.cores = 1, .slack = 0.06});
+  const plan::Plan plan = *planner::make_plan_in_frames(app, guess, {.cores = 1, .slack = 0.06});
   for (const graph::FrameMode frames : {graph::FrameMode::kElastic, graph::FrameMode::kFixed}) {
     os::FakeOs machine;
     machine.share_cpus(true);

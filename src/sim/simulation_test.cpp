@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/testing/apps.h"
+#include "policy/planned.h"
 #include "record/reader.h"
 #include "sim/batch.h"
 #include "sim/json.h"
@@ -68,7 +69,7 @@ TEST(Simulation, OneSubchainAtAHandSetRate) {
 
 // Catan triggers the next run as soon as the last has ended: 13 + 13.
 TEST(Simulation, OneSubchainByFormulas) {
-  const Outcome outcome = simulate(parse(kRow), kRowCosts, "joint");
+  const Outcome outcome = simulate(in_frames(parse(kRow)), kRowCosts, "catan");
   const ChainOutcome& chain = outcome.chains.front();
   EXPECT_NEAR(chain.response_ms.mean, 26.0, 0.001);
   EXPECT_NEAR(*chain.predicted_ms, 26.0, 0.001);
@@ -101,7 +102,7 @@ objective: [ { response_time: [lone], weight: 1 } ]
 scheduler: { slack: 0%, bootstrap: 1s }
 )");
   const auto outcome_of = [&](std::vector<std::uint64_t> hung) {
-    const Options options = on_ideal_machine(*policy::make_policy("joint"));
+    const Options options = on_ideal_machine(std::make_shared<policy::FormulaPolicy>());
     return *sim::simulate(app, std::make_unique<SometimesHangs>(std::move(hung)), options, seconds{20});
   };
   const Outcome alone = outcome_of({600, 620, 640});
@@ -200,7 +201,7 @@ TEST(Simulation, ARunThatWaitsGivesItsCoreAway) {
 // One run at a time: 13 ms and 7 ms of waiting.
 TEST(Simulation, OneSubchainThatWaitsByFormulas) {
   const Outcome outcome =
-      simulate(parse(kRow), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "joint");
+      simulate(in_frames(parse(kRow)), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "catan");
   const ChainOutcome& chain = outcome.chains.front();
   EXPECT_NEAR(chain.response_ms.mean, 40.0, 0.001);
   EXPECT_NEAR(*chain.predicted_ms, 40.0, 0.001);
@@ -210,7 +211,7 @@ TEST(Simulation, OneSubchainThatWaitsByFormulas) {
 // On two cores, detect is occupied for 17 ms of each run, and the cores for 13.
 TEST(Simulation, APipelineThatWaitsIsAsFastAsItsSlowestNode) {
   const Outcome outcome =
-      simulate(parse(kRow), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "joint", 2);
+      simulate(in_frames(parse(kRow)), "camera: 2ms\ndetect: { cost: 10ms, wait: 7ms }\nmotor: 1ms\n", "catan", 2);
   const ChainOutcome& chain = outcome.chains.front();
   EXPECT_NEAR(chain.period_ms.mean, 17.0, 0.1);
   EXPECT_NEAR(chain.latency_ms.mean, 20.0, 0.2);
@@ -317,11 +318,11 @@ nodes: { scan: { max_rate: 50Hz }, local: {}, plan: { max_rate: 5Hz } }
 edges: [ scan -> local, local -> plan ]
 subchains: { near: [scan, local] }
 objective: [ { response_time: [scan, local], weight: 1 }, { response_time: [scan, local, plan], weight: 0.1 } ]
-scheduler: { bootstrap: 1s }
+scheduler: { bootstrap: 1s, schedule: frames }
 )");
   const std::string path = testing::TempDir() + fmt::format("simulated_{}.catan", getpid());
   std::remove(path.c_str());
-  Options options{.policy = *policy::make_policy("joint")};
+  Options options{.policy = *policy::make_policy("catan")};
   options.recording = {.path = path, .note = "a note"};
   const auto costs = [&] {
     return std::make_unique<DrawnCosts>(
@@ -333,7 +334,7 @@ scheduler: { bootstrap: 1s }
   const auto record = record::Reader::open(path);
   ASSERT_TRUE(record.ok()) << record.error().message();
   EXPECT_TRUE(record->ending().closed);
-  EXPECT_EQ(record->header().scheduler, "joint");
+  EXPECT_EQ(record->header().scheduler, "catan");
   EXPECT_EQ(record->header().note, "a note");
   EXPECT_EQ(record->plans()->size(), outcome.plans_adopted);
   EXPECT_EQ(record->plans()->front().reason, "bootstrap");

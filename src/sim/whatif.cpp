@@ -5,7 +5,8 @@
 #include <mutex>
 #include <utility>
 
-#include "planner/planner.h"
+#include "planner/expected.h"
+#include "planner/formulas.h"
 #include "sim/batch.h"
 #include "sim/run_costs.h"
 #include "sim/simulation.h"
@@ -16,13 +17,27 @@ namespace {
 constexpr double kMaxRatio = 64.0;
 constexpr double kAccuracy = 1.005;
 
-// Enough to tell plans apart; more is for those who wait for one plan only.
-constexpr std::size_t kEffort = 20'000;
+// Of the search: enough to tell plans apart; more is for those who wait for one plan only.
+constexpr double kEffort = 0.03;
+// For a limit: where it lies is known no better than guesses find the plan that just holds.
+constexpr std::size_t kGuesses = 20'000;
 
-Result<plan::Plan> plan_for(const graph::App& app, const model::Workload& work, int cores) {
-  return planner::make_plan(
-      app, work.costs(app.graph),
-      {.cores = cores, .slack = app.scheduler.slack.value_or(graph::kDefaultSlack), .effort = kEffort});
+double slack_of(const graph::App& app) { return app.scheduler.slack.value_or(graph::kDefaultSlack); }
+
+Result<plan::Plan> plan_for(const graph::App& app, const model::Workload& work, int cores, std::uint64_t seed) {
+  return planner::make_expected_plan(app, trial::Samples(app, work, Nanos{0}, seed), work.costs(app.graph),
+                                     {.cores = cores, .slack = slack_of(app), .effort = kEffort});
+}
+
+// Whether formulas find a plan that keeps all bounds as promised.
+bool can_hold(const graph::App& app, const model::Workload& work, int cores) {
+  const model::CostTable costs = work.costs(app.graph);
+  const planner::FormulaRequest request{
+      .cores = cores, .slack = slack_of(app), .guesses = kGuesses, .count_cores = false};
+  const auto holds = [](const Result<plan::Plan>& plan) { return plan.ok() && plan->relax_factor <= 1.0; };
+  if (holds(planner::make_plan_by_formulas(app, costs, request))) return true;
+  return planner::may_have_frames(app) && planner::may_have_priorities(app) &&
+         holds(planner::make_guessed_plan(app, trial::Samples(app, work, Nanos{0}, 1), costs, request));
 }
 
 Promise promise_of(const plan::Plan& plan) {
@@ -37,7 +52,7 @@ Answer answer_one(const graph::App& app, const model::Workload& work, const Hypo
   const graph::App changed = app_under(app, asked);
   const model::Workload changed_work = work_under(app, work, asked);
   if (options.policy->follows_plan()) {
-    const Result<plan::Plan> plan = plan_for(changed, changed_work, asked.cores);
+    const Result<plan::Plan> plan = plan_for(changed, changed_work, asked.cores, options.seed);
     if (plan) {
       answer.promised = promise_of(*plan);
     } else {
@@ -143,8 +158,7 @@ const Answer* cheapest(const std::vector<Answer>& answers) {
 
 std::optional<double> min_speed(const graph::App& app, const model::Workload& work, int cores) {
   const std::optional<double> slowness = largest([&](double ratio) {
-    const auto plan = plan_for(app, work_under(app, work, {.cores = cores, .speed = 1.0 / ratio}), cores);
-    return plan.ok() && plan->relax_factor <= 1.0;
+    return can_hold(app, work_under(app, work, {.cores = cores, .speed = 1.0 / ratio}), cores);
   });
   return slowness ? std::optional(1.0 / *slowness) : std::nullopt;
 }
@@ -153,8 +167,7 @@ std::optional<double> max_factor(const graph::App& app, const model::Workload& w
   asked.node = node;
   return largest([&](double factor) {
     asked.factor = factor;
-    const auto plan = plan_for(app_under(app, asked), work_under(app, work, asked), asked.cores);
-    return plan.ok() && plan->relax_factor <= 1.0;
+    return can_hold(app_under(app, asked), work_under(app, work, asked), asked.cores);
   });
 }
 

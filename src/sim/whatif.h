@@ -78,8 +78,9 @@ Result<std::vector<Answer>> answer(const graph::App& app, const model::Workload&
 // That meets all bounds with the least of cores times speed, of these with the fewest cores; null: none does.
 const Answer* cheapest(const std::vector<Answer>& answers);
 
-// Where the app breaks, as promised: the least speed of `cores` cores (found to one part in 200, between 1/64 and 64)
-// at which a plan meets all bounds; none if there is none.
+// Where the app breaks, as promised: the least speed of `cores` cores (between 1/64 and 64) at which formulas
+// (planner/formulas.h) find a plan that meets all bounds; none if there is none. To some percent: near the limit they
+// find such a plan, or they do not.
 std::optional<double> min_speed(const graph::App& app, const model::Workload& work, int cores);
 // The most that a node's runs may cost, as a factor (same range and accuracy), on hardware as `asked` says.
 std::optional<double> max_factor(const graph::App& app, const model::Workload& work, Hypothesis asked, NodeId node);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "explain.h"
+#include "planner/planner.h"
 
 namespace ctn::tool {
 namespace {
@@ -14,8 +15,6 @@ using planner::Binding;
 
 const char* binding_name(Binding binding) {
   switch (binding) {
-    case Binding::kNothing:
-      return "nothing";
     case Binding::kExactRate:
       return "exact_rate";
     case Binding::kRateCap:
@@ -24,16 +23,14 @@ const char* binding_name(Binding binding) {
       return "longest_node";
     case Binding::kCost:
       return "cost";
-    case Binding::kOtherRate:
-      return "other_rate";
-    case Binding::kMinSlice:
-      return "min_slice";
+    case Binding::kLeader:
+      return "leader";
     case Binding::kBound:
       return "bound";
-    case Binding::kOtherBound:
-      return "other_bound";
     case Binding::kCore:
       return "core";
+    case Binding::kChosen:
+      return "chosen";
   }
   return "";
 }
@@ -44,14 +41,23 @@ Json names(const std::vector<SubchainId>& ids, const graph::Graph& graph) {
   return all;
 }
 
+// As in the plan's "after".
+Json leader_json(const std::optional<plan::After>& leader, const graph::Graph& graph) {
+  if (!leader) return nullptr;
+  if (const SubchainId* const subchain = leader->subchain()) return graph.subchain(*subchain).name;
+  return graph.node(*leader->node()).name;
+}
+
 Json reason_json(const planner::Reason& reason, const graph::Graph& graph) {
   return {{"binds", binding_name(reason.binding)},
           {"node", reason.node ? Json(graph.node(*reason.node).name) : Json(nullptr)},
-          {"through", reason.through ? Json(graph.subchain(*reason.through).name) : Json(nullptr)},
+          {"through", leader_json(reason.leader, graph)},
           {"bounds", reason.bounds},
+          {"period_ms", reason.period.count()},
           {"cost_ms", reason.cost.count()},
           {"shares_with", names(reason.others, graph)},
-          {"core_part", reason.core_part}};
+          {"core_part", reason.core_part},
+          {"core_used", reason.core_used}};
 }
 
 Json allocation_json(const plan::Plan& plan, const graph::App& app) {
@@ -64,14 +70,12 @@ Json allocation_json(const plan::Plan& plan, const graph::App& app) {
   return groups;
 }
 
-Json plan_json(const plan::Plan& plan, const graph::App& app) {
-  return {
-      {"objective", plan.objective}, {"relax_factor", plan.relax_factor}, {"allocation", allocation_json(plan, app)}};
-}
-
 Json variation_json(const planner::Variation& variation, const graph::App& app) {
   if (!variation.plan) return {{"refused", variation.refusal}};
-  return plan_json(*variation.plan, app);
+  const plan::Plan& plan = *variation.plan;
+  return {{"objective", plan.expected->objective},
+          {"relax_factor", plan.relax_factor},
+          {"allocation", allocation_json(plan, app)}};
 }
 
 Json bound_json(const planner::BoundCost& bound, const graph::App& app) {
@@ -81,12 +85,6 @@ Json bound_json(const planner::BoundCost& bound, const graph::App& app) {
           {"binds", bound.binds},
           {"cost", bound.without.plan ? Json(bound.cost) : Json(nullptr)},
           {"without", variation_json(bound.without, app)}};
-}
-
-Json runner_up_json(const planner::RunnerUp& runner_up, const graph::App& app) {
-  return {{"proven", runner_up.proven},
-          {"allocations", runner_up.allocations},
-          {"plan", runner_up.plan ? plan_json(*runner_up.plan, app) : Json(nullptr)}};
 }
 
 Json times(const std::vector<Millis>& values) {
@@ -123,7 +121,11 @@ Json with_cores_json(const std::vector<std::optional<planner::Variation>>& by_ki
 
 Json explanation_json(const planner::Explanation& explanation, const graph::App& app, int cores) {
   const graph::Graph& graph = app.graph;
-  Json document = {{"subchains", Json::object()}, {"terms_ms", times(explanation.terms)}, {"bounds", Json::array()}};
+  Json document = {{"objective", explanation.again.expected->objective},
+                   {"noise", explanation.noise},
+                   {"subchains", Json::object()},
+                   {"terms_ms", times(explanation.terms)},
+                   {"bounds", Json::array()}};
   for (std::size_t i = 0; i < explanation.reasons.size(); ++i) {
     document["subchains"][graph.subchain(SubchainId(i)).name] = reason_json(explanation.reasons[i], graph);
   }
@@ -131,7 +133,6 @@ Json explanation_json(const planner::Explanation& explanation, const graph::App&
   document["one_core_more"] =
       with_cores_json({explanation.one_more.begin(), explanation.one_more.end()}, app, cores, 1);
   document["one_core_fewer"] = with_cores_json(explanation.one_fewer, app, cores, -1);
-  document["runner_up"] = runner_up_json(explanation.runner_up, app);
   document["weight_doubled"] = Json::array();
   for (std::size_t i = 0; i < explanation.doubled.size(); ++i) {
     document["weight_doubled"].push_back(doubled_json(explanation.doubled[i], i, app));

@@ -4,6 +4,7 @@
 
 #include "explain.h"
 #include "plan/predict.h"
+#include "planner/planner.h"
 #include "table.h"
 
 namespace ctn::tool {
@@ -17,14 +18,6 @@ std::string ms(double duration) { return fmt::format("{:.3f}ms", duration); }
 std::string ms(Millis duration) { return ms(duration.count()); }
 std::string percent(double part) { return fmt::format("{:.3g}%", 100.0 * part); }
 
-// "+1.234ms (+5.6%)", or that nothing differs.
-std::string change(double from, double to) {
-  const double difference = to - from;
-  if (std::abs(difference) <= plan::kTolerance * std::abs(from)) return "no change";
-  if (from <= 0.0) return fmt::format("{:+.3f}ms", difference);
-  return fmt::format("{:+.3f}ms ({:+.3g}%)", difference, 100.0 * difference / from);
-}
-
 std::string in_words(const std::vector<std::string>& parts) {
   std::string text;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -37,7 +30,7 @@ std::string in_words(const std::vector<std::string>& parts) {
 class Text {
  public:
   Text(const planner::Explanation& explanation, const plan::Plan& plan, const graph::App& app)
-      : explanation_(explanation), plan_(plan), app_(app) {}
+      : explanation_(explanation), plan_(plan), app_(app), now_(explanation.again.expected->objective) {}
 
   std::string all() const {
     return fmt::format("\nwhy these periods\n{}{}{}{}{}", reasons(), bounds(), alternatives(), weights(), caveat());
@@ -60,10 +53,17 @@ class Text {
                                                  : "response time of " + app_.graph.path_name(term.path);
   }
 
+  // "+1.234ms (+5.6%)", or that nothing differs by more than noise.
+  std::string change(double from, double to) const {
+    const double difference = to - from;
+    if (std::abs(difference) <= explanation_.noise * std::abs(from)) return "no change";
+    return fmt::format("{:+.3f}ms ({:+.3g}%)", difference, 100.0 * difference / from);
+  }
+
   std::string reasons() const {
     Table table({"subchain", "period", "because"});
     for (std::size_t i = 0; i < explanation_.reasons.size(); ++i) {
-      table.add({name(SubchainId(i)), ms(plan_.subchains[i].period), because(i)});
+      table.add({name(SubchainId(i)), ms(explanation_.reasons[i].period), because(i)});
     }
     return table.text();
   }
@@ -71,8 +71,6 @@ class Text {
   std::string because(std::size_t i) const {
     const Reason& reason = explanation_.reasons[i];
     switch (reason.binding) {
-      case Binding::kNothing:
-        return "it costs nothing";
       case Binding::kExactRate:
         return fmt::format("its rate is given: min_rate and max_rate of {} are equal", name(*reason.node));
       case Binding::kRateCap:
@@ -82,9 +80,18 @@ class Text {
                            ms(reason.cost));
       case Binding::kCost:
         return of_cost(i);
-      default:
-        return of_sharer(i);
+      case Binding::kBound:
+        return fmt::format("{} {} it this fast; {}", in_words(reason.bounds),
+                           reason.bounds.size() == 1 ? "keeps" : "keep", of_core(reason));
+      case Binding::kLeader:
+        return fmt::format("{} triggers it; {}", output_of(*reason.leader), of_core(reason));
+      case Binding::kCore:
+        return fmt::format("its core is full: {}, by the weights", of_core(reason));
+      case Binding::kChosen:
+        return fmt::format("{} of its core is used, and more often would not be better; {}", percent(reason.core_used),
+                           of_core(reason));
     }
+    return "";
   }
 
   std::string of_cost(std::size_t i) const {
@@ -93,43 +100,24 @@ class Text {
                        cores == 1 ? "a core" : fmt::format("{} cores", cores));
   }
 
-  std::string of_sharer(std::size_t i) const {
-    const Reason& reason = explanation_.reasons[i];
-    const std::string core = fmt::format("its core, shared with {}: it gets {} of it for runs of {}",
-                                         names(reason.others), percent(reason.core_part), ms(reason.cost));
-    switch (reason.binding) {
-      case Binding::kOtherRate:
-        return fmt::format("the frame of its core waits for the rate of {}; {} of the core is left idle",
-                           name(*reason.through), percent(idle(i)));
-      case Binding::kMinSlice:
-        return plan_.subchains[i].every == 1
-                   ? fmt::format("min_slice: its run of {} may not be split over frames, which would be better",
-                                 ms(reason.cost))
-                   : fmt::format("min_slice: its slice of {} may be no shorter, which would be better",
-                                 ms(plan_.subchains[i].slice));
-      case Binding::kBound:
-        return fmt::format("{} {} it this fast, at the expense of {}", in_words(reason.bounds),
-                           reason.bounds.size() == 1 ? "keeps" : "keep", names(reason.others));
-      case Binding::kOtherBound:
-        return fmt::format("{}; slowed by {}{}", core, in_words(reason.bounds),
-                           reason.bounds.size() == 1 ? ", which keeps " + name(*reason.through) + " fast" : "");
-      default:
-        return core;
-    }
+  std::string output_of(const plan::After& leader) const {
+    const std::string& who = leader.subchain() != nullptr ? name(*leader.subchain()) : name(*leader.node());
+    return leader.every == 1 ? "each output of " + who : fmt::format("every {}th output of {}", leader.every, who);
   }
 
-  double idle(std::size_t i) const {
-    const plan::CorePlan& core = plan_.cores[static_cast<std::size_t>(plan_.subchains[i].cores.front())];
-    return core.idle / core.frame;
+  std::string of_core(const Reason& reason) const {
+    if (reason.others.empty()) return fmt::format("alone on its core, for runs of {}", ms(reason.cost));
+    return fmt::format("it gets {} of the core that it shares with {}, for runs of {}", percent(reason.core_part),
+                       names(reason.others), ms(reason.cost));
   }
 
   std::string bounds() const {
     if (explanation_.bounds.empty()) return "\nwhat the bounds cost: there are none\n";
-    Table table({"bound", "asked", "planned", "objective without it", "so it costs"});
+    Table table({"bound", "asked", "at worst", "objective without it", "so it costs"});
     for (const BoundCost& bound : explanation_.bounds) {
       const auto& without = bound.without.plan;
       table.add({bound.key, ms(bound.asked), ms(bound.planned),
-                 without ? ms(without->objective) : "no plan: " + bound.without.refusal, cost_text(bound)});
+                 without ? ms(without->expected->objective) : "no plan: " + bound.without.refusal, cost_text(bound)});
     }
     return "\nwhat the bounds cost\n" + table.text();
   }
@@ -137,18 +125,19 @@ class Text {
   std::string cost_text(const BoundCost& bound) const {
     if (!bound.without.plan) return "";
     std::string text = "nothing";
-    if (bound.cost > plan::kTolerance * plan_.objective) {
-      text = fmt::format("{} ({:.3g}%)", ms(bound.cost), 100.0 * bound.cost / plan_.objective);
+    if (bound.cost > explanation_.noise * now_) {
+      text = fmt::format("{} ({:.3g}%)", ms(bound.cost), 100.0 * bound.cost / now_);
     }
+    const double before = explanation_.again.relax_factor;
     const double factor = bound.without.plan->relax_factor;
-    if (explanation_.bounds.size() == 1 || factor >= plan_.relax_factor * (1.0 - plan::kTolerance)) return text;
+    if (explanation_.bounds.size() == 1 || factor >= before * (1.0 - explanation_.noise)) return text;
     if (factor <= 1.0 + plan::kTolerance) return text + "; without it the others hold";
-    return text + fmt::format("; without it the others give way by {:.4g}, not {:.4g}", factor, plan_.relax_factor);
+    return text + fmt::format("; without it the others give way by {:.4g}, not {:.4g}", factor, before);
   }
 
   std::string alternatives() const {
     Table table({"plan", "objective", "change", "relaxed by", "cores"});
-    table.add({"this one", ms(plan_.objective), "", relaxed(plan_), allocation(plan_, app_)});
+    table.add({"this one", ms(now_), "", relaxed(explanation_.again), allocation(explanation_.again, app_)});
     for (std::size_t kind = 0; kind < explanation_.one_more.size(); ++kind) {
       add(table, "one" + of_kind(kind) + " core more", explanation_.one_more[kind], with(kind, 1));
     }
@@ -157,23 +146,7 @@ class Text {
         add(table, "one" + of_kind(kind) + " core fewer", *fewer, with(kind, -1));
       }
     }
-    const planner::RunnerUp& runner_up = explanation_.runner_up;
-    if (runner_up.plan) {
-      add(table, label(runner_up), {runner_up.plan, ""}, app_);
-    } else {
-      table.add({"other allocation", "none", "", "", ""});
-    }
     return "\nother plans\n" + table.text();
-  }
-
-  // An allocation made in two stages need not be the best.
-  std::string label(const planner::RunnerUp& runner_up) const {
-    if (!runner_up.proven) return "best other allocation found";
-    const plan::Plan& other = *runner_up.plan;
-    const bool better = other.relax_factor < plan_.relax_factor * (1.0 - plan::kTolerance) ||
-                        (other.relax_factor <= plan_.relax_factor * (1.0 + plan::kTolerance) &&
-                         other.objective < plan_.objective * (1.0 - plan::kTolerance));
-    return better ? "best allocation" : "next best allocation";
   }
 
   void add(Table& table, const std::string& label, const planner::Variation& other, const graph::App& app) const {
@@ -181,8 +154,8 @@ class Text {
       table.add({label, "none", "", "", other.refusal});
       return;
     }
-    table.add({label, ms(other.plan->objective), change(plan_.objective, other.plan->objective), relaxed(*other.plan),
-               allocation(*other.plan, app)});
+    const double objective = other.plan->expected->objective;
+    table.add({label, ms(objective), change(now_, objective), relaxed(*other.plan), allocation(*other.plan, app)});
   }
 
   // " big" where cores differ, else nothing.
@@ -226,35 +199,39 @@ class Text {
     return text;
   }
 
+  // Only what changes. Cores that are divided differently for no change in any term are one of many ways.
   std::string doubled(const planner::DoubledWeight& other) const {
     if (!other.with.plan) return ": no plan, " + other.with.refusal + "\n";
-    const std::string cores = other.allocation_changes ? "    cores: " + allocation(*other.with.plan, app_) + "\n" : "";
-    if (same(other)) return ": nothing changes\n" + cores;
     Table table({"", "  now", "then", "change"});
+    bool any = false;
     for (std::size_t t = 0; t < other.terms.size(); ++t) {
       const double now = explanation_.terms[t].count();
       const std::string changed = change(now, other.terms[t].count());
-      if (changed != "no change") table.add({"  " + term(t), "  " + ms(now), ms(other.terms[t]), changed});
+      if (changed == "no change") continue;
+      table.add({"  " + term(t), "  " + ms(now), ms(other.terms[t]), changed});
+      any = true;
     }
+    if (!any) return ": nothing changes\n";
+    const std::string cores = other.allocation_changes ? "    cores: " + allocation(*other.with.plan, app_) + "\n" : "";
     return "\n" + table.text() + cores;
   }
 
-  bool same(const planner::DoubledWeight& other) const {
-    for (std::size_t t = 0; t < other.terms.size(); ++t) {
-      if (change(explanation_.terms[t].count(), other.terms[t].count()) != "no change") return false;
-    }
-    return true;
-  }
-
   std::string caveat() const {
-    if (plan_.quality == plan::Quality::kOptimal) return "";
-    return fmt::format("\nThis plan may be up to {} from the optimum: smaller differences than that say nothing.\n",
-                       percent(plan_.gap));
+    std::string text;
+    if (now_ < plan_.expected->objective) {
+      text = fmt::format("Going on for longer with nothing changed gave {} in place of {}. ", ms(now_),
+                         ms(plan_.expected->objective));
+    }
+    return fmt::format(
+        "\nObjectives, periods and terms are as expected. Nothing of this is proven: each line is what a short search "
+        "found.\n{}Differences of less than {} are taken for noise.\n",
+        text, percent(explanation_.noise));
   }
 
   const planner::Explanation& explanation_;
   const plan::Plan& plan_;
   const graph::App& app_;
+  double now_;  // what other plans are compared with
 };
 
 }  // namespace

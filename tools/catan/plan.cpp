@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -25,6 +26,7 @@
 #include "planner/planner.h"
 #include "rate_plan_output.h"
 #include "scheduling_options.h"
+#include "status_line.h"
 
 namespace ctn::tool {
 namespace {
@@ -53,22 +55,33 @@ Result<model::Workload> work_of(const graph::App& app, const std::string& file) 
   return work;
 }
 
-// The app, as the planner takes it.
-graph::App as_planned_by(const std::string& planner, const graph::App& app) {
-  return planner == "paper" ? paper::as_in_the_paper(app) : app;
-}
-
 // How long the search is, as a multiple of a few seconds.
 constexpr double kLeastEffort = 0.001;
 constexpr double kMostEffort = 1000.0;
 
-Result<plan::Plan> planned(const graph::App& app, const model::Workload& work, const model::CostTable& costs,
-                           const planner::Request& request, const PlanOptions& options) {
-  if (options.planner == "paper") return paper::make_plan(app, costs, {.cores = request.cores, .slack = request.slack});
-  if (options.planner != "auto") return planner::make_plan(app, costs, request);
-  const trial::Samples samples(app, work, Nanos{0}, 1);
-  return planner::make_expected_plan(app, samples, costs,
-                                     {.cores = request.cores, .slack = request.slack, .effort = options.effort});
+// What is to be planned, by whomever.
+struct Task {
+  const graph::App& app;
+  const model::CostTable costs;
+  const trial::Samples samples;
+  planner::ExpectedRequest request;
+};
+
+// What the request calls while it is worked on.
+std::function<void(double)> shown_on(const StatusLine& line, const char* what) {
+  return [&line, what](double part) { line.show(fmt::format("{}: {:.0f} %", what, 100.0 * part)); };
+}
+
+Result<plan::Plan> planned(Task& task) {
+  const StatusLine line;
+  task.request.on_progress = shown_on(line, "planning");
+  return planner::make_expected_plan(task.app, task.samples, task.costs, task.request);
+}
+
+planner::Explanation explained(Task& task, const plan::Plan& plan) {
+  const StatusLine line;
+  task.request.on_progress = shown_on(line, "planning again, with one thing changed at a time");
+  return planner::explain(task.app, task.samples, task.costs, task.request, plan);
 }
 
 Result<double> slack_of(const graph::App& app, const std::string& text) {
@@ -92,18 +105,25 @@ RateMethod rate_method(const std::string& name) {
   return nullptr;
 }
 
-int make_rates(const graph::App& app, const model::CostTable& costs, const planner::Request& request, RateMethod method,
-               bool json) {
+// `work` runs in wall-clock time, which the plan is told.
+template <class Work>
+auto timed(const Work& work) {
   const auto begin = std::chrono::steady_clock::now();
-  auto plan = method(app, costs, {request.cores, request.slack, 0});
+  auto plan = work();
+  if (plan) plan->solve_time = std::chrono::steady_clock::now() - begin;
+  return plan;
+}
+
+int make_rates(Task& task, RateMethod method, bool json) {
+  const planner::ExpectedRequest& request = task.request;
+  const auto plan = timed([&] { return method(task.app, task.costs, {request.cores, request.slack, 0}); });
   if (!plan) return report_error(plan.error());
-  plan->solve_time = std::chrono::steady_clock::now() - begin;
-  if (const auto proof = baselines::check_rates(*plan, app, costs, request.cores); !proof) {
+  if (const auto proof = baselines::check_rates(*plan, task.app, task.costs, request.cores); !proof) {
     throw std::logic_error("rates that do not hold: " + proof.error().message());
   }
-  const auto catans = planner::make_plan(app, costs, request);
+  const auto catans = planned(task);
   const plan::Plan* beside = catans ? &*catans : nullptr;
-  print(json ? rate_plan_json(*plan, app, beside) : rate_plan_text(*plan, app, beside));
+  print(json ? rate_plan_json(*plan, task.app, beside) : rate_plan_text(*plan, task.app, beside));
   return kSuccess;
 }
 
@@ -111,34 +131,32 @@ int make(PlanOptions options) {
   const auto loaded = config::load_app(options.app);
   if (!loaded) return report_error(loaded.error());
   if (options.planner.empty()) {
-    options.planner = loaded->scheduler.planner == graph::PlannerKind::kPaper ? "paper" : "joint";
+    options.planner = loaded->scheduler.planner == graph::PlannerKind::kPaper ? "paper" : "auto";
   }
-  const std::optional<graph::App> app = as_planned_by(options.planner, *loaded);
-  const auto slack = slack_of(*app, options.slack);
+  if (options.explain && options.planner != "auto") {
+    return report_error(Error::caller("--explain is of plans by auto", "leave out --explain, or use --planner auto"));
+  }
+  const bool by_paper = options.planner == "paper";
+  const graph::App app = by_paper ? paper::as_in_the_paper(*loaded) : *loaded;
+  const auto slack = slack_of(app, options.slack);
   if (!slack) return report_error(slack.error());
-  const auto work = work_of(*app, options.costs);
+  const auto work = work_of(app, options.costs);
   if (!work) return report_error(work.error());
-  const model::CostTable costs = work->costs(app->graph);
-  const planner::Request request{.cores = options.cores.value_or(app->core_count().value_or(1)), .slack = *slack};
-  if (const RateMethod rates = rate_method(options.planner)) {
-    if (options.explain) {
-      return report_error(Error::caller("--explain is of Catan's own plans", "leave out --explain or --planner"));
-    }
-    return make_rates(*app, costs, request, rates, options.json);
-  }
-  const auto begin = std::chrono::steady_clock::now();
-  if (options.explain && options.planner != "joint") {
-    return report_error(Error::caller("--explain is of plans by joint", "leave out --explain, or use --planner joint"));
-  }
-  auto plan = planned(*app, *work, costs, request, options);
+  const int cores = options.cores.value_or(app.core_count().value_or(1));
+  Task task{.app = app,
+            .costs = work->costs(app.graph),
+            .samples = trial::Samples(app, *work, Nanos{0}, 1),
+            .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
+  if (const RateMethod rates = rate_method(options.planner)) return make_rates(task, rates, options.json);
+  const auto plan = timed(
+      [&] { return by_paper ? paper::make_plan(app, task.costs, {.cores = cores, .slack = *slack}) : planned(task); });
   if (!plan) return report_error(plan.error());
-  plan->solve_time = std::chrono::steady_clock::now() - begin;
-  if (const auto proof = plan::validate(*plan, *app, costs, request.cores); !proof) {
+  if (const auto proof = plan::validate(*plan, app, task.costs, cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
   std::optional<planner::Explanation> why;
-  if (options.explain) why = planner::explain(*app, costs, request, *plan);
-  print(shown(*plan, *app, why ? &*why : nullptr, options.json));
+  if (options.explain) why = explained(task, *plan);
+  print(shown(*plan, app, why ? &*why : nullptr, options.json));
   return kSuccess;
 }
 
@@ -162,21 +180,20 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       ->type_name("PCT");
   command
       ->add_option("--planner", options->planner,
-                   "joint, paper: by formula, cores allocated jointly with the shares, or before them as if shares "
-                   "were equal, as "
-                   "in the paper; auto: by what schedules come to in virtual time, of frames and of fixed priorities; "
-                   "or one of the "
-                   "methods that Catan is compared with, which give periods and fixed priorities. Else as the app says "
-                   "(scheduler.planner), or joint")
-      ->check(CLI::IsMember({"joint", "paper", "auto", "davare", "verucchi"}));
+                   "auto: as sessions plan, by what schedules come to in virtual time; paper: by formula, in fixed "
+                   "frames, cores allocated before shares; or one of the methods that Catan is compared with, which "
+                   "give periods and fixed priorities. Else as the app says (scheduler.planner), or auto")
+      ->check(CLI::IsMember({"auto", "paper", "davare", "verucchi"}));
   command
-      ->add_option("--effort", options->effort, "Of --planner auto: how long to search, as a multiple of a few seconds")
+      ->add_option("--effort", options->effort,
+                   "How long to search, as a multiple of a few seconds: of --planner auto, and of what is printed "
+                   "beside davare and verucchi")
       ->check(CLI::Range(kLeastEffort, kMostEffort))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
   command->add_flag("--explain", options->explain,
-                    "Add what binds each period, what bounds cost, and how other plans differ "
-                    "(docs/plan-explained.md); plans many times over");
+                    "Add what sets each period, what bounds cost, and how other plans differ "
+                    "(docs/plan-explained.md); plans again for each, some seconds in all");
   command->callback([options, &exit_code] { exit_code = make(*options); });
 }
 

@@ -12,23 +12,33 @@ namespace {
 std::string ms(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
 std::string every_text(const std::optional<int>& every) { return every ? fmt::format("{}", *every) : "-"; }
 
-std::string head(const plan::Plan& plan, const graph::App& app) {
-  const bool optimal = plan.quality == plan::Quality::kOptimal;
-  return fmt::format("{} on {} core{}: {}, objective {:.6g}ms\n{}, slack {:.3g}%, solved in {}\n", app.name,
-                     plan.cores.size(), plan.cores.size() == 1 ? "" : "s",
-                     optimal ? "optimal" : fmt::format("at most {:.3g}% from the optimum", plan.gap * 100.0),
-                     plan.objective, plan.planner, plan.slack * 100.0, ms(plan.solve_time));
+// What is proven of the plan, or how it was found.
+std::string quality(const plan::Plan& plan) {
+  if (plan.quality == plan::Quality::kOptimal) return "optimal, ";
+  return plan.gap < 1.0 ? fmt::format("at most {:.3g}% from the optimum, ", plan.gap * 100.0) : "";
 }
 
+std::string head(const plan::Plan& plan, const graph::App& app) {
+  const std::string objective = plan.expected ? fmt::format("objective {:.6g}ms expected, {:.6g}ms at worst",
+                                                            plan.expected->objective, plan.objective)
+                                              : fmt::format("objective {:.6g}ms", plan.objective);
+  return fmt::format("{} on {} core{}: {}{}\n{}, slack {:.3g}%, solved in {}\n", app.name, plan.cores.size(),
+                     plan.cores.size() == 1 ? "" : "s", quality(plan), objective, plan.planner, plan.slack * 100.0,
+                     ms(plan.solve_time));
+}
+
+// Where something is expected, rates are, and periods are both: as expected and at worst.
 std::string subchains_text(const plan::Plan& plan, const graph::App& app) {
-  Table table({"subchain", "nodes", "cores", "rate", "period", "execution", "slice", "share", "every", "threads"});
+  Table table(
+      {"subchain", "nodes", "cores", "rate", "period", "at worst", "execution", "slice", "share", "every", "threads"});
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const plan::SubchainPlan& entry = plan.subchains[i];
     const graph::Subchain& subchain = app.graph.subchain(SubchainId(i));
+    const Millis period = plan::usual_timing(plan, SubchainId(i)).period;
     table.add({subchain.name, app.graph.path_name(subchain.nodes), fmt::format("{}", fmt::join(entry.cores, ",")),
-               entry.period.count() > 0 ? fmt::format("{:.2f}Hz", 1000.0 / entry.period.count()) : "-",
-               ms(entry.period), ms(entry.execution), ms(entry.slice), fmt::format("{:.3g}", entry.share),
-               every_text(entry.every), fmt::format("{}", entry.threads)});
+               period.count() > 0 ? fmt::format("{:.2f}Hz", 1000.0 / period.count()) : "-", ms(period),
+               plan.expected ? ms(entry.period) : "", ms(entry.execution), ms(entry.slice),
+               fmt::format("{:.3g}", entry.share), every_text(entry.every), fmt::format("{}", entry.threads)});
   }
   return table.text();
 }
@@ -112,14 +122,20 @@ std::string waits_text(const plan::Plan& plan, const graph::App& app) {
   return any ? "\nruns that wait, and leave their core to others meanwhile\n" + table.text() : "";
 }
 
+// As promised, beside what is expected where that is known.
 std::string terms_text(const plan::Plan& plan, const graph::App& app) {
-  Table table({"weight", "of", "value", "latency", "period", "path"});
-  for (const plan::ChainPlan& chain : plan.chains) {
-    table.add({fmt::format("{:.6g}", chain.weight), "response time", ms(chain.response), ms(chain.latency),
-               ms(chain.period), app.graph.path_name(chain.path)});
+  const bool both = plan.expected.has_value();
+  Table table({"weight", "of", "expected", both ? "at worst" : "value", "latency", "period", "path"});
+  for (std::size_t i = 0; i < plan.chains.size(); ++i) {
+    const plan::ChainPlan& chain = plan.chains[i];
+    table.add({fmt::format("{:.6g}", chain.weight), "response time", both ? ms(plan.expected->chains[i].response) : "",
+               ms(chain.response), ms(chain.latency), ms(chain.period), app.graph.path_name(chain.path)});
   }
   for (const plan::NodePlan& node : plan.nodes) {
-    table.add({fmt::format("{:.6g}", node.weight), "period", ms(node.period), "", "", app.graph.node(node.node).name});
+    const std::optional<SubchainId> subchain = app.graph.node(node.node).subchain;
+    const Millis usual = subchain ? plan::usual_timing(plan, *subchain).period : node.period;
+    table.add({fmt::format("{:.6g}", node.weight), "period", both ? ms(usual) : "", ms(node.period), "", "",
+               app.graph.node(node.node).name});
   }
   return table.text();
 }

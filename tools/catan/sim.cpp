@@ -254,7 +254,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       ->check(CLI::Range(1, sim::kMaxCores));
   command
       ->add_option("--scheduler", options->scheduler,
-                   "As catan run has them: catan, joint, paper, default, fifo, rate:HZ, static:PLAN.json; picas, "
+                   "As catan run has them: catan, paper, default, fifo, rate:HZ, static:PLAN.json; picas, "
                    "deadline, davare, verucchi, each by --costs or, as in picas:COSTS.yaml, by a file of its own")
       ->capture_default_str();
   command->add_option("--seconds", options->seconds, "How long to measure, after the warm-up; of simulated time")

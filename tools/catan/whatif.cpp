@@ -148,24 +148,31 @@ int ask(const WhatifOptions& options) {
   const std::size_t until_weights = asked.size();
   asked.insert(asked.end(), weights->begin(), weights->end());
 
+  std::set<NodeId> varied;
+  for (const sim::Hypothesis& each : *nodes) varied.insert(*each.node);
+  const bool limited = policy->policy->follows_plan() && has_bounds(*app);
+  const std::size_t all = asked.size() + (limited ? cores->size() + varied.size() : 0);
   auto answers = sim::answer(*app, *work, asked,
                              {.policy = policy->policy,
                               .reserve = policy->reserve,
                               .seconds = options.seconds,
                               .seed = options.seed,
                               .threads = options.threads,
-                              .on_progress = [&](std::size_t done) { show_progress(done, asked.size()); }});
+                              .on_progress = [&](std::size_t done) { show_progress(done, all); }});
   if (!answers) return report_error(answers.error());
   const auto at = [&](std::size_t index) { return answers->begin() + static_cast<std::ptrdiff_t>(index); };
   result.hardware.assign(at(0), at(hardware));
   result.nodes.assign(at(hardware), at(until_weights));
   result.weights.assign(at(until_weights), answers->end());
-  if (policy->policy->follows_plan() && has_bounds(*app)) {
-    for (const int count : *cores) result.limits.push_back({count, sim::min_speed(*app, *work, count)});
-    std::set<NodeId> varied;
-    for (const sim::Answer& each : result.nodes) varied.insert(*each.asked.node);
+  if (limited) {
+    std::size_t done = asked.size();
+    for (const int count : *cores) {
+      result.limits.push_back({count, sim::min_speed(*app, *work, count)});
+      show_progress(++done, all);
+    }
     for (const NodeId node : varied) {
       result.node_limits.push_back({node, sim::max_factor(*app, *work, {.cores = cores->front()}, node)});
+      show_progress(++done, all);
     }
   }
   if (!options.svg.empty()) {

@@ -103,13 +103,14 @@ std::string conclusions(const WhatIf& result) {
   }
   for (const auto& [cores, speed] : result.limits) {
     text += fmt::format("{}: {}\n", cores_text(cores),
-                        speed ? fmt::format("no plan meets all bounds below speed {:.3g}", *speed)
-                              : "no plan meets all bounds at any speed");
+                        speed ? fmt::format("no plan was found that meets all bounds below speed {:.3g}", *speed)
+                              : "no plan was found that meets all bounds at any speed");
   }
   for (const auto& [node, factor] : result.node_limits) {
     const std::string& name = result.app.graph.node(node).name;
-    text += factor ? fmt::format("{}: no plan meets all bounds above {:.3g} times its cost\n", name, *factor)
-                   : fmt::format("{}: no plan meets all bounds at any cost\n", name);
+    text +=
+        factor ? fmt::format("{}: no plan was found that meets all bounds above {:.3g} times its cost\n", name, *factor)
+               : fmt::format("{}: no plan was found that meets all bounds at any cost\n", name);
   }
   return text;
 }

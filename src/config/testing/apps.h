@@ -20,6 +20,12 @@ inline graph::App parse(const std::string& text) {
   return std::move(*app);
 }
 
+// As the app file's `schedule: frames` makes it.
+inline graph::App in_frames(graph::App app) {
+  app.scheduler.schedule = graph::ScheduleKind::kFrames;
+  return app;
+}
+
 // A cost file's text.
 inline model::Workload parse_costs(const graph::App& app, const std::string& text) {
   Result<model::Workload> work = config::parse_workload(text, "test.costs.yaml", app);

@@ -1,0 +1,132 @@
+#include "planner/formulas.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "plan/limits.h"
+#include "plan/validate.h"
+#include "planner/expected.h"
+#include "planner/planner.h"
+#include "planner/schedule_search.h"
+
+namespace ctn::planner {
+namespace {
+
+std::optional<plan::Plan> guessed(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+                                  const FormulaRequest& request) {
+  ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack});
+  search.set_costs(samples, costs);
+  search.guess(request.guesses);
+  std::optional<plan::Plan> best;
+  double best_score = std::numeric_limits<double>::infinity();
+  for (const Found& found : search.best()) {
+    std::optional<plan::Plan> plan = plan_of(app, samples, costs, found.schedule, request.slack);
+    if (!plan || !plan::validate(*plan, app, costs, request.cores)) continue;
+    const double score = relaxed_score(found.score, plan->relax_factor);
+    if (score >= best_score) continue;
+    best_score = score;
+    best = std::move(plan);
+  }
+  return best;
+}
+
+std::optional<plan::Plan> planned(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
+  if (may_have_frames(app)) {
+    auto plan =
+        make_plan_in_frames(app, costs, {.cores = request.cores, .slack = request.slack, .steps = request.frame_steps});
+    if (plan) return *std::move(plan);
+  }
+  if (!may_have_priorities(app)) return std::nullopt;
+  return guessed(app, trial::Samples(app, trial::MeasuredRuns{}, costs), costs, request);
+}
+
+double speed_of_all(const graph::App& app, int cores) {
+  if (app.core_kinds.empty()) return cores;
+  const std::vector<int> counts = app.cores_by_kind(cores);
+  double sum = 0.0;
+  for (std::size_t kind = 0; kind < counts.size(); ++kind) sum += counts[kind] * app.core_kinds[kind].speed;
+  return sum;
+}
+
+// The fewest cores that would do; where they differ, the fewest more of the fastest kind.
+std::string mend(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
+  if (!request.count_cores) return "give it more cores, lower a rate, or make its nodes cheaper";
+  const std::size_t fastest = fastest_kind(app);
+  const int most = std::min(kMaxCores, request.cores + static_cast<int>(app.graph.subchains().size()));
+  FormulaRequest other = request;
+  for (other.cores = request.cores + 1; other.cores <= most; ++other.cores) {
+    const int more = other.cores - request.cores;
+    if (!planned(with_more_cores(app, request.cores, fastest, more), costs, other)) continue;
+    const std::string give = app.core_kinds.empty()
+                                 ? fmt::format("give it {} cores", other.cores)
+                                 : fmt::format("give it {} more of kind {}", more, app.core_kinds[fastest].name);
+    return give + ", lower a rate, or make its nodes cheaper";
+  }
+  return "lower a rate, or make its nodes cheaper: more cores would not do";
+}
+
+}  // namespace
+
+Result<plan::Plan> make_guessed_plan(const graph::App& app, const trial::Samples& samples,
+                                     const model::CostTable& costs, const FormulaRequest& request) {
+  if (Status asked = check_request(app, request.cores, request.slack); !asked) return asked.error();
+  if (std::optional<plan::Plan> plan = guessed(app, samples, costs, request)) return *std::move(plan);
+  return unattainable(app, costs, request);
+}
+
+Result<plan::Plan> make_plan_by_formulas(const graph::App& app, const model::CostTable& costs,
+                                         const FormulaRequest& request) {
+  if (Status asked = check_request(app, request.cores, request.slack); !asked) return asked.error();
+  if (std::optional<plan::Plan> plan = planned(app, costs, request)) return *std::move(plan);
+  return unattainable(app, costs, request);
+}
+
+Error unattainable(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
+  double needed = 0.0;  // of cores of speed 1
+  std::string exact;
+  constexpr std::size_t kNamed = 8;
+  std::size_t exact_rates = 0;
+  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    const SubchainId id(i);
+    const std::optional<Millis> period = plan::period_limits(app.graph, id).exact;
+    if (!period) continue;
+    needed += costs.subchain_total(app.graph, id) / *period;
+    if (++exact_rates <= kNamed) exact += (exact.empty() ? "" : ", ") + app.graph.subchain(id).name;
+  }
+  if (exact_rates > kNamed) exact += fmt::format(" and {} more", exact_rates - kNamed);
+  // Without exact rates there is a plan in frames, if its value can be told from infinity.
+  if (exact.empty() && may_have_frames(app)) {
+    return Error(ErrorKind::kCaller, {Problem{{},
+                                              "objective",
+                                              "weights x times add up to more than can be computed with",
+                                              "scale all weights down: only their ratios matter"}});
+  }
+  if (exact.empty()) {
+    return Error(ErrorKind::kCaller, {Problem{{},
+                                              "scheduler.schedule",
+                                              "no fixed priorities were found under which everybody is promised a time",
+                                              "leave out schedule: priorities, or give it more cores"}});
+  }
+  const double there = speed_of_all(app, request.cores) * (1.0 - request.slack);
+  const std::string_view unit = app.core_kinds.empty() ? "a core" : "a core of speed 1";
+  std::string what = fmt::format(
+      "the exact rates of {} cannot be met on {} with {:.6g} % slack: they need {:.4g} % of {}, of {:.4g} % that there "
+      "is",
+      exact, request.cores == 1 ? "1 core" : fmt::format("{} cores", request.cores), 100.0 * request.slack,
+      100.0 * needed, unit, 100.0 * there);
+  if (needed > there) {
+    what += fmt::format("; {:.4g} % of {} is missing", 100.0 * (needed - there), unit);
+  } else {
+    what += ", and no way was found to fit everything else beside them";
+  }
+  return Error(ErrorKind::kCaller, {Problem{{}, "nodes", std::move(what), mend(app, costs, request)}});
+}
+
+}  // namespace ctn::planner
