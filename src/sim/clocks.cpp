@@ -37,8 +37,8 @@ Clocks draw_clocks(const graph::Graph& graph, const ClockChance& chance) {
       clocks.external[index] = {phase(*node.period, chance, index), drifting(*node.period, chance, index)};
     } else if (node.unscheduled && !node.follows) {
       const Nanos period = drifting(*node.period, chance, index);
-      const bool any_phase = chance.drift_ppm > 0.0;
-      clocks.timers[index] = {any_phase ? phase(period, chance, index) : TimePoint{} + period, period};
+      const TimePoint first = chance.drift_ppm > 0.0 ? phase(period, chance, index) : TimePoint{} + period;
+      clocks.timers[index] = {first, period};
     }
   }
   return clocks;
