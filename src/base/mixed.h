@@ -25,6 +25,9 @@ constexpr std::uint64_t mixed_of(std::uint64_t first, More... more) {
   return x;
 }
 
+// Evenly spread from 0 to 1, which it never is, by 64 bits of chance.
+constexpr double fraction_of(std::uint64_t chance) { return static_cast<double>(chance >> 11U) * 0x1.0p-53; }
+
 // Evenly spread from 0 to `limit` (> 0), by the so-and-so-many-th of a thing, below 2^48, and the thing, below 2^16.
 constexpr Nanos chance_below(Nanos limit, std::uint64_t number, std::uint64_t of) {
   return Nanos{static_cast<Nanos::rep>(mixed_of(number << 16U ^ of) % static_cast<std::uint64_t>(limit.count()))};

@@ -12,6 +12,7 @@
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
@@ -51,6 +52,8 @@ struct Node {
   std::vector<NodeId> predecessors;     // in the order the edges were written
   std::vector<NodeId> successors;
 
+  // Of an unscheduled node: between two of its outputs.
+  Nanos outputs_apart() const { return std::max(*period, output_period.value_or(Nanos{0})); }
   // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
   bool ticks() const { return external && period; }
 };

@@ -62,6 +62,8 @@ class AppBuilder {
   void add_implicit_subchains();
   void check_rates(const Subchain& subchain);
   void check_fallback_rates(const Subchain& subchain);
+  bool is_of_head(const Subchain& subchain, const NodeSpec& spec, std::string_view name, const Place& place,
+                  std::string_view head);
   void check_triggers(const Subchain& subchain);
 
   // build_objective.cpp

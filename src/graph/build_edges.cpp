@@ -179,7 +179,7 @@ void AppBuilder::complete_periods() {
     for (const NodeId before : node.predecessors) {
       const Node& predecessor = nodes[before.index()];
       if (!predecessor.unscheduled || !predecessor.period) continue;
-      const Nanos every = std::max(*predecessor.period, predecessor.output_period.value_or(Nanos{0}));
+      const Nanos every = predecessor.outputs_apart();
       if (node.period && *node.period <= every) continue;
       node.period = every;
       node.follows = before;

@@ -116,18 +116,25 @@ void AppBuilder::check_rates(const Subchain& subchain) {
           "lower one, raise the other, or split the subchain");
 }
 
+// A key that only the head of a subchain may have, since that `head`. False: the node is another one, and told so.
+bool AppBuilder::is_of_head(const Subchain& subchain, const NodeSpec& spec, std::string_view name, const Place& place,
+                            std::string_view head) {
+  if (spec.name.value == name_of(subchain.head())) return true;
+  problem(place, fmt::format("nodes.{}.{}", spec.name.value, name),
+          fmt::format("only the head of a subchain {}; {} runs with {} in subchain {}", head, quote(spec.name.value),
+                      quote(name_of(subchain.head())), quote(subchain.name)),
+          fmt::format("move it to nodes.{}", name_of(subchain.head())));
+  return false;
+}
+
 void AppBuilder::check_fallback_rates(const Subchain& subchain) {
   for (const NodeId id : subchain.nodes) {
     const NodeSpec& spec = *node_specs_[id.index()];
     if (!spec.fallback_rate) continue;
-    const std::string key = fmt::format("nodes.{}.fallback_rate", spec.name.value);
-    if (id != subchain.head()) {
-      problem(spec.fallback_rate->place, key,
-              fmt::format("only the head of a subchain has a rate of its own; {} runs with {} in subchain {}",
-                          quote(spec.name.value), quote(name_of(subchain.head())), quote(subchain.name)),
-              fmt::format("move it to nodes.{}", name_of(subchain.head())));
-    } else if (spec.max_rate && spec.fallback_rate->value > spec.max_rate->value) {
-      problem(spec.fallback_rate->place, key,
+    const Place& place = spec.fallback_rate->place;
+    if (!is_of_head(subchain, spec, "fallback_rate", place, "has a rate of its own")) continue;
+    if (spec.max_rate && spec.fallback_rate->value > spec.max_rate->value) {
+      problem(place, fmt::format("nodes.{}.fallback_rate", spec.name.value),
               fmt::format("fallback_rate ({}Hz) is above max_rate ({}Hz)", spec.fallback_rate->value.hertz(),
                           spec.max_rate->value.hertz()),
               "lower it, or raise max_rate");
@@ -140,13 +147,7 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
     const NodeSpec& spec = *node_specs_[id.index()];
     if (!spec.trigger) continue;
     const std::string key = fmt::format("nodes.{}.trigger", spec.name.value);
-    if (id != subchain.head()) {
-      problem(spec.trigger->place, key,
-              fmt::format("only the head of a subchain is triggered by Catan; {} runs with {} in subchain {}",
-                          quote(spec.name.value), quote(name_of(subchain.head())), quote(subchain.name)),
-              fmt::format("move it to nodes.{}", name_of(subchain.head())));
-      continue;
-    }
+    if (!is_of_head(subchain, spec, "trigger", spec.trigger->place, "is triggered by Catan")) continue;
     if (spec.trigger->value != TriggerBy::kArrival) continue;
     const auto& inputs = app_.graph.node(id).predecessors;
     if (std::none_of(inputs.begin(), inputs.end(), [&](NodeId input) { return app_.graph.node(input).unscheduled; })) {

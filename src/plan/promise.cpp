@@ -57,26 +57,13 @@ class Analysis {
 
   // Every so-many-th output of the leader; where that is a subchain, its runs come `runs_apart`.
   Millis outputs_apart(const After& after, Millis runs_apart) const {
+    if (const NodeId* const leader = after.node())
+      return to_millis(app_.graph.node(*leader).outputs_apart()) * after.every;
     Millis apart = runs_apart;
-    const auto emits_every = [&](NodeId node) {
+    for (const NodeId node : app_.graph.subchain(*after.subchain()).nodes) {
       if (const auto& output = app_.graph.node(node).output_period) apart = std::max(apart, to_millis(*output));
-    };
-    if (const NodeId* const leader = after.node()) {
-      apart = to_millis(*app_.graph.node(*leader).period);
-      emits_every(*leader);
-    } else {
-      for (const NodeId node : app_.graph.subchain(*after.subchain()).nodes) emits_every(node);
     }
     return apart * after.every;
-  }
-
-  // How late an unscheduled node's output may be.
-  Millis lateness_of(NodeId leader) const {
-    Millis late{0};
-    for (std::optional<NodeId> node = leader; node; node = app_.graph.node(*node).follows) {
-      late += by_kind_.front()[*node].single_thread() / (1.0 - plan_.slack);
-    }
-    return late;
   }
 
   // J, at the responses found so far.
@@ -85,7 +72,9 @@ class Analysis {
     const Millis late = std::max(promises_[i].execution - spacing_[i], Millis{0});
     if (!member.after) return member.pause ? Millis{0} : late;
     // An output may come as late as the feeder's run may end, and as early as a run costs nothing.
-    if (const NodeId* const leader = member.after->node()) return late + lateness_of(*leader);
+    if (const NodeId* const leader = member.after->node()) {
+      return late + output_lateness(app_.graph, by_kind_.front(), *leader, plan_.slack);
+    }
     const std::size_t feeder = member.after->subchain()->index();
     const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
     const Millis run = owns ? plan_.subchains[feeder].execution : promises_[feeder].execution;
@@ -220,6 +209,14 @@ class Analysis {
 };
 
 }  // namespace
+
+Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack) {
+  Millis late{0};
+  for (std::optional<NodeId> at = node; at; at = graph.node(*at).follows) {
+    late += costs[*at].single_thread() / (1.0 - slack);
+  }
+  return late;
+}
 
 std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
   return Analysis(plan, app, costs).run();

@@ -45,6 +45,10 @@ struct Promise {
 // Whatever takes longer is not promised at all.
 constexpr Millis kLongestPromise = std::chrono::hours{24};
 
+// How late an output of an unscheduled node may be: its own run, and those of whom it follows. `costs`: on cores of the
+// first kind.
+Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
+
 // By SubchainId; {0, 0} for those without a fixed priority. None where the subchains above leave somebody no time.
 // Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does not trigger that
 // one, directly or by others.

@@ -96,7 +96,6 @@ std::vector<NodeId> clocks_of(const graph::Graph& graph) {
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                   const trial::Schedule& schedule, double slack) {
   const std::vector<model::CostTable> by_kind = model::costs_by_kind(app, costs);
-  const Pipelines pipelines(app, samples, costs, slack);
   plan::Plan plan;
   plan.planner = "auto";
   plan.quality = plan::Quality::kFeasible;
@@ -111,7 +110,7 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
     if (place.form == trial::Form::kPipeline) {
       const auto pipeline = std::find_if(schedule.pipelines.begin(), schedule.pipelines.end(),
                                          [&](const trial::Pipeline& each) { return each.subchain == id; });
-      plan.subchains.push_back(pipelines.planned(*pipeline));
+      plan.subchains.push_back(planned_pipeline(app, by_kind[app.kind_of(pipeline->cores.front())], *pipeline, slack));
       continue;
     }
     const std::size_t kind = app.kind_of(place.core);

@@ -71,7 +71,7 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
     for (const NodeId id : head.predecessors) {
       const graph::Node& node = app.graph.node(id);
       if (!node.unscheduled) continue;
-      arrivals.push_back({id, to_millis(std::max(*node.period, node.output_period.value_or(Nanos{0})))});
+      arrivals.push_back({id, to_millis(node.outputs_apart())});
     }
   }
 }
@@ -305,7 +305,6 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
     const int every = random.once_in(2) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
     return follow_arrivals(place, subchain, arrivals[random.below(arrivals.size())], every);
   }
-  if (!place.after && schedule.subchains.size() < 2) return;
   if (place.after && random.once_in(2)) {
     place.after.reset();
     const double cost = cost_[subchain] * (2.0 + 10.0 * random.fraction());

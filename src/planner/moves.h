@@ -20,7 +20,7 @@ class Random {
   // In [0, limit). Precondition: limit > 0.
   std::size_t below(std::size_t limit) { return static_cast<std::size_t>(next() % limit); }
   // In [0, 1).
-  double fraction() { return static_cast<double>(next() >> 11U) * 0x1.0p-53; }
+  double fraction() { return fraction_of(next()); }
   bool once_in(std::size_t times) { return below(times) == 0; }
 
  private:

@@ -76,19 +76,19 @@ std::optional<trial::Pipeline> Pipelines::on(SubchainId subchain, std::vector<in
   return trial::Pipeline{subchain, std::move(cores), promised.threads, pacing};
 }
 
-plan::SubchainPlan Pipelines::planned(const trial::Pipeline& pipeline) const {
-  const model::CostTable& costs = promised_[app_.kind_of(pipeline.cores.front())];
-  const plan::PeriodLimits limits = plan::period_limits(app_.graph, pipeline.subchain);
+plan::SubchainPlan planned_pipeline(const graph::App& app, const model::CostTable& costs,
+                                    const trial::Pipeline& pipeline, double slack) {
+  const plan::PeriodLimits limits = plan::period_limits(app.graph, pipeline.subchain);
   const model::OwnedCores owned = model::owned_cores_with(
-      app_.graph, pipeline.subchain, costs, static_cast<int>(pipeline.cores.size()), pipeline.threads, slack_);
+      app.graph, pipeline.subchain, costs, static_cast<int>(pipeline.cores.size()), pipeline.threads, slack);
   plan::SubchainPlan planned;
   planned.cores = pipeline.cores;
   planned.threads = pipeline.threads;
   planned.period = limits.exact.value_or(std::max(owned.period, limits.min));
   planned.execution = owned.execution;
-  planned.wait = costs.subchain_wait(app_.graph, pipeline.subchain);
-  planned.slice = costs.subchain_total(app_.graph, pipeline.subchain);
-  if (!plan::takes_batches(app_.graph, pipeline.subchain)) planned.every = 1;
+  planned.wait = costs.subchain_wait(app.graph, pipeline.subchain);
+  planned.slice = costs.subchain_total(app.graph, pipeline.subchain);
+  if (!plan::takes_batches(app.graph, pipeline.subchain)) planned.every = 1;
   return planned;
 }
 

@@ -28,9 +28,6 @@ class Pipelines {
   // rate cannot be promised. Precondition: cores in ascending order, all of one kind.
   std::optional<trial::Pipeline> on(SubchainId subchain, std::vector<int> cores) const;
 
-  // The same in a plan, with as many threads as the pipeline has.
-  plan::SubchainPlan planned(const trial::Pipeline& pipeline) const;
-
  private:
   const graph::App& app_;
   double slack_;
@@ -38,5 +35,9 @@ class Pipelines {
   std::vector<model::CostTable> usual_;     // by kind of core
   std::vector<int> most_cores_;             // by SubchainId
 };
+
+// A pipeline in a plan, with as many threads as it has. `costs`: planned, on its kind of cores.
+plan::SubchainPlan planned_pipeline(const graph::App& app, const model::CostTable& costs,
+                                    const trial::Pipeline& pipeline, double slack);
 
 }  // namespace ctn::planner

@@ -7,6 +7,7 @@
 #include "model/formulas.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
+#include "plan/promise.h"
 
 namespace ctn::planner {
 namespace {
@@ -26,9 +27,8 @@ double longest_output_period(const graph::Graph& graph, const std::vector<NodeId
   return longest;
 }
 
-// Of a node that runs by itself: its own period, or that of the node that it follows in the end.
+// Of a node that no subchain has; 0: it has none.
 double own_period(const graph::Graph& graph, NodeId node) {
-  while (!graph.node(node).period && graph.node(node).follows) node = *graph.node(node).follows;
   const auto& period = graph.node(node).period;
   return period ? to_millis(*period).count() : 0.0;
 }
@@ -75,10 +75,8 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     Arrivals& arrivals = arrivals_.emplace_back();
     const graph::Node& node = app.graph.nodes()[i];
     if (!node.unscheduled) continue;
-    arrivals.apart = to_millis(std::max(*node.period, node.output_period.value_or(Nanos{0}))).count();
-    for (std::optional<NodeId> at = NodeId(i); at; at = app.graph.node(*at).follows) {
-      arrivals.late += tables.front()[*at].single_thread().count() / usable_;
-    }
+    arrivals.apart = to_millis(node.outputs_apart()).count();
+    arrivals.late = plan::output_lateness(app.graph, tables.front(), NodeId(i), slack).count();
   }
   for (const graph::Term& term : app.objective) {
     Term& known = terms_.emplace_back();

@@ -17,7 +17,7 @@ std::uint64_t drawn(const ClockChance& chance, std::size_t node, Draw what) {
 
 Nanos drifting(Nanos period, const ClockChance& chance, std::size_t node) {
   if (chance.drift_ppm == 0.0) return period;
-  const double part = 2.0 * static_cast<double>(drawn(chance, node, Draw::kDrift) >> 11U) * 0x1.0p-53 - 1.0;
+  const double part = 2.0 * fraction_of(drawn(chance, node, Draw::kDrift)) - 1.0;
   const double longer = static_cast<double>(period.count()) * part * chance.drift_ppm * 1e-6;
   return std::max(period + Nanos{std::llround(longer)}, Nanos{1});
 }
