@@ -80,7 +80,7 @@ Result<baselines::RatePlan> plan_as_given(const graph::App&, const model::CostTa
 baselines::RatePlan random_rates(const planner::RandomCase& of, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+    return low + (high - low) * fraction_of(random());
   };
   const std::size_t count = of.app.graph.subchains().size();
   baselines::RatePlan plan;
@@ -294,7 +294,7 @@ TEST(Promises, HoldForRunsThatWait) {
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double low, double high) {
-      return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+      return low + (high - low) * fraction_of(random());
     };
     const planner::RandomCase of = planner::random_case(seed, {.subchains = 3}, 1);
     model::CostTable costs(of.app.graph, Millis{0});
@@ -381,7 +381,7 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double low, double high) {
-      return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+      return low + (high - low) * fraction_of(random());
     };
     const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
     model::CostTable costs(of.app.graph, Millis{0});

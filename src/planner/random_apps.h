@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/mixed.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 #include "model/evaluate.h"
@@ -52,7 +53,7 @@ struct RandomLimits {
 inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
   std::mt19937_64 random(seed);
   const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11U) * 0x1.0p-53;
+    return low + (high - low) * fraction_of(random());
   };
   const auto chance = [&](double p) { return uniform(0.0, 1.0) < p; };
   const auto log_uniform = [&](double low, double high) { return low * std::pow(high / low, uniform(0.0, 1.0)); };
