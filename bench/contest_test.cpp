@@ -53,17 +53,17 @@ TEST(Contest, CountsARefusalAsWorst) {
   EXPECT_EQ(score.mean_p95(), kNotReached);
 }
 
-// Of what is found on fewer, the search finds at least as good on more. Costs are constant, so that no luck is in it but
-// the search's own.
+// Of what is found on fewer, the search finds at least as good on more. Costs are constant, so that no luck is in it
+// but the search's own.
 TEST(Contest, MoreCoresAreNeverWorseForCatan) {
-  constexpr double kNoise = 1.02;
+  constexpr double kNoise = 1.03;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     AppFiles files = random_app(seed);
     files.load = files.costs;
     const Case of = case_of(files);
     double fewer = kNotReached;
     for (const int cores : {1, 2, 3, 4}) {
-      const double now = play("catan", of, {.cores = cores, .seeds = {1}, .measured = seconds{20}}).mean_objective();
+      const double now = play("catan", of, {.cores = cores, .seeds = {1}, .measured = seconds{40}}).mean_objective();
       EXPECT_LE(now, fewer * kNoise) << files.name << " on " << cores;
       fewer = now;
     }

@@ -1,6 +1,7 @@
 #include "planner/moves.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <utility>
 
@@ -118,6 +119,42 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
 void Moves::set_asked_trigger(Place& place, std::size_t subchain) const {
   if (limits_[subchain].trigger != graph::TriggerBy::kArrival) return;
   follow_arrivals(place, subchain, arrivals_[subchain].front(), 1);
+}
+
+void Moves::take_turns(Schedule& schedule) const {
+  for (int core = 0; core < cores_; ++core) {
+    std::optional<std::size_t> leader;
+    for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+      const Place& place = schedule.subchains[i];
+      const bool may_lead = place.form == trial::Form::kPriority && place.core == core && !place.after &&
+                            !limits_[i].exact && limits_[i].trigger == graph::TriggerBy::kAny;
+      if (may_lead && (!leader || place.period < schedule.subchains[*leader].period)) leader = i;
+    }
+    if (leader) lead(schedule, *leader);
+  }
+}
+
+// Those of its core that may follow it do.
+void Moves::lead(Schedule& schedule, std::size_t leader) const {
+  Place& first = schedule.subchains[leader];
+  int lowest = first.priority;
+  bool followed = false;
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    Place& place = schedule.subchains[i];
+    if (i == leader || place.form != trial::Form::kPriority || place.core != first.core || place.after) continue;
+    if (limits_[i].exact || limits_[i].trigger != graph::TriggerBy::kAny) continue;
+    lowest = std::min(lowest, place.priority);
+    const double every = to_millis(place.period) / to_millis(first.period);
+    place.after = plan::After{SubchainId(leader), std::max(1, static_cast<int>(std::lround(every)))};
+    place.period = std::max(to_nanos(kHeldApart * to_millis(place.period)), limits_[i].shortest);
+    followed = true;
+  }
+  if (!followed) return;
+  constexpr double kRest = 0.07;  // of its run: the slack
+  for (Place& place : schedule.subchains) place.priority += place.priority >= lowest ? 1 : 0;
+  first.priority = lowest;
+  first.period = limits_[leader].shortest;
+  first.pause = to_nanos(Millis{kRest * cost_[leader]});
 }
 
 void Moves::follow_arrivals(Place& place, std::size_t subchain, const Arrival& arrival, int every) const {

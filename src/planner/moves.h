@@ -48,6 +48,10 @@ class Moves {
   // Gives a subchain the trigger that the app asks for, if it asks for one that is not by time.
   void set_asked_trigger(trial::Place& place, std::size_t subchain) const;
 
+  // On each core, those that may be triggered by others take turns and are never pre-empted: the one with the shortest
+  // period leads, a pause after its own run and below the others, each of which follows so many of its outputs.
+  void take_turns(trial::Schedule& schedule) const;
+
  private:
   struct Limits {
     Nanos shortest{0};
@@ -72,6 +76,7 @@ class Moves {
   void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
   bool knows(std::size_t subchain, NodeId clock) const;
   void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
+  void lead(trial::Schedule& schedule, std::size_t leader) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;

@@ -52,9 +52,7 @@ struct RandomLimits {
 // A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
 inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
   std::mt19937_64 random(seed);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * fraction_of(random());
-  };
+  const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
   const auto chance = [&](double p) { return uniform(0.0, 1.0) < p; };
   const auto log_uniform = [&](double low, double high) { return low * std::pow(high / low, uniform(0.0, 1.0)); };
   const int n = limits.subchains;

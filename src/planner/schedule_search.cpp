@@ -150,7 +150,9 @@ void ScheduleSearch::guess(std::size_t steps) {
     guessed.push_back(anneal(known->schedule, steps / beginnings, kTemperatureNearby));
   }
   while (guessed.size() < beginnings) {
-    guessed.push_back(anneal(beginning(guessed.empty()), steps / beginnings, kTemperature));
+    Schedule schedule = beginning(guessed.empty());
+    if (guessed.size() % 2 == 1) moves_->take_turns(schedule);
+    guessed.push_back(anneal(std::move(schedule), steps / beginnings, kTemperature));
   }
   for (Candidate& candidate : guessed) keep(std::move(candidate));
 }
@@ -303,6 +305,10 @@ bool ScheduleSearch::is_hopeless(const Candidate& candidate) const {
   return std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& each) {
     return each.tried && each.glance > 0.0 && candidate.glance > each.glance * kHopeless;
   });
+}
+
+bool ScheduleSearch::has_untried() const {
+  return std::any_of(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.tried; });
 }
 
 void ScheduleSearch::improve(Nanos work) {

@@ -100,6 +100,8 @@ class ScheduleSearch {
   Nanos work() const { return work_; }
   // How many steps of improve() have been in vain since the last that made the best one better.
   std::size_t steps_in_vain() const { return steps_in_vain_; }
+  // Whether some candidate is but a guess.
+  bool has_untried() const;
 
   // All candidates, the best first; that order is with bounds as formulas guess them.
   std::vector<Found> best() const;

@@ -132,9 +132,19 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
     timing.wait = timing.period / 2.0;
-    timing.execution = timing.cost / pipeline.threads + timing.waits;
+    timing.execution = timing.from_begin = timing.cost / pipeline.threads + timing.waits;
     timing.promised_execution = timing.planned / pipeline.threads + timing.planned_waits;
   }
+}
+
+bool Surrogate::is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader) {
+  const std::optional<plan::After>* after = &schedule.subchains[subchain].after;
+  while (*after && (*after)->subchain() != nullptr) {
+    const std::size_t led_by = (*after)->subchain()->index();
+    if (led_by == leader) return true;
+    after = &schedule.subchains[led_by].after;
+  }
+  return false;
 }
 
 // What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is
@@ -174,10 +184,16 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
   Timing& timing = timings_[i];
   const double stretch = 1.0 / (1.0 - used);
   double found = found_under_way(schedule, place, first, last);
-  for (std::size_t above = first; timing.parts > 1.0 && above < last; ++above) {
-    found += (timing.parts - 1.0) * timings_[order_[above]].anytime;
+  double met_after_waits = 0.0;
+  double led = 0.0;  // load of those above it that do not run while it does, since it triggers them
+  for (std::size_t above = first; above < last; ++above) {
+    const Timing& other = timings_[order_[above]];
+    if (timing.parts > 1.0) met_after_waits += (timing.parts - 1.0) * other.anytime;
+    if (is_led_by(schedule, order_[above], i)) led += other.load;
   }
+  found += met_after_waits;
   timing.execution = (timing.cost + found) * stretch + timing.waits;
+  timing.from_begin = (timing.cost + met_after_waits) / (1.0 - used + led) + timing.waits;
   const double least = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
@@ -343,6 +359,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
   for (const Element& element : term.elements) {
     Timing timing{.period = element.period,
                   .execution = element.cost,
+                  .from_begin = element.cost,
                   .wait = element.period / 2.0,
                   .promised_period = element.period,
                   .promised_execution = element.cost};
@@ -361,7 +378,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
       latency.response += wait_for_tick(schedule, *before, element).value_or(wait.usual);
       latency.promised += wait.promised;
     }
-    latency.response += timing.execution;
+    latency.response += before == nullptr ? timing.from_begin : timing.execution;
     latency.promised += timing.promised_execution;
     period = std::max({period, timing.period, element.output_period});
     promised_period = std::max({promised_period, timing.promised_period, element.output_period});

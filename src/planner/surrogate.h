@@ -83,7 +83,8 @@ class Surrogate {
     double parts = 1.0;          // that waits cut a run into
     double period = 0.0;
     double execution = 0.0;
-    double wait = 0.0;  // from any time to the next trigger
+    double from_begin = 0.0;  // its part that is not spent before the run begins
+    double wait = 0.0;        // from any time to the next trigger
     double promised_period = 0.0;
     double promised_execution = 0.0;
     double rate = 0.0;     // 1 / period
@@ -99,6 +100,7 @@ class Surrogate {
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
   double promised_lateness(const plan::After& after) const;
   void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
+  static bool is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader);
   double found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
                          std::size_t last) const;
   bool time_cores(const trial::Schedule& schedule);

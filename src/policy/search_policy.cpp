@@ -101,6 +101,7 @@ struct Searching {
         costs(situation.costs) {}
 
   bool goes_on(std::size_t fewest_runs) const {
+    if (search.has_untried()) return true;  // the one in force may be a bad guess
     return search.steps_in_vain() < kEnoughInVain && search.work() < worth_while(fewest_runs);
   }
 
