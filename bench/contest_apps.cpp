@@ -31,9 +31,7 @@ class Draws {
  public:
   explicit Draws(std::uint64_t seed) : seed_(seed) {}
 
-  double uniform(double low, double high) {
-    return low + (high - low) * fraction_of(mixed_of(seed_, ++drawn_));
-  }
+  double uniform(double low, double high) { return low + (high - low) * fraction_of(mixed_of(seed_, ++drawn_)); }
   double log_uniform(double low, double high) {
     return low * model::portable_exp(uniform(0.0, 1.0) * model::portable_log(high / low));
   }

@@ -79,9 +79,7 @@ Result<baselines::RatePlan> plan_as_given(const graph::App&, const model::CostTa
 // the priority: then each run ends within its period.
 baselines::RatePlan random_rates(const planner::RandomCase& of, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * fraction_of(random());
-  };
+  const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
   const std::size_t count = of.app.graph.subchains().size();
   baselines::RatePlan plan;
   std::vector<double> part(count);
@@ -293,9 +291,7 @@ TEST(Promises, HoldForRunsThatWait) {
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     std::mt19937_64 random(seed);
-    const auto uniform = [&](double low, double high) {
-      return low + (high - low) * fraction_of(random());
-    };
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
     const planner::RandomCase of = planner::random_case(seed, {.subchains = 3}, 1);
     model::CostTable costs(of.app.graph, Millis{0});
     trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
@@ -380,9 +376,7 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   int in_step = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     std::mt19937_64 random(seed);
-    const auto uniform = [&](double low, double high) {
-      return low + (high - low) * fraction_of(random());
-    };
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
     const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
     model::CostTable costs(of.app.graph, Millis{0});
     trial::Schedule schedule{.cores = of.cores, .subchains = {}, .frames = {}, .pipelines = {}};
