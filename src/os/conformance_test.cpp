@@ -142,6 +142,36 @@ TEST_P(OsConformance, CpuTimeOfItselfByNumber) {
   EXPECT_LE(*by_number, os().thread_cpu_time());
 }
 
+TEST_P(OsConformance, ACpuClockGoesOnAndEndsWithItsThread) {
+  std::atomic<std::uint32_t> id{0};
+  std::atomic<std::uint32_t> stop{0};
+  const auto worker = os().spawn("worker", [&] {
+    id = static_cast<std::uint32_t>(os().current_thread());
+    os().wake(id);
+    os().wait(stop, 0, soon());
+    work(5ms);
+  });
+  os().wait(id, 0, soon());
+  const auto clock = os().cpu_clock(ThreadId{static_cast<std::int32_t>(id.load())});
+  ASSERT_TRUE(clock.ok()) << clock.error().message();
+  const std::optional<Nanos> before = (*clock)->now();
+  ASSERT_TRUE(before);
+  stop = 1;
+  os().wake(stop);
+  std::optional<Nanos> last = before;
+  for (std::optional<Nanos> now = before; now && os().now() < soon(); now = (*clock)->now()) {
+    EXPECT_GE(*now, *last);
+    last = now;
+    if (*now >= *before + 5ms) break;
+    os().sleep_until(os().now() + 1ms);
+  }
+  EXPECT_GT(*last, *before);
+  worker->join();
+  // The kernel lets go of it a moment after.
+  for (const TimePoint end = soon(); (*clock)->now() && os().now() < end;) os().sleep_until(os().now() + 1ms);
+  EXPECT_FALSE((*clock)->now());
+}
+
 // What is taken from a thread does not count as blocked; a sleep does.
 TEST_P(OsConformance, BlockingIsCounted) {
   const std::uint64_t before = os().times_blocked();
@@ -286,6 +316,7 @@ TEST_P(OsConformance, CallsAboutAThreadThatIsGoneSaySo) {
   for (const ThreadId gone : {gone_thread(), ThreadId{0}, ThreadId{-1}, ThreadId{0x3fffffff}}) {
     SCOPED_TRACE(static_cast<int>(gone));
     EXPECT_ENVIRONMENT_ERROR(os().thread_cpu_time(gone));
+    EXPECT_ENVIRONMENT_ERROR(os().cpu_clock(gone));
     EXPECT_ENVIRONMENT_ERROR(os().set_level(gone, Level::kOrdinary));
     EXPECT_ENVIRONMENT_ERROR(os().level(gone));
     EXPECT_ENVIRONMENT_ERROR(os().set_affinity(gone, *cpus));

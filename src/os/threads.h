@@ -1,8 +1,8 @@
 // Threads and processes: which there are, making them, what they use, and how they wait for each other.
 //
 // Units: Nanos and TimePoint of the monotonic clock. Thread safety: any thread at any time. Cost: wait(), wake(),
-// current_cpu(), thread_cpu_time(), times_blocked() and ready_time() are on the hot path; they never lock, nor allocate
-// but for the first ready_time() of a thread.
+// current_cpu(), thread_cpu_time(), CpuClock::now(), times_blocked() and ready_time() are on the hot path; they never
+// lock, nor allocate but for the first ready_time() of a thread.
 #pragma once
 
 #include <atomic>
@@ -31,6 +31,14 @@ class Thread {
   virtual void join() = 0;
 };
 
+// The CPU time of one thread, for whoever asks often: to find the thread is done once.
+class CpuClock {
+ public:
+  virtual ~CpuClock() = default;
+  // None: the thread is gone.
+  virtual std::optional<Nanos> now() = 0;
+};
+
 class Threads {
  public:
   virtual ~Threads() = default;
@@ -49,6 +57,8 @@ class Threads {
   // CPU time the calling thread has used; of another thread (kEnvironment when it is gone).
   virtual Nanos thread_cpu_time() = 0;
   virtual Result<Nanos> thread_cpu_time(ThreadId thread) = 0;
+  // kEnvironment when it is gone.
+  virtual Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) = 0;
 
   // --- What the calling thread did when it did not run ---
   // How often it has given its CPU away so far, to wait for something. What was taken from it does not count.

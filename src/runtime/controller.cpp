@@ -15,7 +15,6 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
       subchains_(subchains),
       number_(number),
       cell_(controls.region.controller_cell(number)),
-      clock_(controls.os),
       reports_(kReports, kWords) {
   held_.reserve(subchains.size());
   if (of_core()) {

@@ -300,7 +300,7 @@ TEST(RunClockTest, CountsAllThreadsSinceTheTriggerAlsoThoseThatHaveEnded) {
   for (const os::ThreadId thread : *fake.threads(fake.current_process())) {
     if (thread != fake.current_thread()) node.add_thread(thread);
   }
-  RunClock clock(fake);
+  RunClock clock;
   fake.sleep_until(TimePoint{} + milliseconds{9});
   clock.begin(subchains[kA.index()]);
   EXPECT_EQ(clock.used(subchains[kA.index()]), Nanos{0});

@@ -12,32 +12,45 @@ NodeLink::NodeLink(os::Os& os, const graph::Graph& graph, NodeId node, const Reg
       reports_(region.reports_reader(node)) {}
 
 bool NodeLink::add_thread(os::ThreadId thread) {
+  Result<std::unique_ptr<os::CpuClock>> clock = os_.cpu_clock(thread);
   const std::lock_guard lock(mutex_);
-  const auto free = std::find(threads_.begin(), threads_.end(), 0);
-  if (free == threads_.end()) return false;
-  free->store(static_cast<std::int32_t>(thread), std::memory_order_release);
-  publish_threads();
-  joined_.fetch_add(1, std::memory_order_release);
-  return true;
+  for (std::size_t index = 0; index < threads_.size(); ++index) {
+    // One with a clock is about to be free.
+    if (threads_[index].load(std::memory_order_relaxed) != 0 || clocks_[index]) continue;
+    if (clock) clocks_[index] = *std::move(clock);
+    threads_[index].store(static_cast<std::int32_t>(thread), std::memory_order_seq_cst);
+    publish_threads();
+    joined_.fetch_add(1, std::memory_order_release);
+    return true;
+  }
+  return false;
 }
 
 void NodeLink::remove_thread(os::ThreadId thread) {
-  {
-    const std::lock_guard lock(mutex_);
-    const auto slot = std::find(threads_.begin(), threads_.end(), static_cast<std::int32_t>(thread));
-    if (slot != threads_.end()) slot->store(0, std::memory_order_seq_cst);
-    publish_threads();
-  }
-  wait_for_visitors();
+  remove_if([&](std::int32_t each) { return each == static_cast<std::int32_t>(thread); });
 }
 
 void NodeLink::remove_all_threads() {
+  remove_if([](std::int32_t) { return true; });
+}
+
+template <class IsMeant>
+void NodeLink::remove_if(const IsMeant& is_meant) {
+  std::array<bool, NodeCell::kMaxThreads> removed{};
   {
     const std::lock_guard lock(mutex_);
-    for (std::atomic<std::int32_t>& slot : threads_) slot.store(0, std::memory_order_seq_cst);
+    for (std::size_t index = 0; index < threads_.size(); ++index) {
+      const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);
+      removed[index] = thread != 0 && is_meant(thread);
+      if (removed[index]) threads_[index].store(0, std::memory_order_seq_cst);
+    }
     publish_threads();
   }
   wait_for_visitors();
+  const std::lock_guard lock(mutex_);
+  for (std::size_t index = 0; index < threads_.size(); ++index) {
+    if (removed[index]) clocks_[index].reset();
+  }
 }
 
 // Visits are a few system calls long, of threads that outrank us; those that begin now do not see the thread any more.

@@ -41,15 +41,14 @@ class NodeLink {
   // The same without a copy.
   template <class Visit>
   void for_each_thread(Visit&& visit) const {
-    // Sequentially consistent on both sides: either the visitor sees that a thread is gone, or who removes it sees the
-    // visitor.
-    visitors_.fetch_add(1, std::memory_order_seq_cst);
-    const std::size_t count = used_.load(std::memory_order_acquire);
-    for (std::size_t index = 0; index < count; ++index) {
-      const std::int32_t thread = threads_[index].load(std::memory_order_seq_cst);
-      if (thread != 0) visit(os::ThreadId{thread});
-    }
-    visitors_.fetch_sub(1, std::memory_order_seq_cst);
+    for_each_slot([&](std::size_t, os::ThreadId thread) { visit(thread); });
+  }
+  // With their CPU clocks; without those whose clock nobody could make.
+  template <class Visit>
+  void for_each_clock(Visit&& visit) const {
+    for_each_slot([&](std::size_t index, os::ThreadId thread) {
+      if (os::CpuClock* const clock = clocks_[index].get()) visit(thread, *clock);
+    });
   }
   // Counts threads that were added.
   std::uint32_t threads_joined() const { return joined_.load(std::memory_order_acquire); }
@@ -69,6 +68,20 @@ class NodeLink {
   std::uint64_t broken_rings() const { return reports_.broken(); }
 
  private:
+  template <class Visit>
+  void for_each_slot(Visit&& visit) const {
+    // Sequentially consistent on both sides: either the visitor sees that a thread is gone, or who removes it sees the
+    // visitor.
+    visitors_.fetch_add(1, std::memory_order_seq_cst);
+    const std::size_t count = used_.load(std::memory_order_acquire);
+    for (std::size_t index = 0; index < count; ++index) {
+      const std::int32_t thread = threads_[index].load(std::memory_order_seq_cst);
+      if (thread != 0) visit(index, os::ThreadId{thread});
+    }
+    visitors_.fetch_sub(1, std::memory_order_seq_cst);
+  }
+  template <class IsMeant>
+  void remove_if(const IsMeant& is_meant);
   void publish_threads();  // under the lock
   void wait_for_visitors() const;
 
@@ -79,7 +92,9 @@ class NodeLink {
   RingReader reports_;
   std::mutex mutex_;                                                        // of those that change the threads
   std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // 0: free
-  std::atomic<std::size_t> used_{0};                                        // none from here on
+  // Theirs. One that was removed has its clock until nobody visits it any more.
+  std::array<std::unique_ptr<os::CpuClock>, NodeCell::kMaxThreads> clocks_;
+  std::atomic<std::size_t> used_{0};  // none from here on
   std::atomic<std::uint32_t> joined_{0};
   mutable std::atomic<std::uint32_t> visitors_{0};
 };

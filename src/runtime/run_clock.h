@@ -1,11 +1,12 @@
 // CPU time of a subchain's run, from its trigger on: of all its nodes' threads. The controller that limits the run
 // reads it (driver/subchain_pacer.h); what a run cost in the end its nodes report themselves.
 //
-// Cost: a system call a thread each time; no allocation once it has seen as many threads as there are. Units: Nanos.
-// Thread safety: none; one owner, a controller's thread.
+// Cost: a system call a thread each time (os::CpuClock); no allocation once it has seen as many threads as there are.
+// Units: Nanos. Thread safety: none; one owner, a controller's thread.
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "os/threads.h"
@@ -15,8 +16,6 @@ namespace ctn::runtime {
 
 class RunClock {
  public:
-  explicit RunClock(os::Threads& os) : os_(&os) {}
-
   void begin(const SubchainLinks& subchain) {
     threads_.clear();
     visit(subchain);
@@ -40,12 +39,12 @@ class RunClock {
 
   void visit(const SubchainLinks& subchain) {
     for (const NodeLink* node : subchain.nodes) {
-      node->for_each_thread([&](os::ThreadId thread) { read(thread); });
+      node->for_each_clock([&](os::ThreadId thread, os::CpuClock& clock) { read(thread, clock); });
     }
   }
 
-  void read(os::ThreadId thread) {
-    const Result<Nanos> cpu = os_->thread_cpu_time(thread);
+  void read(os::ThreadId thread, os::CpuClock& clock) {
+    const std::optional<Nanos> cpu = clock.now();
     if (!cpu) return;  // it has ended
     const auto known =
         std::find_if(threads_.begin(), threads_.end(), [&](const Used& used) { return used.thread == thread; });
@@ -56,7 +55,6 @@ class RunClock {
     }
   }
 
-  os::Threads* os_;
   std::vector<Used> threads_;
 };
 

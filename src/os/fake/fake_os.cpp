@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "os/fake/fake_task.h"
+#include "os/fake/number_clock.h"
 
 namespace ctn::os {
 namespace {
@@ -234,6 +235,8 @@ Result<Nanos> FakeOs::thread_cpu_time(ThreadId thread) {
   if (!task) return gone("read the CPU time of", thread);
   return task->cpu_time + (task->burning_since ? now_ - *task->burning_since : Nanos{0});
 }
+
+Result<std::unique_ptr<CpuClock>> FakeOs::cpu_clock(ThreadId thread) { return NumberClock::make(*this, thread); }
 
 std::uint64_t FakeOs::times_blocked() {
   const Lock lock(mutex_);

@@ -96,6 +96,7 @@ class FakeOs : public Os {
   TimePoint now() override;
   Nanos thread_cpu_time() override;
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override;
   std::uint64_t times_blocked() override;
   std::optional<Nanos> ready_time() override;
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;

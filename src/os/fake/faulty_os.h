@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "os/fake/number_clock.h"
 #include "os/os.h"
 
 namespace ctn::os {
@@ -62,6 +63,7 @@ class FaultyOs : public Os {
   TimePoint now() override { return inner_.now(); }
   Nanos thread_cpu_time() override { return inner_.thread_cpu_time(); }
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override { return NumberClock::make(*this, thread); }
   std::uint64_t times_blocked() override { return inner_.times_blocked(); }
   std::optional<Nanos> ready_time() override { return inner_.ready_time(); }
   WaitResult wait(const std::atomic<std::uint32_t>& word, std::uint32_t expected, TimePoint deadline) override;

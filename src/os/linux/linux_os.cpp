@@ -80,21 +80,56 @@ clockid_t cpu_clock_of(ThreadId thread) {
   return static_cast<clockid_t>(bits);
 }
 
-// Without allocation: the first number of a schedstat file is CPU time in nanoseconds.
-std::optional<Nanos> read_schedstat(const LinuxRoots& roots, ThreadId thread) {
-  std::array<char, 4096> buffer{};
+bool may_be_thread(ThreadId thread) {
+  return static_cast<int>(thread) > 0 && static_cast<int>(thread) <= kMaxThreadNumber;
+}
+
+// None: the kernel denies it, or the thread is gone.
+std::optional<Nanos> read_clock(ThreadId thread) {
+  timespec time{};
+  if (::clock_gettime(cpu_clock_of(thread), &time) != 0) return std::nullopt;
+  return to_nanos(time);
+}
+
+// Without allocation.
+Descriptor open_schedstat(const LinuxRoots& roots, ThreadId thread) {
+  std::array<char, 4096> path{};
   const auto end =
-      fmt::format_to_n(buffer.data(), buffer.size() - 1, "{}/{}/schedstat", roots.procfs, static_cast<int>(thread));
-  if (end.size >= buffer.size()) return std::nullopt;
-  const int file = ::open(buffer.data(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return std::nullopt;
-  buffer.fill('\0');
-  const ssize_t count = ::read(file, buffer.data(), buffer.size() - 1);
-  ::close(file);
+      fmt::format_to_n(path.data(), path.size() - 1, "{}/{}/schedstat", roots.procfs, static_cast<int>(thread));
+  return end.size < path.size() ? Descriptor(::open(path.data(), O_RDONLY | O_CLOEXEC)) : Descriptor();
+}
+
+// Its first number is CPU time in nanoseconds. None: the thread is gone.
+std::optional<Nanos> read_schedstat(const Descriptor& file) {
+  std::array<char, 80> buffer{};
+  const ssize_t count = ::pread(file.number(), buffer.data(), buffer.size(), 0);
   if (count <= 0) return std::nullopt;
   const std::string_view text(buffer.data(), static_cast<std::size_t>(count));
   const auto number = parse_integer(text.substr(0, text.find(' ')));
   return number && *number >= 0 ? std::optional(Nanos{*number}) : std::nullopt;
+}
+
+class KernelClock : public CpuClock {
+ public:
+  explicit KernelClock(ThreadId thread) : thread_(thread) {}
+  std::optional<Nanos> now() override { return read_clock(thread_); }
+
+ private:
+  ThreadId thread_;
+};
+
+class SchedstatClock : public CpuClock {
+ public:
+  explicit SchedstatClock(Descriptor file) : file_(std::move(file)) {}
+  std::optional<Nanos> now() override { return read_schedstat(file_); }
+
+ private:
+  Descriptor file_;
+};
+
+Error no_cpu_time(ThreadId thread) {
+  return Error::environment(fmt::format("cannot read the CPU time of thread {}: it is gone", static_cast<int>(thread)),
+                            "threads that end while they are scheduled need no action");
 }
 
 // CPU time, time ready to run, times run. All are 0 where the kernel does not count them.
@@ -129,6 +164,7 @@ class LinuxOs : public Os {
   TimePoint now() override;
   Nanos thread_cpu_time() override;
   Result<Nanos> thread_cpu_time(ThreadId thread) override;
+  Result<std::unique_ptr<CpuClock>> cpu_clock(ThreadId thread) override;
   std::uint64_t times_blocked() override;
   std::optional<Nanos> ready_time() override;
 
@@ -179,13 +215,21 @@ Nanos LinuxOs::thread_cpu_time() {
 }
 
 Result<Nanos> LinuxOs::thread_cpu_time(ThreadId thread) {
-  timespec time{};
-  if (static_cast<int>(thread) > 0 && static_cast<int>(thread) <= kMaxThreadNumber) {
-    if (::clock_gettime(cpu_clock_of(thread), &time) == 0) return to_nanos(time);
-    if (const auto found = read_schedstat(roots_, thread)) return *found;
+  if (may_be_thread(thread)) {
+    if (const auto used = read_clock(thread)) return *used;
+    if (const auto used = read_schedstat(open_schedstat(roots_, thread))) return *used;
   }
-  return Error::environment(fmt::format("cannot read the CPU time of thread {}: it is gone", static_cast<int>(thread)),
-                            "threads that end while they are scheduled need no action");
+  return no_cpu_time(thread);
+}
+
+Result<std::unique_ptr<CpuClock>> LinuxOs::cpu_clock(ThreadId thread) {
+  using Made = std::unique_ptr<CpuClock>;
+  if (may_be_thread(thread)) {
+    if (read_clock(thread)) return Made(std::make_unique<KernelClock>(thread));
+    Descriptor file = open_schedstat(roots_, thread);
+    if (read_schedstat(file)) return Made(std::make_unique<SchedstatClock>(std::move(file)));
+  }
+  return no_cpu_time(thread);
 }
 
 std::uint64_t LinuxOs::times_blocked() {

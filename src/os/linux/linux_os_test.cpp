@@ -97,6 +97,8 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   os_->sleep_until(os_->now() + 20ms);  // its clock is up to date once it has blocked
   const auto threads = os_->threads(ProcessId{child});
   const auto used = os_->thread_cpu_time(ThreadId{child});
+  const auto clock = os_->cpu_clock(ThreadId{child});
+  const std::optional<Nanos> by_clock = clock ? (*clock)->now() : std::nullopt;
   const Status set = os_->set_level(ThreadId{child}, Level::kOrdinary);
   words->stop = 1;
   os_->wake(words->stop);
@@ -106,6 +108,9 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   EXPECT_TRUE(set.ok());
   ASSERT_TRUE(used.ok()) << used.error().message();
   EXPECT_GE(*used, 25ms);
+  ASSERT_TRUE(by_clock);
+  EXPECT_GE(*by_clock, *used);
+  EXPECT_FALSE((*clock)->now()) << "it has ended";
   EXPECT_FALSE(os_->threads(ProcessId{child}).ok());
 }
 
