@@ -52,7 +52,8 @@ CostProfile CostProfile::times(double factor) const {
   return scaled;
 }
 
-CostTable::CostTable(const graph::Graph& graph, Millis initial) : waits_(graph.nodes().size(), Millis{0}) {
+CostTable::CostTable(const graph::Graph& graph, Millis initial)
+    : waits_(graph.nodes().size(), Millis{0}), runs_per_output_(graph.nodes().size(), 1.0) {
   profiles_.reserve(graph.nodes().size());
   for (const graph::Node& node : graph.nodes()) {
     profiles_.push_back(CostProfile::constant(node.external ? Millis{0} : initial));
@@ -69,6 +70,15 @@ CostTable CostTable::on(const graph::App& app, std::size_t kind) const {
     table.profiles_[i] = given != on_kind_.end() ? given->second : profiles_[i].times(1.0 / app.core_kinds[kind].speed);
   }
   return table;
+}
+
+double CostTable::runs_per_output(const graph::Subchain& subchain, NodeId last) const {
+  double runs = 1.0;
+  for (const NodeId node : subchain.nodes) {
+    runs *= runs_per_output(node);
+    if (node == last) break;
+  }
+  return runs;
 }
 
 CostTable CostTable::without_waits() const {

@@ -3,6 +3,7 @@
 // what it finds to do has modes, each with its own cost; one that runs on several cores may have a measured time for
 // each number of threads. Beside its cost a run may have a wait: time in its middle in which the node computes nothing,
 // for an accelerator, a device, a file. A wait adds to latency and never to load, and is no shorter on a faster core.
+// And not every run must give an output, which makes chains through the node slower than it runs.
 //
 // Units: Millis for one run; of CPU time, all threads of the node added up, and of waits. Thread safety: plain values.
 #pragma once
@@ -85,6 +86,14 @@ class CostTable {
   Millis wait(NodeId node) const { return waits_[node.index()]; }
   void set_wait(NodeId node, Millis wait) { waits_[node.index()] = wait; }
 
+  // How many runs of a node come to one output, on average, as measured: >= 1, and 1 where nothing was set. Of a node
+  // whose `output_period` the app file gives, that counts.
+  double runs_per_output(NodeId node) const { return runs_per_output_[node.index()]; }
+  void set_runs_per_output(NodeId node, double runs) { runs_per_output_[node.index()] = runs; }
+  // How many of the subchain's runs come to one output of its node `last`: no node runs before the one before it has
+  // given an output. Precondition: `last` is one of its nodes.
+  double runs_per_output(const graph::Subchain& subchain, NodeId last) const;
+
   // The same costs, where no run waits.
   CostTable without_waits() const;
 
@@ -95,7 +104,8 @@ class CostTable {
 
  private:
   std::vector<CostProfile> profiles_;
-  std::vector<Millis> waits_;  // by NodeId
+  std::vector<Millis> waits_;            // by NodeId
+  std::vector<double> runs_per_output_;  // by NodeId
   std::map<std::pair<NodeId, std::size_t>, CostProfile> on_kind_;
 };
 

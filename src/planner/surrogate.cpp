@@ -61,6 +61,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   }
   for (const graph::Subchain& subchain : app.graph.subchains()) {
     output_period_.push_back(longest_output_period(app.graph, subchain.nodes));
+    runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
     double& parts = parts_.emplace_back(1.0);
     double& planned_waits = planned_waits_.emplace_back(0.0);
@@ -77,6 +78,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     if (!node.unscheduled) continue;
     arrivals.apart = to_millis(node.outputs_apart()).count();
     arrivals.late = plan::output_lateness(app.graph, tables.front(), NodeId(i), slack).count();
+    arrivals.runs_per_output = planned.runs_per_output(NodeId(i));
   }
   for (const graph::Term& term : app.objective) {
     Term& known = terms_.emplace_back();
@@ -91,8 +93,10 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       Element& added = known.elements.emplace_back();
       added.subchain = element.subchain;
       added.output_period = longest_output_period(app.graph, element.nodes);
+      const NodeId node = element.nodes.back();
+      added.runs_per_output = element.subchain ? planned.runs_per_output(app.graph.subchain(*element.subchain), node)
+                                               : planned.runs_per_output(node);
       if (element.subchain) continue;
-      const NodeId node = element.nodes.front();
       added.node = node;
       added.period = own_period(app.graph, node);
       added.follows = element.follows;
@@ -110,12 +114,17 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   }
 }
 
-// How far apart the triggers are of a subchain that follows another.
+// How far apart the triggers are of a subchain that follows another, where each run of that one gives an output.
 double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
   const plan::After& after = *schedule.subchains[subchain].after;
   if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
   const std::size_t feeder = after.subchain()->index();
   return after.every * std::max(timings_[feeder].period, output_period_[feeder]);
+}
+
+double Surrogate::runs_per_output(const plan::After& after) const {
+  if (const NodeId* const node = after.node()) return arrivals_[node->index()].runs_per_output;
+  return runs_per_output_[after.subchain()->index()];
 }
 
 double Surrogate::promised_lateness(const plan::After& after) const {
@@ -185,7 +194,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
     timing.wait = (timing.period + variance * stretch * stretch / timing.period) / 2.0;
     return;
   }
-  const double apart = place.after ? std::max(least, outputs_apart(schedule, i)) : least;
+  const double apart =
+      place.after ? std::max(least, outputs_apart(schedule, i) * runs_per_output(*place.after)) : least;
   const double alone = timing.cost * stretch + timing.waits;
   double missed = 0.0;  // triggers, of each
   double squares = 0.0;
@@ -265,12 +275,16 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     Timing& timing = timings_[i];
     double spacing = to_millis(place.period).count();
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
-    if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
+    double usual = spacing;
+    if (place.after) {
+      spacing = std::max(spacing, outputs_apart(schedule, i));
+      usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+    }
     const double alone = timing.planned + timing.planned_waits;
     timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
     promised_ = promised_ && used_if_held < kNothingLeft;
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
-    timing.promised_period = std::max(spacing, timing.promised_execution + pause);
+    timing.promised_period = std::max(usual, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
     if (place.after) jitter += promised_lateness(*place.after);
@@ -363,8 +377,9 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
     }
     latency.response += timing.execution;
     latency.promised += timing.promised_execution;
-    period = std::max({period, timing.period, element.output_period});
-    promised_period = std::max({promised_period, timing.promised_period, element.output_period});
+    period = std::max({period, timing.period * element.runs_per_output, element.output_period});
+    promised_period =
+        std::max({promised_period, timing.promised_period * element.runs_per_output, element.output_period});
     before = &element;
   }
   return {latency.response + period, latency.promised + promised_period};

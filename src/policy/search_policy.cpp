@@ -158,12 +158,22 @@ class Deciding {
  private:
   // Whether costs are new ones.
   bool take_costs() {
-    if (!with_.runs.empty() && is_routine(situation_.why) && !changed(with_.runs, *situation_.runs)) return false;
+    const bool known = !with_.runs.empty() && is_routine(situation_.why);
+    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed()) return false;
     with_.runs = *situation_.runs;
     with_.costs = situation_.costs;
     with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs);
     with_.chosen_as_tried.reset();
     return true;
+  }
+
+  // What is told of them is no noise (model/output_estimator.h).
+  bool outputs_changed() const {
+    for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
+      const NodeId node(index);
+      if (with_.costs.runs_per_output(node) != situation_.costs.runs_per_output(node)) return true;
+    }
+    return false;
   }
 
   bool has_frames() const { return with_.chosen && with_.chosen == with_.frames_schedule; }
@@ -224,7 +234,7 @@ class Deciding {
   }
 
   Decision following(plan::Plan plan, const trial::Schedule& schedule) {
-    for (const NodeId node : situation_.assumed) plan.assumed.push_back({node, with_.costs[node].single_thread()});
+    say_what_is_known(plan, with_.costs, situation_.assumed, with_.app.graph);
     plan.planner = "auto";
     plan.expected = planner::expectation_of(with_.app, plan, schedule, with_.search.expected(schedule));
     return PlannedPolicy::following(std::move(plan), situation_);

@@ -166,6 +166,22 @@ TEST(SearchPolicy, WhatRunsWaitIsPlannedWithOnceItHasChanged) {
   EXPECT_TRUE(valid.ok()) << valid.error().message();
 }
 
+TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  const plan::Plan before = *asked.in_force.plan;
+  EXPECT_TRUE(before.outputs.empty());
+  asked.costs.set_runs_per_output(NodeId(0), 4.0);
+  EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const plan::Plan& plan = *asked.in_force.plan;
+  EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{NodeId(0), 4.0}}));
+  EXPECT_GT(plan.expected->chains[0].period, 2.0 * before.expected->chains[0].period);
+  const Status valid = plan::validate(plan, asked.app, asked.costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic) && !asked.goes_on()) << "nothing has changed since";
+}
+
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {
   Three asked;
   asked.decide(PlanReason::kMeasured);

@@ -273,6 +273,25 @@ TEST(Simulation, OutputLessOftenThanRuns) {
   EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
 }
 
+// Nobody has told that detect gives an output in every fourth run: plans learn it, and expect what happens.
+TEST(Simulation, OutputsOfOnlySomeRunsAreMeasuredAndPlannedWith) {
+  for (const char* policy : {"catan", "paper"}) {
+    const graph::App app = parse(kRow);
+    auto simulation = simulation_of(app, kRowCosts, policy);
+    simulation->set_effect(*app.graph.find_node("detect"), [](ctn::Run& run) {
+      if (run.number() % 4 != 0) run.skip_output();
+    });
+    simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{60});
+    const plan::Plan& plan = *simulation->plan();
+    EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{*app.graph.find_node("detect"), 4.0}})) << policy;
+    EXPECT_GT(plan.relax_factor, 1.0) << policy << ": the bound of 30 ms cannot hold";
+    const Outcome outcome = simulation->outcome();
+    const ChainOutcome& chain = outcome.chains.front();
+    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.1 * chain.response_ms.mean) << policy;
+    EXPECT_LE(outcome.plans_adopted, 5U) << policy;
+  }
+}
+
 TEST(Simulation, UnscheduledNodesRunByThemselves) {
   const graph::App app = parse(R"(
 catan: 1

@@ -62,6 +62,9 @@ struct World {
                         .observer = &timeline});
   }
   void wait(const std::string& node, double wait_ms) { costs.set_wait(*app.graph.find_node(node), Millis{wait_ms}); }
+  void runs_per_output(const std::string& node, double runs) {
+    costs.set_runs_per_output(*app.graph.find_node(node), runs);
+  }
   SubchainId subchain(const std::string& name) const { return *app.graph.find_subchain(name); }
 
   graph::App app;
@@ -249,6 +252,17 @@ TEST(Trial, ARunThatEmitsNothingEndsItsSubchainsRun) {
   world.run(on_cores(1, {{.period = ms(10)}}), ms(60));
   EXPECT_EQ(world.timeline["a"], "0-1 10-11 20-21 30-31 40-41 50-51");
   EXPECT_EQ(world.timeline["b"], "1-3 31-33 51-53");
+}
+
+TEST(Trial, AsManyRunsGiveAnOutputAsWereMeasured) {
+  World world(two(), {{"a", 1}, {"b", 2}});
+  world.runs_per_output("a", 2.5);
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}}),
+      ms(10'000));
+  EXPECT_EQ(world.timeline.emitted("a").substr(0, 11), "x..x.x..x.x");
+  // From an output's source run to the end of the next output: 25 ms apart on average, and 3 ms each.
+  EXPECT_NEAR(figures.terms[0].mean_ms, 25.0 + 3.0, 0.1);
 }
 
 TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
