@@ -8,7 +8,7 @@ namespace ctn::policy {
 NodeOutputs::NodeOutputs(const graph::Graph& graph, NodeId node) {
   const std::vector<NodeId>& inputs = graph.node(node).predecessors;
   for (const NodeId input : inputs) limits_.push_back(graph.age_limit(input, node));
-  if (std::any_of(inputs.begin(), inputs.end(), [&](NodeId input) { return graph.node(input).external; })) return;
+  if (!graph.knows_inputs(node)) return;
   predecessors_ = inputs;
   taken_.resize(inputs.size());
 }

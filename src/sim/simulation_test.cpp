@@ -265,6 +265,22 @@ scheduler: { bootstrap: 1s }
   EXPECT_EQ(outcome.dropped, 0U);
 }
 
+// Ten runs of fast for each of slow, of which every tenth finds something.
+TEST(Simulation, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
+  const graph::App app = parse(R"(
+catan: 1
+app: mostly_empty
+nodes: { slow: { fallback_rate: 10Hz }, fast: { input: queue, fallback_rate: 100Hz } }
+edges: [ slow -> fast ]
+objective: [ { response_time: [slow, fast], weight: 1 }, { period: fast, weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const Outcome outcome = simulate(app, "slow: 1ms\nfast: 2ms\n", "fifo", 2);
+  EXPECT_NEAR(node(outcome, "fast").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(node(outcome, "fast").period_ms.mean, 100.0, 1e-6);
+  EXPECT_NEAR(*outcome.objective, outcome.chains.front().response_ms.mean + 100.0, 1e-6);
+}
+
 TEST(Simulation, OutputLessOftenThanRuns) {
   std::string text = kRow;
   text.replace(text.find("detect: {}"), 10, "detect: { output_period: 100ms }");

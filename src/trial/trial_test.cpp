@@ -234,6 +234,23 @@ TEST(Trial, AQueueNodeTakesAllOutputsSinceItsLastRun) {
   EXPECT_NEAR(figures.terms[0].p95_ms, 47.0, 1e-9);
 }
 
+// b runs every 4 ms, and a gives it something every 10: at 0, 12, 20, 32, 40.
+TEST(Trial, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "b").input = graph::InputKind::kQueue;
+  World world(spec, {{"a", 0.5}, {"b", 1}});
+  const Schedule schedule = on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(4)}});
+  const Figures figures = world.run(schedule, ms(1000));
+  EXPECT_EQ(figures.subchains[1].runs, 250U);
+  EXPECT_EQ(figures.terms[1].count, 99U);
+  EXPECT_NEAR(figures.terms[1].mean_ms, 10.0, 0.05);
+  EXPECT_NEAR(figures.terms[1].p95_ms, 12.0, 1e-9);
+
+  graph::node(spec, "b").input = graph::InputKind::kLatest;
+  World newest(spec, {{"a", 0.5}, {"b", 1}});
+  EXPECT_NEAR(newest.run(schedule, ms(1000)).terms[1].mean_ms, 4.0, 1e-9);
+}
+
 TEST(Trial, WhoHasAnOutputPeriodEmitsOncePerPeriodOnAverage) {
   graph::AppSpec spec = two();
   graph::node(spec, "a").output_period = graph::At<Nanos>{milliseconds{25}, {}};
