@@ -72,16 +72,6 @@ Metric metric_of(const graph::App& app, const model::CostTable& costs, const gra
   return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
 }
 
-// Threads beyond these change no node's cost.
-int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
-  int useful = 1;
-  for (const NodeId node : app.graph.subchain(id).nodes) {
-    const auto& measured = costs[node].by_threads();
-    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
-  }
-  return useful;
-}
-
 // On one kind of cores.
 struct Costs {
   const model::CostTable& all;
@@ -124,7 +114,7 @@ OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cor
     const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
     on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kRounding)));
   }
-  const int threads = useful_threads(app, costs.busy, id);
+  const int threads = costs.busy.most_threads(app.graph, id);
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
   for (int k = 1; k <= cores && k <= nodes * threads; ++k) {
     on.owned.push_back(best_owned(app, costs, id, k, threads, subchain, slack));

@@ -33,6 +33,20 @@ double own_period(const graph::Graph& graph, NodeId node) {
   return period ? to_millis(*period).count() : 0.0;
 }
 
+// What part of its time on one thread a run takes on so many, from 1 to as many as are of use.
+std::vector<double> parts_by_threads(const graph::Graph& graph, const model::CostTable& costs, SubchainId id) {
+  const std::vector<NodeId>& nodes = graph.subchain(id).nodes;
+  const int most = costs.most_threads(graph, id);
+  const Millis alone = costs.subchain_total(graph, id);
+  std::vector<double> parts;
+  for (int threads = 1; threads <= most; ++threads) {
+    Millis elapsed{0};
+    for (const NodeId node : nodes) elapsed += costs[node].with_threads(threads, graph.node(node).max_threads);
+    parts.push_back(alone > Millis{0} ? elapsed / alone : 1.0);
+  }
+  return parts;
+}
+
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
@@ -46,6 +60,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     std::vector<double>& means = mean_.emplace_back();
     std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
+    std::vector<std::vector<double>>& parts = parts_on_threads_.emplace_back();
     for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
       double mean = trigger;
       double variance = 0.0;
@@ -57,6 +72,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       means.push_back(mean);
       squares.push_back(mean * mean + variance);
       percentiles.push_back(tables[kind].subchain_total(app.graph, SubchainId(i)).count() / usable_);
+      parts.push_back(parts_by_threads(app.graph, tables[kind], SubchainId(i)));
     }
   }
   for (const graph::Subchain& subchain : app.graph.subchains()) {
@@ -141,9 +157,15 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
     timing.wait = timing.period / 2.0;
-    timing.execution = timing.cost / pipeline.threads + timing.waits;
-    timing.promised_execution = timing.planned / pipeline.threads + timing.planned_waits;
+    const double part = parallel_part(kind_of(pipeline.cores.front()), i, pipeline.threads);
+    timing.execution = timing.cost * part + timing.waits;
+    timing.promised_execution = timing.planned * part + timing.planned_waits;
   }
+}
+
+double Surrogate::parallel_part(std::size_t kind, std::size_t subchain, int threads) const {
+  const std::vector<double>& parts = parts_on_threads_[kind][subchain];
+  return parts[std::min(static_cast<std::size_t>(threads), parts.size()) - 1];
 }
 
 // What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is

@@ -105,6 +105,7 @@ class Surrogate {
                          std::size_t last) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
+  double parallel_part(std::size_t kind, std::size_t subchain, int threads) const;
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
   std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
@@ -123,14 +124,16 @@ class Surrogate {
   std::vector<std::vector<double>> mean_;     // by kind, subchain
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
-  std::vector<double> waits_;                 // by subchain
-  std::vector<double> planned_waits_;         // by subchain
-  std::vector<double> parts_;                 // by subchain
-  std::vector<double> output_period_;         // by subchain: the longest of its nodes'
-  std::vector<double> runs_per_output_;       // by subchain: of its tail's
-  struct Arrivals {                           // of an unscheduled node's outputs
-    double apart = 0.0;                       // where each run gives one
-    double late = 0.0;                        // as planned, at most
+  std::vector<std::vector<std::vector<double>>>
+      parts_on_threads_;                 // by kind, subchain, threads - 1: as times one thread
+  std::vector<double> waits_;            // by subchain
+  std::vector<double> planned_waits_;    // by subchain
+  std::vector<double> parts_;            // by subchain
+  std::vector<double> output_period_;    // by subchain: the longest of its nodes'
+  std::vector<double> runs_per_output_;  // by subchain: of its tail's
+  struct Arrivals {                      // of an unscheduled node's outputs
+    double apart = 0.0;                  // where each run gives one
+    double late = 0.0;                   // as planned, at most
     double runs_per_output = 1.0;
   };
   std::vector<Arrivals> arrivals_;  // by node

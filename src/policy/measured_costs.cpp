@@ -58,7 +58,7 @@ trial::MeasuredRuns MeasuredCosts::runs() const {
 model::CostTable MeasuredCosts::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
 
 model::CostTable MeasuredCosts::costs_at(double percentile, Millis unmeasured) const {
-  model::CostTable table(app_.graph, unmeasured);
+  model::CostTable table = model::CostTable::assumed(app_.graph, unmeasured);
   for (const NodeCosts& node : nodes_) node.put_into(table, percentile);
   for (std::size_t index = 0; index < outputs_.size(); ++index) {
     if (app_.graph.nodes()[index].output_period) continue;

@@ -186,6 +186,32 @@ TEST(Simulation, WorkersShareARunOfAParallelNode) {
   EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0) << "all threads added up";
 }
 
+// A node that may use four cores, and is hardly faster on two than on one, and no faster on more: assumed to scale, it
+// is tried on four threads, on three and on two, and then stays where it is best.
+TEST(Simulation, WhatRunsTakeOnSeveralThreadsIsMeasuredAndPlannedWith) {
+  const graph::App app = parse(R"(
+catan: 1
+app: lone
+nodes: { lone: { max_threads: 4 } }
+objective: [ { response_time: [lone], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  const auto check = [](const graph::App& planned, const char* costs, int threads, double response_ms) {
+    auto simulation = simulation_of(planned, costs, "catan", 4);
+    simulation->run_for(seconds{30});
+    ASSERT_TRUE(simulation->plan());
+    EXPECT_EQ(simulation->plan()->subchains.front().threads, threads) << costs;
+    EXPECT_NEAR(simulation->plan()->expected->chains.front().response.count(), response_ms, 0.03 * response_ms);
+    EXPECT_LE(simulation->outcome().plans_adopted, 8U) << costs;
+    EXPECT_EQ(simulation->outcome().cost_changes, 0U) << costs;
+  };
+  for (const graph::App& planned : {in_frames(app), app}) {
+    check(planned, "lone: { threads: { 1: 10ms, 2: 9ms } }", 2, 18.0);
+    check(planned, "lone: { threads: { 1: 10ms, 2: 15ms, 3: 20ms } }", 1, 20.0);
+    check(planned, "lone: 10ms", 4, 5.0);
+  }
+}
+
 TEST(Simulation, ARunThatWaitsGivesItsCoreAway) {
   const Outcome outcome = simulate(two_rates_app(), "a: { cost: 2ms, wait: 4ms }\nb: 12ms\n", "fifo");
   EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 6.0);
