@@ -422,8 +422,8 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
 // two of ours, outputs that are left out, nodes that run at any rate, clocks of others at either end.
 graph::App tangled() {
   graph::AppSpec spec =
-      graph::spec_of({"u", "v", "a", "b", "x", "c", "q", "d", "r", "e", "s", "z"},
-                     {"u v a b c q d r e", "a q", "v d", "b x d", "b x r", "s a", "s q", "e z", "q z", "b z"});
+      graph::spec_of({"u", "v", "a", "b", "x", "c", "q", "d", "r", "e", "w", "s", "z"},
+                     {"u v a b c q d r e", "a q", "v d", "b x d", "b x r", "c w", "s a", "s q", "e z", "q z", "b z"});
   graph::node(spec, "u").unscheduled = true;
   graph::node(spec, "u").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
   graph::node(spec, "v").unscheduled = true;
@@ -432,6 +432,7 @@ graph::App tangled() {
   graph::node(spec, "z").period = graph::At<Nanos>{std::chrono::milliseconds{7}, {}};
   graph::node(spec, "q").input = graph::InputKind::kQueue;
   graph::node(spec, "r").input = graph::InputKind::kQueue;
+  graph::node(spec, "w").input = graph::InputKind::kQueue;  // which may find its queues empty, and is known to
   graph::node(spec, "c").output_period = graph::At<Nanos>{std::chrono::milliseconds{17}, {}};
   graph::node(spec, "v").output_period = graph::At<Nanos>{std::chrono::milliseconds{11}, {}};
   spec.subchains = {graph::subchain("ab", "a b"), graph::subchain("de", "d")};
@@ -439,7 +440,7 @@ graph::App tangled() {
                            "s a b c", "s a b z", "s a q z", "s q d r e z", "a q d r e z", "b z", "s q z"}) {
     spec.objective.push_back(graph::response(path, 1.0));
   }
-  for (const char* node : {"a", "c", "q", "e"}) spec.objective.push_back(graph::period(node, 1.0));
+  for (const char* node : {"a", "c", "q", "e", "w"}) spec.objective.push_back(graph::period(node, 1.0));
   Result<graph::App> app = graph::build_app(spec);
   if (!app) throw std::runtime_error(app.error().message());
   return *std::move(app);

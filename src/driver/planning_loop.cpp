@@ -42,8 +42,9 @@ Status PlanningLoop::decide_first() {
         fmt::format("scheduler '{}' decides once, by compute times that are known before", policy.name()),
         fmt::format("say which: {}:COSTS.yaml", policy.name()));
   }
-  const model::CostTable costs =
-      policy.needs_costs() ? *options_.known_costs : model::CostTable(app_.graph, app_.scheduler.bootstrap_cost);
+  const model::CostTable costs = policy.needs_costs()
+                                     ? *options_.known_costs
+                                     : model::CostTable::assumed(app_.graph, app_.scheduler.bootstrap_cost);
   policy::Situation now = situation(costs, costs);
   const std::vector<NodeId> unknown = measured_.unknown();
   if (adapts()) now.assumed = unknown;
@@ -191,7 +192,7 @@ model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::v
   if (!decision_.plan || policy::is_unconditional(why)) return costs;
   for (const plan::AssumedCost& assumed : decision_.plan->assumed) {
     if (std::find(unknown.begin(), unknown.end(), assumed.node) == unknown.end()) continue;
-    costs.set(assumed.node, model::CostProfile::constant(assumed.cost));
+    costs.set(assumed.node, model::CostProfile::assumed(assumed.cost));
   }
   return costs;
 }

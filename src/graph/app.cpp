@@ -40,6 +40,12 @@ std::optional<AgeLimit> Graph::age_limit(NodeId from, NodeId to) const {
   return edge != edges_.end() ? edge->age_limit : std::nullopt;
 }
 
+bool Graph::knows_inputs(NodeId id) const {
+  const std::vector<NodeId>& inputs = node(id).predecessors;
+  return !inputs.empty() &&
+         std::none_of(inputs.begin(), inputs.end(), [&](NodeId input) { return node(input).external; });
+}
+
 Graph Graph::without_min_rate(NodeId id) const {
   Graph graph = *this;
   graph.nodes_[id.index()].min_rate.reset();

@@ -117,6 +117,11 @@ class Graph {
   // None also where there is no such edge.
   std::optional<AgeLimit> age_limit(NodeId from, NodeId to) const;
 
+  // Whether all that a run of the node takes is known: it is fed, and by no external node.
+  bool knows_inputs(NodeId id) const;
+  // A run of the node may find nothing, and that is known: it takes batches.
+  bool may_run_empty(NodeId id) const { return node(id).input == InputKind::kQueue && knows_inputs(id); }
+
   // All nodes, predecessors before successors; ties in the order written.
   std::span<const NodeId> topological_order() const { return topological_; }
 

@@ -24,6 +24,14 @@ CostProfile CostProfile::of_threads(std::map<int, Millis> elapsed) {
   assert(!elapsed.empty() && elapsed.begin()->first == 1);
   CostProfile profile = constant(elapsed.begin()->second);
   profile.by_threads_ = std::move(elapsed);
+  profile.knows_all_ = true;
+  return profile;
+}
+
+CostProfile CostProfile::with_measured(std::map<int, Millis> elapsed) const {
+  assert(!knows_all_ && (elapsed.empty() || elapsed.begin()->first > 1));
+  CostProfile profile = *this;
+  profile.by_threads_ = std::move(elapsed);
   return profile;
 }
 
@@ -35,13 +43,20 @@ Millis CostProfile::single_thread() const {
 
 Millis CostProfile::with_threads(int q, int max_threads) const {
   assert(q >= 1 && max_threads >= 1);
-  if (by_threads_.empty()) return single_thread() / std::min(q, max_threads);
-  return std::prev(by_threads_.upper_bound(q))->second;
+  if (knows_all_) return std::prev(by_threads_.upper_bound(q))->second;
+  const int threads = std::min(q, max_threads);
+  const auto measured = by_threads_.find(threads);
+  return measured != by_threads_.end() ? measured->second : single_thread() / threads;
 }
 
 int CostProfile::threads_used(int q) const {
   assert(q >= 1);
-  return by_threads_.empty() ? q : std::prev(by_threads_.upper_bound(q))->first;
+  return knows_all_ ? std::prev(by_threads_.upper_bound(q))->first : q;
+}
+
+int CostProfile::most_threads(int max_threads) const {
+  assert(max_threads >= 1);
+  return knows_all_ ? by_threads_.rbegin()->first : max_threads;
 }
 
 CostProfile CostProfile::times(double factor) const {
@@ -52,11 +67,20 @@ CostProfile CostProfile::times(double factor) const {
   return scaled;
 }
 
-CostTable::CostTable(const graph::Graph& graph, Millis initial) : waits_(graph.nodes().size(), Millis{0}) {
+CostTable::CostTable(const graph::Graph& graph, Millis initial)
+    : waits_(graph.nodes().size(), Millis{0}), runs_per_output_(graph.nodes().size(), 1.0) {
   profiles_.reserve(graph.nodes().size());
   for (const graph::Node& node : graph.nodes()) {
     profiles_.push_back(CostProfile::constant(node.external ? Millis{0} : initial));
   }
+}
+
+CostTable CostTable::assumed(const graph::Graph& graph, Millis cost) {
+  CostTable table(graph, Millis{0});
+  for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
+    if (!graph.nodes()[i].external) table.profiles_[i] = CostProfile::assumed(cost);
+  }
+  return table;
 }
 
 CostTable CostTable::on(const graph::App& app, std::size_t kind) const {
@@ -69,6 +93,15 @@ CostTable CostTable::on(const graph::App& app, std::size_t kind) const {
     table.profiles_[i] = given != on_kind_.end() ? given->second : profiles_[i].times(1.0 / app.core_kinds[kind].speed);
   }
   return table;
+}
+
+double CostTable::runs_per_output(const graph::Subchain& subchain, NodeId last) const {
+  double runs = 1.0;
+  for (const NodeId node : subchain.nodes) {
+    runs *= runs_per_output(node);
+    if (node == last) break;
+  }
+  return runs;
 }
 
 CostTable CostTable::without_waits() const {
@@ -87,6 +120,14 @@ Millis CostTable::subchain_total(const graph::Graph& graph, SubchainId subchain)
   Millis sum{0};
   for (const NodeId node : graph.subchain(subchain).nodes) sum += (*this)[node].single_thread();
   return sum;
+}
+
+int CostTable::most_threads(const graph::Graph& graph, SubchainId subchain) const {
+  int most = 1;
+  for (const NodeId node : graph.subchain(subchain).nodes) {
+    most = std::max(most, (*this)[node].most_threads(graph.node(node).max_threads));
+  }
+  return most;
 }
 
 Millis CostTable::subchain_wait(const graph::Graph& graph, SubchainId subchain) const {

@@ -1,8 +1,10 @@
 // Compute-time profiles: what one run of each node costs, as a value that the planner reads. They come from a cost file
 // (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`. A node whose cost depends on
-// what it finds to do has modes, each with its own cost; one that runs on several cores may have a measured time for
-// each number of threads. Beside its cost a run may have a wait: time in its middle in which the node computes nothing,
-// for an accelerator, a device, a file. A wait adds to latency and never to load, and is no shorter on a faster core.
+// what it finds to do has modes, each with its own cost; one that runs on several cores may have a time for each number
+// of threads, all of them known beforehand or some of them measured. Beside its cost a run may have a wait: time in its
+// middle in which the node computes nothing, for an accelerator, a device, a file. A wait adds to latency and never to
+// load, and is no shorter on a faster core. And not every run must give an output, which makes chains through the node
+// slower than it runs.
 //
 // Units: Millis for one run; of CPU time, all threads of the node added up, and of waits. Thread safety: plain values.
 #pragma once
@@ -38,20 +40,29 @@ class CostProfile {
  public:
   CostProfile() = default;
   static CostProfile constant(Millis cost);
+  // On any number of threads.
+  static CostProfile assumed(Millis cost) { return of_threads({{1, cost}}); }
   // Precondition: not empty, probabilities add up to 1.
   static CostProfile of_modes(std::vector<ModeCost> modes);
   // Key: number of threads, >= 1; must hold 1. Value: elapsed time of a run with that many threads.
   static CostProfile of_threads(std::map<int, Millis> elapsed);
 
+  // The same, where runs with so many threads (> 1) were measured to take so long. For numbers of threads that are not
+  // there, times stay what they are without any: perfect scaling.
+  CostProfile with_measured(std::map<int, Millis> elapsed) const;
+
   // c: the probability-weighted sum of the modes' percentiles (design section 4; paper section 5.3).
   Millis single_thread() const;
-  // c^q: the time one run takes with at most q threads: as measured for the largest measured number of threads <= q,
-  // else single_thread() / min(q, max_threads). Precondition: q >= 1, max_threads >= 1.
+  // c^q: the time one run takes with at most q threads. Of of_threads(): that for the largest number of threads <= q.
+  // Else as measured for min(q, max_threads), or single_thread() / min(q, max_threads). Precondition: q >= 1,
+  // max_threads >= 1.
   Millis with_threads(int q, int max_threads) const;
 
-  // How many of at most q threads a run makes use of: where times by threads are known, the number that with_threads()
-  // goes by. Precondition: q >= 1.
+  // How many of at most q threads a run makes use of: of of_threads(), the number that with_threads() goes by.
+  // Precondition: q >= 1.
   int threads_used(int q) const;
+  // More threads than this change nothing. Precondition: max_threads >= 1.
+  int most_threads(int max_threads) const;
 
   // The same, all times multiplied. Precondition: factor >= 0.
   CostProfile times(double factor) const;
@@ -64,6 +75,7 @@ class CostProfile {
  private:
   std::vector<ModeCost> modes_{ModeCost{}};
   std::map<int, Millis> by_threads_;
+  bool knows_all_ = false;  // by_threads_ says what any number of threads takes
 };
 
 // One profile a node, indexed by NodeId: what it costs on a core of speed 1, which is every core where the app says
@@ -72,6 +84,9 @@ class CostTable {
  public:
   // Every node that is not external costs `initial`, unscheduled ones too.
   CostTable(const graph::Graph& graph, Millis initial);
+  // The same, on any number of threads: what is planned with before nodes have run, so that each runs on one thread
+  // first, and it becomes known what it costs there.
+  static CostTable assumed(const graph::Graph& graph, Millis cost);
 
   const CostProfile& operator[](NodeId node) const { return profiles_[node.index()]; }
   void set(NodeId node, CostProfile profile) { profiles_[node.index()] = std::move(profile); }
@@ -85,17 +100,28 @@ class CostTable {
   Millis wait(NodeId node) const { return waits_[node.index()]; }
   void set_wait(NodeId node, Millis wait) { waits_[node.index()] = wait; }
 
+  // How many runs of a node come to one output, on average, as measured: >= 1, and 1 where nothing was set. Of a node
+  // whose `output_period` the app file gives, that counts.
+  double runs_per_output(NodeId node) const { return runs_per_output_[node.index()]; }
+  void set_runs_per_output(NodeId node, double runs) { runs_per_output_[node.index()] = runs; }
+  // How many of the subchain's runs come to one output of its node `last`: no node runs before the one before it has
+  // given an output. Precondition: `last` is one of its nodes.
+  double runs_per_output(const graph::Subchain& subchain, NodeId last) const;
+
   // The same costs, where no run waits.
   CostTable without_waits() const;
 
   // C_i: the sum of single_thread() over the subchain's nodes.
   Millis subchain_total(const graph::Graph& graph, SubchainId subchain) const;
+  // More threads than this change nothing for any of its nodes.
+  int most_threads(const graph::Graph& graph, SubchainId subchain) const;
   // W_i: what they wait.
   Millis subchain_wait(const graph::Graph& graph, SubchainId subchain) const;
 
  private:
   std::vector<CostProfile> profiles_;
-  std::vector<Millis> waits_;  // by NodeId
+  std::vector<Millis> waits_;            // by NodeId
+  std::vector<double> runs_per_output_;  // by NodeId
   std::map<std::pair<NodeId, std::size_t>, CostProfile> on_kind_;
 };
 

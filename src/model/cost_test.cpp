@@ -26,6 +26,27 @@ TEST(CostProfile, TakesTheLargestMeasuredNumberOfThreadsThatFits) {
   EXPECT_EQ(profile.with_threads(100, 8), Millis{4});
 }
 
+TEST(CostProfile, GoesByWhatWasMeasuredAndElseByPerfectScaling) {
+  const CostProfile profile = CostProfile::constant(Millis{12}).with_measured({{2, Millis{9}}, {4, Millis{7}}});
+  EXPECT_EQ(profile.single_thread(), Millis{12});
+  EXPECT_EQ(profile.with_threads(1, 6), Millis{12});
+  EXPECT_EQ(profile.with_threads(2, 6), Millis{9});
+  EXPECT_EQ(profile.with_threads(3, 6), Millis{4}) << "never run";
+  EXPECT_EQ(profile.with_threads(4, 6), Millis{7});
+  EXPECT_EQ(profile.with_threads(8, 6), Millis{2}) << "no more than six";
+  EXPECT_EQ(profile.with_threads(8, 4), Millis{7});
+  EXPECT_EQ(profile.threads_used(3), 3);
+  EXPECT_EQ(profile.most_threads(6), 6);
+  EXPECT_EQ(profile.times(2.0).with_threads(2, 6), Millis{18});
+}
+
+TEST(CostProfile, WhatIsAssumedIsSoOnAnyNumberOfThreads) {
+  const CostProfile profile = CostProfile::assumed(Millis{5});
+  EXPECT_EQ(profile.with_threads(8, 8), Millis{5});
+  EXPECT_EQ(profile.most_threads(8), 1);
+  EXPECT_EQ(profile.times(0.5).with_threads(2, 8), Millis{2.5});
+}
+
 RC_GTEST_PROP(CostProfile, DividesByThreadsThatItHasNoMeasurementFor, ()) {
   const int cost = *rc::gen::inRange(0, 1'000'000);
   const int q = *rc::gen::inRange(1, 100);

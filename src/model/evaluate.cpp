@@ -23,10 +23,12 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
     const SubchainTiming& subchain = subchains[element.subchain->index()];
     timing.period = subchain.period;
     timing.execution = subchain.execution;
+    timing.runs_per_output = costs.runs_per_output(graph.subchain(*element.subchain), element.nodes.back());
   } else {
     const NodeId node = element.nodes.front();
     timing.period = evaluate_period(graph, node, subchains);
     timing.execution = costs[node].single_thread() + costs.wait(node);
+    timing.runs_per_output = costs.runs_per_output(node);
   }
   timing.output_period = longest_output_period(graph, element.nodes);
   return timing;
@@ -68,7 +70,7 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
     } else if (before != nullptr) {
       const std::optional<InputWait> wait = wait_in_step(element, *before, subchains);
       if (wait) elements.back().wait = all_new ? wait->last : wait->last + wait->more;
-      all_new = all_new && wait && elements.back().period >= elements[elements.size() - 2].period;
+      all_new = all_new && wait && elements.back().period >= elements[elements.size() - 2].outputs_apart();
     }
     before = &element;
   }

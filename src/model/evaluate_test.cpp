@@ -71,6 +71,29 @@ TEST_F(Evaluate, ANodeThatEmitsRarelySlowsTheChainDownToIt) {
   EXPECT_EQ(evaluate_period(app_.graph, *app_.graph.find_node("vio"), timings_), Millis{40});
 }
 
+// camera gives an output in every second run, and vio in every third one of its own.
+TEST_F(Evaluate, RunsWithoutOutputSlowTheChainDown) {
+  CostTable costs = costs_;
+  const NodeId camera = *app_.graph.find_node("camera");
+  costs.set_runs_per_output(camera, 2.0);
+  EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "camera"), costs, timings_).period, Millis{2 * 40});
+  const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs, timings_);
+  EXPECT_EQ(timing.latency, Millis{30 + 8 + 6});
+  EXPECT_EQ(timing.period, Millis{100}) << "what the app file says of vio is longer";
+  costs.set_runs_per_output(*app_.graph.find_node("vio"), 3.0);
+  EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "vio a b"), costs, timings_).period, Millis{2 * 3 * 40})
+      << "vio runs on an output of camera";
+  EXPECT_EQ(evaluate_period(app_.graph, camera, timings_), Millis{40});
+}
+
+TEST_F(Evaluate, AnUnscheduledNodeMayGiveFewerOutputsThanItRuns) {
+  CostTable costs = costs_;
+  costs.set_runs_per_output(*app_.graph.find_node("imu"), 4.0);
+  const ChainTiming timing = evaluate_chain(app_.graph, path(app_, "imu a b motor"), costs, timings_);
+  EXPECT_EQ(timing.latency, Millis{0.25 + 8 + 6});
+  EXPECT_EQ(timing.period, Millis{4 * 5});
+}
+
 TEST_F(Evaluate, PassingPartOfASubchainCountsAllOfIt) {
   const ChainTiming part = evaluate_chain(app_.graph, path(app_, "imu a"), costs_, timings_);
   const ChainTiming whole = evaluate_chain(app_.graph, path(app_, "imu a b"), costs_, timings_);

@@ -58,7 +58,7 @@ ChainTiming chain_timing(std::span<const ElementTiming> elements) {
   for (const ElementTiming& element : elements) {
     if (&element != &elements.front()) timing.latency += element.wait.value_or(element.period);
     timing.latency += element.execution;
-    timing.period = std::max(timing.period, std::max(element.period, element.output_period.value_or(Millis{0})));
+    timing.period = std::max(timing.period, element.outputs_apart());
   }
   timing.response = timing.latency + timing.period;
   return timing;

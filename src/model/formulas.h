@@ -3,6 +3,7 @@
 // Units: Millis; slack is a fraction in [0, 1). Thread safety: pure functions.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 
@@ -71,11 +72,15 @@ struct ElementTiming {
   Millis execution{0};                  // L
   std::optional<Millis> output_period;  // of one of its nodes, where longer than p
   std::optional<Millis> wait{};         // of its input, at most; none: p
+  double runs_per_output = 1.0;         // of its last node
+
+  // On average.
+  Millis outputs_apart() const { return std::max(period * runs_per_output, output_period.value_or(Millis{0})); }
 };
 
 struct ChainTiming {
   Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x); in place of p_x its wait, where that is given
-  Millis period{0};    // max p_x, with output periods
+  Millis period{0};    // of outputs: max p_x, with runs per output and output periods
   Millis response{0};  // latency + period
 };
 

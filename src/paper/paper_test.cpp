@@ -102,6 +102,24 @@ TEST(Paper, StageTwoAloneKeepsTheCoresOfAnotherPlan) {
   EXPECT_LT(anew.plan->objective, again.plan->objective);
 }
 
+// Each third run of slow gives an output, so that its response time is p + 3 p: (1 + 0.4 n) (2 + 8 / n) is least for
+// n = 3.
+TEST(Paper, WhatGivesFewerOutputsThanItRunsIsRunMoreOften) {
+  graph::AppSpec spec = graph::spec_of({"fast", "slow"}, {});
+  spec.objective = {graph::period("fast", 1.0), graph::response("slow", 0.1)};
+  const graph::App app = as_in_the_paper(graph::build_app(spec).value());
+  model::CostTable costs(app.graph, Millis{0});
+  costs.set(NodeId(0), model::CostProfile::constant(Millis{2}));
+  costs.set(NodeId(1), model::CostProfile::constant(Millis{8}));
+  costs.set_runs_per_output(NodeId(1), 3.0);
+  const Result<plan::Plan> plan = make_plan(app, costs, {.cores = 1, .slack = 0.0});
+  ASSERT_TRUE(plan.ok()) << plan.error().message();
+  EXPECT_EQ(plan->subchains[1].every, 3);
+  EXPECT_NEAR(plan->objective, 2.2 * (2.0 + 8.0 / 3.0), 1e-9);
+  EXPECT_EQ(plan->quality, plan::Quality::kOptimal);
+  EXPECT_TRUE(plan::validate(*plan, app, costs, 1).ok());
+}
+
 TEST(Paper, RelaxesBoundsByTheLeastFactor) {
   graph::AppSpec spec = spec_of(kTwo);
   node(spec, "fast").min_rate = graph::At<Rate>{Rate::every(Millis{2.5}), {}};

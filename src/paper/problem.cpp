@@ -18,6 +18,13 @@ constexpr double kRounding = 1e-12;
 
 double ms(const std::optional<Nanos>& time) { return to_millis(time.value_or(Nanos{0})).count(); }
 
+void add_slowest(Metric& metric, int subchain, double runs) {
+  const auto same = [&](const Metric::Slowest& slowest) { return slowest.subchain == subchain; };
+  const auto known = std::find_if(metric.slowest.begin(), metric.slowest.end(), same);
+  if (known == metric.slowest.end()) return metric.slowest.push_back({subchain, runs});
+  known->runs = std::max(known->runs, runs);
+}
+
 void add(Metric& metric, int subchain, double periods) {
   const auto same = [&](const Metric::Part& part) { return part.subchain == subchain; };
   auto part = std::find_if(metric.latency.begin(), metric.latency.end(), same);
@@ -38,15 +45,13 @@ Metric response_time(const graph::App& app, const model::CostTable& costs, const
       const int subchain = static_cast<int>(element.subchain->index());
       add(metric, subchain, first ? 0.0 : 1.0);
       metric.constant += costs.subchain_wait(app.graph, *element.subchain).count();
-      if (std::find(metric.slowest.begin(), metric.slowest.end(), subchain) == metric.slowest.end()) {
-        metric.slowest.push_back(subchain);
-      }
+      add_slowest(metric, subchain, costs.runs_per_output(app.graph.subchain(*element.subchain), element.nodes.back()));
     } else {
       const double period = ms(app.graph.node(element.nodes.front()).period);
       metric.constant += costs[element.nodes.front()].single_thread().count();
       if (!first && !element.follows) metric.constant += period;
       metric.constant += costs.wait(element.nodes.front()).count();
-      metric.slowest_fixed = std::max(metric.slowest_fixed, period);
+      metric.slowest_fixed = std::max(metric.slowest_fixed, period * costs.runs_per_output(element.nodes.front()));
     }
     first = false;
   }
@@ -56,7 +61,7 @@ Metric response_time(const graph::App& app, const model::CostTable& costs, const
 Metric period_of(const graph::App& app, NodeId node) {
   Metric metric;
   if (const auto& subchain = app.graph.node(node).subchain) {
-    metric.slowest.push_back(static_cast<int>(subchain->index()));
+    add_slowest(metric, static_cast<int>(subchain->index()), 1.0);
   } else {
     metric.slowest_fixed = ms(app.graph.node(node).period);
   }
@@ -65,16 +70,6 @@ Metric period_of(const graph::App& app, NodeId node) {
 
 Metric metric_of(const graph::App& app, const model::CostTable& costs, const graph::Term& term) {
   return term.metric == graph::Metric::kPeriod ? period_of(app, term.path.front()) : response_time(app, costs, term);
-}
-
-// Threads beyond these change no node's cost.
-int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
-  int useful = 1;
-  for (const NodeId node : app.graph.subchain(id).nodes) {
-    const auto& measured = costs[node].by_threads();
-    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
-  }
-  return useful;
 }
 
 // On one kind of cores.
@@ -119,7 +114,7 @@ OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cor
     const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
     on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kRounding)));
   }
-  const int threads = useful_threads(app, costs.busy, id);
+  const int threads = costs.busy.most_threads(app.graph, id);
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
   for (int k = 1; k <= cores && k <= nodes * threads; ++k) {
     on.owned.push_back(best_owned(app, costs, id, k, threads, subchain, slack));
@@ -136,8 +131,8 @@ double value_of(const Metric& metric, std::span<const Timing> timings) {
     value += part.periods * timing.period + part.executions * timing.execution;
   }
   double slowest = metric.slowest_fixed;
-  for (const int subchain : metric.slowest) {
-    slowest = std::max(slowest, timings[static_cast<std::size_t>(subchain)].period);
+  for (const Metric::Slowest& each : metric.slowest) {
+    slowest = std::max(slowest, each.runs * timings[static_cast<std::size_t>(each.subchain)].period);
   }
   return value + slowest;
 }

@@ -4,6 +4,9 @@
 //   response time of a chain   L_1 + sum_{x >= 2} (p_x + L_x) + max_x p_x
 //   period of a node           p of its subchain
 //
+// The paper knows of periods of outputs that do not change with those of runs (`output_period`). Those that do
+// (model/cost.h, runs_per_output) are a multiple of p.
+//
 // The paper's runs do not wait. What they do wait (model/cost.h) is added to the metrics as a constant; here p and L
 // are as if they did not. A plan promises longer periods where they do (model/formulas.h), so that this is a bound from
 // below.
@@ -31,12 +34,16 @@ struct Metric {
     double periods = 0.0;     // how often its p adds
     double executions = 0.0;  // how often its L does
   };
+  struct Slowest {
+    int subchain = 0;
+    double runs = 1.0;  // of it, that come to one output
+  };
   double weight = 0.0;    // of a term
   double limit = 0.0;     // of a bound
   double constant = 0.0;  // what unscheduled nodes add, and waits
   std::vector<Part> latency;
-  std::vector<int> slowest;    // the longest period of these subchains is added, once ...
-  double slowest_fixed = 0.0;  // ... or this one, if longer: of unscheduled nodes and of outputs
+  std::vector<Slowest> slowest;  // the longest time between outputs of these subchains is added, once ...
+  double slowest_fixed = 0.0;    // ... or this one, if longer: of unscheduled nodes, and of output periods
 };
 
 double value_of(const Metric& metric, std::span<const Timing> timings);

@@ -42,7 +42,7 @@ class Formulation {
  private:
   // Which constraint says that a period is no longer than the slowest of its metric.
   struct Slower {
-    int subchain = -1;  // -1: the fixed period
+    std::optional<Metric::Slowest> subchain;  // none: the fixed period
     std::size_t constraint = 0;
   };
   // Which constraints limit a period: by a rate cap, by T and by most_every T.
@@ -53,10 +53,10 @@ class Formulation {
   };
   struct Written {
     const Metric* metric = nullptr;
-    std::vector<Slower> slower;        // empty: there is just one
-    int only = -1;                     // that one, if it is on a shared core
-    double fixed = 0.0;                // of the periods that are given, the longest
-    std::optional<std::size_t> bound;  // the constraint that it is, if it is a bound
+    std::vector<Slower> slower;           // empty: there is just one
+    std::optional<Metric::Slowest> only;  // that one, if it is on a shared core
+    double fixed = 0.0;                   // of the periods that are given, the longest
+    std::optional<std::size_t> bound;     // the constraint that it is, if it is a bound
   };
 
   Monomial add_variable(double start) {
@@ -142,20 +142,21 @@ class Formulation {
         sum.push_back((part.periods + part.executions) * periods_[i]);
       }
     }
-    std::vector<int> shared;
+    std::vector<Metric::Slowest> shared;
     written.fixed = metric.slowest_fixed;
-    for (const int i : metric.slowest) {
-      if (division_.core_of[static_cast<std::size_t>(i)] >= 0) {
-        shared.push_back(i);
+    for (const Metric::Slowest& each : metric.slowest) {
+      const auto i = static_cast<std::size_t>(each.subchain);
+      if (division_.core_of[i] >= 0) {
+        shared.push_back(each);
       } else {
-        written.fixed = std::max(written.fixed, division_.timings[static_cast<std::size_t>(i)].period);
+        written.fixed = std::max(written.fixed, each.runs * division_.timings[i].period);
       }
     }
     if (shared.empty()) {
       constant += written.fixed;
     } else if (shared.size() == 1 && written.fixed <= 0.0) {
       written.only = shared.front();
-      sum.push_back(periods_[static_cast<std::size_t>(shared.front())]);
+      sum.push_back(outputs_apart(shared.front()));
     } else {
       add_slowest(shared, written, sum);
     }
@@ -163,17 +164,21 @@ class Formulation {
     return sum;
   }
 
-  void add_slowest(const std::vector<int>& shared, Written& written, Posynomial& sum) {
+  Monomial outputs_apart(const Metric::Slowest& of) const {
+    return of.runs * periods_[static_cast<std::size_t>(of.subchain)];
+  }
+
+  void add_slowest(const std::vector<Metric::Slowest>& shared, Written& written, Posynomial& sum) {
     double longest = written.fixed;
-    for (const int i : shared) longest = std::max(longest, value_of(periods_[static_cast<std::size_t>(i)], start_));
+    for (const Metric::Slowest& each : shared) longest = std::max(longest, value_of(outputs_apart(each), start_));
     const Monomial slowest = add_variable(1.5 * longest);
     const Monomial per = slowest.inverse();
-    for (const int i : shared) {
-      written.slower.push_back({i, program_.constraints.size()});
-      program_.constraints.push_back({periods_[static_cast<std::size_t>(i)] * per});
+    for (const Metric::Slowest& each : shared) {
+      written.slower.push_back({each, program_.constraints.size()});
+      program_.constraints.push_back({outputs_apart(each) * per});
     }
     if (written.fixed > 0.0) {
-      written.slower.push_back({-1, program_.constraints.size()});
+      written.slower.push_back({std::nullopt, program_.constraints.size()});
       program_.constraints.push_back({written.fixed * per});
     }
     sum.push_back(slowest);
@@ -231,8 +236,8 @@ class Formulation {
         prices.of[i] += weight * (part.periods + part.executions);
       }
     }
-    if (written.only >= 0) {
-      prices.of[static_cast<std::size_t>(written.only)] += weight;
+    if (written.only) {
+      prices.of[static_cast<std::size_t>(written.only->subchain)] += weight * written.only->runs;
     } else if (written.slower.empty()) {
       prices.constant += weight * written.fixed;
     }
@@ -240,10 +245,10 @@ class Formulation {
     for (const Slower& slower : written.slower) sum += duals[slower.constraint];
     for (const Slower& slower : written.slower) {
       const double part = sum > 0.0 ? duals[slower.constraint] / sum : 1.0 / static_cast<double>(written.slower.size());
-      if (slower.subchain < 0) {
-        prices.constant += weight * part * written.fixed;
+      if (slower.subchain) {
+        prices.of[static_cast<std::size_t>(slower.subchain->subchain)] += weight * part * slower.subchain->runs;
       } else {
-        prices.of[static_cast<std::size_t>(slower.subchain)] += weight * part;
+        prices.constant += weight * part * written.fixed;
       }
     }
   }

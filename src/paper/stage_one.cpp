@@ -66,7 +66,8 @@ Linear linear_of(const Problem& problem, const Multipliers& multipliers) {
       coefficient.execution += term.weight * part.executions;
     }
     for (std::size_t x = 0; x < term.slowest.size(); ++x) {
-      linear.coefficients[static_cast<std::size_t>(term.slowest[x])].period += term.weight * multipliers.slowest[t][x];
+      linear.coefficients[static_cast<std::size_t>(term.slowest[x].subchain)].period +=
+          term.weight * multipliers.slowest[t][x] * term.slowest[x].runs;
     }
   }
   for (std::size_t kind = 0; kind < multipliers.core.size(); ++kind) {
@@ -123,7 +124,9 @@ Multipliers good_multipliers(const Problem& problem, const std::vector<std::vect
     for (std::size_t t = 0; t < problem.terms.size(); ++t) {
       const Metric& term = problem.terms[t];
       const auto period = [&](std::size_t x) {
-        return x < term.slowest.size() ? timings[static_cast<std::size_t>(term.slowest[x])].period : term.slowest_fixed;
+        if (x == term.slowest.size()) return term.slowest_fixed;
+        const Metric::Slowest& slowest = term.slowest[x];
+        return slowest.runs * timings[static_cast<std::size_t>(slowest.subchain)].period;
       };
       double longest = 0.0;
       for (std::size_t x = 0; x <= term.slowest.size(); ++x) longest = std::max(longest, period(x));

@@ -64,6 +64,17 @@ TEST_F(PlanJson, SaysWhatRunsWait) {
   EXPECT_EQ(*read, plan);
 }
 
+TEST_F(PlanJson, SaysWhoGivesFewerOutputsThanItRuns) {
+  EXPECT_EQ(text_.find("outputs"), std::string::npos) << "left out where nobody does";
+  Plan plan = plan_;
+  plan.outputs = {{NodeId(2), 2.5}};
+  const std::string text = to_json(plan, app_);
+  EXPECT_EQ(json::parse(text)["outputs"], json::parse(R"([{"node": "map", "runs_per_output": 2.5}])"));
+  const Result<Plan> read = from_json(text, app_, "plan.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(*read, plan);
+}
+
 TEST_F(PlanJson, SaysWhichCostsWereAssumed) {
   EXPECT_EQ(text_.find("assumed"), std::string::npos) << "left out where none was";
   Plan plan = plan_;

@@ -128,6 +128,14 @@ struct AssumedCost {
   friend bool operator==(const AssumedCost&, const AssumedCost&) = default;
 };
 
+// How many of a node's runs were taken to come to one output, as measured.
+struct RunsPerOutput {
+  NodeId node;
+  double runs = 1.0;
+
+  friend bool operator==(const RunsPerOutput&, const RunsPerOutput&) = default;
+};
+
 // What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
 // elastic frames hand on what they leave. Every figure is at most the planned one.
 struct Expectation {
@@ -165,6 +173,7 @@ struct Plan {
   std::vector<ChainPlan> chains;
   std::vector<NodePlan> nodes;
   std::vector<AssumedCost> assumed;     // by NodeId; made while an app runs: of scheduled nodes that had not run
+  std::vector<RunsPerOutput> outputs;   // by NodeId: of nodes that were seen not to give one in every run
   std::optional<Expectation> expected;  // where typical compute times are known as well as the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;

@@ -55,7 +55,7 @@ class Analysis {
     return member->period;
   }
 
-  // Every so-many-th output of the leader; where that is a subchain, its runs come `runs_apart`.
+  // Every so-many-th output of the leader, at least; where that is a subchain, its runs come `runs_apart`.
   Millis outputs_apart(const After& after, Millis runs_apart) const {
     if (const NodeId* const leader = after.node())
       return to_millis(app_.graph.node(*leader).outputs_apart()) * after.every;
@@ -64,6 +64,13 @@ class Analysis {
       if (const auto& output = app_.graph.node(node).output_period) apart = std::max(apart, to_millis(*output));
     }
     return apart * after.every;
+  }
+
+  // So many times as long on average, where not every run of the leader gives an output.
+  double runs_per_output(const After& after) const {
+    if (const NodeId* const leader = after.node()) return by_kind_.front().runs_per_output(*leader);
+    const graph::Subchain& leader = app_.graph.subchain(*after.subchain());
+    return by_kind_.front().runs_per_output(leader, leader.tail());
   }
 
   // J, at the responses found so far.
@@ -193,7 +200,7 @@ class Analysis {
     if (member->after) {
       const SubchainId* const leader = member->after->subchain();
       const Millis apart = outputs_apart(*member->after, leader != nullptr ? period_of(*leader) : Millis{0});
-      return std::max({member->period, apart, response});
+      return std::max({member->period, apart * runs_per_output(*member->after), response});
     }
     return std::max(member->period, response + member->pause.value_or(Millis{0}));
   }

@@ -20,7 +20,8 @@
 // Huang, Chen, Zhou and Liu, "PASS: priority assignment of real-time tasks with dynamic suspending behavior under
 // fixed-priority scheduling" (DAC 2015).
 //
-// From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers.
+// From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers. Of
+// who is triggered by outputs that not every run gives (model/cost.h), that time is a mean; T is as if each run did.
 //
 // Where many short runs interrupt a long one, the sum is bounded from above by a line (ceil(x) <= x + 1), which is
 // a little more than the worst case.

@@ -47,6 +47,16 @@ TEST_F(PromiseTest, WhoIsTriggeredByOutputsMayComeEarly) {
   EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution + Millis{10});
 }
 
+// fast gives an output in every third run, each second of which triggers slow: it comes every 120 ms on average, but
+// those below it are promised what holds when it comes every 40 ms.
+TEST_F(PromiseTest, WhoIsTriggeredByOutputsComesAsSeldomAsTheyDo) {
+  const Promise before = promised(kBatch);
+  costs.set_runs_per_output(*app.graph.find_node("scan"), 3.0);
+  EXPECT_EQ(promised(kSlow).period, Millis{120});
+  EXPECT_EQ(promised(kSlow).execution, Millis{32});
+  EXPECT_EQ(promised(kBatch).execution, before.execution);
+}
+
 TEST_F(PromiseTest, SlackMakesRunsLonger) {
   plan.slack = 0.04;
   EXPECT_EQ(promised(kFast).execution, Millis{6.25});

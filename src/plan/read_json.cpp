@@ -199,6 +199,7 @@ class Reader {
   void read_chain(const Json& value, const std::string& path, Plan& plan);
   void read_node(const Json& value, const std::string& path, Plan& plan);
   void read_assumed(const Json& value, const std::string& path, Plan& plan);
+  void read_output(const Json& value, const std::string& path, Plan& plan);
   void read_expected(const Json& value, Plan& plan);
 
   const graph::App& app_;
@@ -210,7 +211,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
                "chains", "nodes"},
-              {"version", "assumed", "expected"})) {
+              {"version", "assumed", "outputs", "expected"})) {
     return;
   }
   int version = 1;
@@ -237,6 +238,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "chains", [&](const Json& e, const std::string& path) { read_chain(e, path, plan); });
   read_array(value, "", "nodes", [&](const Json& e, const std::string& path) { read_node(e, path, plan); });
   read_array(value, "", "assumed", [&](const Json& e, const std::string& path) { read_assumed(e, path, plan); });
+  read_array(value, "", "outputs", [&](const Json& e, const std::string& path) { read_output(e, path, plan); });
   if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }
 
@@ -387,6 +389,14 @@ void Reader::read_assumed(const Json& value, const std::string& path, Plan& plan
   if (const Json* name = member(value, "node")) assumed.node = node_named(*name, child(path, "node"));
   read_millis(value, path, "cost_ms", assumed.cost);
   plan.assumed.push_back(assumed);
+}
+
+void Reader::read_output(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"node", "runs_per_output"})) return;
+  RunsPerOutput output;
+  if (const Json* name = member(value, "node")) output.node = node_named(*name, child(path, "node"));
+  read_number(value, path, "runs_per_output", output.runs);
+  plan.outputs.push_back(output);
 }
 
 void Reader::read_expected(const Json& value, Plan& plan) {

@@ -128,6 +128,9 @@ std::string to_json(const Plan& plan, const graph::App& app) {
   for (const AssumedCost& assumed : plan.assumed) {
     document["assumed"].push_back({{"node", app.graph.node(assumed.node).name}, {"cost_ms", assumed.cost.count()}});
   }
+  for (const RunsPerOutput& output : plan.outputs) {
+    document["outputs"].push_back({{"node", app.graph.node(output.node).name}, {"runs_per_output", output.runs}});
+  }
   if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
   return document.dump(1, ' ', false, Json::error_handler_t::replace);
 }

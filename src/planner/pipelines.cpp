@@ -24,19 +24,10 @@ model::CostTable usual_costs(const graph::App& app, const trial::Samples& sample
   return costs;
 }
 
-int useful_threads(const graph::App& app, const model::CostTable& costs, SubchainId id) {
-  int useful = 1;
-  for (const NodeId node : app.graph.subchain(id).nodes) {
-    const auto& measured = costs[node].by_threads();
-    useful = std::max(useful, measured.empty() ? app.graph.node(node).max_threads : measured.rbegin()->first);
-  }
-  return useful;
-}
-
 // So many cores can be of use to it at once.
 int useful_cores(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores) {
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
-  return static_cast<int>(std::min<long long>(cores, nodes * useful_threads(app, costs, id)));
+  return static_cast<int>(std::min<long long>(cores, nodes * costs.most_threads(app.graph, id)));
 }
 
 }  // namespace

@@ -33,6 +33,20 @@ double own_period(const graph::Graph& graph, NodeId node) {
   return period ? to_millis(*period).count() : 0.0;
 }
 
+// What part of its time on one thread a run takes on so many, from 1 to as many as are of use.
+std::vector<double> parts_by_threads(const graph::Graph& graph, const model::CostTable& costs, SubchainId id) {
+  const std::vector<NodeId>& nodes = graph.subchain(id).nodes;
+  const int most = costs.most_threads(graph, id);
+  const Millis alone = costs.subchain_total(graph, id);
+  std::vector<double> parts;
+  for (int threads = 1; threads <= most; ++threads) {
+    Millis elapsed{0};
+    for (const NodeId node : nodes) elapsed += costs[node].with_threads(threads, graph.node(node).max_threads);
+    parts.push_back(alone > Millis{0} ? elapsed / alone : 1.0);
+  }
+  return parts;
+}
+
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
@@ -46,6 +60,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     std::vector<double>& means = mean_.emplace_back();
     std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
+    std::vector<std::vector<double>>& parts = parts_on_threads_.emplace_back();
     for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
       double mean = trigger;
       double variance = 0.0;
@@ -57,10 +72,12 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       means.push_back(mean);
       squares.push_back(mean * mean + variance);
       percentiles.push_back(tables[kind].subchain_total(app.graph, SubchainId(i)).count() / usable_);
+      parts.push_back(parts_by_threads(app.graph, tables[kind], SubchainId(i)));
     }
   }
   for (const graph::Subchain& subchain : app.graph.subchains()) {
     output_period_.push_back(longest_output_period(app.graph, subchain.nodes));
+    runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
     double& parts = parts_.emplace_back(1.0);
     double& planned_waits = planned_waits_.emplace_back(0.0);
@@ -77,6 +94,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     if (!node.unscheduled) continue;
     arrivals.apart = to_millis(node.outputs_apart()).count();
     arrivals.late = plan::output_lateness(app.graph, tables.front(), NodeId(i), slack).count();
+    arrivals.runs_per_output = planned.runs_per_output(NodeId(i));
   }
   for (const graph::Term& term : app.objective) {
     Term& known = terms_.emplace_back();
@@ -91,8 +109,10 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       Element& added = known.elements.emplace_back();
       added.subchain = element.subchain;
       added.output_period = longest_output_period(app.graph, element.nodes);
+      const NodeId node = element.nodes.back();
+      added.runs_per_output = element.subchain ? planned.runs_per_output(app.graph.subchain(*element.subchain), node)
+                                               : planned.runs_per_output(node);
       if (element.subchain) continue;
-      const NodeId node = element.nodes.front();
       added.node = node;
       added.period = own_period(app.graph, node);
       added.follows = element.follows;
@@ -110,12 +130,17 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   }
 }
 
-// How far apart the triggers are of a subchain that follows another.
+// How far apart the triggers are of a subchain that follows another, where each run of that one gives an output.
 double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
   const plan::After& after = *schedule.subchains[subchain].after;
   if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
   const std::size_t feeder = after.subchain()->index();
   return after.every * std::max(timings_[feeder].period, output_period_[feeder]);
+}
+
+double Surrogate::runs_per_output(const plan::After& after) const {
+  if (const NodeId* const node = after.node()) return arrivals_[node->index()].runs_per_output;
+  return runs_per_output_[after.subchain()->index()];
 }
 
 double Surrogate::promised_lateness(const plan::After& after) const {
@@ -132,9 +157,15 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
     timing.wait = timing.period / 2.0;
-    timing.execution = timing.from_begin = timing.cost / pipeline.threads + timing.waits;
-    timing.promised_execution = timing.planned / pipeline.threads + timing.planned_waits;
+    const double part = parallel_part(kind_of(pipeline.cores.front()), i, pipeline.threads);
+    timing.execution = timing.from_begin = timing.cost * part + timing.waits;
+    timing.promised_execution = timing.planned * part + timing.planned_waits;
   }
+}
+
+double Surrogate::parallel_part(std::size_t kind, std::size_t subchain, int threads) const {
+  const std::vector<double>& parts = parts_on_threads_[kind][subchain];
+  return parts[std::min(static_cast<std::size_t>(threads), parts.size()) - 1];
 }
 
 bool Surrogate::is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader) {
@@ -201,7 +232,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
     timing.wait = (timing.period + variance * stretch * stretch / timing.period) / 2.0;
     return;
   }
-  const double apart = place.after ? std::max(least, outputs_apart(schedule, i)) : least;
+  const double apart =
+      place.after ? std::max(least, outputs_apart(schedule, i) * runs_per_output(*place.after)) : least;
   const double alone = timing.cost * stretch + timing.waits;
   double missed = 0.0;  // triggers, of each
   double squares = 0.0;
@@ -281,12 +313,16 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     Timing& timing = timings_[i];
     double spacing = to_millis(place.period).count();
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
-    if (place.after) spacing = std::max(spacing, outputs_apart(schedule, i));
+    double usual = spacing;
+    if (place.after) {
+      spacing = std::max(spacing, outputs_apart(schedule, i));
+      usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+    }
     const double alone = timing.planned + timing.planned_waits;
     timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
     promised_ = promised_ && used_if_held < kNothingLeft;
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
-    timing.promised_period = std::max(spacing, timing.promised_execution + pause);
+    timing.promised_period = std::max(usual, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
     if (place.after) jitter += promised_lateness(*place.after);
@@ -380,8 +416,9 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
     }
     latency.response += before == nullptr ? timing.from_begin : timing.execution;
     latency.promised += timing.promised_execution;
-    period = std::max({period, timing.period, element.output_period});
-    promised_period = std::max({promised_period, timing.promised_period, element.output_period});
+    period = std::max({period, timing.period * element.runs_per_output, element.output_period});
+    promised_period =
+        std::max({promised_period, timing.promised_period * element.runs_per_output, element.output_period});
     before = &element;
   }
   return {latency.response + period, latency.promised + promised_period};

@@ -6,8 +6,8 @@
 // where w_i is what it waits on average, while others have the core; and it completes every
 //   p_i = its period; L_i + its pause; so many times the period of the outputs that trigger it; and no less than L_i.
 // A chain's response time is its latency and its period: the first run; then for each next element, half a period until
-// its next run begins (none where it is triggered by the element before) and that run; and the longest period or
-// output period on the way.
+// its next run begins (none where it is triggered by the element before) and that run; and the longest time
+// between two outputs on the way.
 //
 // Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick.
 //
@@ -65,6 +65,7 @@ class Surrogate {
     double period = 0.0;                 // its own, if it has one
     double cost = 0.0;
     double output_period = 0.0;
+    double runs_per_output = 1.0;
     bool follows = false;  // as graph::ChainElement
   };
   struct Term {
@@ -98,6 +99,7 @@ class Surrogate {
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
+  double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
   void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
   static bool is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader);
@@ -105,6 +107,7 @@ class Surrogate {
                          std::size_t last) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
+  double parallel_part(std::size_t kind, std::size_t subchain, int threads) const;
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
   std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
@@ -123,13 +126,17 @@ class Surrogate {
   std::vector<std::vector<double>> mean_;     // by kind, subchain
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
-  std::vector<double> waits_;                 // by subchain
-  std::vector<double> planned_waits_;         // by subchain
-  std::vector<double> parts_;                 // by subchain
-  std::vector<double> output_period_;         // by subchain: the longest of its nodes'
-  struct Arrivals {                           // of an unscheduled node's outputs
-    double apart = 0.0;
-    double late = 0.0;  // as planned, at most
+  std::vector<std::vector<std::vector<double>>>
+      parts_on_threads_;                 // by kind, subchain, threads - 1: as times one thread
+  std::vector<double> waits_;            // by subchain
+  std::vector<double> planned_waits_;    // by subchain
+  std::vector<double> parts_;            // by subchain
+  std::vector<double> output_period_;    // by subchain: the longest of its nodes'
+  std::vector<double> runs_per_output_;  // by subchain: of its tail's
+  struct Arrivals {                      // of an unscheduled node's outputs
+    double apart = 0.0;                  // where each run gives one
+    double late = 0.0;                   // as planned, at most
+    double runs_per_output = 1.0;
   };
   std::vector<Arrivals> arrivals_;  // by node
   std::vector<Term> terms_;

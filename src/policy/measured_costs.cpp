@@ -10,7 +10,10 @@ constexpr double kTypical = 50.0;  // percentile
 }  // namespace
 
 MeasuredCosts::MeasuredCosts(const graph::App& app) : app_(app) {
-  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) nodes_.emplace_back(app, NodeId(index));
+  for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
+    nodes_.emplace_back(app, NodeId(index));
+    outputs_.emplace_back(app.graph, NodeId(index));
+  }
 }
 
 void MeasuredCosts::rescale(std::size_t kind, double factor) {
@@ -55,8 +58,12 @@ trial::MeasuredRuns MeasuredCosts::runs() const {
 model::CostTable MeasuredCosts::typical_costs(Millis unmeasured) const { return costs_at(kTypical, unmeasured); }
 
 model::CostTable MeasuredCosts::costs_at(double percentile, Millis unmeasured) const {
-  model::CostTable table(app_.graph, unmeasured);
+  model::CostTable table = model::CostTable::assumed(app_.graph, unmeasured);
   for (const NodeCosts& node : nodes_) node.put_into(table, percentile);
+  for (std::size_t index = 0; index < outputs_.size(); ++index) {
+    if (app_.graph.nodes()[index].output_period) continue;
+    table.set_runs_per_output(NodeId(index), outputs_[index].runs_per_output());
+  }
   return table;
 }
 

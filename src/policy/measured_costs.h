@@ -1,4 +1,5 @@
-// What all nodes of an app cost as measured, and thus what is planned with.
+// What runs of all nodes of an app are like as measured, and thus what is planned with: what they cost, what they wait,
+// and how many come to one output where the app file gives no `output_period`.
 //
 // Units: Nanos in, milliseconds out. Thread safety: none; one owner.
 #pragma once
@@ -10,6 +11,7 @@
 #include "graph/app.h"
 #include "model/cost.h"
 #include "policy/node_costs.h"
+#include "policy/node_outputs.h"
 #include "record/events.h"
 #include "trial/samples.h"
 
@@ -23,6 +25,7 @@ class MeasuredCosts {
   // A run on a core of that kind. Where it shows that the node's compute time has changed permanently: from what to
   // what.
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
+    outputs_[run.node.index()].add(run);
     return nodes_[run.node.index()].add(run, kind);
   }
 
@@ -46,7 +49,8 @@ class MeasuredCosts {
   model::CostTable costs_at(double percentile, Millis unmeasured) const;
 
   const graph::App& app_;
-  std::vector<NodeCosts> nodes_;  // by NodeId
+  std::vector<NodeCosts> nodes_;      // by NodeId
+  std::vector<NodeOutputs> outputs_;  // by NodeId
 };
 
 }  // namespace ctn::policy

@@ -1,7 +1,7 @@
 #include "policy/node_costs.h"
 
 #include <algorithm>
-#include <string>
+#include <utility>
 
 namespace ctn::policy {
 namespace {
@@ -9,37 +9,51 @@ namespace {
 // A node's first runs find its code and data in no cache and its pages unmapped. Once there are others they say nothing
 // of what it costs, and in a window of 50 they would decide its 95th percentile.
 constexpr std::uint64_t kColdRuns = 3;
+// So are the first on another number of threads: they are left out, and nothing is told of it before there are a few.
+constexpr std::size_t kFewestElapsed = 5;
+
+// What stands for runs on one thread: those on the fewest. Precondition: there are any.
+const model::Estimator& alone(const auto& by_threads) { return by_threads.begin()->second.cpu; }
 
 }  // namespace
 
-NodeCosts::NodeCosts(const graph::App& app, NodeId node) : app_(app), node_(node) {
-  kinds_.assign(app.kinds(), nothing_seen());
-}
+NodeCosts::NodeCosts(const graph::App& app, NodeId node) : app_(app), node_(node), kinds_(app.kinds()) {}
 
-NodeCosts::OnKind NodeCosts::nothing_seen() const {
+NodeCosts::Seen& NodeCosts::like(std::size_t kind, int threads) {
+  const auto known = kinds_[kind].find(threads);
+  if (known != kinds_[kind].end()) return known->second;
   const std::vector<std::string>& modes = app_.graph.node(node_).modes;
-  return {model::Estimator(app_.scheduler.window, app_.scheduler.percentile, modes),
-          std::vector<model::ChangeDetector>(std::max<std::size_t>(modes.size(), 1))};
+  const model::Estimator nothing(app_.scheduler.window, app_.scheduler.percentile, modes);
+  const std::vector<model::ChangeDetector> detectors(std::max<std::size_t>(modes.size(), 1));
+  return kinds_[kind].emplace(threads, Seen{nothing, nothing, detectors}).first->second;
 }
 
 std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::size_t kind) {
-  if (run.number == kColdRuns + 1) kinds_.assign(kinds_.size(), nothing_seen());
-  OnKind& seen = kinds_[kind];
+  if (run.number == kColdRuns + 1) kinds_.assign(kinds_.size(), OnKind());
   newest_kind_ = kind;
-  const std::size_t mode = run.mode < seen.detectors.size() ? run.mode : 0;
-  seen.estimator.add({run.cpu, run.wait}, mode);
-  const std::optional<std::size_t> runs = seen.detectors[mode].add(run.cpu);
+  newest_threads_ = run.threads;
+  Seen& alike = like(kind, run.threads);
+  const std::size_t mode = run.mode < alike.detectors.size() ? run.mode : 0;
+  alike.cpu.add({run.cpu, run.wait}, mode);
+  if (run.threads > 1 && ++alike.runs > kColdRuns) alike.elapsed.add({run.elapsed, run.wait}, mode);
+  const std::optional<std::size_t> runs = alike.detectors[mode].add(run.cpu);
   return runs ? changed(run, kind, mode, *runs) : std::nullopt;
 }
 
 std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std::size_t kind, std::size_t mode,
                                                      std::size_t runs) {
-  const std::optional<model::Estimator::Shift> shift = kinds_[kind].estimator.forget_before(mode, runs);
+  Seen& alike = like(kind, run.threads);
+  const std::optional<model::Estimator::Shift> shift = alike.cpu.forget_before(mode, runs);
+  if (run.threads > 1) alike.elapsed.forget_before(mode, runs);
   if (!shift) return std::nullopt;  // a window so short has followed by itself
-  for (std::size_t other = 0; other < kinds_.size(); ++other) {
-    if (other == kind || shift->before.count() <= 0.0 || shift->after.count() <= 0.0) continue;
-    kinds_[other].estimator.rescale(shift->after / shift->before, mode);
-    kinds_[other].detectors[mode].rescale(shift->after / shift->before);
+  const bool known = shift->before.count() > 0.0 && shift->after.count() > 0.0;
+  for (OnKind& by_threads : kinds_) {
+    for (auto& [threads, other] : by_threads) {
+      if (&other == &alike || !known) continue;
+      other.cpu.rescale(shift->after / shift->before, mode);
+      other.elapsed.rescale(shift->after / shift->before, mode);
+      other.detectors[mode].rescale(shift->after / shift->before);
+    }
   }
   return record::CostChange{.at = run.end,
                             .node = node_,
@@ -50,32 +64,64 @@ std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std
                             .runs = runs};
 }
 
+std::size_t NodeCosts::count() const {
+  std::size_t count = 0;
+  for (const auto& [threads, seen] : kinds_[newest_kind_]) count += seen.cpu.count();
+  return count;
+}
+
 void NodeCosts::put_into(model::CostTable& table, double percentile) const {
   if (!measured()) return;
-  table.set_wait(node_, kinds_[newest_kind_].estimator.wait(percentile));
-  const model::CostProfile newest = kinds_[newest_kind_].estimator.profile(percentile);
-  if (app_.core_kinds.empty()) return table.set(node_, newest);
-  table.set(node_, newest.times(app_.core_kinds[newest_kind_].speed));
+  table.set_wait(node_, kinds_[newest_kind_].at(newest_threads_).cpu.wait(percentile));
   for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
-    const model::Estimator& estimator = kinds_[kind].estimator;
-    if (estimator.count() > 0) table.set_on(node_, kind, estimator.profile(percentile));
+    if (kinds_[kind].empty()) continue;
+    const model::CostProfile on_one = alone(kinds_[kind]).profile(percentile);
+    const model::CostProfile profile = on_one.with_measured(elapsed_on(kind, on_one.single_thread(), percentile));
+    if (!app_.core_kinds.empty()) table.set_on(node_, kind, profile);
+    if (kind != newest_kind_) continue;
+    table.set(node_, app_.core_kinds.empty() ? profile : profile.times(app_.core_kinds[kind].speed));
   }
+}
+
+// On each number of threads that it ran on anywhere; `alone_here`: on one thread, on that kind.
+std::map<int, Millis> NodeCosts::elapsed_on(std::size_t kind, Millis alone_here, double percentile) const {
+  std::map<int, Millis> elapsed;
+  const auto add_those_on = [&](const OnKind& by_threads) {
+    if (by_threads.empty()) return;
+    const Millis there = alone(by_threads).profile(percentile).single_thread();
+    if (there <= Millis{0}) return;
+    for (const auto& [threads, seen] : by_threads) {
+      if (threads == 1 || seen.elapsed.count() < kFewestElapsed) continue;
+      elapsed.try_emplace(threads, seen.elapsed.profile(percentile).single_thread() * (alone_here / there));
+    }
+  };
+  add_those_on(kinds_[kind]);
+  for (const OnKind& other : kinds_) add_those_on(other);
+  return elapsed;
 }
 
 std::vector<std::vector<model::RunTime>> NodeCosts::runs() const {
   std::vector<std::vector<model::RunTime>> runs;
-  for (const OnKind& kind : kinds_) runs.push_back(kind.estimator.sample());
+  for (const OnKind& by_threads : kinds_) {
+    runs.push_back(by_threads.empty() ? std::vector<model::RunTime>() : alone(by_threads).sample());
+  }
   return runs;
 }
 
 void NodeCosts::rescale(std::size_t kind, double factor) {
-  kinds_[kind].estimator.rescale(factor);
-  for (model::ChangeDetector& detector : kinds_[kind].detectors) detector.rescale(factor);
+  for (auto& [threads, seen] : kinds_[kind]) {
+    seen.cpu.rescale(factor);
+    seen.elapsed.rescale(factor);
+    for (model::ChangeDetector& detector : seen.detectors) detector.rescale(factor);
+  }
 }
 
 void NodeCosts::invalidate(std::size_t kind) {
-  kinds_[kind].estimator.invalidate();
-  for (model::ChangeDetector& detector : kinds_[kind].detectors) detector = {};
+  for (auto& [threads, seen] : kinds_[kind]) {
+    seen.cpu.invalidate();
+    seen.elapsed.invalidate();
+    for (model::ChangeDetector& detector : seen.detectors) detector = {};
+  }
 }
 
 }  // namespace ctn::policy

@@ -1,19 +1,29 @@
-// What one node's runs cost, as measured: an estimate for each kind of core that it ran on, with a watch over each of
-// its modes that tells when the compute time has changed permanently.
+// What one node's runs cost, as measured: an estimate for each kind of core that it ran on and each number of threads
+// that its runs were to work on, with a watch over each of its modes that tells when the compute time has changed
+// permanently.
 //
 // Which kind a run was on is told by the CPU that it ended on (record::Run::on_cpu), not by the plan in force: a
 // subchain moves some time after the plan does, and threads may be moved by others than Catan.
 //
 // A kind that the node has not run on costs what the kind of its newest run does, times the ratio of the kinds' speeds.
-// When the compute time changes permanently on one kind, what is known of the others is scaled by as much: it is the
-// work that has changed, as a rule, and not the core.
 //
-// What runs wait is taken to be the same on all kinds: that of the kind of the newest run.
+// Threads. What a run takes on one thread is the CPU time of runs on one. That of runs on several is more, by what it
+// takes to share the work, and stands for it only as long as there are no others. What a run takes on several is the
+// elapsed time of runs on as many, once a few are known; on a number that it has not run on, what perfect scaling
+// says; on another kind of core, so much of the time on one thread as where it was measured.
+//
+// A lasting change is told by CPU time, however many threads share it: what is elapsed also depends on who else wants
+// the cores. What is known of other kinds and other numbers of threads is then scaled by as much: it is the work that
+// has changed, as a rule, and neither the core nor how well the work is shared.
+//
+// What runs wait is taken to be the same on all kinds and any number of threads: that of those like the newest run.
 //
 // Units: as the estimator's. Thread safety: none; one owner.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -36,11 +46,11 @@ class NodeCosts {
 
   bool measured() const { return count() > 0; }
   // Runs that are known, on the kind of core where it ran last.
-  std::size_t count() const { return kinds_[newest_kind_].estimator.count(); }
+  std::size_t count() const;
   // Puts what is known at that percentile into the table; nothing where the node has not run.
   void put_into(model::CostTable& table, double percentile) const;
 
-  // Recent runs by kind of core, as often each as runs like it occur.
+  // Recent runs by kind of core, as often each as runs like it occur: what they take on one thread.
   std::vector<std::vector<model::RunTime>> runs() const;
 
   // Runs on cores of that kind will take `factor` times as long as those seen.
@@ -49,19 +59,25 @@ class NodeCosts {
   void invalidate(std::size_t kind);
 
  private:
-  struct OnKind {
-    model::Estimator estimator;
-    std::vector<model::ChangeDetector> detectors;  // by mode
+  // Of runs on one kind of core and one number of threads.
+  struct Seen {
+    model::Estimator cpu;
+    model::Estimator elapsed;                      // on several threads
+    std::vector<model::ChangeDetector> detectors;  // of CPU time, by mode
+    std::uint64_t runs = 0;
   };
+  using OnKind = std::map<int, Seen>;  // by number of threads; those that it ran on
 
-  OnKind nothing_seen() const;
+  Seen& like(std::size_t kind, int threads);  // runs on these
   std::optional<record::CostChange> changed(const record::Run& run, std::size_t kind, std::size_t mode,
                                             std::size_t runs);
+  std::map<int, Millis> elapsed_on(std::size_t kind, Millis alone_here, double percentile) const;
 
   const graph::App& app_;
   NodeId node_;
   std::vector<OnKind> kinds_;
   std::size_t newest_kind_ = 0;
+  int newest_threads_ = 1;
 };
 
 }  // namespace ctn::policy

@@ -141,5 +141,122 @@ TEST_F(NodeCostsTest, InvalidatedRunsAreForgottenSoon) {
   EXPECT_DOUBLE_EQ(on(kBig), 1.0);
 }
 
+// Runs of a node of up to four threads, on cores that are all alike or of two kinds.
+class NodeCostsOfThreads : public ::testing::Test {
+ protected:
+  // Runs that share `cpu` evenly, each with so much on top for sharing it.
+  std::optional<record::CostChange> run(int count, int threads, Nanos cpu, Nanos elapsed, std::size_t kind = kBig) {
+    std::optional<record::CostChange> last;
+    for (int i = 0; i < count; ++i) {
+      record::Run run;
+      run.node = NodeId(0);
+      run.number = ++number;
+      run.end = TimePoint{milliseconds{100} * static_cast<int>(number)};
+      run.begin = run.end - milliseconds{50};
+      run.cpu = cpu;
+      run.threads = threads;
+      if (threads > 1) run.elapsed = elapsed;
+      if (auto change = costs.add(run, kind)) last = change;
+    }
+    return last;
+  }
+  double on(int threads, std::size_t kind = kBig) const {
+    model::CostTable table(app.graph, Millis{5});
+    costs.put_into(table, 95.0);
+    return table.on(app, kind)[NodeId(0)].with_threads(threads, 4).count();
+  }
+
+  const graph::App app = parse(R"(
+catan: 1
+app: one
+nodes: { a: { max_threads: 4 } }
+cores: { big: { count: 4, speed: 2 }, little: { count: 4, speed: 0.5 } }
+objective: [ { response_time: [a], weight: 1 } ]
+)");
+  NodeCosts costs{app, NodeId(0)};
+  std::uint64_t number = 0;
+};
+
+TEST_F(NodeCostsOfThreads, OfNumbersThatHaveNotRunScalingIsAssumed) {
+  run(20, 1, milliseconds{12}, {});
+  EXPECT_DOUBLE_EQ(on(1), 12.0);
+  EXPECT_DOUBLE_EQ(on(2), 6.0);
+  EXPECT_DOUBLE_EQ(on(4), 3.0);
+}
+
+TEST_F(NodeCostsOfThreads, WhatRunsTakeOnSeveralIsAsMeasuredAndLeavesTheirCostOnOneAlone) {
+  run(20, 1, milliseconds{12}, {});
+  EXPECT_FALSE(run(60, 2, milliseconds{18}, milliseconds{9})) << "that they use more CPU time is no change";
+  EXPECT_DOUBLE_EQ(on(1), 12.0);
+  EXPECT_DOUBLE_EQ(on(2), 9.0);
+  EXPECT_DOUBLE_EQ(on(3), 4.0) << "has not run";
+  EXPECT_EQ(costs.count(), 77U) << "but for the cold ones";
+  const std::vector<std::vector<model::RunTime>> known = costs.runs();
+  for (const model::RunTime& each : known[kBig]) EXPECT_EQ(each.cpu, milliseconds{12});
+}
+
+TEST_F(NodeCostsOfThreads, TheFirstRunsOnAnotherNumberTellNothing) {
+  run(20, 1, milliseconds{12}, {});
+  run(3, 2, milliseconds{40}, milliseconds{30});
+  run(4, 2, milliseconds{14}, milliseconds{7});
+  EXPECT_DOUBLE_EQ(on(2), 6.0);
+  run(1, 2, milliseconds{14}, milliseconds{7});
+  EXPECT_DOUBLE_EQ(on(2), 7.0) << "without the cold ones";
+}
+
+TEST_F(NodeCostsOfThreads, CpuTimeOfSeveralStandsForOneUntilThereIsOne) {
+  run(20, 4, milliseconds{20}, milliseconds{6});
+  EXPECT_DOUBLE_EQ(on(1), 20.0);
+  EXPECT_DOUBLE_EQ(on(4), 6.0);
+  EXPECT_DOUBLE_EQ(on(2), 10.0);
+  run(1, 1, milliseconds{12}, {});
+  EXPECT_DOUBLE_EQ(on(1), 12.0);
+  EXPECT_DOUBLE_EQ(on(4), 6.0);
+  EXPECT_DOUBLE_EQ(on(2), 6.0);
+}
+
+TEST_F(NodeCostsOfThreads, AChangeScalesWhatIsKnownOfOtherNumbers) {
+  run(60, 1, milliseconds{12}, {});
+  run(60, 2, milliseconds{16}, milliseconds{8});
+  const std::optional<record::CostChange> change = run(12, 2, milliseconds{32}, milliseconds{16});
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->before, milliseconds{16});
+  EXPECT_EQ(change->after, milliseconds{32});
+  EXPECT_DOUBLE_EQ(on(2), 16.0) << "at once";
+  EXPECT_DOUBLE_EQ(on(1), 24.0);
+  EXPECT_FALSE(run(60, 1, milliseconds{24}, {})) << "as was to be expected";
+  ASSERT_TRUE(run(12, 1, milliseconds{12}, {}));
+  EXPECT_DOUBLE_EQ(on(1), 12.0);
+  EXPECT_DOUBLE_EQ(on(2), 8.0);
+}
+
+// Who wants the cores makes runs longer, and their work no more.
+TEST_F(NodeCostsOfThreads, LongerRunsOfTheSameCpuTimeAreNoChange) {
+  run(60, 1, milliseconds{12}, {});
+  run(60, 2, milliseconds{16}, milliseconds{8});
+  EXPECT_FALSE(run(60, 2, milliseconds{16}, milliseconds{14}));
+  EXPECT_DOUBLE_EQ(on(2), 14.0) << "but what they take";
+  EXPECT_DOUBLE_EQ(on(1), 12.0);
+}
+
+TEST_F(NodeCostsOfThreads, AnotherClockLimitScalesThemAll) {
+  run(20, 1, milliseconds{12}, {});
+  run(20, 2, milliseconds{16}, milliseconds{8});
+  costs.rescale(kBig, 2.0);
+  EXPECT_DOUBLE_EQ(on(1), 24.0);
+  EXPECT_DOUBLE_EQ(on(2), 16.0);
+  costs.rescale(kLittle, 3.0);
+  EXPECT_DOUBLE_EQ(on(2), 16.0);
+}
+
+TEST_F(NodeCostsOfThreads, OnAnotherKindTheyScaleAsWhereItWasMeasured) {
+  run(20, 1, milliseconds{12}, {}, kBig);
+  run(20, 2, milliseconds{16}, milliseconds{9}, kBig);
+  EXPECT_DOUBLE_EQ(on(2, kLittle), 36.0) << "by speed";
+  run(20, 1, milliseconds{40}, {}, kLittle);
+  EXPECT_DOUBLE_EQ(on(2, kLittle), 30.0);
+  EXPECT_DOUBLE_EQ(on(4, kLittle), 10.0) << "which it has run on nowhere";
+}
+
 }  // namespace
 }  // namespace ctn::policy

@@ -21,12 +21,23 @@ model::CostTable with_assumed(model::CostTable costs, std::span<const NodeId> as
 }
 
 Decision expecting(plan::Plan plan, const Situation& situation) {
-  for (const NodeId node : situation.assumed) plan.assumed.push_back({node, situation.costs[node].single_thread()});
+  say_what_is_known(plan, situation.costs, situation.assumed, situation.app.graph);
   plan.expected = plan::expect(plan, plan::as_planned(situation.app, plan), situation.typical);
   return PlannedPolicy::following(std::move(plan), situation);
 }
 
 }  // namespace
+
+void say_what_is_known(plan::Plan& plan, const model::CostTable& costs, std::span<const NodeId> assumed,
+                       const graph::Graph& graph) {
+  plan.assumed.clear();
+  for (const NodeId node : assumed) plan.assumed.push_back({node, costs[node].single_thread()});
+  plan.outputs.clear();
+  for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
+    const double runs = costs.runs_per_output(NodeId(index));
+    if (runs > 1.0) plan.outputs.push_back({NodeId(index), runs});
+  }
+}
 
 Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& make) {
   Result<plan::Plan> plan = make(situation.app, situation.costs, false);

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -24,6 +25,11 @@ class PlannedPolicy : public Policy {
  protected:
   using Policy::Policy;
 };
+
+// Puts into the plan what is known of the runs that it was made for: whose costs are `assumed`, and which nodes give
+// fewer outputs than they have runs.
+void say_what_is_known(plan::Plan& plan, const model::CostTable& costs, std::span<const NodeId> assumed,
+                       const graph::Graph& graph);
 
 // In place of a plan, where none can be made: subchains at the periods of `in_force`, as ordinary threads on all
 // `cpus`.

@@ -26,7 +26,8 @@ constexpr std::size_t kGuessesAgain = 3000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
 // By which a schedule must be better to replace the one in force, by two trials with the same draws.
 constexpr double kBetter = 0.015;
-// A node's mean cost, and its highest, by which samples (model/estimator.h) may differ when nothing has changed.
+// A node's mean cost (or typical time on several threads), and its highest, by which samples (model/estimator.h) may
+// differ when nothing has changed.
 constexpr double kMeanChanged = 0.1;
 constexpr double kLongestChanged = 0.3;
 // What is found at the costs of a few runs is not worth much more time than this for each time that their number has
@@ -98,7 +99,8 @@ struct Searching {
   explicit Searching(const Situation& situation)
       : app(situation.app),
         search(app, {.cores = static_cast<int>(situation.cpus.size()), .slack = situation.slack}),
-        costs(situation.costs) {}
+        costs(situation.costs),
+        typical(situation.typical) {}
 
   bool goes_on(std::size_t fewest_runs) const {
     if (search.has_untried()) return true;  // the one in force may be a bad guess
@@ -109,6 +111,7 @@ struct Searching {
   planner::ScheduleSearch search;
   trial::MeasuredRuns runs;          // that it goes by; empty at first
   model::CostTable costs;            // the same
+  model::CostTable typical;          // the same
   std::optional<plan::Plan> frames;  // the plan in frames, at costs that may have changed since
   std::optional<trial::Schedule> frames_schedule;
   std::optional<trial::Schedule> chosen;          // that was decided on last
@@ -159,12 +162,36 @@ class Deciding {
  private:
   // Whether costs are new ones.
   bool take_costs() {
-    if (!with_.runs.empty() && is_routine(situation_.why) && !changed(with_.runs, *situation_.runs)) return false;
+    const bool known = !with_.runs.empty() && is_routine(situation_.why);
+    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed()) return false;
     with_.runs = *situation_.runs;
     with_.costs = situation_.costs;
+    with_.typical = situation_.typical;
     with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs);
     with_.chosen_as_tried.reset();
     return true;
+  }
+
+  // What is told of them is no noise (model/output_estimator.h).
+  bool outputs_changed() const {
+    for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
+      const NodeId node(index);
+      if (with_.costs.runs_per_output(node) != situation_.costs.runs_per_output(node)) return true;
+    }
+    return false;
+  }
+
+  // What runs typically take on several threads, where that was measured.
+  bool threads_changed() const {
+    for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
+      const int most = with_.app.graph.nodes()[index].max_threads;
+      const model::CostProfile& before = with_.typical[NodeId(index)];
+      const model::CostProfile& after = situation_.typical[NodeId(index)];
+      for (const auto& [threads, elapsed] : after.by_threads()) {
+        if (differ(before.with_threads(threads, most).count(), elapsed.count(), kMeanChanged)) return true;
+      }
+    }
+    return false;
   }
 
   bool has_frames() const { return with_.chosen && with_.chosen == with_.frames_schedule; }
@@ -225,7 +252,7 @@ class Deciding {
   }
 
   Decision following(plan::Plan plan, const trial::Schedule& schedule) {
-    for (const NodeId node : situation_.assumed) plan.assumed.push_back({node, with_.costs[node].single_thread()});
+    say_what_is_known(plan, with_.costs, situation_.assumed, with_.app.graph);
     plan.planner = "auto";
     plan.expected = planner::expectation_of(with_.app, plan, schedule, with_.search.expected(schedule));
     return PlannedPolicy::following(std::move(plan), situation_);

@@ -164,6 +164,41 @@ TEST(SearchPolicy, WhatRunsWaitIsPlannedWithOnceItHasChanged) {
   EXPECT_TRUE(valid.ok()) << valid.error().message();
 }
 
+TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
+  Three asked;
+  asked.decide(PlanReason::kMeasured);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  const plan::Plan before = *asked.in_force.plan;
+  EXPECT_TRUE(before.outputs.empty());
+  asked.costs.set_runs_per_output(NodeId(0), 4.0);
+  EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const plan::Plan& plan = *asked.in_force.plan;
+  EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{NodeId(0), 4.0}}));
+  EXPECT_GT(plan.expected->chains[0].period, 2.0 * before.expected->chains[0].period);
+  const Status valid = plan::validate(plan, asked.app, asked.costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  EXPECT_FALSE(asked.decide(PlanReason::kPeriodic) && !asked.goes_on()) << "nothing has changed since";
+}
+
+TEST(SearchPolicy, WhatRunsTakeOnSeveralThreadsIsPlannedWithOnceItIsMeasured) {
+  Asked asked(parse(R"(
+catan: 1
+app: lone
+nodes: { lone: { max_threads: 2 } }
+objective: [ { response_time: [lone], weight: 1 } ]
+scheduler: { slack: 0% }
+)"),
+              2);
+  asked.cost(NodeId(0), Millis{10});
+  ASSERT_TRUE(asked.decide(PlanReason::kMeasured));
+  EXPECT_EQ(asked.in_force.plan->subchains[0].threads, 2) << "taken to scale";
+  asked.costs.set(NodeId(0), model::CostProfile::constant(Millis{10}).with_measured({{2, Millis{11}}}));
+  for (int turn = 0; turn < 5; ++turn) asked.decide(PlanReason::kPeriodic);
+  EXPECT_EQ(asked.in_force.plan->subchains[0].threads, 1);
+  const Status valid = plan::validate(*asked.in_force.plan, asked.app, asked.costs, 2);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+}
+
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {
   Three asked;
   asked.decide(PlanReason::kMeasured);

@@ -41,6 +41,9 @@ struct Run {
   int on_cpu = -1;                 // the CPU that it ended on; -1: not known. Not in the record
   std::vector<Nanos> ages{};       // of its inputs (ages.h), one a predecessor; empty: not known. Not in the record
   Nanos wait{0};                   // in which it neither ran nor was ready to run
+  int threads = 1;                 // that it was to work on. Not in the record
+  // Where these are several: from begin to end, less what it waited and while others had its core. Not in the record.
+  Nanos elapsed{0};
   friend bool operator==(const Run&, const Run&) = default;
 };
 

@@ -1,5 +1,6 @@
 // What an app's runs come to, live, simulated and afterwards: chains of the objective, nodes, edges with an age limit.
-// A figure counts if all that it spans lies in the interval that is measured.
+// A figure counts if all that it spans lies in the interval that is measured. For the period of a node that takes
+// batches, a run counts that had at least one input; where an external node feeds it, which nobody can tell, each does.
 //
 // `Samples` is where durations go, each by add(Nanos): all of them, the newest, or counts.
 //
@@ -41,7 +42,7 @@ struct MeasuredNode {
   std::uint64_t runs = 0;
   std::uint64_t outputs = 0;  // runs that emitted
   Nanos cpu{0};               // of all runs
-  Samples period;             // between the ends of consecutive runs
+  Samples period;             // between the ends of consecutive runs that count
   Samples compute;            // CPU time of a run
   Samples wait;               // of a run
   bool waits = false;         // any of them did
@@ -62,6 +63,9 @@ class RunMetrics {
   // `app` outlives it.
   RunMetrics(const graph::App& app, Interval interval)
       : interval_(interval), nodes_(app.graph.nodes().size()), tracks_(nodes_.size()) {
+    for (std::size_t node = 0; node < tracks_.size(); ++node) {
+      tracks_[node].may_run_empty = app.graph.may_run_empty(NodeId(node));
+    }
     for (const graph::Term& term : app.objective) {
       if (term.metric != graph::Metric::kResponseTime) continue;
       for (const NodeId node : term.path) tracks_[node.index()].chains.push_back(chains_.size());
@@ -99,14 +103,17 @@ class RunMetrics {
   struct Track {
     std::vector<std::size_t> chains;                           // that the node is in
     std::vector<std::pair<std::size_t, std::size_t>> limited;  // an input by predecessor, and which of edges_ it is
-    std::optional<TimePoint> last_end;
+    bool may_run_empty = false;
+    std::optional<TimePoint> last_end;  // of a run that counts for the period
   };
 
   void add_to_node(const Run& run) {
     MeasuredNode<Samples>& node = nodes_[run.node.index()];
-    std::optional<TimePoint>& last_end = tracks_[run.node.index()].last_end;
-    if (last_end && interval_.holds(*last_end, run.end)) node.period.add(run.end - *last_end);
-    last_end = run.end;
+    Track& track = tracks_[run.node.index()];
+    if (!track.may_run_empty || !run.consumed.empty()) {
+      if (track.last_end && interval_.holds(*track.last_end, run.end)) node.period.add(run.end - *track.last_end);
+      track.last_end = run.end;
+    }
     if (!interval_.holds(run.begin, run.end)) return;
     ++node.runs;
     node.outputs += run.emitted ? 1U : 0U;

@@ -40,7 +40,7 @@ struct NodeMetrics {
   std::uint64_t runs = 0;
   std::uint64_t outputs = 0;       // runs that emitted
   double rate_hz = 0.0;            // runs / time
-  Summary period_ms;               // between the ends of consecutive runs
+  Summary period_ms;               // between the ends of consecutive runs that count (record/run_metrics.h)
   Summary compute_ms;              // CPU time of a run
   Summary wall_ms;                 // begin to end of a run
   std::optional<Summary> wait_ms;  // of a run: it neither ran nor was ready to. None: no run waited

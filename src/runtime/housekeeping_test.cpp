@@ -309,7 +309,8 @@ TEST_F(HousekeepingTest, KindsOfCoresThatAreNotTheSessionsCpusAreRefused) {
   EXPECT_NE(made.error().message().find("1 big, 1 little"), std::string::npos) << made.error().message();
 }
 
-int threads_of_runs(const std::string& policy, int cpus) {
+// `scales`: more threads make a run shorter.
+int threads_of_runs(const std::string& policy, int cpus, bool scales = true) {
   os::FakeOs machine{os::fake_topology(2)};
   const graph::App app = parse(R"(
 catan: 1
@@ -325,10 +326,10 @@ scheduler: { bootstrap: 1s }
   int threads = 0;
   (*made)->wiring().set_body("solve", [&](ctn::Run& run) {
     threads = run.threads();
-    machine.burn(milliseconds{10});
+    machine.burn(milliseconds{10} / (scales ? threads : 1));
   });
   EXPECT_TRUE((*made)->start().ok());
-  machine.sleep_until(machine.now() + seconds{3});
+  machine.sleep_until(machine.now() + seconds{4});
   EXPECT_TRUE((*made)->stop().ok());
   return threads;
 }
@@ -338,6 +339,8 @@ TEST(ThreadsOfARun, AreThosePlannedOrAsManyAsItCanUse) {
   EXPECT_EQ(threads_of_runs("catan", 1), 1);
   EXPECT_EQ(threads_of_runs("default", 2), 2);
 }
+
+TEST(ThreadsOfARun, AreNoMoreThanMakeItShorter) { EXPECT_EQ(threads_of_runs("catan", 2, false), 1); }
 
 }  // namespace
 }  // namespace ctn::runtime

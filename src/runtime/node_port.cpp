@@ -173,6 +173,7 @@ void NodePort::begin(Run& run) {
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
   begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
   wait_.begin();
+  if (run.threads() > 1) begin_ready_ = ready_time();
   begin_ = os_.now();
   RunAccess::begin(run, begin_, edges_);
   for (std::size_t slot = 0; slot < edges_.size(); ++slot) RunAccess::set_taken_before(run, slot, origins_[slot]);
@@ -228,7 +229,12 @@ void NodePort::end(Run& run) {
   // One thread cannot take longer than the clock says, whatever it did between its trigger and begin().
   if (counted_early_) cpu = std::min(cpu, end_ - begin_ + kStraightBack);
   const RunAccess::Origin origin = settle_ages(run);
-  encode_report(run, begin_, end_, cpu, wait_.end(end_ - begin_, cpu), os_.current_cpu(), words_);
+  MeasuredRun measured{
+      .begin = begin_, .end = end_, .cpu = cpu, .wait = wait_.end(end_ - begin_, cpu), .on_cpu = os_.current_cpu()};
+  if (run.threads() > 1) {
+    measured.elapsed = std::max(end_ - begin_ - measured.wait - (ready_time() - begin_ready_), Nanos{0});
+  }
+  encode_report(run, measured, words_);
   binding().reports.push(words_);
   RunAccess::finish_writes(run, origin);
   if (RunAccess::emits(run)) binding().own->give(run.number(), origin.count());
@@ -264,6 +270,9 @@ int NodePort::threads_planned() const {
   const int planned = binding().signal != nullptr ? binding().signal->threads.load(std::memory_order_relaxed) : 0;
   return planned > 0 ? std::min(planned, max) : max;
 }
+
+// 0: the system does not tell.
+Nanos NodePort::ready_time() { return os_.ready_time().value_or(Nanos{0}); }
 
 bool NodePort::has_other_threads() const {
   const NodeCell& own = *binding().own;

@@ -28,6 +28,9 @@
 // something else in between: its run is counted from when it began to wait. Where other threads work for the node, and
 // where it did not wait for a trigger, begin() reads the clocks. What a run waits: wait_watch.h.
 //
+// A run that is to work on several threads is timed, too: from its begin to its end, less what it waited and while the
+// node's own thread was ready but others had its core, where the system tells. What kept those that help is in it.
+//
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
 
@@ -107,6 +110,7 @@ class NodePort {
   RunAccess::Origin settle_ages(Run& run);
   void pass_on(bool emits);
   int threads_planned() const;
+  Nanos ready_time();
   bool has_other_threads() const;
   Nanos cpu_time_of_other_threads();
 
@@ -135,6 +139,7 @@ class NodePort {
   bool has_waited_ = false;     // for the run that is to begin
   bool counted_early_ = false;  // from before its begin
   Nanos begin_cpu_{0};          // of all its threads
+  Nanos begin_ready_{0};        // of its own thread, where the run is to work on several
   WaitWatch wait_;
   std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
 };

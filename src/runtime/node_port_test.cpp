@@ -103,6 +103,39 @@ TEST_F(NodePortTest, WhatARunWaitsIsReportedBesideItsCost) {
   EXPECT_EQ(waits, (Costs{milliseconds{0}, milliseconds{4}, milliseconds{4}})) << "the first is missed";
 }
 
+// The node's own thread works for 2 ms, and waits for 3 ms until another one is done.
+TEST(NodePortOfThreads, ARunThatIsToWorkOnSeveralIsTimed) {
+  os::FakeOs fake;
+  const graph::App app = parse(
+      "catan: 1\napp: one\nnodes: { node: { max_threads: 4 } }\nedges: []\n"
+      "objective: [ { period: node, weight: 1 } ]\n");
+  const NodeId node{std::size_t{0}};
+  LocalRegion memory{app.graph, 1};
+  NodeLink link{fake, app.graph, node, memory.region()};
+  NodePort port{fake, app.graph, node, memory.region()};
+  ctn::Run run;
+  const auto run_on = [&](int planned) {
+    memory.region().signal(*app.graph.node(node).subchain).threads.store(planned);
+    memory.region().node(node).word.fetch_add(1);
+    ASSERT_TRUE(port.wait_for_trigger());
+    port.begin(run);
+    EXPECT_EQ(run.threads(), planned);
+    fake.burn(milliseconds{2});
+    fake.sleep_until(fake.now() + milliseconds{3});
+    port.end(run);
+  };
+  run_on(1);
+  run_on(3);
+  std::vector<record::Run> reported;
+  link.drain([&](const record::Run& each) { reported.push_back(each); });
+  ASSERT_EQ(reported.size(), 2U);
+  EXPECT_EQ(reported[0].threads, 1);
+  EXPECT_EQ(reported[0].elapsed, Nanos{0});
+  EXPECT_EQ(reported[1].threads, 3);
+  EXPECT_EQ(reported[1].elapsed + reported[1].wait, milliseconds{5});
+  EXPECT_EQ(reported[1].on_cpu, reported[0].on_cpu);
+}
+
 // A sensor, what follows it, and a third that has no part in it but takes all that the sensor gives.
 class FollowerTest : public ::testing::Test {
  protected:

@@ -40,7 +40,7 @@ class Region;
 
 struct RegionHeader {
   static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;

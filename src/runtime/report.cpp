@@ -7,6 +7,8 @@ namespace {
 
 // Above 32 bits of mode and one that says whether the run gave output.
 constexpr unsigned kCpuShift = 33;
+constexpr unsigned kCpuBits = 16;
+constexpr unsigned kThreadsShift = kCpuShift + kCpuBits;
 
 Nanos age_of(TimePoint begin, TimePoint origin) {
   if (origin < TimePoint{}) return record::kNoAge;
@@ -15,16 +17,17 @@ Nanos age_of(TimePoint begin, TimePoint origin) {
 
 }  // namespace
 
-void encode_report(const Run& run, TimePoint begin, TimePoint end, Nanos cpu, Nanos wait, int on_cpu,
-                   std::span<std::uint64_t> words) {
+void encode_report(const Run& run, const MeasuredRun& measured, std::span<std::uint64_t> words) {
   assert(words.size() == report_words(RunAccess::inputs(run).size()));
   words[0] = run.number();
-  words[1] = to_word(begin);
-  words[2] = to_word(end);
-  words[3] = static_cast<std::uint64_t>(cpu.count());
-  words[4] = (static_cast<std::uint64_t>(on_cpu + 1) << kCpuShift) | (std::uint64_t{RunAccess::mode(run)} << 1U) |
-             (RunAccess::emits(run) ? 1U : 0U);
-  words[5] = static_cast<std::uint64_t>(wait.count());
+  words[1] = to_word(measured.begin);
+  words[2] = to_word(measured.end);
+  words[3] = static_cast<std::uint64_t>(measured.cpu.count());
+  words[4] = (static_cast<std::uint64_t>(run.threads()) << kThreadsShift) |
+             (static_cast<std::uint64_t>(measured.on_cpu + 1) << kCpuShift) |
+             (std::uint64_t{RunAccess::mode(run)} << 1U) | (RunAccess::emits(run) ? 1U : 0U);
+  words[5] = static_cast<std::uint64_t>(measured.wait.count());
+  words[6] = static_cast<std::uint64_t>(measured.elapsed.count());
   std::size_t word = report_words(0);
   for (const RunAccess::Input& input : RunAccess::inputs(run)) {
     words[word++] = input.first;
@@ -41,9 +44,11 @@ record::Run decode_report(NodeId node, std::span<const NodeId> predecessors, std
   run.end = to_time(words[2]);
   run.cpu = Nanos{static_cast<Nanos::rep>(words[3])};
   run.mode = static_cast<std::uint32_t>(words[4] >> 1U);
-  run.on_cpu = static_cast<int>(words[4] >> kCpuShift) - 1;
+  run.on_cpu = static_cast<int>((words[4] >> kCpuShift) & ((1U << kCpuBits) - 1)) - 1;
+  run.threads = static_cast<int>(words[4] >> kThreadsShift);
   run.emitted = (words[4] & 1U) != 0;
   run.wait = Nanos{static_cast<Nanos::rep>(words[5])};
+  run.elapsed = Nanos{static_cast<Nanos::rep>(words[6])};
   std::size_t word = report_words(0);
   for (const NodeId predecessor : predecessors) {
     const std::uint64_t first = words[word++];

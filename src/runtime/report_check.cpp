@@ -37,7 +37,8 @@ bool ReportCheck::is_plausible(const record::Run& run, TimePoint now) const {
   if (run.begin < known.end || run.end < run.begin || run.end > now + kTolerance) return false;
   const Nanos wall = run.end - run.begin;
   if (run.begin < TimePoint{} || wall > kLongest) return false;
-  if (run.wait < Nanos{0} || run.wait > wall) return false;
+  if (run.wait < Nanos{0} || run.wait > wall || run.elapsed < Nanos{0} || run.elapsed > wall) return false;
+  if (run.threads < 1 || run.threads > std::max(graph_.node(run.node).max_threads, 1)) return false;
   return run.cpu >= Nanos{0} && run.cpu <= wall * static_cast<std::int64_t>(NodeCell::kMaxThreads) + kTolerance;
 }
 

@@ -2,8 +2,8 @@
 // accepted goes into estimates, plans and the record. A run is accepted if
 //   - it follows the node's run before: a higher number, not begun before that one ended,
 //   - it did not end before it began, nor in the future (the clock is one for all processes of a machine),
-//   - it used no more CPU time than its threads could have, in a mode that the node has, and waited no longer than it
-//     took,
+//   - it used no more CPU time than its threads could have, in a mode and on a number of threads that the node may
+//     have, and waited no longer than it took,
 //   - there are not more of them than kMaxRuns a second.
 //
 // Units: in the types. Thread safety: one owner.

@@ -58,9 +58,17 @@ TEST_F(ReportCheckTest, DisbelievesWhatCannotBe) {
   lie.wait = Nanos{-1};
   EXPECT_FALSE(believes(lie));
   lie.wait = Nanos{0};
+  lie.elapsed = 1001ms;
+  EXPECT_FALSE(believes(lie)) << "longer than it took";
+  lie.elapsed = Nanos{0};
+  lie.threads = 2;
+  EXPECT_FALSE(believes(lie)) << "more than max_threads";
+  lie.threads = 0;
+  EXPECT_FALSE(believes(lie));
+  lie.threads = 1;
   lie.mode = 1;
   EXPECT_FALSE(believes(lie)) << "a mode that the node has not";
-  EXPECT_EQ(check.rejected(), 11U);
+  EXPECT_EQ(check.rejected(), 14U);
   EXPECT_TRUE(believes(run(6, 3s, 4s))) << "nothing of it was kept";
 }
 

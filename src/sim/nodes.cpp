@@ -222,22 +222,24 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
   return false;
 }
 
-int Nodes::threads_of(const Node& node) const {
+int Nodes::threads_planned(const Node& node) const {
   if (node.helpers == 0) return 1;
   const int planned = node.subchain ? signals_[node.subchain->index()].threads : 0;
   const int wanted = planned > 0 ? std::min(planned, node.described->max_threads) : node.described->max_threads;
-  return costs_.threads_used(node.id, std::min(wanted, node.helpers + 1));
+  return std::min(wanted, node.helpers + 1);
 }
 
 void Nodes::begin_run(Node& node, int cpu) {
   node.token = node.word;
   ++node.run.number;
   node.run.begin = cpus_.now();
-  node.threads = threads_of(node);
+  node.run.threads = threads_planned(node);
+  node.threads = costs_.threads_used(node.id, node.run.threads);
   const model::RunDraw draw =
       costs_.draw(node.id, node.run.number, cpus_.now().time_since_epoch(), node.threads, kinds_.of(cpu));
   node.run.mode = static_cast<std::uint32_t>(draw.mode);
   node.share = draw.cpu + overhead_ + jitter_of(node.run);
+  node.run.elapsed = node.run.threads > 1 ? node.share : Nanos{0};
   node.wait = node.run.wait = draw.wait;
   node.working = node.threads;
   for (int helper = 0; helper < node.threads; ++helper) {

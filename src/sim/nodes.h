@@ -144,7 +144,7 @@ class Nodes {
     std::uint64_t word = 0;          // the newest trigger, or output of whom it follows
     std::uint64_t token = 0;         // that of the newest run
     bool busy = false;               // woken, or at work
-    int threads = 1;                 // of the run
+    int threads = 1;                 // that the run works on
     int working = 0;                 // of these, still at it
     Nanos share{0};                  // that each of them works
     Nanos wait{0};                   // of its first thread, still to come
@@ -167,7 +167,7 @@ class Nodes {
   void wake(Node& node, std::uint64_t token, int from_cpu);
   void give_output(const plan::Leader& leader, int from_cpu);
   void complete(SubchainId subchain, std::uint64_t token, int from_cpu);
-  int threads_of(const Node& node) const;
+  int threads_planned(const Node& node) const;
   Cpus::Level level_of(os::Level level) const { return real_time_ ? static_cast<Cpus::Level>(level) : 0; }
 
   const graph::App& app_;

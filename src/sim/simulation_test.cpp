@@ -186,6 +186,32 @@ TEST(Simulation, WorkersShareARunOfAParallelNode) {
   EXPECT_DOUBLE_EQ(node(outcome, "detect").compute_ms.mean, 10.0) << "all threads added up";
 }
 
+// A node that may use four cores, and is hardly faster on two than on one, and no faster on more: assumed to scale, it
+// is tried on four threads, on three and on two, and then stays where it is best.
+TEST(Simulation, WhatRunsTakeOnSeveralThreadsIsMeasuredAndPlannedWith) {
+  const graph::App app = parse(R"(
+catan: 1
+app: lone
+nodes: { lone: { max_threads: 4 } }
+objective: [ { response_time: [lone], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  const auto check = [](const graph::App& planned, const char* costs, int threads, double response_ms) {
+    auto simulation = simulation_of(planned, costs, "catan", 4);
+    simulation->run_for(seconds{30});
+    ASSERT_TRUE(simulation->plan());
+    EXPECT_EQ(simulation->plan()->subchains.front().threads, threads) << costs;
+    EXPECT_NEAR(simulation->plan()->expected->chains.front().response.count(), response_ms, 0.03 * response_ms);
+    EXPECT_LE(simulation->outcome().plans_adopted, 8U) << costs;
+    EXPECT_EQ(simulation->outcome().cost_changes, 0U) << costs;
+  };
+  for (const graph::App& planned : {in_frames(app), app}) {
+    check(planned, "lone: { threads: { 1: 10ms, 2: 9ms } }", 2, 18.0);
+    check(planned, "lone: { threads: { 1: 10ms, 2: 15ms, 3: 20ms } }", 1, 20.0);
+    check(planned, "lone: 10ms", 4, 5.0);
+  }
+}
+
 TEST(Simulation, ARunThatWaitsGivesItsCoreAway) {
   const Outcome outcome = simulate(two_rates_app(), "a: { cost: 2ms, wait: 4ms }\nb: 12ms\n", "fifo");
   EXPECT_DOUBLE_EQ(outcome.chains[0].latency_ms.max, 6.0);
@@ -265,12 +291,47 @@ scheduler: { bootstrap: 1s }
   EXPECT_EQ(outcome.dropped, 0U);
 }
 
+// Ten runs of fast for each of slow, of which every tenth finds something.
+TEST(Simulation, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
+  const graph::App app = parse(R"(
+catan: 1
+app: mostly_empty
+nodes: { slow: { fallback_rate: 10Hz }, fast: { input: queue, fallback_rate: 100Hz } }
+edges: [ slow -> fast ]
+objective: [ { response_time: [slow, fast], weight: 1 }, { period: fast, weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const Outcome outcome = simulate(app, "slow: 1ms\nfast: 2ms\n", "fifo", 2);
+  EXPECT_NEAR(node(outcome, "fast").rate_hz, 100.0, 0.1);
+  EXPECT_NEAR(node(outcome, "fast").period_ms.mean, 100.0, 1e-6);
+  EXPECT_NEAR(*outcome.objective, outcome.chains.front().response_ms.mean + 100.0, 1e-6);
+}
+
 TEST(Simulation, OutputLessOftenThanRuns) {
   std::string text = kRow;
   text.replace(text.find("detect: {}"), 10, "detect: { output_period: 100ms }");
   const Outcome outcome = simulate(parse(text), kRowCosts, "default");
   EXPECT_NEAR(node(outcome, "detect").rate_hz, 50.0, 0.06);
   EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
+}
+
+// Nobody has told that detect gives an output in every fourth run: plans learn it, and expect what happens.
+TEST(Simulation, OutputsOfOnlySomeRunsAreMeasuredAndPlannedWith) {
+  for (const char* policy : {"catan", "paper"}) {
+    const graph::App app = parse(kRow);
+    auto simulation = simulation_of(app, kRowCosts, policy);
+    simulation->set_effect(*app.graph.find_node("detect"), [](ctn::Run& run) {
+      if (run.number() % 4 != 0) run.skip_output();
+    });
+    simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{60});
+    const plan::Plan& plan = *simulation->plan();
+    EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{*app.graph.find_node("detect"), 4.0}})) << policy;
+    EXPECT_GT(plan.relax_factor, 1.0) << policy << ": the bound of 30 ms cannot hold";
+    const Outcome outcome = simulation->outcome();
+    const ChainOutcome& chain = outcome.chains.front();
+    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.1 * chain.response_ms.mean) << policy;
+    EXPECT_LE(outcome.plans_adopted, 5U) << policy;
+  }
 }
 
 TEST(Simulation, UnscheduledNodesRunByThemselves) {

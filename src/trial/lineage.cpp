@@ -55,15 +55,26 @@ Lineage::Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vect
       batches_(prefixes.all().size()),
       ends_(app.objective.size()),
       periods_(app.graph.nodes().size()),
+      feeds_(app.graph.nodes().size()),
       terms_(app.objective.size()) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     const graph::Term& of = app.objective[term];
     if (app.graph.node(of.path.back()).ticks()) ends_[term].clock = clocks_[of.path.back().index()];
-    if (of.metric == graph::Metric::kPeriod) periods_[of.path.front().index()].terms.push_back(static_cast<int>(term));
+    if (of.metric == graph::Metric::kPeriod) add_period_term(app.graph, of.path.front(), static_cast<int>(term));
   }
 }
 
+void Lineage::add_period_term(const graph::Graph& graph, NodeId node, int term) {
+  PeriodTerms& period = periods_[node.index()];
+  period.terms.push_back(term);
+  if (period.may_run_empty || !graph.may_run_empty(node)) return;
+  period.may_run_empty = true;
+  for (const NodeId input : graph.node(node).predecessors) feeds_[input.index()].push_back(node.index());
+}
+
 void Lineage::begin(NodeId node, TimePoint now) {
+  PeriodTerms& period = periods_[node.index()];
+  if (period.may_run_empty) period.had_input = std::exchange(period.fed, false);
   for (const int number : prefixes_.of(node)) {
     const auto index = static_cast<std::size_t>(number);
     const Prefix& prefix = prefixes_.all()[index];
@@ -91,13 +102,14 @@ void Lineage::take(std::size_t index, const Prefix& prefix) {
 
 void Lineage::end(NodeId node, TimePoint now, bool emitted) {
   PeriodTerms& period = periods_[node.index()];
-  if (!period.terms.empty()) {
+  if (!period.terms.empty() && period.had_input) {
     if (period.last_end != kNone) {
       for (const int term : period.terms) add(term, period.last_end, now);
     }
     period.last_end = now;
   }
   if (!emitted) return;
+  for (const std::size_t fed : feeds_[node.index()]) periods_[fed].fed = true;
   for (const int number : prefixes_.of(node)) {
     const auto index = static_cast<std::size_t>(number);
     const Prefix& prefix = prefixes_.all()[index];

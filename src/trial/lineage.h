@@ -95,9 +95,13 @@ class Lineage {
   };
   struct PeriodTerms {  // of a node
     std::vector<int> terms;
-    TimePoint last_end = kNone;
+    bool may_run_empty = false;  // such runs do not count
+    bool fed = false;            // outputs wait for it
+    bool had_input = true;       // the run under way
+    TimePoint last_end = kNone;  // of a run that counts
   };
 
+  void add_period_term(const graph::Graph& graph, NodeId node, int term);
   void take(std::size_t index, const Prefix& prefix);
   void give(std::size_t index, const Prefix& prefix, TimePoint now);
   void give_many(std::size_t index, const Prefix& prefix, TimePoint now);
@@ -111,11 +115,12 @@ class Lineage {
   std::vector<Ticks> clocks_;  // by NodeId
   TimePoint warm_from_;
   bool keep_values_;
-  std::vector<TimePoint> held_;       // by prefix
-  std::vector<TimePoint> given_;      // by prefix
-  std::vector<Batches> batches_;      // by prefix; used where `many`
-  std::vector<End> ends_;             // by term
-  std::vector<PeriodTerms> periods_;  // by node
+  std::vector<TimePoint> held_;                  // by prefix
+  std::vector<TimePoint> given_;                 // by prefix
+  std::vector<Batches> batches_;                 // by prefix; used where `many`
+  std::vector<End> ends_;                        // by term
+  std::vector<PeriodTerms> periods_;             // by node
+  std::vector<std::vector<std::size_t>> feeds_;  // by node: those it feeds that have such terms and may run empty
   std::vector<TermSamples> terms_;
 };
 

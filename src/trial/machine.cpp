@@ -74,6 +74,8 @@ void Machine::add_nodes() {
     const graph::Node& described = app_.graph.nodes()[index];
     nodes_[index].runs = options_.first_draw;
     nodes_[index].output_period = described.output_period.value_or(Nanos{0});
+    nodes_[index].outputs_per_run = 1.0 / samples_.runs_per_output(NodeId(index));
+    nodes_[index].outputs_owed = 1.0 - nodes_[index].outputs_per_run;
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
@@ -261,9 +263,16 @@ bool Machine::end_run(NodeId id) {
   return emits;
 }
 
-// At its first run, and then on average once a period, as long as it runs at least that often.
+// At its first run, and then on average once a period, as long as it runs at least that often; or evenly, as many of
+// its runs as were measured.
 bool Machine::output_due(Node& node) const {
-  if (node.output_period == Nanos{0}) return true;
+  if (node.output_period == Nanos{0}) {
+    constexpr double kRounding = 1e-9;
+    node.outputs_owed += node.outputs_per_run;
+    if (node.outputs_owed < 1.0 - kRounding) return false;
+    node.outputs_owed -= 1.0;
+    return true;
+  }
   if (node.next_output && now_ < *node.next_output) return false;
   node.next_output = std::max(node.next_output.value_or(now_) + node.output_period, now_);
   return true;

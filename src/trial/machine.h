@@ -51,6 +51,8 @@ class Machine {
     std::uint32_t timers_set = 0;
     Nanos output_period{0};  // 0: none
     std::optional<TimePoint> next_output;
+    double outputs_per_run = 1.0;  // where it has no output period
+    double outputs_owed = 0.0;     // of these, by the runs since the last one
   };
   struct Subchain {
     SubchainId id;

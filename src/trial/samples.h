@@ -56,6 +56,9 @@ class Samples {
   };
   Waits mean_wait(NodeId node) const;
 
+  // How many of a node's runs come to one output, on average.
+  double runs_per_output(NodeId node) const { return costs_.front().runs_per_output(node); }
+
   // On at most `threads`: how many a run works on, and what part each has of its CPU time on one.
   struct Split {
     int threads = 1;

@@ -87,6 +87,11 @@ TEST(Samples, SplitsARunAsItsProfileSays) {
   const Samples measured(app, MeasuredRuns{}, costs);
   EXPECT_EQ(measured.split(kB, kFastKind, 3).threads, 2);
   EXPECT_NEAR(measured.split(kB, kFastKind, 3).part, 5.0 / 8.0, 1e-12);
+  costs.set(kB, model::CostProfile::constant(Millis{8}).with_measured({{3, Millis{7}}}));
+  const Samples partly(app, MeasuredRuns{}, costs);
+  EXPECT_EQ(partly.split(kB, kFastKind, 3).threads, 3);
+  EXPECT_NEAR(partly.split(kB, kFastKind, 3).part, 7.0 / 8.0, 1e-12);
+  EXPECT_NEAR(partly.split(kB, kFastKind, 2).part, 1.0 / 2.0, 1e-12) << "has not run";
 }
 
 }  // namespace

@@ -62,6 +62,9 @@ struct World {
                         .observer = &timeline});
   }
   void wait(const std::string& node, double wait_ms) { costs.set_wait(*app.graph.find_node(node), Millis{wait_ms}); }
+  void runs_per_output(const std::string& node, double runs) {
+    costs.set_runs_per_output(*app.graph.find_node(node), runs);
+  }
   SubchainId subchain(const std::string& name) const { return *app.graph.find_subchain(name); }
 
   graph::App app;
@@ -231,6 +234,23 @@ TEST(Trial, AQueueNodeTakesAllOutputsSinceItsLastRun) {
   EXPECT_NEAR(figures.terms[0].p95_ms, 47.0, 1e-9);
 }
 
+// b runs every 4 ms, and a gives it something every 10: at 0, 12, 20, 32, 40.
+TEST(Trial, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "b").input = graph::InputKind::kQueue;
+  World world(spec, {{"a", 0.5}, {"b", 1}});
+  const Schedule schedule = on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(4)}});
+  const Figures figures = world.run(schedule, ms(1000));
+  EXPECT_EQ(figures.subchains[1].runs, 250U);
+  EXPECT_EQ(figures.terms[1].count, 99U);
+  EXPECT_NEAR(figures.terms[1].mean_ms, 10.0, 0.05);
+  EXPECT_NEAR(figures.terms[1].p95_ms, 12.0, 1e-9);
+
+  graph::node(spec, "b").input = graph::InputKind::kLatest;
+  World newest(spec, {{"a", 0.5}, {"b", 1}});
+  EXPECT_NEAR(newest.run(schedule, ms(1000)).terms[1].mean_ms, 4.0, 1e-9);
+}
+
 TEST(Trial, WhoHasAnOutputPeriodEmitsOncePerPeriodOnAverage) {
   graph::AppSpec spec = two();
   graph::node(spec, "a").output_period = graph::At<Nanos>{milliseconds{25}, {}};
@@ -249,6 +269,17 @@ TEST(Trial, ARunThatEmitsNothingEndsItsSubchainsRun) {
   world.run(on_cores(1, {{.period = ms(10)}}), ms(60));
   EXPECT_EQ(world.timeline["a"], "0-1 10-11 20-21 30-31 40-41 50-51");
   EXPECT_EQ(world.timeline["b"], "1-3 31-33 51-53");
+}
+
+TEST(Trial, AsManyRunsGiveAnOutputAsWereMeasured) {
+  World world(two(), {{"a", 1}, {"b", 2}});
+  world.runs_per_output("a", 2.5);
+  const Figures figures = world.run(
+      on_cores(1, {{.priority = 1, .period = ms(10)}, {.priority = 2, .after = plan::After{SubchainId(0), 1}}}),
+      ms(10'000));
+  EXPECT_EQ(world.timeline.emitted("a").substr(0, 11), "x..x.x..x.x");
+  // From an output's source run to the end of the next output: 25 ms apart on average, and 3 ms each.
+  EXPECT_NEAR(figures.terms[0].mean_ms, 25.0 + 3.0, 0.1);
 }
 
 TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
