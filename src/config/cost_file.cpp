@@ -18,8 +18,8 @@
 namespace ctn::config {
 namespace {
 
-constexpr std::array<std::string_view, 8> kCostKeys{"cost",  "typical", "threads", "modes",
-                                                    "kinds", "grow",    "spikes",  "wait"};
+constexpr std::array<std::string_view, 9> kCostKeys{"cost", "typical", "threads", "modes",   "kinds",
+                                                    "grow", "spikes",  "wait",    "per_item"};
 constexpr std::array<std::string_view, 2> kKindsKeys{"kinds", "wait"};
 constexpr std::string_view kKindsHint = "write it as in {kinds: {big: 1.2ms, little: 3ms}}";
 constexpr std::string_view kCostHint = "write it as in 1.2ms, or {threads: {1: 10ms, 2: 6ms}}";
@@ -59,7 +59,8 @@ class CostReader {
   std::optional<model::NodeWork> read_law(const Value& value, const MapReader& map, const graph::Node& node,
                                           const std::string& key);
   void read_wait(const Value& node, NodeId id, const std::string& node_key);
-  bool read_extras(const MapReader& map, model::NodeWork& work);
+  bool read_extras(const MapReader& map, const graph::Node& node, model::NodeWork& work);
+  bool read_per_item(const MapReader& map, const graph::Node& node, model::NodeWork& work);
   std::optional<model::NodeWork> read_cost(const MapReader& map);
   std::optional<model::NodeWork> read_threads(const MapReader& map, const graph::Node& node);
   std::optional<model::NodeWork> read_modes(const Value& value, const graph::Node& node, const std::string& key);
@@ -209,11 +210,11 @@ std::optional<model::NodeWork> CostReader::read_work(const Value& value, const g
   }
   auto work = read_law(value, map, node, key);
   model::NodeWork unread;
-  const bool extras = read_extras(map, work ? *work : unread);
+  const bool extras = read_extras(map, node, work ? *work : unread);
   return extras ? work : std::nullopt;
 }
 
-// Without growth and spikes.
+// Without growth, spikes and what items of batches add.
 std::optional<model::NodeWork> CostReader::read_law(const Value& value, const MapReader& map, const graph::Node& node,
                                                     const std::string& key) {
   const Value* const threads = map.find("threads");
@@ -242,11 +243,25 @@ std::optional<model::NodeWork> CostReader::read_law(const Value& value, const Ma
   return typical == nullptr ? work : std::nullopt;
 }
 
-bool CostReader::read_extras(const MapReader& map, model::NodeWork& work) {
-  bool good = true;
+// Where it is given.
+bool CostReader::read_per_item(const MapReader& map, const graph::Node& node, model::NodeWork& work) {
+  const Value* const value = map.find("per_item");
+  if (value == nullptr) return true;
+  const auto per_item = read_duration(*value, map.key_of("per_item"), problems_);
+  if (node.input != graph::InputKind::kQueue) {
+    problems_.add(value->place, map.key_of("per_item"), "the node takes no batches: it has no input: queue",
+                  "remove it, or add input: queue to the node in the app file");
+    return false;
+  }
+  if (per_item) work.cost = work.cost.with_per_item(to_millis(per_item->value));
+  return per_item.has_value();
+}
+
+bool CostReader::read_extras(const MapReader& map, const graph::Node& node, model::NodeWork& work) {
+  bool good = read_per_item(map, node, work);
   if (const Value* const grow = map.find("grow")) {
     const auto growth = read_growth(*grow, map.key_of("grow"), problems_);
-    good = growth.has_value();
+    good = good && growth.has_value();
     work.growth = growth.value_or(0.0);
   }
   const Value* const spikes = map.find("spikes");

@@ -35,6 +35,24 @@ CostProfile CostProfile::with_measured(std::map<int, Millis> elapsed) const {
   return profile;
 }
 
+CostProfile CostProfile::with_per_item(Millis per_item) const {
+  assert(per_item >= Millis{0});
+  CostProfile profile = *this;
+  profile.per_item_ = per_item;
+  return profile;
+}
+
+CostProfile CostProfile::with_items(double items) const {
+  assert(items >= 0.0);
+  CostProfile profile = *this;
+  profile.per_item_ = Millis{0};
+  const Millis more = per_item_ * items;
+  const Millis alone = single_thread();
+  for (ModeCost& mode : profile.modes_) mode.cost += more;
+  for (auto& [threads, elapsed] : profile.by_threads_) elapsed += alone > Millis{0} ? more * (elapsed / alone) : more;
+  return profile;
+}
+
 Millis CostProfile::single_thread() const {
   Millis sum{0};
   for (const ModeCost& mode : modes_) sum += mode.probability * mode.cost;
@@ -64,6 +82,7 @@ CostProfile CostProfile::times(double factor) const {
   CostProfile scaled = *this;
   for (ModeCost& mode : scaled.modes_) mode.cost *= factor;
   for (auto& [threads, elapsed] : scaled.by_threads_) elapsed *= factor;
+  scaled.per_item_ *= factor;
   return scaled;
 }
 
@@ -102,6 +121,28 @@ double CostTable::runs_per_output(const graph::Subchain& subchain, NodeId last) 
     if (node == last) break;
   }
   return runs;
+}
+
+bool CostTable::has_batches(NodeId node) const {
+  if ((*this)[node].per_item() > Millis{0}) return true;
+  return std::any_of(on_kind_.begin(), on_kind_.end(), [&](const auto& given) {
+    return given.first.first == node && given.second.per_item() > Millis{0};
+  });
+}
+
+bool CostTable::has_batches() const {
+  for (std::size_t i = 0; i < profiles_.size(); ++i) {
+    if (has_batches(NodeId(i))) return true;
+  }
+  return false;
+}
+
+CostTable CostTable::with_items(std::span<const double> items) const {
+  assert(items.size() == profiles_.size());
+  CostTable table = *this;
+  for (std::size_t i = 0; i < profiles_.size(); ++i) table.profiles_[i] = profiles_[i].with_items(items[i]);
+  for (auto& [key, profile] : table.on_kind_) profile = profile.with_items(items[key.first.index()]);
+  return table;
 }
 
 CostTable CostTable::without_waits() const {

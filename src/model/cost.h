@@ -1,16 +1,19 @@
 // Compute-time profiles: what one run of each node costs, as a value that the planner reads. They come from a cost file
 // (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`. A node whose cost depends on
 // what it finds to do has modes, each with its own cost; one that runs on several cores may have a time for each number
-// of threads, all of them known beforehand or some of them measured. Beside its cost a run may have a wait: time in its
-// middle in which the node computes nothing, for an accelerator, a device, a file. A wait adds to latency and never to
-// load, and is no shorter on a faster core. And not every run must give an output, which makes chains through the node
-// slower than it runs.
+// of threads, all of them known beforehand or some of them measured. A run of a queue node, which takes a batch, may cost
+// more with each item (an output of a predecessor) of it; how many these are depends on how often it and its
+// predecessors run, so it is told apart from the cost. Beside its cost a run may have a wait: time in its middle in which
+// the node computes nothing, for an accelerator, a device, a file. A wait adds to latency and never to load, and is no
+// shorter on a faster core. And not every run must give an output, which makes chains through the node slower than it
+// runs.
 //
 // Units: Millis for one run; of CPU time, all threads of the node added up, and of waits. Thread safety: plain values.
 #pragma once
 
 #include <compare>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +54,13 @@ class CostProfile {
   // there, times stay what they are without any: perfect scaling.
   CostProfile with_measured(std::map<int, Millis> elapsed) const;
 
+  // The same, where each item of a batch adds so much (>= 0) to a run on one thread, and in proportion on several. All
+  // else that a profile says is of runs without an item.
+  CostProfile with_per_item(Millis per_item) const;
+  Millis per_item() const { return per_item_; }
+  // What runs with so many items cost (>= 0, a mean maybe), whatever they then have: per_item() is 0.
+  CostProfile with_items(double items) const;
+
   // c: the probability-weighted sum of the modes' percentiles (design section 4; paper section 5.3).
   Millis single_thread() const;
   // c^q: the time one run takes with at most q threads. Of of_threads(): that for the largest number of threads <= q.
@@ -76,6 +86,7 @@ class CostProfile {
   std::vector<ModeCost> modes_{ModeCost{}};
   std::map<int, Millis> by_threads_;
   bool knows_all_ = false;  // by_threads_ says what any number of threads takes
+  Millis per_item_{0};
 };
 
 // One profile a node, indexed by NodeId: what it costs on a core of speed 1, which is every core where the app says
@@ -107,6 +118,12 @@ class CostTable {
   // How many of the subchain's runs come to one output of its node `last`: no node runs before the one before it has
   // given an output. Precondition: `last` is one of its nodes.
   double runs_per_output(const graph::Subchain& subchain, NodeId last) const;
+
+  // Whether runs of any node, or of that one on some kind of cores, cost more with each item of a batch.
+  bool has_batches() const;
+  bool has_batches(NodeId node) const;
+  // The same costs, where runs have so many items, by NodeId: none of them depends on batches any more.
+  CostTable with_items(std::span<const double> items) const;
 
   // The same costs, where no run waits.
   CostTable without_waits() const;

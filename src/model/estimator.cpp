@@ -49,10 +49,10 @@ Estimator::Estimator(int window, double percentile, std::vector<std::string> mod
   recent_count_.resize(names_.size());
 }
 
-void Estimator::add(RunTime run, std::size_t mode) {
+void Estimator::add(RunTime run, std::size_t mode, std::size_t items) {
   assert(run.cpu.count() >= 0 && run.wait.count() >= 0);
   if (mode >= names_.size()) mode = 0;
-  push(runs_[mode], run, window_ * kSampledWindows);
+  push(runs_[mode], Seen{run, items}, window_ * kSampledWindows);
   if (invalidated_[mode] > 0 && --invalidated_[mode] == 0) forget_before(mode, kMinSamples);
 
   const std::size_t capacity = window_ * kFrequencyWindows;
@@ -63,14 +63,25 @@ void Estimator::add(RunTime run, std::size_t mode) {
   ++count_;
 }
 
-std::vector<RunTime> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
-  const Ring<RunTime>& runs = runs_[mode];
+std::vector<Estimator::Seen> Estimator::newest(std::size_t mode, std::size_t most) const {
+  const Ring<Seen>& runs = runs_[mode];
   const std::size_t size = runs.values.size();
-  std::vector<RunTime> newest;
+  std::vector<Seen> newest;
   for (std::size_t i = size - std::min(most, size); i < size; ++i) {
     newest.push_back(runs.values[(runs.oldest + i) % size]);
   }
   return newest;
+}
+
+std::vector<RunTime> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
+  std::vector<RunTime> runs;
+  for (const Seen& seen : newest(mode, most)) runs.push_back(without_items(seen));
+  return runs;
+}
+
+RunTime Estimator::without_items(const Seen& seen) const {
+  const Nanos items = to_nanos(per_item_ * static_cast<double>(seen.items));
+  return {std::max(seen.run.cpu - items, Nanos{0}), seen.run.wait};
 }
 
 std::optional<Estimator::Shift> Estimator::forget_before(std::size_t mode, std::size_t runs) {
@@ -78,14 +89,13 @@ std::optional<Estimator::Shift> Estimator::forget_before(std::size_t mode, std::
   if (mode >= names_.size()) mode = 0;
   const std::size_t known = runs_[mode].values.size();
   if (runs >= std::min(known, window_)) {
-    runs_[mode] = {newest_runs(mode, runs), 0};
+    runs_[mode] = {newest(mode, runs), 0};
     return std::nullopt;
   }
   const std::vector<RunTime> window = newest_runs(mode, window_);
-  std::vector<RunTime> since = newest_runs(mode, runs);
   const Shift shift{percentile_of(std::span(window).first(window.size() - runs), percentile_),
-                    percentile_of(since, percentile_)};
-  runs_[mode] = {std::move(since), 0};
+                    percentile_of(std::span(window).last(runs), percentile_)};
+  runs_[mode] = {newest(mode, runs), 0};
   return shift;
 }
 
@@ -95,7 +105,7 @@ void Estimator::rescale(double factor) {
 
 void Estimator::rescale(double factor, std::size_t mode) {
   assert(factor > 0.0);
-  for (RunTime& run : runs_[mode].values) {
+  for (auto& [run, items] : runs_[mode].values) {
     run.cpu = Nanos{std::llround(static_cast<double>(run.cpu.count()) * factor)};
   }
 }
@@ -107,7 +117,7 @@ std::vector<RunTime> Estimator::sample() const {
   std::vector<RunTime> sample;
   const auto total = static_cast<double>(recent_modes_.values.size());
   for (std::size_t mode = 0; mode < runs_.size(); ++mode) {
-    std::vector<RunTime> runs = runs_[mode].values;
+    std::vector<RunTime> runs = newest_runs(mode, runs_[mode].values.size());
     if (runs.empty() || recent_count_[mode] == 0) continue;
     std::sort(runs.begin(), runs.end());
     const double frequency = static_cast<double>(recent_count_[mode]) / total;
@@ -140,7 +150,7 @@ CostProfile Estimator::profile(double percentile) const {
     const Millis cost = percentile_of(newest_runs(mode, window_), percentile);
     modes.push_back({names_[mode], static_cast<double>(recent_count_[mode]) / total, cost});
   }
-  return CostProfile::of_modes(std::move(modes));
+  return CostProfile::of_modes(std::move(modes)).with_per_item(per_item_);
 }
 
 }  // namespace ctn::model

@@ -1,6 +1,8 @@
 // Estimates a node's compute time, and what it waits, from its runs: percentiles over a sliding window, that of compute
 // times mode by mode (design section 4; paper section 5.3). Pure: it is told of runs and never reads a clock.
 //
+// Of runs that take batches it says what they take without their items, as far as it is told what these add.
+//
 // Adding a run costs the same however long the window is, since it happens at every run of every node; sorting is left
 // to profile(), which is asked for once per re-planning.
 //
@@ -23,8 +25,10 @@ class Estimator {
   Estimator(int window, double percentile, std::vector<std::string> modes);
 
   // A run took so long (no less than 0) in mode `mode`, an index into the declared modes; an unknown mode counts as the
-  // first.
-  void add(RunTime run, std::size_t mode);
+  // first. `items`: of its batch.
+  void add(RunTime run, std::size_t mode, std::size_t items = 0);
+  // What each item adds to a run's CPU time (>= 0): all that is told from now on is of runs without any.
+  void set_per_item(Millis per_item) { per_item_ = per_item; }
 
   // The percentile of a mode's runs before and since something changed.
   struct Shift {
@@ -66,13 +70,21 @@ class Estimator {
     std::size_t oldest = 0;  // what the next value replaces, once full; 0 until then
   };
 
+  struct Seen {
+    RunTime run;
+    std::size_t items = 0;
+  };
+
   // In order of time; all, if there are no more.
+  std::vector<Seen> newest(std::size_t mode, std::size_t most) const;
   std::vector<RunTime> newest_runs(std::size_t mode, std::size_t most) const;
+  RunTime without_items(const Seen& seen) const;
 
   std::size_t window_;
   double percentile_;
   std::vector<std::string> names_;
-  std::vector<Ring<RunTime>> runs_;       // by mode
+  Millis per_item_{0};
+  std::vector<Ring<Seen>> runs_;          // by mode
   std::vector<std::size_t> invalidated_;  // by mode: so many runs until all before them are forgotten; 0: all count
   Ring<std::size_t> recent_modes_;
   std::vector<std::size_t> recent_count_;  // by mode: how often it is in recent_modes_

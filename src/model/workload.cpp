@@ -60,6 +60,12 @@ NodeWork NodeWork::times(double factor) const {
   return scaled;
 }
 
+Nanos RunDraw::cpu_with(std::size_t items) const {
+  if (per_item == Nanos{0} || items == 0) return cpu;
+  const Millis batch = to_millis(per_item) * static_cast<double>(items);
+  return to_nanos(std::min(to_millis(cpu) + batch, kLongestRun));
+}
+
 Workload::Workload(const graph::Graph& graph) : nodes_(graph.nodes().size()), waits_(graph.nodes().size()) {
   for (const graph::Node& node : graph.nodes()) max_threads_.push_back(node.max_threads);
 }
@@ -91,19 +97,26 @@ RunDraw Workload::draw(std::uint64_t seed, NodeId node, std::uint64_t number, Na
   const std::size_t mode = drawn_mode(work.cost.modes(), draws.uniform(RandomDraws::Purpose::kMode));
   const Millis alone = work.cost.modes()[mode].cost;
   const int max = max_threads_[node.index()];
-  const Millis shared = work.cost.by_threads().empty() ? alone / std::min(threads, max)
-                                                       : work.cost.with_threads(std::min(threads, max), max);
+  const int used = std::min(threads, max);
+  const auto on_threads = [&](const CostProfile& cost) {
+    return cost.by_threads().empty() ? cost.modes()[mode].cost / used : cost.with_threads(used, max);
+  };
+  const Millis shared = on_threads(work.cost);
   const std::optional<Millis> typical = mode < work.typical.size() ? work.typical[mode] : std::nullopt;
 
   Millis cpu = shared * drawn_factor(alone, typical, draws.uniform(RandomDraws::Purpose::kTime));
-  cpu *= 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
+  const double grown = 1.0 + work.growth * std::max(0.0, std::chrono::duration<double>(since_start).count());
+  cpu *= grown;
   if (draws.uniform(RandomDraws::Purpose::kSpike) < work.spikes.probability) cpu += work.spikes.extra;
 
   Millis wait = waits_[node.index()].wait;
   if (waits_[node.index()].typical) {
     wait *= drawn_factor(wait, waits_[node.index()].typical, draws.uniform(RandomDraws::Purpose::kWait));
   }
-  return {mode, to_nanos(std::min(cpu, kLongestRun)), to_nanos(std::min(wait, kLongestRun))};
+  Millis per_item{0};
+  if (work.cost.per_item() > Millis{0}) per_item = (on_threads(work.cost.with_items(1.0)) - shared) * grown;
+  const auto drawn = [](Millis time) { return to_nanos(std::min(time, kLongestRun)); };
+  return {mode, drawn(cpu), drawn(wait), drawn(per_item)};
 }
 
 }  // namespace ctn::model

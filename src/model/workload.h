@@ -4,7 +4,8 @@
 // A run is in a mode, drawn by the modes' probabilities. What it costs is the mode's cost, or, where the file gives a
 // typical cost too, log-normal: half of the mode's runs are below the typical cost, 95 % below the cost. That grows
 // with the time since the start, linearly, and a spike comes on top with its own probability. In its middle it may
-// wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core.
+// wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core. A run that
+// takes a batch costs as much more for each item as the file says, no more and no less, and that grows, too.
 //
 // A draw depends on nothing but the seed, the node, the run's number and the time since the start: whoever asks gets
 // the same answer, in any order, from any thread, on any machine (portable_math.h).
@@ -61,6 +62,10 @@ struct RunDraw {
   std::size_t mode = 0;  // index into the profile's modes, which are in the order of the app file's
   Nanos cpu{0};          // that each of the run's threads burns
   Nanos wait{0};         // of its first thread, after half of that
+  Nanos per_item{0};     // that each of its threads burns for each item of its batch, beyond `cpu`
+
+  // With a batch of so many items.
+  Nanos cpu_with(std::size_t items) const;
   friend bool operator==(const RunDraw&, const RunDraw&) = default;
 };
 
