@@ -171,6 +171,13 @@ void BatchEstimator::forget_before(std::size_t mode, std::size_t runs) {
   oldest_ = 0;
 }
 
+void BatchEstimator::invalidate() {
+  runs_.clear();
+  oldest_ = 0;
+  since_fit_ = 0;
+  told_error_.reset();
+}
+
 void BatchEstimator::rescale(double factor) {
   assert(factor > 0.0);
   for (Run& run : runs_) run.cpu *= factor;

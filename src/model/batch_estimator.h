@@ -42,6 +42,8 @@ class BatchEstimator {
   // Only the newest `runs` (>= 1) of that mode tell anything.
   void forget_before(std::size_t mode, std::size_t runs);
 
+  // What was seen so far may not hold any more: what is told stays only until something else is known.
+  void invalidate();
   // All runs would have taken `factor` (> 0) times as long.
   void rescale(double factor);
 

@@ -1,5 +1,6 @@
-// What runs of all nodes of an app are like as measured, and thus what is planned with: what they cost, what they wait,
-// and how many come to one output where the app file gives no `output_period`.
+// What runs of all nodes of an app are like as measured, and thus what is planned with: what they cost, and cost more
+// with each item of a batch, what they wait, and how many come to one output where the app file gives no
+// `output_period`.
 //
 // Units: Nanos in, milliseconds out. Thread safety: none; one owner.
 #pragma once
@@ -10,6 +11,7 @@
 
 #include "graph/app.h"
 #include "model/cost.h"
+#include "policy/batch_sizes.h"
 #include "policy/node_costs.h"
 #include "policy/node_outputs.h"
 #include "record/events.h"
@@ -22,11 +24,13 @@ class MeasuredCosts {
   // `app` outlives it.
   explicit MeasuredCosts(const graph::App& app);
 
-  // A run on a core of that kind. Where it shows that the node's compute time has changed permanently: from what to
+  // A run on a core of that kind; in the order of their ends, each after those that it consumed. Where it shows that the node's compute time has changed permanently: from what to
   // what.
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
     outputs_[run.node.index()].add(run);
-    return nodes_[run.node.index()].add(run, kind);
+    const std::size_t items = batches_.taken_by(run);
+    batches_.ended(run);
+    return nodes_[run.node.index()].add(run, items, kind);
   }
 
   // What runs on cores of that kind take now, whatever was measured: so many times as much; or nobody knows.
@@ -49,6 +53,7 @@ class MeasuredCosts {
   model::CostTable costs_at(double percentile, Millis unmeasured) const;
 
   const graph::App& app_;
+  BatchSizes batches_;
   std::vector<NodeCosts> nodes_;      // by NodeId
   std::vector<NodeOutputs> outputs_;  // by NodeId
 };

@@ -1,6 +1,7 @@
 #include "policy/node_costs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace ctn::policy {
@@ -11,13 +12,19 @@ namespace {
 constexpr std::uint64_t kColdRuns = 3;
 // So are the first on another number of threads: they are left out, and nothing is told of it before there are a few.
 constexpr std::size_t kFewestElapsed = 5;
+// What an item adds has changed by little, if by no more than this part of it.
+constexpr double kMoved = 0.1;
 
 // What stands for runs on one thread: those on the fewest. Precondition: there are any.
 const model::Estimator& alone(const auto& by_threads) { return by_threads.begin()->second.cpu; }
 
 }  // namespace
 
-NodeCosts::NodeCosts(const graph::App& app, NodeId node) : app_(app), node_(node), kinds_(app.kinds()) {}
+NodeCosts::NodeCosts(const graph::App& app, NodeId node)
+    : app_(app),
+      node_(node),
+      takes_batches_(app.graph.node(node).input == graph::InputKind::kQueue),
+      kinds_(app.kinds()) {}
 
 NodeCosts::Seen& NodeCosts::like(std::size_t kind, int threads) {
   const auto known = kinds_[kind].find(threads);
@@ -28,16 +35,36 @@ NodeCosts::Seen& NodeCosts::like(std::size_t kind, int threads) {
   return kinds_[kind].emplace(threads, Seen{nothing, nothing, detectors}).first->second;
 }
 
-std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::size_t kind) {
+void NodeCosts::take_per_item(Seen& seen, int threads) {
+  seen.cpu.set_per_item(seen.batches.per_item());
+  seen.elapsed.set_per_item(seen.batches.per_item() / threads);
+}
+
+// What an item adds has changed: unless it is by little, runs are compared from now on with those that come.
+void NodeCosts::per_item_changed(Seen& seen, int threads, Millis before) {
+  take_per_item(seen, threads);
+  const Millis per_item = seen.batches.per_item();
+  if (std::abs((per_item - before).count()) <= kMoved * per_item.count()) return;
+  for (model::ChangeDetector& detector : seen.detectors) detector = {};
+}
+
+std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::size_t items, std::size_t kind) {
   if (run.number == kColdRuns + 1) kinds_.assign(kinds_.size(), OnKind());
   newest_kind_ = kind;
   newest_threads_ = run.threads;
   Seen& alike = like(kind, run.threads);
   const std::size_t mode = run.mode < alike.detectors.size() ? run.mode : 0;
-  alike.cpu.add({run.cpu, run.wait}, mode);
-  if (run.threads > 1 && ++alike.runs > kColdRuns) alike.elapsed.add({run.elapsed, run.wait}, mode);
-  const std::optional<std::size_t> runs = alike.detectors[mode].add(run.cpu);
-  return runs ? changed(run, kind, mode, *runs) : std::nullopt;
+  alike.cpu.add({run.cpu, run.wait}, mode, items);
+  if (run.threads > 1 && ++alike.runs > kColdRuns) alike.elapsed.add({run.elapsed, run.wait}, mode, items);
+  const Millis per_item = alike.batches.per_item();
+  if (takes_batches_ && alike.batches.add(run.cpu, items, mode)) per_item_changed(alike, run.threads, per_item);
+  const std::optional<std::size_t> runs = alike.detectors[mode].add(alike.batches.without_items(run.cpu, items));
+  if (!runs) return std::nullopt;
+  if (takes_batches_ && alike.batches.explains(mode, *runs)) {
+    per_item_changed(alike, run.threads, per_item);
+    return std::nullopt;
+  }
+  return changed(run, kind, mode, *runs);
 }
 
 std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std::size_t kind, std::size_t mode,
@@ -45,6 +72,7 @@ std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std
   Seen& alike = like(kind, run.threads);
   const std::optional<model::Estimator::Shift> shift = alike.cpu.forget_before(mode, runs);
   if (run.threads > 1) alike.elapsed.forget_before(mode, runs);
+  if (takes_batches_) alike.batches.forget_before(mode, runs);
   if (!shift) return std::nullopt;  // a window so short has followed by itself
   const bool known = shift->before.count() > 0.0 && shift->after.count() > 0.0;
   for (OnKind& by_threads : kinds_) {
@@ -52,6 +80,8 @@ std::optional<record::CostChange> NodeCosts::changed(const record::Run& run, std
       if (&other == &alike || !known) continue;
       other.cpu.rescale(shift->after / shift->before, mode);
       other.elapsed.rescale(shift->after / shift->before, mode);
+      other.batches.rescale(shift->after / shift->before);
+      take_per_item(other, threads);
       other.detectors[mode].rescale(shift->after / shift->before);
     }
   }
@@ -112,6 +142,8 @@ void NodeCosts::rescale(std::size_t kind, double factor) {
   for (auto& [threads, seen] : kinds_[kind]) {
     seen.cpu.rescale(factor);
     seen.elapsed.rescale(factor);
+    seen.batches.rescale(factor);
+    take_per_item(seen, threads);
     for (model::ChangeDetector& detector : seen.detectors) detector.rescale(factor);
   }
 }
@@ -120,6 +152,7 @@ void NodeCosts::invalidate(std::size_t kind) {
   for (auto& [threads, seen] : kinds_[kind]) {
     seen.cpu.invalidate();
     seen.elapsed.invalidate();
+    seen.batches.invalidate();
     for (model::ChangeDetector& detector : seen.detectors) detector = {};
   }
 }

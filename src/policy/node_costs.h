@@ -16,6 +16,13 @@
 // the cores. What is known of other kinds and other numbers of threads is then scaled by as much: it is the work that
 // has changed, as a rule, and neither the core nor how well the work is shared.
 //
+// Batches. What a run of a queue node costs may depend on how many items it found to take, and thus on the plan. What
+// each item adds is estimated (model/batch_estimator.h), for each kind of core and number of threads by itself; all else
+// is then of runs without any item, lasting changes too: batches that get larger, since the node runs less often, are
+// none. Until it is known what an item adds, an alarm that goes with larger or smaller batches tells it. Where batches
+// hardly differ it cannot be known, and costs are those of runs with such batches. Items are taken to share threads
+// perfectly.
+//
 // What runs wait is taken to be the same on all kinds and any number of threads: that of those like the newest run.
 //
 // Units: as the estimator's. Thread safety: none; one owner.
@@ -28,6 +35,7 @@
 #include <vector>
 
 #include "graph/app.h"
+#include "model/batch_estimator.h"
 #include "model/change_detector.h"
 #include "model/cost.h"
 #include "model/estimator.h"
@@ -40,9 +48,9 @@ class NodeCosts {
   // `app` outlives it.
   NodeCosts(const graph::App& app, NodeId node);
 
-  // A run on a core of that kind. Where it shows that the compute time has changed permanently: from what to what.
-  // Precondition: kind < app.kinds().
-  std::optional<record::CostChange> add(const record::Run& run, std::size_t kind);
+  // A run on a core of that kind, with so many items (batch_sizes.h). Where it shows that the compute time has changed
+  // permanently: from what to what. Precondition: kind < app.kinds().
+  std::optional<record::CostChange> add(const record::Run& run, std::size_t items, std::size_t kind);
 
   bool measured() const { return count() > 0; }
   // Runs that are known, on the kind of core where it ran last.
@@ -50,7 +58,7 @@ class NodeCosts {
   // Puts what is known at that percentile into the table; nothing where the node has not run.
   void put_into(model::CostTable& table, double percentile) const;
 
-  // Recent runs by kind of core, as often each as runs like it occur: what they take on one thread.
+  // Recent runs by kind of core, as often each as runs like it occur: what they take on one thread, without items.
   std::vector<std::vector<model::RunTime>> runs() const;
 
   // Runs on cores of that kind will take `factor` times as long as those seen.
@@ -65,16 +73,20 @@ class NodeCosts {
     model::Estimator elapsed;                      // on several threads
     std::vector<model::ChangeDetector> detectors;  // of CPU time, by mode
     std::uint64_t runs = 0;
+    model::BatchEstimator batches{};  // of a queue node
   };
   using OnKind = std::map<int, Seen>;  // by number of threads; those that it ran on
 
   Seen& like(std::size_t kind, int threads);  // runs on these
+  static void take_per_item(Seen& seen, int threads);
+  static void per_item_changed(Seen& seen, int threads, Millis before);
   std::optional<record::CostChange> changed(const record::Run& run, std::size_t kind, std::size_t mode,
                                             std::size_t runs);
   std::map<int, Millis> elapsed_on(std::size_t kind, Millis alone_here, double percentile) const;
 
   const graph::App& app_;
   NodeId node_;
+  bool takes_batches_;
   std::vector<OnKind> kinds_;
   std::size_t newest_kind_ = 0;
   int newest_threads_ = 1;

@@ -40,6 +40,7 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
       jitter_(machine.costs.run_jitter),
       real_time_(machine.real_time),
       ages_(app.graph),
+      batches_(app.graph),
       follows_ages_(has_age_limits(app.graph)),
       nodes_(app.graph.nodes().size()),
       signals_(app.graph.subchains().size()),
@@ -238,16 +239,16 @@ void Nodes::begin_run(Node& node, int cpu) {
   const model::RunDraw draw =
       costs_.draw(node.id, node.run.number, cpus_.now().time_since_epoch(), node.threads, kinds_.of(cpu));
   node.run.mode = static_cast<std::uint32_t>(draw.mode);
-  node.share = draw.cpu + overhead_ + jitter_of(node.run);
-  node.run.elapsed = node.run.threads > 1 ? node.share : Nanos{0};
   node.wait = node.run.wait = draw.wait;
   node.working = node.threads;
+  consume(node);
+  node.share = draw.cpu_with(batches_.taken_by(node.run)) + overhead_ + jitter_of(node.run);
+  node.run.elapsed = node.run.threads > 1 ? node.share : Nanos{0};
   for (int helper = 0; helper < node.threads; ++helper) {
     const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
     node.used_before[static_cast<std::size_t>(helper)] = cpus_.used_by(thread);
     if (helper > 0) cpus_.wake(thread, cpu);
   }
-  consume(node);
 }
 
 // Evenly spread, and the same for equal runs of equal nodes.
@@ -333,6 +334,7 @@ void Nodes::end_run(Node& node, int cpu) {
     if (!node.run.emitted) node.seen.skip_output();
     RunAccess::finish_writes(node.seen, origin.time_since_epoch());
   }
+  batches_.ended(node.run);
   listener_.run_ended(node.run);
   if (node.run.emitted) publish(node);
   pass_on(node, node.run.emitted, cpu);

@@ -5,6 +5,8 @@
 //
 // Each run says how old its inputs are (record/ages.h), and gives no output where it says so in the app.
 //
+// A run of a queue node costs what its batch adds, by the items that it consumed when it began.
+//
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
 // with the last of them. A run that waits has its first thread sleep in the middle of its work.
 //
@@ -24,6 +26,7 @@
 #include "graph/app.h"
 #include "plan/plan.h"
 #include "policy/assignment.h"
+#include "policy/batch_sizes.h"
 #include "policy/cpu_kinds.h"
 #include "record/ages.h"
 #include "record/events.h"
@@ -180,6 +183,7 @@ class Nodes {
   Nanos jitter_;
   bool real_time_;
   record::AgeTracker ages_;
+  policy::BatchSizes batches_;
   bool follows_ages_;  // somebody asks for them
   std::vector<Node> nodes_;
   std::vector<Signal> signals_;

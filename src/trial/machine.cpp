@@ -76,6 +76,7 @@ void Machine::add_nodes() {
     nodes_[index].output_period = described.output_period.value_or(Nanos{0});
     nodes_[index].outputs_per_run = 1.0 / samples_.runs_per_output(NodeId(index));
     nodes_[index].outputs_owed = 1.0 - nodes_[index].outputs_per_run;
+    if (samples_.has_batches(NodeId(index))) add_queues(NodeId(index));
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
@@ -86,6 +87,14 @@ void Machine::add_nodes() {
   for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
     const std::optional<NodeId> follows = app_.graph.node(unscheduled_[index].node).follows;
     if (follows) unscheduled_[*unscheduled_of_node_[follows->index()]].followers.push_back(index);
+  }
+}
+
+void Machine::add_queues(NodeId id) {
+  for (const NodeId from : app_.graph.node(id).predecessors) {
+    nodes_[id.index()].queues.push_back(queues_.size());
+    nodes_[from.index()].feeds.push_back(queues_.size());
+    queues_.push_back(0);
   }
 }
 
@@ -219,8 +228,16 @@ Nanos Machine::begin_run(NodeId id, int core) {
   lineage_.begin(id, now_);
   if (log_) log_->begin(id, now_);
   node.wait = samples_.wait(id, node.runs);
-  const Nanos cpu = samples_.draw(id, kind_of_core_[static_cast<std::size_t>(core)], node.runs++);
+  const std::size_t kind = kind_of_core_[static_cast<std::size_t>(core)];
+  const Nanos cpu = samples_.draw(id, kind, node.runs++) + samples_.of_items(id, kind, take_batch(node));
   return cpu + options_.overheads.run + options_.overheads.context_switch;
+}
+
+// How many items there are.
+std::size_t Machine::take_batch(Node& node) {
+  std::size_t items = 0;
+  for (const std::size_t queue : node.queues) items += std::exchange(queues_[queue], 0);
+  return items;
 }
 
 // What of a run's `work` comes first; the rest comes after its wait.
@@ -260,7 +277,9 @@ bool Machine::end_run(NodeId id) {
   const bool emits = output_due(nodes_[id.index()]);
   lineage_.end(id, now_, emits);
   if (log_) log_->end(id, now_, emits);
-  return emits;
+  if (!emits) return false;
+  for (const std::size_t queue : nodes_[id.index()].feeds) queues_[queue] = std::min(queues_[queue] + 1, kQueueCapacity);
+  return true;
 }
 
 // At its first run, and then on average once a period, as long as it runs at least that often; or evenly, as many of

@@ -3,6 +3,9 @@
 //   each unscheduled node
 //   each thread of a pipeline's node
 //
+// A run of a queue node takes what waits when it begins, and costs what that adds; queues of nodes to which that makes
+// no difference are not counted.
+//
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
 // Triggers and runs of fixed priorities and unscheduled nodes are in machine.cpp, cores of frames in
@@ -53,6 +56,8 @@ class Machine {
     std::optional<TimePoint> next_output;
     double outputs_per_run = 1.0;  // where it has no output period
     double outputs_owed = 0.0;     // of these, by the runs since the last one
+    std::vector<std::size_t> queues;  // that it takes batches from, where they cost something
+    std::vector<std::size_t> feeds;   // such queues that its outputs go to
   };
   struct Subchain {
     SubchainId id;
@@ -128,6 +133,7 @@ class Machine {
   Job first_pipe_thread() const { return static_cast<Job>(subchains_.size() + unscheduled_.size()); }
 
   void add_nodes();
+  void add_queues(NodeId node);
   void add_subchains();
   void add_pipelines();
   void start();
@@ -142,6 +148,7 @@ class Machine {
   NodeId node_of(Job job) const;
   Nanos begin_job(Job job, int core);
   Nanos begin_run(NodeId node, int core);
+  std::size_t take_batch(Node& node);
   Nanos until_wait(NodeId node, Nanos work);
   Nanos rest_of_run(NodeId node);
   bool waits(Job job) const;
@@ -192,6 +199,7 @@ class Machine {
   TimePoint warm_from_;
   std::vector<Ticks> clocks_;  // by NodeId
   std::vector<Node> nodes_;
+  std::vector<std::size_t> queues_;  // outputs that wait in each
   std::vector<Subchain> subchains_;
   std::vector<Unscheduled> unscheduled_;
   std::vector<std::optional<std::size_t>> unscheduled_of_node_;

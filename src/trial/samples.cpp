@@ -80,6 +80,14 @@ Samples::Moments Samples::moments(NodeId node, std::size_t kind) const {
   return {mean, std::max(squares / kCount - mean * mean, 0.0)};
 }
 
+Nanos Samples::of_items(NodeId node, std::size_t kind, std::size_t items) const {
+  return items == 0 ? Nanos{0} : to_nanos(per_item(node, kind) * static_cast<double>(items));
+}
+
+bool Samples::has_batches(NodeId node) const {
+  return std::any_of(costs_.begin(), costs_.end(), [&](const auto& costs) { return costs.has_batches(node); });
+}
+
 void Samples::set_wait(std::size_t node, std::size_t number, Nanos wait) {
   if (wait == Nanos{0}) return;
   if (waits_[node].empty()) waits_[node].resize(kDraws);

@@ -1,6 +1,6 @@
 // What runs cost in a trial (trial.h): for each node and kind of core a row of draws, made once and used by every
 // trial. The k-th run of a node takes the k-th draw, whatever the schedule, so that two schedules that are compared
-// have the same luck.
+// have the same luck. What the items of a run's batch add comes on top: how many they are is the schedule's doing.
 //
 // Units: Nanos. Thread safety: immutable once made.
 #pragma once
@@ -30,7 +30,7 @@ class Samples {
   // in proportion to `costs`; a node that never ran costs what these say.
   Samples(const graph::App& app, const MeasuredRuns& measured, const model::CostTable& costs);
 
-  // CPU time of a run on one thread, > 0. `number`: any; draws repeat after kDraws.
+  // CPU time of a run on one thread without items, > 0. `number`: any; draws repeat after kDraws.
   Nanos draw(NodeId node, std::size_t kind, std::uint32_t number) const {
     return draws_[(node.index() * kinds_ + kind) * kDraws + number % kDraws];
   }
@@ -41,6 +41,12 @@ class Samples {
     double variance = 0.0;
   };
   Moments moments(NodeId node, std::size_t kind) const;
+
+  // What each item of a batch adds.
+  Millis per_item(NodeId node, std::size_t kind) const { return costs_[kind][node].per_item(); }
+  Nanos of_items(NodeId node, std::size_t kind, std::size_t items) const;
+  // Whether runs of the node, on any kind of core, cost more with each item.
+  bool has_batches(NodeId node) const;
 
   // What the same run waits in its middle.
   Nanos wait(NodeId node, std::uint32_t number) const {

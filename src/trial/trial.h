@@ -24,7 +24,8 @@
 // dispatch/subchain_trigger.h; nodes share the cores in the order in which they came, each of their threads on one.
 // Unscheduled nodes. Above all, on an idle core if there is one, else where they ran last; the first run comes a period
 // after the start. Outputs. The newest, or all since the last run; none before the `output_period` is over, or but each
-// so-many-th run where that was measured; a run that emits none ends its subchain's run. Clocks of external nodes. They
+// so-many-th run where that was measured; a run that emits none ends its subchain's run. Batches. A run of a queue node
+// costs what its items add, those that it really takes. Clocks of external nodes. They
 // tick at times of their own: unless told, each slides once through all phases, and with it who keeps a phase to it.
 //
 // Waits. In the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says so.

@@ -124,19 +124,20 @@ template Status SyntheticLoad::add_threads(Client& host);
 void SyntheticLoad::run(Node& node, Run& run) {
   const Nanos cpu_before = os_.thread_cpu_time();
   for (Channel<Token>* channel : node.latest) static_cast<void>(channel->read(run));
+  std::size_t items = 0;
   for (QueueChannel<Token>* queue : node.queued) {
-    while (queue->take(run)) {
-    }
+    while (queue->take(run)) ++items;
   }
   Workers* const workers = node.at_work.load(std::memory_order_acquire);
   const int max = workers != nullptr ? std::min(run.threads(), workers->count() + 1) : 1;
   const int threads = work_[node.id].cost.threads_used(max);
   const model::RunDraw draw = work_.draw(seed_, node.id, run.number(), os_.now() - begun_, threads);
   run.set_mode(static_cast<std::uint32_t>(draw.mode));
-  if (threads > 1) workers->begin(threads - 1, draw.cpu);
-  const Nanos after_wait = draw.wait > Nanos{0} ? draw.cpu / 2 : Nanos{0};
-  bool burnt = burn(cpu_before + draw.cpu - after_wait);
-  if (draw.wait > Nanos{0}) burnt = burnt && sleep(draw.wait) && burn(cpu_before + draw.cpu);
+  const Nanos cpu = draw.cpu_with(items);
+  if (threads > 1) workers->begin(threads - 1, cpu);
+  const Nanos after_wait = draw.wait > Nanos{0} ? cpu / 2 : Nanos{0};
+  bool burnt = burn(cpu_before + cpu - after_wait);
+  if (draw.wait > Nanos{0}) burnt = burnt && sleep(draw.wait) && burn(cpu_before + cpu);
   if (threads > 1) workers->finish();
   if (!burnt || !node.output.due(os_.now())) return run.skip_output();
   for (Channel<Token>* channel : node.to_latest) channel->write(run, run.number());
