@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "plan/batches.h"
 #include "plan/check.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
@@ -82,6 +83,19 @@ void check_rates(Check& check) {
     if (at_least(period, limits.min)) continue;
     check.problem(key, fmt::format("{} ms are shorter than the max_rate of node {} allows: {} ms", period.count(),
                                    check.app.graph.node(*limits.capped).name, limits.min.count()));
+  }
+}
+
+void check_batches(Check& check, const model::CostTable& costs) {
+  const std::optional<std::vector<Batch>> needed = needed_batches(check.plan, check.app, costs);
+  if (!needed) return;  // as check_groups() has said
+  for (const Batch& need : *needed) {
+    const auto planned = std::find_if(check.plan.batches.begin(), check.plan.batches.end(),
+                                      [&](const Batch& batch) { return batch.node == need.node; });
+    const int items = planned == check.plan.batches.end() ? 0 : planned->items;
+    if (items >= need.items) continue;
+    check.problem("batches", fmt::format("a run of {} is planned with {} items, and may have {}",
+                                         check.app.graph.node(need.node).name, items, need.items));
   }
 }
 

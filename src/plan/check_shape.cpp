@@ -115,6 +115,13 @@ void check_header(Check& check) {
 void check_shape(Check& check, int core_count) {
   const Plan& plan = check.plan;
   check_header(check);
+  for (std::size_t i = 0; i < plan.batches.size(); ++i) {
+    const bool known = plan.batches[i].node.index() < check.app.graph.nodes().size();
+    if (!known) check.problem(fmt::format("batches[{}].node", i), "the app has no such node");
+    if (plan.batches[i].items < 0) {
+      check.problem(fmt::format("batches[{}].items", i), fmt::format("{} is no number of items", plan.batches[i].items));
+    }
+  }
   const std::size_t subchains = check.app.graph.subchains().size();
   if (plan.subchains.size() != subchains) {
     check.problem("subchains", fmt::format("{} are planned, the app has {}", plan.subchains.size(), subchains));

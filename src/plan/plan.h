@@ -136,6 +136,14 @@ struct RunsPerOutput {
   friend bool operator==(const RunsPerOutput&, const RunsPerOutput&) = default;
 };
 
+// How many items a run of a queue node was taken to have at most, where it costs more with each (batches.h).
+struct Batch {
+  NodeId node;
+  int items = 0;
+
+  friend bool operator==(const Batch&, const Batch&) = default;
+};
+
 // What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
 // elastic frames hand on what they leave. Every figure is at most the planned one.
 struct Expectation {
@@ -174,6 +182,7 @@ struct Plan {
   std::vector<NodePlan> nodes;
   std::vector<AssumedCost> assumed;     // by NodeId; made while an app runs: of scheduled nodes that had not run
   std::vector<RunsPerOutput> outputs;   // by NodeId: of nodes that were seen not to give one in every run
+  std::vector<Batch> batches;           // by NodeId; of nodes whose runs cost more with each item
   std::optional<Expectation> expected;  // where typical compute times are known as well as the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/evaluate.h"
+#include "plan/batches.h"
 #include "plan/limits.h"
 #include "plan/promise.h"
 
@@ -64,7 +65,8 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
 }
 
 void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs) {
-  Prediction prediction = predict(app, costs, plan.subchains, plan.cores);
+  const model::CostTable of_runs = at_batches(costs, plan.batches, app.graph);
+  Prediction prediction = predict(app, of_runs, plan.subchains, plan.cores);
   plan.chains = std::move(prediction.chains);
   plan.nodes = std::move(prediction.nodes);
   plan.objective = prediction.objective;
@@ -153,7 +155,8 @@ class Expecting {
 
 }  // namespace
 
-Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical) {
+Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
+  const model::CostTable typical = at_mean_batches(plan, app.graph, costs);
   const Expecting expecting(plan, app, typical);
   Expectation expected;
   std::vector<SubchainPlan> retimed = plan.subchains;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/batches.h"
+
 namespace ctn::plan {
 namespace {
 
@@ -17,7 +19,9 @@ constexpr int kRounds = 1000;
 class Analysis {
  public:
   Analysis(const Plan& plan, const graph::App& app, const model::CostTable& costs)
-      : plan_(plan), app_(app), by_kind_(model::costs_by_kind(app, costs)) {}
+      : plan_(plan),
+        app_(app),
+        by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))) {}
 
   std::optional<std::vector<Promise>> run() {
     const std::size_t count = plan_.subchains.size();
@@ -35,6 +39,7 @@ class Analysis {
     for (std::size_t i = 0; i < count; ++i) spacing_[i] = spacing_of(SubchainId(i));
     if (!find_responses()) return std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
+      promises_[i].spacing = spacing_[i];
       if (member_of(plan_, SubchainId(i)) != nullptr) promises_[i].period = period_of(SubchainId(i));
     }
     return std::move(promises_);

@@ -41,6 +41,7 @@ namespace ctn::plan {
 struct Promise {
   Millis period{0};     // p
   Millis execution{0};  // L: R
+  Millis spacing{0};    // T
 };
 
 // Whatever takes longer is not promised at all.
@@ -50,7 +51,7 @@ constexpr Millis kLongestPromise = std::chrono::hours{24};
 // first kind.
 Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
 
-// By SubchainId; {0, 0} for those without a fixed priority. None where the subchains above leave somebody no time.
+// By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave somebody no time.
 // Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does not trigger that
 // one, directly or by others.
 std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/formulas.h"
+#include "plan/batches.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/promise.h"
@@ -113,7 +114,12 @@ class Recosting {
 }  // namespace
 
 std::optional<Plan> recost(const Plan& plan, const graph::App& app, const model::CostTable& costs) {
-  return Recosting(plan, app, costs).run(costs);
+  return settle_batches(app, costs, [&](const std::vector<Batch>& batches) {
+    const model::CostTable of_runs = at_batches(costs, batches, app.graph);
+    Plan with_batches = plan;
+    with_batches.batches = batches;
+    return Recosting(with_batches, app, of_runs).run(of_runs);
+  });
 }
 
 }  // namespace ctn::plan

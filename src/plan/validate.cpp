@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/batches.h"
 #include "plan/check.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
@@ -58,7 +59,8 @@ Status validate_layout(const Plan& plan, const graph::App& app, int core_count) 
 
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count) {
   const graph::App planned = as_planned(app, plan);
-  Check check(plan, planned, costs);
+  const model::CostTable of_runs = at_batches(costs, known_batches(plan, app.graph), app.graph);
+  Check check(plan, planned, of_runs);
   check_shape(check, core_count);
   if (check.ok()) check_cores(check);
   if (check.ok()) {
@@ -67,6 +69,7 @@ Status validate(const Plan& plan, const graph::App& app, const model::CostTable&
     check_rates(check);
     check_promises(check);
   }
+  if (check.ok()) check_batches(check, costs);
   if (!check.ok()) return Error(ErrorKind::kCaller, check.take_problems());
   return Done{};
 }

@@ -1,0 +1,58 @@
+#include "model/batches.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ctn::model {
+namespace {
+
+// Two periods in whose ratio there is no more than this of rounding are in a whole ratio.
+constexpr double kRounding = 1e-9;
+
+Millis longest_output_period(const graph::Graph& graph, const graph::Subchain& subchain, NodeId last) {
+  Millis longest{0};
+  for (const NodeId node : subchain.nodes) {
+    longest = std::max(longest, to_millis(graph.node(node).output_period.value_or(Nanos{0})));
+    if (node == last) break;
+  }
+  return longest;
+}
+
+double no_more_than_fit(double items) { return std::min(items, kMostItems); }
+
+}  // namespace
+
+double BatchInput::mean_items(Millis window, Millis runs_apart) const {
+  if (one_a_run) return 1.0;
+  const Millis outputs = subchain ? std::max(runs_apart * runs_per_output, output_period) : apart * runs_per_output;
+  return outputs > Millis{0} ? no_more_than_fit(window / outputs) : kMostItems;
+}
+
+double BatchInput::most_items(Millis window, Millis runs_apart) const {
+  if (one_a_run) return 1.0;
+  const Millis outputs = subchain ? std::max(runs_apart, output_period) : apart;
+  return outputs > Millis{0} ? no_more_than_fit(std::ceil(window / outputs - kRounding) + 1.0) : kMostItems;
+}
+
+std::vector<BatchInput> batch_inputs(const graph::Graph& graph, const CostTable& costs, NodeId node) {
+  std::vector<BatchInput> inputs;
+  const std::optional<SubchainId> own = graph.node(node).subchain;
+  for (const NodeId from : graph.node(node).predecessors) {
+    const graph::Node& giver = graph.node(from);
+    if (giver.external) continue;
+    BatchInput& input = inputs.emplace_back();
+    input.subchain = giver.subchain;
+    input.one_a_run = own && giver.subchain == own;
+    if (giver.subchain) {
+      const graph::Subchain& subchain = graph.subchain(*giver.subchain);
+      input.output_period = longest_output_period(graph, subchain, from);
+      input.runs_per_output = costs.runs_per_output(subchain, from);
+    } else {
+      input.apart = to_millis(giver.outputs_apart());
+      input.runs_per_output = costs.runs_per_output(from);
+    }
+  }
+  return inputs;
+}
+
+}  // namespace ctn::model
