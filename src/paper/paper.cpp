@@ -14,6 +14,7 @@
 #include "paper/problem.h"
 #include "paper/stage_one.h"
 #include "paper/stage_two.h"
+#include "plan/batches.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 
@@ -205,8 +206,10 @@ graph::App as_in_the_paper(const graph::App& app) {
   return fixed;
 }
 
-Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
-  if (std::optional<Error> error = mistake(app, request)) return *std::move(error);
+namespace {
+
+// At costs that do not depend on batches.
+Result<plan::Plan> make_plan_at(const model::CostTable& costs, const graph::App& app, const Request& request) {
   const Problem problem = make_problem(app, costs, request.cores, request.slack);
   std::optional<Allocation> allocation;
   double gap = 0.0;
@@ -229,6 +232,30 @@ Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& cost
   }
   plan.quality = plan.gap > 0.0 ? plan::Quality::kFeasible : plan::Quality::kOptimal;
   return plan;
+}
+
+}  // namespace
+
+Result<plan::Plan> make_plan(const graph::App& app, const model::CostTable& costs, const Request& request) {
+  if (std::optional<Error> error = mistake(app, request)) return *std::move(error);
+  std::optional<Error> error;
+  std::optional<plan::Plan> plan =
+      plan::settle_batches(app, costs, [&](const std::vector<plan::Batch>& batches) -> std::optional<plan::Plan> {
+        Result<plan::Plan> made = make_plan_at(plan::at_batches(costs, batches, app.graph), app, request);
+        if (!made) {
+          error = made.error();
+          return std::nullopt;
+        }
+        made->batches = batches;
+        return *std::move(made);
+      });
+  if (!plan) return *std::move(error);
+  // Each stage took the size of batches for given; of all plans that there are, nothing is proven.
+  if (!plan->batches.empty()) {
+    plan->gap = 1.0;
+    plan->quality = plan::Quality::kFeasible;
+  }
+  return *std::move(plan);
 }
 
 }  // namespace ctn::paper

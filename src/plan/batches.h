@@ -21,7 +21,7 @@
 
 namespace ctn::plan {
 
-// The costs of runs with such batches.
+// The costs of runs with such batches; those that make no sense, in a plan that is still to be checked, have no items.
 model::CostTable at_batches(const model::CostTable& costs, const std::vector<Batch>& batches, const graph::Graph& graph);
 
 // By NodeId, of nodes that have batches at these costs: what the plan's own periods bring at most. None where the

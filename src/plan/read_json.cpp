@@ -200,6 +200,7 @@ class Reader {
   void read_node(const Json& value, const std::string& path, Plan& plan);
   void read_assumed(const Json& value, const std::string& path, Plan& plan);
   void read_output(const Json& value, const std::string& path, Plan& plan);
+  void read_batch(const Json& value, const std::string& path, Plan& plan);
   void read_expected(const Json& value, Plan& plan);
 
   const graph::App& app_;
@@ -211,7 +212,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
                "chains", "nodes"},
-              {"version", "assumed", "outputs", "expected"})) {
+              {"version", "assumed", "outputs", "batches", "expected"})) {
     return;
   }
   int version = 1;
@@ -239,6 +240,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "nodes", [&](const Json& e, const std::string& path) { read_node(e, path, plan); });
   read_array(value, "", "assumed", [&](const Json& e, const std::string& path) { read_assumed(e, path, plan); });
   read_array(value, "", "outputs", [&](const Json& e, const std::string& path) { read_output(e, path, plan); });
+  read_array(value, "", "batches", [&](const Json& e, const std::string& path) { read_batch(e, path, plan); });
   if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }
 
@@ -397,6 +399,14 @@ void Reader::read_output(const Json& value, const std::string& path, Plan& plan)
   if (const Json* name = member(value, "node")) output.node = node_named(*name, child(path, "node"));
   read_number(value, path, "runs_per_output", output.runs);
   plan.outputs.push_back(output);
+}
+
+void Reader::read_batch(const Json& value, const std::string& path, Plan& plan) {
+  if (!object(value, path, {"node", "items"})) return;
+  Batch batch;
+  if (const Json* name = member(value, "node")) batch.node = node_named(*name, child(path, "node"));
+  read_int(value, path, "items", batch.items);
+  plan.batches.push_back(batch);
 }
 
 void Reader::read_expected(const Json& value, Plan& plan) {

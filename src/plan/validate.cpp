@@ -59,7 +59,7 @@ Status validate_layout(const Plan& plan, const graph::App& app, int core_count) 
 
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count) {
   const graph::App planned = as_planned(app, plan);
-  const model::CostTable of_runs = at_batches(costs, known_batches(plan, app.graph), app.graph);
+  const model::CostTable of_runs = at_batches(costs, plan.batches, app.graph);
   Check check(plan, planned, of_runs);
   check_shape(check, core_count);
   if (check.ok()) check_cores(check);

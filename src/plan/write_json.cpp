@@ -131,6 +131,9 @@ std::string to_json(const Plan& plan, const graph::App& app) {
   for (const RunsPerOutput& output : plan.outputs) {
     document["outputs"].push_back({{"node", app.graph.node(output.node).name}, {"runs_per_output", output.runs}});
   }
+  for (const Batch& batch : plan.batches) {
+    document["batches"].push_back({{"node", app.graph.node(batch.node).name}, {"items", batch.items}});
+  }
   if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
   return document.dump(1, ' ', false, Json::error_handler_t::replace);
 }

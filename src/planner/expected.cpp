@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "plan/batches.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/promise.h"
@@ -27,7 +28,9 @@ constexpr double kBudgetMargin = 2.0;
 constexpr double kGuesses = 24'000;
 constexpr std::chrono::duration<double> kWork{5.0};
 
-Millis longest_run(const graph::App& app, const trial::Samples& samples, SubchainId id, std::size_t kind) {
+// `batches`: how many items its runs may have.
+Millis longest_run(const graph::App& app, const trial::Samples& samples, const std::vector<plan::Batch>& batches,
+                   SubchainId id, std::size_t kind) {
   Nanos longest{0};
   for (const NodeId node : app.graph.subchain(id).nodes) {
     Nanos of_node{0};
@@ -35,6 +38,9 @@ Millis longest_run(const graph::App& app, const trial::Samples& samples, Subchai
       of_node = std::max(of_node, samples.draw(node, kind, number));
     }
     longest += of_node;
+    for (const plan::Batch& batch : batches) {
+      if (batch.node == node) longest += samples.of_items(node, kind, static_cast<std::size_t>(batch.items));
+    }
   }
   return to_millis(longest);
 }
@@ -91,12 +97,13 @@ std::vector<NodeId> clocks_of(const graph::Graph& graph) {
   return clocks;
 }
 
-}  // namespace
-
-std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
-                                  const trial::Schedule& schedule, double slack) {
+// Where runs have such batches; `costs`: of these runs.
+std::optional<plan::Plan> plan_with(const std::vector<plan::Batch>& batches, const graph::App& app,
+                                    const trial::Samples& samples, const model::CostTable& costs,
+                                    const trial::Schedule& schedule, double slack) {
   const std::vector<model::CostTable> by_kind = model::costs_by_kind(app, costs);
   plan::Plan plan;
+  plan.batches = batches;
   plan.planner = "auto";
   plan.quality = plan::Quality::kFeasible;
   plan.gap = 1.0;
@@ -122,7 +129,7 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
     if (!plan::takes_batches(app.graph, id)) subchain.every = 1;
     plan::CorePlan& core = plan.cores[static_cast<std::size_t>(place.core)];
     core.form = plan::Form::kPriorities;
-    const Millis budget = kBudgetMargin * std::max(cost, longest_run(app, samples, id, kind));
+    const Millis budget = kBudgetMargin * std::max(cost, longest_run(app, samples, batches, id, kind));
     core.members.push_back(member_of(app, place, id, budget));
   }
   for (plan::CorePlan& core : plan.cores) {
@@ -140,6 +147,15 @@ std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& s
   }
   plan::fill_predictions(plan, app, costs);
   return plan;
+}
+
+}  // namespace
+
+std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+                                  const trial::Schedule& schedule, double slack) {
+  return plan::settle_batches(app, costs, [&](const std::vector<plan::Batch>& batches) {
+    return plan_with(batches, app, samples, plan::at_batches(costs, batches, app.graph), schedule, slack);
+  });
 }
 
 // A response time is a latency and a period on average, too. Of a pipeline it is what its pacing was made from, so that

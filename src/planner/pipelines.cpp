@@ -43,11 +43,15 @@ Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const
     // One that what arrives has to trigger is never paced by its own outputs.
     const bool by_arrival =
         app.graph.node(app.graph.subchain(SubchainId(i)).head()).trigger == graph::TriggerBy::kArrival;
-    most_cores_.push_back(by_arrival ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
+    const std::vector<NodeId>& nodes = app.graph.subchain(SubchainId(i)).nodes;
+    batches_.push_back(
+        std::any_of(nodes.begin(), nodes.end(), [&](NodeId node) { return planned.has_batches(node); }));
+    most_cores_.push_back(by_arrival || batches_.back() ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
   }
 }
 
 std::optional<trial::Pipeline> Pipelines::on(SubchainId subchain, std::vector<int> cores) const {
+  if (batches_[subchain.index()]) return std::nullopt;
   const std::size_t kind = app_.kind_of(cores.front());
   const int count = static_cast<int>(cores.size());
   const plan::PeriodLimits limits = plan::period_limits(app_.graph, subchain);

@@ -25,7 +25,8 @@ class Pipelines {
   int most_cores(SubchainId subchain) const { return most_cores_[subchain.index()]; }
 
   // On these cores, at the number of threads with the least execution time and period together. None where an exact
-  // rate cannot be promised. Precondition: cores in ascending order, all of one kind.
+  // rate cannot be promised, or runs depend on the size of batches: how long they take, and so the pace, depends on who
+  // else runs how often. Precondition: cores in ascending order, all of one kind.
   std::optional<trial::Pipeline> on(SubchainId subchain, std::vector<int> cores) const;
 
  private:
@@ -33,6 +34,7 @@ class Pipelines {
   double slack_;
   std::vector<model::CostTable> promised_;  // by kind of core
   std::vector<model::CostTable> usual_;     // by kind of core
+  std::vector<bool> batches_;               // by SubchainId: its runs depend on the size of batches
   std::vector<int> most_cores_;             // by SubchainId
 };
 

@@ -14,9 +14,10 @@ namespace {
 
 // More than this of a core's time above somebody leaves him none.
 constexpr double kNothingLeft = 0.999;
-// Periods follow from one another (pauses from executions, triggers by outputs from periods): so often until they are
-// good enough for a guess, or sooner if they change by less than this part.
+// Periods follow from one another (pauses from executions, triggers by outputs from periods, batches from periods of
+// others): so often until they are good enough for a guess, or sooner if they change by less than this part.
 constexpr int kRounds = 3;
+constexpr int kRoundsWithBatches = 12;
 constexpr double kSettled = 1e-3;
 
 double longest_output_period(const graph::Graph& graph, const std::vector<NodeId>& nodes) {
@@ -51,7 +52,11 @@ std::vector<double> parts_by_threads(const graph::Graph& graph, const model::Cos
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
                      double slack)
-    : app_(app), usable_(1.0 - slack), timings_(app.graph.subchains().size()) {
+    : app_(app),
+      usable_(1.0 - slack),
+      batches_(app.graph.subchains().size()),
+      rounds_(planned.has_batches() ? kRoundsWithBatches : kRounds),
+      timings_(app.graph.subchains().size()) {
   const trial::Overheads machine;
   const double run = to_millis(machine.run + machine.context_switch).count();
   const double trigger = to_millis(machine.dispatch_timer + machine.context_switch).count();
@@ -82,6 +87,11 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     double& parts = parts_.emplace_back(1.0);
     double& planned_waits = planned_waits_.emplace_back(0.0);
     for (const NodeId node : subchain.nodes) {
+      if (planned.has_batches(node)) {
+        Batches& batches = batches_[waits_.size() - 1].emplace_back();
+        batches.inputs = model::batch_inputs(app.graph, planned, node);
+        for (const model::CostTable& table : tables) batches.per_item.push_back(table[node].per_item().count());
+      }
       const trial::Samples::Waits found = samples.mean_wait(node);
       waits += found.mean;
       parts += found.part;
@@ -148,6 +158,48 @@ double Surrogate::promised_lateness(const plan::After& after) const {
   return timings_[after.subchain()->index()].promised_execution;
 }
 
+double Surrogate::mean_cost(SubchainId subchain, int core) const {
+  double cost = mean_[kind_of(core)][subchain.index()];
+  for (const Batches& batches : batches_[subchain.index()]) {
+    cost += batches.per_item[kind_of(core)] * static_cast<double>(batches.inputs.size());
+  }
+  return cost;
+}
+
+// What a run costs with the items that come in its period, as known so far. Between two whole numbers of items it has
+// now the one, now the other.
+void Surrogate::take_batches(const trial::Place& place, std::size_t subchain) {
+  if (batches_[subchain].empty()) return;
+  Timing& timing = timings_[subchain];
+  const std::size_t kind = kind_of(place.core);
+  const auto period_of = [&](SubchainId id) { return Millis{timings_[id.index()].period}; };
+  timing.cost = mean_[kind][subchain];
+  double variance = square_[kind][subchain] - timing.cost * timing.cost;
+  for (const Batches& batches : batches_[subchain]) {
+    const double per_item = batches.per_item[kind];
+    const double items = model::mean_items(batches.inputs, Millis{timing.period}, period_of);
+    const double part = items - std::floor(items);
+    timing.cost += per_item * items;
+    variance += per_item * per_item * part * (1.0 - part);
+  }
+  timing.square = timing.cost * timing.cost + variance;
+}
+
+// The same as promised (plan/batches.h).
+void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
+  if (batches_[subchain].empty()) return;
+  Timing& timing = timings_[subchain];
+  const std::size_t kind = kind_of(place.core);
+  const double held_up = std::max(timing.promised_execution - timing.planned * usable_, 0.0);
+  const Millis window{std::max(timing.promised_period, timing.period) + held_up};
+  timing.planned = planned_[kind][subchain];
+  for (const Batches& batches : batches_[subchain]) {
+    const double items = model::most_items(batches.inputs, window,
+                                           [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
+    timing.planned += batches.per_item[kind] * items / usable_;
+  }
+}
+
 void Surrogate::time_pipelines(const trial::Schedule& schedule) {
   for (const trial::Pipeline& pipeline : schedule.pipelines) {
     const std::size_t i = pipeline.subchain.index();
@@ -156,6 +208,7 @@ void Surrogate::time_pipelines(const trial::Schedule& schedule) {
     timing.promised_period = timing.period;
     // Paced by its own outputs, it is as much slower at worst as its runs are longer.
     if (pipeline.pacing.after_completion > Nanos{0}) timing.promised_period *= timing.planned * usable_ / timing.cost;
+    timing.spacing = timing.promised_period;
     timing.wait = timing.period / 2.0;
     const double part = parallel_part(kind_of(pipeline.cores.front()), i, pipeline.threads);
     timing.execution = timing.from_begin = timing.cost * part + timing.waits;
@@ -212,6 +265,7 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::
 void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last,
                               double used) {
   const trial::Place& place = schedule.subchains[i];
+  take_batches(place, i);
   Timing& timing = timings_[i];
   const double stretch = 1.0 / (1.0 - used);
   double found = found_under_way(schedule, place, first, last);
@@ -310,6 +364,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     const trial::Place& place = schedule.subchains[i];
     if (place.core != core) used = used_if_held = sum = 0.0;
     core = place.core;
+    plan_batches(place, i);
     Timing& timing = timings_[i];
     double spacing = to_millis(place.period).count();
     if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
@@ -324,6 +379,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
     const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
     timing.promised_period = std::max(usual, timing.promised_execution + pause);
     spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
+    timing.spacing = spacing;
     double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
     if (place.after) jitter += promised_lateness(*place.after);
     // What a run that waits leaves undone comes close to the next one (plan/promise.h).
@@ -436,6 +492,7 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
                    .planned_waits = planned_waits_[i],
                    .parts = parts_[i]};
     timings_[i].period = std::max(to_millis(places[i].period).count(), timings_[i].cost + timings_[i].waits);
+    timings_[i].spacing = timings_[i].period;
     timings_[i].wait = timings_[i].period / 2.0;
     if (places[i].form == trial::Form::kPriority) order_.push_back(i);
   }
@@ -443,12 +500,12 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
     return places[a].core != places[b].core ? places[a].core < places[b].core : places[a].priority > places[b].priority;
   });
   time_pipelines(schedule);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds_; ++round) {
     if (!time_cores(schedule)) return std::nullopt;
     // Once more at least, for what follows others that come later in the order.
     if (settled_ && round > 0) break;
   }
-  for (int round = 1; round < kRounds; ++round) promise_cores(schedule);
+  for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
   Estimate estimate{.promised = promised_, .load = load_};
   values_.clear();
   for (const Term& term : terms_) {

@@ -11,7 +11,10 @@
 //
 // Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick.
 //
-// What it leaves out is what trials are for: order and other phases, bursts, who meets whom.
+// A batch costs what the items add that come in p_i on average; its period and its cost follow from one another.
+//
+// What it leaves out is what trials are for: order and other phases, bursts, who meets whom, batches of unscheduled
+// nodes.
 //
 // It also bounds what is promised (plan/promise.h), by the line; and says how full the fullest core would be.
 //
@@ -24,6 +27,7 @@
 #include <vector>
 
 #include "graph/app.h"
+#include "model/batches.h"
 #include "model/cost.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
@@ -55,8 +59,9 @@ class Surrogate {
   // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
   const std::vector<double>& terms() const { return values_; }
 
-  // What a run of the subchain costs on average on a core, the machine's part included.
-  double mean_cost(SubchainId subchain, int core) const { return mean_[kind_of(core)][subchain.index()]; }
+  // What a run of the subchain costs on average on a core, the machine's part included; one that takes batches, with one
+  // item of each predecessor.
+  double mean_cost(SubchainId subchain, int core) const;
 
  private:
   struct Element {
@@ -79,6 +84,7 @@ class Surrogate {
     double cost = 0.0;
     double square = 0.0;  // mean of the squares
     double planned = 0.0;
+    double spacing = 0.0;        // of its triggers, as promised
     double waits = 0.0;          // what a run waits under way, on average
     double planned_waits = 0.0;  // the same as planned
     double parts = 1.0;          // that waits cut a run into
@@ -97,7 +103,14 @@ class Surrogate {
     double promised = 0.0;
   };
 
+  struct Batches {  // of a node
+    std::vector<model::BatchInput> inputs;
+    std::vector<double> per_item;  // by kind
+  };
+
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
+  void take_batches(const trial::Place& place, std::size_t subchain);
+  void plan_batches(const trial::Place& place, std::size_t subchain);
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
   double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
@@ -128,6 +141,8 @@ class Surrogate {
   std::vector<std::vector<double>> planned_;  // by kind, subchain
   std::vector<std::vector<std::vector<double>>>
       parts_on_threads_;                 // by kind, subchain, threads - 1: as times one thread
+  std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
+  int rounds_;                                 // until periods are good enough for a guess
   std::vector<double> waits_;            // by subchain
   std::vector<double> planned_waits_;    // by subchain
   std::vector<double> parts_;            // by subchain
