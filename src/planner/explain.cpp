@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "model/batches.h"
 #include "model/evaluate.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
@@ -49,9 +50,9 @@ graph::App without(const graph::App& app, const plan::SoftBound& bound) {
 // What each period comes from.
 class Reasons {
  public:
-  Reasons(const graph::App& app, const trial::Samples& samples, const plan::Plan& plan,
+  Reasons(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs, const plan::Plan& plan,
           const std::vector<BoundCost>& bounds)
-      : app_(app), samples_(samples), plan_(plan), bounds_(bounds), used_(plan.cores.size(), 0.0) {
+      : app_(app), samples_(samples), costs_(costs), plan_(plan), bounds_(bounds), used_(plan.cores.size(), 0.0) {
     for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
       for (const int core : plan.subchains[i].cores) used_[static_cast<std::size_t>(core)] += part_of(i);
     }
@@ -77,7 +78,13 @@ class Reasons {
   // On average, with the threads that it has.
   Millis node_time(std::size_t i, NodeId node) const {
     const std::size_t kind = app_.kind_of(plan_.subchains[i].cores.front());
-    return samples_.split(node, kind, plan_.subchains[i].threads).part * Millis{samples_.moments(node, kind).mean};
+    const Millis alone = Millis{samples_.moments(node, kind).mean} + batch_time(i, node, kind);
+    return samples_.split(node, kind, plan_.subchains[i].threads).part * alone;
+  }
+  Millis batch_time(std::size_t i, NodeId node, std::size_t kind) const {
+    if (!costs_.has_batches(node)) return Millis{0};
+    return samples_.per_item(node, kind) * model::mean_items(model::batch_inputs(app_.graph, costs_, node), period(i),
+                                                             [&](SubchainId id) { return period(id.index()); });
   }
   Millis run_time(std::size_t i) const {
     Millis sum{0};
@@ -153,6 +160,7 @@ class Reasons {
 
   const graph::App& app_;
   const trial::Samples& samples_;
+  const model::CostTable& costs_;
   const plan::Plan& plan_;
   const std::vector<BoundCost>& bounds_;
   std::vector<double> used_;  // by core
@@ -179,7 +187,7 @@ class Explaining {
     explanation.noise = std::max(kLeastNoise, score(plan_) / score(explanation.again) - 1.0);
     explanation.terms = terms_of(app_, explanation.again);
     for (const plan::SoftBound& bound : bounds_) explanation.bounds.push_back(cost_of(bound, now, explanation.noise));
-    const Reasons reasons(app_, samples_, plan_, explanation.bounds);
+    const Reasons reasons(app_, samples_, costs_, plan_, explanation.bounds);
     for (std::size_t i = 0; i < plan_.subchains.size(); ++i) explanation.reasons.push_back(reasons.of(i));
     const std::vector<int> counts = app_.cores_by_kind(request_.cores);
     for (std::size_t kind = 0; kind < app_.kinds(); ++kind) {

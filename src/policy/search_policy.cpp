@@ -163,7 +163,9 @@ class Deciding {
   // Whether costs are new ones.
   bool take_costs() {
     const bool known = !with_.runs.empty() && is_routine(situation_.why);
-    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed()) return false;
+    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() && !batches_changed()) {
+      return false;
+    }
     with_.runs = *situation_.runs;
     with_.costs = situation_.costs;
     with_.typical = situation_.typical;
@@ -177,6 +179,19 @@ class Deciding {
     for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
       const NodeId node(index);
       if (with_.costs.runs_per_output(node) != situation_.costs.runs_per_output(node)) return true;
+    }
+    return false;
+  }
+
+  // What each item of a batch adds, on any kind of cores, if by more than what differs when nothing has changed.
+  bool batches_changed() const {
+    for (std::size_t kind = 0; kind < with_.app.kinds(); ++kind) {
+      const model::CostTable before = with_.costs.on(with_.app, kind);
+      const model::CostTable after = situation_.costs.on(with_.app, kind);
+      for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
+        const NodeId node(index);
+        if (differ(before[node].per_item().count(), after[node].per_item().count(), kMeanChanged)) return true;
+      }
     }
     return false;
   }
