@@ -47,6 +47,20 @@ TEST(CostProfile, WhatIsAssumedIsSoOnAnyNumberOfThreads) {
   EXPECT_EQ(profile.times(0.5).with_threads(2, 8), Millis{2.5});
 }
 
+TEST(CostProfile, ItemsOfABatchAddToEachModeAndToThreadsInProportion) {
+  const CostProfile modes =
+      CostProfile::of_modes({{"skip", 0.75, Millis{1}}, {"match", 0.25, Millis{9}}}).with_per_item(Millis{0.5});
+  EXPECT_EQ(modes.single_thread(), Millis{3}) << "without any";
+  EXPECT_EQ(modes.with_items(4).single_thread(), Millis{5});
+  EXPECT_EQ(modes.with_items(4).modes()[0].cost, Millis{3});
+  EXPECT_EQ(modes.with_items(4).per_item(), Millis{0});
+  EXPECT_EQ(modes.times(2.0).with_items(1).single_thread(), Millis{7});
+
+  const CostProfile threads = CostProfile::of_threads({{1, Millis{10}}, {2, Millis{6}}}).with_per_item(Millis{1});
+  EXPECT_EQ(threads.with_items(5).with_threads(1, 2), Millis{15});
+  EXPECT_EQ(threads.with_items(5).with_threads(2, 2), Millis{9});
+}
+
 RC_GTEST_PROP(CostProfile, DividesByThreadsThatItHasNoMeasurementFor, ()) {
   const int cost = *rc::gen::inRange(0, 1'000'000);
   const int q = *rc::gen::inRange(1, 100);

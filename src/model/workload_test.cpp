@@ -153,6 +153,22 @@ TEST(Workload, TakesLessTimeWithMoreThreads) {
   EXPECT_EQ(unmeasured.draw(kSeed, kNode, 1, Nanos{0}, 3).cpu, to_nanos(Millis{10.0 / 3.0}));
 }
 
+TEST(Workload, ItemsOfABatchCostTheSameInEachRun) {
+  NodeWork work = spread(1.0, 2.0);
+  work.cost = work.cost.with_per_item(Millis{0.5});
+  work.growth = 0.1;
+  const Workload load = workload(work, 2);
+  for (std::uint64_t number = 1; number < 50; ++number) {
+    const RunDraw draw = load.draw(kSeed, kNode, number, Nanos{0});
+    EXPECT_EQ(draw.cpu_with(0), draw.cpu);
+    EXPECT_EQ(draw.cpu_with(4) - draw.cpu, Nanos{2'000'000});
+    EXPECT_EQ(load.draw(kSeed, kNode, number, Nanos{0}, 2).per_item, Nanos{250'000}) << "of each thread";
+    EXPECT_EQ(load.draw(kSeed, kNode, number, seconds{10}).per_item, Nanos{1'000'000}) << "grown";
+  }
+  EXPECT_EQ(load.costs(app_with().graph)[kNode].per_item(), Millis{0.5});
+  EXPECT_EQ(load.draw(kSeed, kNode, 1, Nanos{0}).cpu_with(1'000'000'000'000), to_nanos(kLongestRun));
+}
+
 TEST(Workload, IsSlowerOnSlowCores) {
   graph::AppSpec spec = graph::spec_of({"a"}, {});
   spec.core_kinds = {{{"big", {}}, {1, {}}, {1.0, {}}}, {{"little", {}}, {1, {}}, {0.5, {}}}};

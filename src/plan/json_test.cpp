@@ -75,6 +75,17 @@ TEST_F(PlanJson, SaysWhoGivesFewerOutputsThanItRuns) {
   EXPECT_EQ(*read, plan);
 }
 
+TEST_F(PlanJson, SaysHowLargeBatchesMayBe) {
+  EXPECT_EQ(text_.find("batches"), std::string::npos) << "left out where no run costs more with each item";
+  Plan plan = plan_;
+  plan.batches = {{NodeId(3), 7}};
+  const std::string text = to_json(plan, app_);
+  EXPECT_EQ(json::parse(text)["batches"], json::parse(R"([{"node": "log", "items": 7}])"));
+  const Result<Plan> read = from_json(text, app_, "plan.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(*read, plan);
+}
+
 TEST_F(PlanJson, SaysWhichCostsWereAssumed) {
   EXPECT_EQ(text_.find("assumed"), std::string::npos) << "left out where none was";
   Plan plan = plan_;

@@ -90,6 +90,31 @@ TEST(Surrogate, ALongRunMakesThoseBelowItMissTriggers) {
   EXPECT_NEAR(two.surrogate(schedule).value().load, two.a * kept / 3.0 + two.b / 20.0, 1e-9);
 }
 
+// b takes what a gives: two items in 20 ms, at 0.5 ms each.
+TEST(Surrogate, ABatchCostsWhatComesInItsPeriod) {
+  Two two;
+  graph::AppSpec spec = graph::spec_of({"a", "b", "base"}, {"a b base"});
+  node(spec, "base").external = true;
+  node(spec, "b").input = graph::InputKind::kQueue;
+  spec.objective = {graph::response("a b base", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  model::CostTable costs = two.costs;
+  costs.set(NodeId(1), model::CostProfile::constant(Millis{4}).with_per_item(Millis{0.5}));
+  const trial::Samples samples(app, trial::MeasuredRuns{}, costs);
+  Surrogate surrogate(app, samples, costs, 0.0);
+  trial::Schedule schedule = Two::schedule();
+  EXPECT_NEAR(surrogate(schedule).value().load, two.a / 10.0 + (two.b + 2 * 0.5) / 20.0, 1e-9);
+  // Half as often, it saves only the fixed part.
+  schedule.subchains[1].period *= 2;
+  EXPECT_NEAR(surrogate(schedule).value().load, two.a / 10.0 + (two.b + 4 * 0.5) / 40.0, 1e-9);
+  // Right after its own run: as long as that is, so many items come.
+  schedule.subchains[1].pause = Nanos{0};
+  schedule.subchains[1].period = Nanos{0};
+  const double load = surrogate(schedule).value().load;
+  EXPECT_GT(load, 0.9);
+  EXPECT_LT(load, 1.05);
+}
+
 TEST(Surrogate, IsCorrectedTermByTerm) {
   Two two;
   const double before = two.surrogate(Two::schedule()).value().objective;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "config/testing/apps.h"
 
 namespace ctn::policy {
@@ -28,7 +30,7 @@ class NodeCostsTest : public ::testing::Test {
     std::optional<record::CostChange> last;
     for (int i = 0; i < count; ++i) {
       const TimePoint end{milliseconds{100} * static_cast<int>(++number)};
-      if (auto change = costs.add({NodeId(0), number, end - cpu, end, cpu, mode, true, {}, -1}, kind)) last = change;
+      if (auto change = costs.add({NodeId(0), number, end - cpu, end, cpu, mode, true, {}, -1}, 0, kind)) last = change;
     }
     return last;
   }
@@ -71,7 +73,7 @@ TEST_F(NodeCostsTest, WhatRunsWaitIsTheSameOnAllKindsAndWhateverTheirSpeed) {
     const TimePoint end{milliseconds{100} * i};
     record::Run run{NodeId(0), static_cast<std::uint64_t>(i), end - milliseconds{9}, end, milliseconds{3}, 0, true, {}};
     run.wait = milliseconds{i % 3 == 0 ? 6 : 2};
-    costs.add(run, kLittle);
+    costs.add(run, 0, kLittle);
   }
   EXPECT_EQ(wait(95.0), Millis{6});
   EXPECT_EQ(wait(50.0), Millis{2});
@@ -156,7 +158,7 @@ class NodeCostsOfThreads : public ::testing::Test {
       run.cpu = cpu;
       run.threads = threads;
       if (threads > 1) run.elapsed = elapsed;
-      if (auto change = costs.add(run, kind)) last = change;
+      if (auto change = costs.add(run, 0, kind)) last = change;
     }
     return last;
   }
@@ -256,6 +258,82 @@ TEST_F(NodeCostsOfThreads, OnAnotherKindTheyScaleAsWhereItWasMeasured) {
   run(20, 1, milliseconds{40}, {}, kLittle);
   EXPECT_DOUBLE_EQ(on(2, kLittle), 30.0);
   EXPECT_DOUBLE_EQ(on(4, kLittle), 10.0) << "which it has run on nowhere";
+}
+
+// A queue node whose runs cost 2 ms and 0.5 ms an item, with some noise.
+class NodeCostsOfBatches : public ::testing::Test {
+ protected:
+  std::optional<record::CostChange> run(int count, int least, int most, double fixed = 2.0, double per_item = 0.5) {
+    std::optional<record::CostChange> last;
+    for (int i = 0; i < count; ++i) {
+      const int items = std::uniform_int_distribution(least, most)(random);
+      const double noise = std::uniform_real_distribution(0.9, 1.1)(random);
+      record::Run run;
+      run.node = NodeId(0);
+      run.number = ++number;
+      run.end = TimePoint{milliseconds{100} * static_cast<int>(number)};
+      run.cpu = to_nanos(Millis{fixed * noise + per_item * items});
+      if (auto change = costs.add(run, static_cast<std::size_t>(items), 0)) last = change;
+    }
+    return last;
+  }
+  model::CostProfile cost(double percentile) const {
+    model::CostTable table(app.graph, Millis{9});
+    costs.put_into(table, percentile);
+    return table[NodeId(0)];
+  }
+
+  const graph::App app = parse(R"(
+catan: 1
+app: one
+nodes: { a: { input: queue } }
+objective: [ { response_time: [a], weight: 1 } ]
+)");
+  NodeCosts costs{app, NodeId(0)};
+  std::uint64_t number = 0;
+  std::mt19937_64 random{1};
+};
+
+TEST_F(NodeCostsOfBatches, BothPartsAreEstimated) {
+  EXPECT_FALSE(run(200, 1, 5));
+  EXPECT_NEAR(cost(50.0).per_item().count(), 0.5, 0.02);
+  EXPECT_NEAR(cost(50.0).single_thread().count(), 2.0, 0.08);
+  EXPECT_NEAR(cost(95.0).single_thread().count(), 2.2, 0.08) << "the noise is of the fixed part";
+  for (const model::RunTime& each : costs.runs()[0]) EXPECT_NEAR(to_millis(each.cpu).count(), 2.0, 0.3);
+}
+
+TEST_F(NodeCostsOfBatches, BatchesThatAreAllAlikeAreOnePart) {
+  EXPECT_FALSE(run(200, 4, 4));
+  EXPECT_EQ(cost(50.0).per_item(), Millis{0});
+  EXPECT_NEAR(cost(50.0).single_thread().count(), 4.0, 0.1);
+}
+
+// A plan has made the node's period longer, before it was known what an item costs.
+TEST_F(NodeCostsOfBatches, LargerBatchesAreNoLastingChange) {
+  run(100, 2, 2);
+  EXPECT_FALSE(run(100, 8, 8));
+  EXPECT_NEAR(cost(50.0).per_item().count(), 0.5, 0.03);
+  EXPECT_NEAR(cost(50.0).single_thread().count(), 2.0, 0.25);
+  EXPECT_FALSE(run(100, 20, 20)) << "as was to be expected";
+}
+
+TEST_F(NodeCostsOfBatches, ALastingChangeIsToldWhateverTheBatches) {
+  run(200, 1, 5);
+  const std::optional<record::CostChange> change = run(40, 1, 5, 4.0);
+  ASSERT_TRUE(change);
+  EXPECT_NEAR(to_millis(change->before).count(), 2.2, 0.1);
+  EXPECT_NEAR(to_millis(change->after).count(), 4.4, 0.2);
+  run(200, 1, 5, 4.0);
+  EXPECT_NEAR(cost(50.0).single_thread().count(), 4.0, 0.2);
+  EXPECT_NEAR(cost(50.0).per_item().count(), 0.5, 0.05);
+}
+
+TEST_F(NodeCostsOfBatches, AnotherClockLimitScalesBothParts) {
+  run(200, 1, 5);
+  const model::CostProfile before = cost(95.0);
+  costs.rescale(0, 2.0);
+  EXPECT_NEAR(cost(95.0).per_item() / before.per_item(), 2.0, 1e-6);
+  EXPECT_NEAR(cost(95.0).single_thread() / before.single_thread(), 2.0, 1e-3);
 }
 
 }  // namespace

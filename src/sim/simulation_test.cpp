@@ -291,6 +291,20 @@ scheduler: { bootstrap: 1s }
   EXPECT_EQ(outcome.dropped, 0U);
 }
 
+// Ten runs of fast for each of slow: 2 ms, and 0.5 ms for each.
+TEST(Simulation, ItemsOfABatchAddToARun) {
+  const graph::App app = parse(R"(
+catan: 1
+app: batch
+nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
+edges: [ fast -> slow ]
+objective: [ { response_time: [fast, slow], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const Outcome outcome = simulate(app, "fast: 1ms\nslow: { cost: 2ms, per_item: 0.5ms }\n", "fifo", 2);
+  EXPECT_NEAR(node(outcome, "slow").cpu_ms.mean, 7.0, 0.01);
+}
+
 // Ten runs of fast for each of slow, of which every tenth finds something.
 TEST(Simulation, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
   const graph::App app = parse(R"(

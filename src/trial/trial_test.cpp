@@ -234,6 +234,21 @@ TEST(Trial, AQueueNodeTakesAllOutputsSinceItsLastRun) {
   EXPECT_NEAR(figures.terms[0].p95_ms, 47.0, 1e-9);
 }
 
+// a gives an item at 2, 12, 22, 32 ...: b finds four at a time, but at first.
+TEST(Trial, ARunOfAQueueNodeCostsWhatItsItemsAdd) {
+  graph::AppSpec spec = two();
+  graph::node(spec, "b").input = graph::InputKind::kQueue;
+  World world(spec, {{"a", 2}});
+  world.costs.set(NodeId(1), model::CostProfile::constant(Millis{1}).with_per_item(Millis{0.5}));
+  const Schedule schedule = on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(40), .phase = ms(14)}});
+  world.run(schedule, ms(140));
+  EXPECT_EQ(world.timeline["b"], "14-16 54-57 94-97 134-137");
+  world.runs_per_output("a", 2.0);
+  world.timeline = Timeline(world.app);
+  world.run(schedule, ms(60));
+  EXPECT_EQ(world.timeline["b"], "14-15.5 54-56") << "of each second run";
+}
+
 // b runs every 4 ms, and a gives it something every 10: at 0, 12, 20, 32, 40.
 TEST(Trial, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
   graph::AppSpec spec = two();
