@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/testing/apps.h"
+#include "policy/measured_costs.h"
 #include "policy/planned.h"
 #include "record/reader.h"
 #include "sim/batch.h"
@@ -302,7 +303,51 @@ objective: [ { response_time: [fast, slow], weight: 1 } ]
 scheduler: { bootstrap: 1s }
 )");
   const Outcome outcome = simulate(app, "fast: 1ms\nslow: { cost: 2ms, per_item: 0.5ms }\n", "fifo", 2);
-  EXPECT_NEAR(node(outcome, "slow").cpu_ms.mean, 7.0, 0.01);
+  EXPECT_NEAR(node(outcome, "slow").compute_ms.mean, 7.0, 0.01);
+}
+
+// Nobody has told what an item adds: both parts of what a batch costs are found, and what is expected of plans happens.
+TEST(Simulation, WhatItemsAddIsMeasuredAndPlannedWith) {
+  const graph::App app = parse(R"(
+catan: 1
+app: batches
+nodes: { scan: {}, steer: {}, map: { input: queue } }
+edges: [ scan -> steer, scan -> map ]
+objective:
+  - { response_time: [scan, steer], weight: 1 }
+  - { response_time: [scan, map], weight: 0.1 }
+scheduler: { bootstrap: 1s }
+)");
+  const std::string path = testing::TempDir() + fmt::format("batches_{}.catan", getpid());
+  std::remove(path.c_str());
+  Options options{.policy = *policy::make_policy("catan")};
+  options.recording = {.path = path, .note = ""};
+  const std::string text = "scan: 1ms\nsteer: { cost: 2ms, typical: 1.6ms }\nmap: { cost: 1ms, per_item: 0.5ms }\n";
+  auto simulation =
+      *Simulation::create(app, std::make_unique<DrawnCosts>(app, parse_costs(app, text), 1), std::move(options));
+  simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{60});
+  const NodeId map = *app.graph.find_node("map");
+  const plan::Plan plan = *simulation->plan();
+  ASSERT_EQ(plan.batches.size(), 1U) << "it is known that items add something";
+  EXPECT_EQ(plan.batches.front().node, map);
+  const Outcome outcome = simulation->outcome();
+  for (const ChainOutcome& chain : outcome.chains) {
+    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.03 * chain.response_ms.mean) << chain.path;
+  }
+  EXPECT_NEAR(*outcome.objective, *outcome.objective_predicted, 0.03 * *outcome.objective);
+  EXPECT_LE(outcome.plans_adopted, 15U);
+  simulation.reset();
+
+  policy::MeasuredCosts measured(app);
+  const auto record = record::Reader::open(path);
+  ASSERT_TRUE(record.ok()) << record.error().message();
+  std::uint64_t changes = 0;
+  EXPECT_TRUE(record->each_run([&](const record::Run& run) { changes += measured.add(run, 0) ? 1U : 0U; }).ok());
+  const model::CostProfile found = measured.typical_costs(Millis{1})[map];
+  EXPECT_NEAR(found.per_item().count(), 0.5, 0.015);
+  EXPECT_NEAR(found.single_thread().count(), 1.0, 0.05) << "the machine's part included";
+  EXPECT_EQ(changes, 0U) << "larger batches are no change of what runs cost";
+  std::remove(path.c_str());
 }
 
 // Ten runs of fast for each of slow, of which every tenth finds something.
