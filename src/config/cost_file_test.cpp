@@ -82,16 +82,16 @@ TEST(CostFile, ReadsWhatItemsOfBatchesAdd) {
       "cores: { big: {}, little: { speed: 0.5 } }\nobjective: [ { response_time: [a, b], weight: 1 } ]\n",
       "app.yaml");
   const NodeId b = *app.graph.find_node("b");
-  const auto modes = parse_workload("a: 1ms\nb: { modes: { x: [0.5, 1ms], y: [0.5, 3ms] }, per_item: 0.3ms }\n", "c.yaml",
-                                    app);
+  const auto modes =
+      parse_workload("a: 1ms\nb: { modes: { x: [0.5, 1ms], y: [0.5, 3ms] }, per_item: 0.3ms }\n", "c.yaml", app);
   ASSERT_TRUE(modes.ok()) << modes.error().message();
   EXPECT_EQ((*modes)[b].cost.per_item(), Millis{0.3});
   EXPECT_EQ((*modes)[b].cost.single_thread(), Millis{2});
   EXPECT_EQ(modes->costs(app.graph).on(app, 1)[b].per_item(), Millis{0.6});
 
   const auto kinds = parse_workload(
-      "a: 1ms\nb: { kinds: { big: { cost: 1ms, per_item: 0.1ms }, little: { cost: 2ms, per_item: 0.5ms } } }\n", "c.yaml",
-      app);
+      "a: 1ms\nb: { kinds: { big: { cost: 1ms, per_item: 0.1ms }, little: { cost: 2ms, per_item: 0.5ms } } }\n",
+      "c.yaml", app);
   ASSERT_TRUE(kinds.ok()) << kinds.error().message();
   EXPECT_EQ(kinds->costs(app.graph).on(app, 0)[b].per_item(), Millis{0.1});
   EXPECT_EQ(kinds->costs(app.graph).on(app, 1)[b].per_item(), Millis{0.5});

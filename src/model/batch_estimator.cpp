@@ -116,8 +116,8 @@ std::vector<BatchEstimator::Run> BatchEstimator::without_outliers(const std::vec
   for (auto& [mode, values] : fixed) medians[mode] = median_of(values);
   std::vector<double> off;
   for (const Run& run : runs) off.push_back(std::abs(run.cpu - slope * run.items - medians[run.mode]));
-  const double far = std::max(kFar * kDeviationsOfMedian * median_of(off),
-                              kFarAnyway * sum / static_cast<double>(runs.size()));
+  const double far =
+      std::max(kFar * kDeviationsOfMedian * median_of(off), kFarAnyway * sum / static_cast<double>(runs.size()));
   std::vector<Run> near;
   for (const Run& run : runs) {
     if (std::abs(run.cpu - slope * run.items - medians[run.mode]) <= far) near.push_back(run);

@@ -1,9 +1,9 @@
 // Estimates what each item of a batch adds to the CPU time of a run, where that can be told. Pure: it is told of runs
 // and never reads a clock.
 //
-// How: least squares over the last kWindow runs, cpu = fixed part of the mode + per item x items, the slope alike in all
-// modes and never below 0; then once more without the runs that are far from the line, as spikes are. Where the number
-// of items hardly varies its slope means nothing: one is told only
+// How: least squares over the last kWindow runs, cpu = fixed part of the mode + per item x items, the slope alike in
+// all modes and never below 0; then once more without the runs that are far from the line, as spikes are. Where the
+// number of items hardly varies its slope means nothing: one is told only
 //   - if it is more than four of its standard errors from what was told before (0 at first), and then
 //   - again whenever it is known better than it was,
 // so that noise does not move it, and a window of batches that are all alike makes nobody forget it.

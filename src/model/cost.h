@@ -1,12 +1,12 @@
 // Compute-time profiles: what one run of each node costs, as a value that the planner reads. They come from a cost file
 // (config), from measurements (estimator.h), or, until measured, from `bootstrap_cost`. A node whose cost depends on
 // what it finds to do has modes, each with its own cost; one that runs on several cores may have a time for each number
-// of threads, all of them known beforehand or some of them measured. A run of a queue node, which takes a batch, may cost
-// more with each item (an output of a predecessor) of it; how many these are depends on how often it and its
-// predecessors run, so it is told apart from the cost. Beside its cost a run may have a wait: time in its middle in which
-// the node computes nothing, for an accelerator, a device, a file. A wait adds to latency and never to load, and is no
-// shorter on a faster core. And not every run must give an output, which makes chains through the node slower than it
-// runs.
+// of threads, all of them known beforehand or some of them measured. A run of a queue node, which takes a batch, may
+// cost more with each item (an output of a predecessor) of it; how many these are depends on how often it and its
+// predecessors run, so it is told apart from the cost. Beside its cost a run may have a wait: time in its middle in
+// which the node computes nothing, for an accelerator, a device, a file. A wait adds to latency and never to load, and
+// is no shorter on a faster core. And not every run must give an output, which makes chains through the node slower
+// than it runs.
 //
 // Units: Millis for one run; of CPU time, all threads of the node added up, and of waits. Thread safety: plain values.
 #pragma once

@@ -4,8 +4,8 @@
 // A run is in a mode, drawn by the modes' probabilities. What it costs is the mode's cost, or, where the file gives a
 // typical cost too, log-normal: half of the mode's runs are below the typical cost, 95 % below the cost. That grows
 // with the time since the start, linearly, and a spike comes on top with its own probability. In its middle it may
-// wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core. A run that
-// takes a batch costs as much more for each item as the file says, no more and no less, and that grows, too.
+// wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core. A run
+// that takes a batch costs as much more for each item as the file says, no more and no less, and that grows, too.
 //
 // A draw depends on nothing but the seed, the node, the run's number and the time since the start: whoever asks gets
 // the same answer, in any order, from any thread, on any machine (portable_math.h).

@@ -55,11 +55,11 @@ class Check {
 
 // The steps, in their order; each relies on those before having found nothing.
 void check_shape(Check& check, int core_count);
-void check_cores(Check& check);     // who has which core
-void check_frames(Check& check);    // slots and frames of shared cores; others have none
-bool check_members(Check& check);   // fixed priorities; false: what is promised cannot be computed
-void check_groups(Check& check);    // owned and shared cores by their formulas
-void check_rates(Check& check);     // caps and exact rates
+void check_cores(Check& check);    // who has which core
+void check_frames(Check& check);   // slots and frames of shared cores; others have none
+bool check_members(Check& check);  // fixed priorities; false: what is promised cannot be computed
+void check_groups(Check& check);   // owned and shared cores by their formulas
+void check_rates(Check& check);    // caps and exact rates
 // That batches are as large as the plan's own periods make them. `costs`: of runs without items.
 void check_batches(Check& check, const model::CostTable& costs);
 void check_promises(Check& check);  // chains, nodes, objective, relaxed bounds

@@ -119,7 +119,8 @@ void check_shape(Check& check, int core_count) {
     const bool known = plan.batches[i].node.index() < check.app.graph.nodes().size();
     if (!known) check.problem(fmt::format("batches[{}].node", i), "the app has no such node");
     if (plan.batches[i].items < 0) {
-      check.problem(fmt::format("batches[{}].items", i), fmt::format("{} is no number of items", plan.batches[i].items));
+      check.problem(fmt::format("batches[{}].items", i),
+                    fmt::format("{} is no number of items", plan.batches[i].items));
     }
   }
   const std::size_t subchains = check.app.graph.subchains().size();

@@ -31,12 +31,12 @@ Prediction predict(const graph::App& app, const model::CostTable& costs, std::sp
 // Puts the prediction for `plan.subchains` into the plan.
 void fill_predictions(Plan& plan, const graph::App& app, const model::CostTable& costs);
 
-// What the plan is expected to give at typical compute times (a median of what was measured, say; batches as its periods
-// bring them on average) under the dispatcher's frames: with elastic ones the periods follow from `typical` by the formulas that the plan itself was
-// made with, though never longer than planned nor shorter than a cap allows; fixed frames and exact rates keep the
-// planned periods; with fixed priorities, the promise for `typical` (promise.h). On shared cores an elastic frame takes
-// what its slots use of it, and a run takes from the begin of its first slot to where it ends in its last, and what it
-// waits.
+// What the plan is expected to give at typical compute times (a median of what was measured, say; batches as its
+// periods bring them on average) under the dispatcher's frames: with elastic ones the periods follow from `typical` by
+// the formulas that the plan itself was made with, though never longer than planned nor shorter than a cap allows;
+// fixed frames and exact rates keep the planned periods; with fixed priorities, the promise for `typical` (promise.h).
+// On shared cores an elastic frame takes what its slots use of it, and a run takes from the begin of its first slot to
+// where it ends in its last, and what it waits.
 Expectation expect(const Plan& plan, const graph::App& app, const model::CostTable& typical);
 
 }  // namespace ctn::plan

@@ -19,9 +19,7 @@ constexpr int kRounds = 1000;
 class Analysis {
  public:
   Analysis(const Plan& plan, const graph::App& app, const model::CostTable& costs)
-      : plan_(plan),
-        app_(app),
-        by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))) {}
+      : plan_(plan), app_(app), by_kind_(model::costs_by_kind(app, at_batches(costs, plan.batches, app.graph))) {}
 
   std::optional<std::vector<Promise>> run() {
     const std::size_t count = plan_.subchains.size();

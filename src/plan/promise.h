@@ -51,9 +51,9 @@ constexpr Millis kLongestPromise = std::chrono::hours{24};
 // first kind.
 Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
 
-// By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave somebody no time.
-// Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does not trigger that
-// one, directly or by others.
+// By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave
+// somebody no time. Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does
+// not trigger that one, directly or by others.
 std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs);
 
 }  // namespace ctn::plan

@@ -44,8 +44,7 @@ Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const
     const bool by_arrival =
         app.graph.node(app.graph.subchain(SubchainId(i)).head()).trigger == graph::TriggerBy::kArrival;
     const std::vector<NodeId>& nodes = app.graph.subchain(SubchainId(i)).nodes;
-    batches_.push_back(
-        std::any_of(nodes.begin(), nodes.end(), [&](NodeId node) { return planned.has_batches(node); }));
+    batches_.push_back(std::any_of(nodes.begin(), nodes.end(), [&](NodeId node) { return planned.has_batches(node); }));
     most_cores_.push_back(by_arrival || batches_.back() ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
   }
 }

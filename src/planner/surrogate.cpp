@@ -194,8 +194,8 @@ void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
   const Millis window{std::max(timing.promised_period, timing.period) + held_up};
   timing.planned = planned_[kind][subchain];
   for (const Batches& batches : batches_[subchain]) {
-    const double items = model::most_items(batches.inputs, window,
-                                           [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
+    const double items =
+        model::most_items(batches.inputs, window, [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
     timing.planned += batches.per_item[kind] * items / usable_;
   }
 }

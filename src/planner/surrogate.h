@@ -59,8 +59,8 @@ class Surrogate {
   // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
   const std::vector<double>& terms() const { return values_; }
 
-  // What a run of the subchain costs on average on a core, the machine's part included; one that takes batches, with one
-  // item of each predecessor.
+  // What a run of the subchain costs on average on a core, the machine's part included; one that takes batches, with
+  // one item of each predecessor.
   double mean_cost(SubchainId subchain, int core) const;
 
  private:
@@ -140,17 +140,17 @@ class Surrogate {
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
   std::vector<std::vector<std::vector<double>>>
-      parts_on_threads_;                 // by kind, subchain, threads - 1: as times one thread
+      parts_on_threads_;                       // by kind, subchain, threads - 1: as times one thread
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   int rounds_;                                 // until periods are good enough for a guess
-  std::vector<double> waits_;            // by subchain
-  std::vector<double> planned_waits_;    // by subchain
-  std::vector<double> parts_;            // by subchain
-  std::vector<double> output_period_;    // by subchain: the longest of its nodes'
-  std::vector<double> runs_per_output_;  // by subchain: of its tail's
-  struct Arrivals {                      // of an unscheduled node's outputs
-    double apart = 0.0;                  // where each run gives one
-    double late = 0.0;                   // as planned, at most
+  std::vector<double> waits_;                  // by subchain
+  std::vector<double> planned_waits_;          // by subchain
+  std::vector<double> parts_;                  // by subchain
+  std::vector<double> output_period_;          // by subchain: the longest of its nodes'
+  std::vector<double> runs_per_output_;        // by subchain: of its tail's
+  struct Arrivals {                            // of an unscheduled node's outputs
+    double apart = 0.0;                        // where each run gives one
+    double late = 0.0;                         // as planned, at most
     double runs_per_output = 1.0;
   };
   std::vector<Arrivals> arrivals_;  // by node

@@ -20,8 +20,9 @@ BatchSizes::BatchSizes(const graph::Graph& graph) : queues_(graph.nodes().size()
 std::size_t BatchSizes::taken_by(const record::Run& run) {
   std::size_t items = 0;
   for (Queue& queue : queues_[run.node.index()]) {
-    const auto input = std::find_if(run.consumed.begin(), run.consumed.end(),
-                                    [&](const record::Consumed& consumed) { return consumed.predecessor == queue.from; });
+    const auto input = std::find_if(run.consumed.begin(), run.consumed.end(), [&](const record::Consumed& consumed) {
+      return consumed.predecessor == queue.from;
+    });
     if (input == run.consumed.end()) continue;
     std::deque<std::uint64_t>& waiting = queue.waiting;
     const auto first = std::lower_bound(waiting.begin(), waiting.end(), input->first);

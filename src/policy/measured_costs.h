@@ -24,8 +24,8 @@ class MeasuredCosts {
   // `app` outlives it.
   explicit MeasuredCosts(const graph::App& app);
 
-  // A run on a core of that kind; in the order of their ends, each after those that it consumed. Where it shows that the node's compute time has changed permanently: from what to
-  // what.
+  // A run on a core of that kind; in the order of their ends, each after those that it consumed. Where it shows that
+  // the node's compute time has changed permanently: from what to what.
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
     outputs_[run.node.index()].add(run);
     const std::size_t items = batches_.taken_by(run);

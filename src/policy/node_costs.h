@@ -17,11 +17,11 @@
 // has changed, as a rule, and neither the core nor how well the work is shared.
 //
 // Batches. What a run of a queue node costs may depend on how many items it found to take, and thus on the plan. What
-// each item adds is estimated (model/batch_estimator.h), for each kind of core and number of threads by itself; all else
-// is then of runs without any item, lasting changes too: batches that get larger, since the node runs less often, are
-// none. Until it is known what an item adds, an alarm that goes with larger or smaller batches tells it. Where batches
-// hardly differ it cannot be known, and costs are those of runs with such batches. Items are taken to share threads
-// perfectly.
+// each item adds is estimated (model/batch_estimator.h), for each kind of core and number of threads by itself; all
+// else is then of runs without any item, lasting changes too: batches that get larger, since the node runs less often,
+// are none. Until it is known what an item adds, an alarm that goes with larger or smaller batches tells it. Where
+// batches hardly differ it cannot be known, and costs are those of runs with such batches. Items are taken to share
+// threads perfectly.
 //
 // What runs wait is taken to be the same on all kinds and any number of threads: that of those like the newest run.
 //

@@ -163,7 +163,8 @@ class Deciding {
   // Whether costs are new ones.
   bool take_costs() {
     const bool known = !with_.runs.empty() && is_routine(situation_.why);
-    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() && !batches_changed()) {
+    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() &&
+        !batches_changed()) {
       return false;
     }
     with_.runs = *situation_.runs;

@@ -278,7 +278,8 @@ bool Machine::end_run(NodeId id) {
   lineage_.end(id, now_, emits);
   if (log_) log_->end(id, now_, emits);
   if (!emits) return false;
-  for (const std::size_t queue : nodes_[id.index()].feeds) queues_[queue] = std::min(queues_[queue] + 1, kQueueCapacity);
+  for (const std::size_t queue : nodes_[id.index()].feeds)
+    queues_[queue] = std::min(queues_[queue] + 1, kQueueCapacity);
   return true;
 }
 

@@ -54,8 +54,8 @@ class Machine {
     std::uint32_t timers_set = 0;
     Nanos output_period{0};  // 0: none
     std::optional<TimePoint> next_output;
-    double outputs_per_run = 1.0;  // where it has no output period
-    double outputs_owed = 0.0;     // of these, by the runs since the last one
+    double outputs_per_run = 1.0;     // where it has no output period
+    double outputs_owed = 0.0;        // of these, by the runs since the last one
     std::vector<std::size_t> queues;  // that it takes batches from, where they cost something
     std::vector<std::size_t> feeds;   // such queues that its outputs go to
   };

@@ -240,7 +240,8 @@ TEST(Trial, ARunOfAQueueNodeCostsWhatItsItemsAdd) {
   graph::node(spec, "b").input = graph::InputKind::kQueue;
   World world(spec, {{"a", 2}});
   world.costs.set(NodeId(1), model::CostProfile::constant(Millis{1}).with_per_item(Millis{0.5}));
-  const Schedule schedule = on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(40), .phase = ms(14)}});
+  const Schedule schedule =
+      on_cores(2, {{.core = 0, .period = ms(10)}, {.core = 1, .period = ms(40), .phase = ms(14)}});
   world.run(schedule, ms(140));
   EXPECT_EQ(world.timeline["b"], "14-16 54-57 94-97 134-137");
   world.runs_per_output("a", 2.0);

@@ -37,6 +37,7 @@ Json node_json(const graph::Graph& graph, NodeId id, const model::CostTable* cos
   if (node.trigger != graph::TriggerBy::kAny) json["trigger"] = to_string(node.trigger);
   if (node.subchain) json["max_threads"] = node.max_threads;
   if (costs != nullptr && !node.external) json["cost_ms"] = (*costs)[id].single_thread().count();
+  if (costs != nullptr && costs->has_batches(id)) json["per_item_ms"] = (*costs)[id].per_item().count();
   return json;
 }
 

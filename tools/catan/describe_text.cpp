@@ -58,7 +58,9 @@ std::string cost_text(const Graph& graph, const std::vector<model::CostTable>& c
   if (graph.node(node).external) return "";
   std::vector<std::string> parts;
   for (const model::CostTable& table : costs) {
+    const Millis per_item = table[node].per_item();
     parts.push_back(fmt::format("{:.6g}ms", table[node].single_thread().count()));
+    if (per_item > Millis{0}) parts.back() += fmt::format(" + {:.6g}ms an item", per_item.count());
   }
   return join(parts, " / ");
 }

@@ -1,8 +1,8 @@
 // A load in place of an app's code: one function a node that burns the CPU time that the cost file's distribution draws
 // for the run, takes its inputs and gives an output, as code of its own would.
 //
-// A run of a queue node burns what each item that it takes adds, too; items that other programs give arrive without
-// content, and add nothing.
+// A run of a queue node burns what each item that it takes adds, too; of what other programs give, each run counts as
+// an item, whether it gave an output or not.
 //
 // A run burns in the CPU time of the node's own thread: pre-empted, it takes longer but costs the same. Where the node
 // has `max_threads`, and the plan gives it more than one, others (workers.h) burn as much at the same time. Where its
