@@ -10,12 +10,12 @@
 namespace ctn::model {
 namespace {
 
-constexpr double kStandardErrors = 4.0;
+constexpr double kErrorsApart = 4.0;
 // Items that together come to less than this part of a run are not told of.
 constexpr double kLeastPart = 0.02;
 // From the line, in standard deviations of a normal distribution; and where runs hardly differ, in parts of their mean.
-constexpr double kFar = 4.0;
-constexpr double kFarAnyway = 0.02;
+constexpr double kOutlier = 4.0;
+constexpr double kOutlierAnyway = 0.02;
 constexpr double kDeviationsOfMedian = 1.4826;
 // Compute times and numbers of items that differ by less are alike.
 constexpr double kAlike = 0.1;
@@ -116,8 +116,8 @@ std::vector<BatchEstimator::Run> BatchEstimator::without_outliers(const std::vec
   for (auto& [mode, values] : fixed) medians[mode] = median_of(values);
   std::vector<double> off;
   for (const Run& run : runs) off.push_back(std::abs(run.cpu - slope * run.items - medians[run.mode]));
-  const double far =
-      std::max(kFar * kDeviationsOfMedian * median_of(off), kFarAnyway * sum / static_cast<double>(runs.size()));
+  const double far = std::max(kOutlier * kDeviationsOfMedian * median_of(off),
+                              kOutlierAnyway * sum / static_cast<double>(runs.size()));
   std::vector<Run> near;
   for (const Run& run : runs) {
     if (std::abs(run.cpu - slope * run.items - medians[run.mode]) <= far) near.push_back(run);
@@ -136,7 +136,7 @@ bool BatchEstimator::tell() {
   const double slope = std::max(line->slope, 0.0);
   const bool first = told_ == 0.0;
   if (first && slope * line->mean_items < kLeastPart * line->mean_cpu) return false;
-  const bool moved = std::abs(slope - told_) > kStandardErrors * line->error;
+  const bool moved = std::abs(slope - told_) > kErrorsApart * line->error;
   const bool known_better = !first && (!told_error_ || line->error < *told_error_);
   if (!moved && !known_better) return false;
   told_error_ = line->error;
@@ -154,7 +154,7 @@ bool BatchEstimator::explains(std::size_t mode, std::size_t runs) {
   const double slope = (now.cpu - old.cpu) / (now.items - old.items);
   // What is no slope: one that is known to be another, or with which runs would take less than nothing without items.
   if (slope <= 0.0 || old.cpu - slope * old.items < -kAlike * old.cpu) return false;
-  if (told_error_ && std::abs(slope - told_) > kStandardErrors * *told_error_) return false;
+  if (told_error_ && std::abs(slope - told_) > kErrorsApart * *told_error_) return false;
   told_ = slope;
   told_error_.reset();
   since_fit_ = 0;

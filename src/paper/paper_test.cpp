@@ -79,6 +79,25 @@ TEST(Paper, GivesAQueueNodeAnyFraction) {
   EXPECT_NEAR(m.plan->objective, least, 1e-6);
 }
 
+// Slow takes what fast gives, and costs more with each item: it has time for as many as its own period brings.
+TEST(Paper, GivesTimeForTheItemsThatAPeriodBrings) {
+  graph::AppSpec spec = graph::spec_of({"fast", "slow"}, {"fast slow"});
+  node(spec, "slow").input = graph::InputKind::kQueue;
+  spec.objective = {graph::period("fast", 1.0), graph::period("slow", 0.1)};
+  const graph::App app = as_in_the_paper(graph::build_app(spec).value());
+  model::CostTable costs(app.graph, Millis{2});
+  costs.set(NodeId(1), model::CostProfile::constant(Millis{4}).with_per_item(Millis{0.5}));
+  const Result<plan::Plan> plan = make_plan(app, costs, {.cores = 1, .slack = 0.0});
+  ASSERT_TRUE(plan.ok()) << plan.error().message();
+  const Status valid = plan::validate(*plan, app, costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+  ASSERT_EQ(plan->batches.size(), 1U);
+  const double items = plan->subchains[1].period / plan->subchains[0].period;
+  EXPECT_GE(plan->batches[0].items, items);
+  EXPECT_LE(plan->batches[0].items, items * 1.25 + 3.0);
+  EXPECT_EQ(plan->quality, plan::Quality::kFeasible) << "of fixed costs alone the stages prove anything";
+}
+
 TEST(Paper, GivesCoresToThoseThatGainMost) {
   const std::vector<Node> nodes{{"a", 4.0, 1.0}, {"b", 4.0, 0.1}, {"c", 4.0, 0.1}};
   const Made m = made(nodes, {.cores = 2, .slack = 0.0});

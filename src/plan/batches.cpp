@@ -25,6 +25,7 @@ Millis longest_window(const Plan& plan, const graph::App& app, NodeId id) {
 
 model::CostTable at_batches(const model::CostTable& costs, const std::vector<Batch>& batches,
                             const graph::Graph& graph) {
+  if (!costs.has_batches()) return costs;
   std::vector<double> items(graph.nodes().size(), 0.0);
   for (const Batch& batch : batches) {
     if (batch.node.index() < items.size()) items[batch.node.index()] = std::max(batch.items, 0);

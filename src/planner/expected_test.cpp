@@ -27,7 +27,9 @@ constexpr double kSlack = 0.06;
 model::Workload constant_work(const graph::App& app, const model::CostTable& costs) {
   model::Workload work(app.graph);
   for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
-    work.set(NodeId(i), model::NodeWork::constant(costs[NodeId(i)].single_thread()));
+    model::NodeWork constant;
+    constant.cost = costs[NodeId(i)];
+    work.set(NodeId(i), std::move(constant));
   }
   return work;
 }
@@ -303,7 +305,8 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
                                    .bounds = true,
                                    .pairs = true,
                                    .kinds = seed % 3 == 0,
-                                   .waits = seed % 2 == 0},
+                                   .waits = seed % 2 == 0,
+                                   .batches = seed % 4 < 2},
                                   cores);
   const trial::Samples samples(random.app, trial::MeasuredRuns{}, random.costs);
   const FormulaRequest request{.cores = cores, .slack = kSlack};
@@ -323,9 +326,15 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
 
 RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
-  const RandomCase random = random_case(
-      seed, {.subchains = 4, .queue = true, .caps = true, .exact = seed % 5 == 0, .bounds = true, .pairs = true},
-      cores);
+  const RandomCase random = random_case(seed,
+                                        {.subchains = 4,
+                                         .queue = true,
+                                         .caps = true,
+                                         .exact = seed % 5 == 0,
+                                         .bounds = true,
+                                         .pairs = true,
+                                         .batches = seed % 2 == 0},
+                                        cores);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
   const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.005};
   const Result<plan::Plan> plan = make_expected_plan(random.app, samples, random.costs, request);

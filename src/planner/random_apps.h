@@ -39,14 +39,15 @@ struct RandomLimits {
   double heaviest = 1.0;
   bool reversed = false;  // the same app, written down the other way round
   bool all_queues = false;
-  bool zeros = false;   // some cost nothing
-  bool queue = false;   // the first subchain takes batches
-  bool caps = false;    // some have a max_rate
-  bool exact = false;   // one has an exact rate
-  bool bounds = false;  // some chains have a max, some nodes a min_rate
-  bool pairs = false;   // some subchains have two nodes
-  bool kinds = false;   // cores differ: two or three kinds of them
-  bool waits = false;   // runs of some nodes wait
+  bool zeros = false;    // some cost nothing
+  bool queue = false;    // the first subchain takes batches
+  bool caps = false;     // some have a max_rate
+  bool exact = false;    // one has an exact rate
+  bool bounds = false;   // some chains have a max, some nodes a min_rate
+  bool pairs = false;    // some subchains have two nodes
+  bool kinds = false;    // cores differ: two or three kinds of them
+  bool waits = false;    // runs of some nodes wait
+  bool batches = false;  // runs of the last subchain cost more with each item of a batch
 };
 
 // A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
@@ -121,6 +122,7 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
     node(spec, head[static_cast<std::size_t>(i)]).input = graph::InputKind::kQueue;
   }
   if (limits.queue) node(spec, "s0").input = graph::InputKind::kQueue;
+  if (limits.batches) node(spec, head.back()).input = graph::InputKind::kQueue;
   for (int i = 0; i < n; ++i) {
     graph::NodeSpec& described = node(spec, head[static_cast<std::size_t>(i)]);
     if (limits.exact && i == n - 1) {
@@ -165,6 +167,10 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
       costs.set(*app.graph.find_node(name + "b"),
                 model::CostProfile::constant(Millis{(1.0 - part) * cost[static_cast<std::size_t>(i)]}));
     }
+  }
+  if (limits.batches) {
+    const NodeId last = *app.graph.find_node(head.back());
+    costs.set(last, costs[last].with_per_item(uniform(0.01, 0.3) * costs[last].single_thread()));
   }
   // Some nodes gain more by a faster core than others.
   for (std::size_t i = 0; limits.kinds && i < app.graph.nodes().size(); ++i) {

@@ -180,6 +180,34 @@ TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic) && !asked.goes_on()) << "nothing has changed since";
 }
 
+TEST(SearchPolicy, WhatItemsAddIsPlannedWithOnceItIsKnown) {
+  Asked asked(parse(R"(
+catan: 1
+app: batches
+nodes: { a: {}, b: { input: queue } }
+edges: [ a -> b ]
+objective: [ { response_time: [a], weight: 1 }, { response_time: [a, b], weight: 0.1 } ]
+scheduler: { slack: 6% }
+)"),
+              1);
+  asked.cost(NodeId(0), Millis{1});
+  asked.cost(NodeId(1), Millis{4});
+  asked.decide(PlanReason::kMeasured);
+  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  EXPECT_TRUE(asked.in_force.plan->batches.empty());
+  asked.cost(NodeId(1), Millis{2});
+  asked.costs.set(NodeId(1), asked.costs[NodeId(1)].with_per_item(Millis{0.5}));
+  EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
+  const plan::Plan& plan = *asked.in_force.plan;
+  ASSERT_EQ(plan.batches.size(), 1U);
+  EXPECT_DOUBLE_EQ(plan.subchains[1].slice.count(), 2.0 + 0.5 * plan.batches[0].items);
+  const plan::Member* const member = plan::member_of(plan, SubchainId(1));
+  ASSERT_NE(member, nullptr);
+  EXPECT_GE(member->budget, plan.subchains[1].slice) << "what a batch may cost at worst";
+  const Status valid = plan::validate(plan, asked.app, asked.costs, 1);
+  EXPECT_TRUE(valid.ok()) << valid.error().message();
+}
+
 TEST(SearchPolicy, WhatRunsTakeOnSeveralThreadsIsPlannedWithOnceItIsMeasured) {
   Asked asked(parse(R"(
 catan: 1
@@ -259,13 +287,21 @@ TEST(SearchPolicy, SharesCoresAsTheAppSays) {
 
 RC_GTEST_PROP(SearchPolicyProperty, WhateverIsDecidedIsValid, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
-  const planner::RandomCase random = planner::random_case(
-      seed, {.subchains = 4, .queue = true, .caps = true, .exact = seed % 5 == 0, .bounds = true, .pairs = true},
-      cores);
+  const planner::RandomCase random = planner::random_case(seed,
+                                                          {.subchains = 4,
+                                                           .queue = true,
+                                                           .caps = true,
+                                                           .exact = seed % 5 == 0,
+                                                           .bounds = true,
+                                                           .pairs = true,
+                                                           .batches = seed % 2 == 0},
+                                                          cores);
   Asked asked(random.app, cores);
   const auto cost_all = [&](double factor) {
     for (std::size_t i = 0; i < random.app.graph.nodes().size(); ++i) {
-      asked.cost(NodeId(i), random.costs[NodeId(i)].single_thread() * factor);
+      const model::CostProfile& cost = random.costs[NodeId(i)];
+      asked.cost(NodeId(i), cost.single_thread() * factor);
+      asked.costs.set(NodeId(i), asked.costs[NodeId(i)].with_per_item(cost.per_item() * factor));
     }
   };
   for (const double factor : {1.0, 1.0, 1.3, 0.5}) {
