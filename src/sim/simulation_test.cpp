@@ -336,7 +336,7 @@ scheduler: { bootstrap: 1s }
   }
   EXPECT_NEAR(*outcome.objective, *outcome.objective_predicted, 0.03 * *outcome.objective);
   EXPECT_LE(outcome.plans_adopted, 15U);
-  simulation.reset();
+  ASSERT_TRUE(simulation->finish().ok());
 
   policy::MeasuredCosts measured(app);
   const auto record = record::Reader::open(path);

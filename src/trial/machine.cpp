@@ -236,7 +236,7 @@ Nanos Machine::begin_run(NodeId id, int core) {
 // How many items there are.
 std::size_t Machine::take_batch(Node& node) {
   std::size_t items = 0;
-  for (const std::size_t queue : node.queues) items += std::exchange(queues_[queue], 0);
+  for (const std::size_t queue : node.queues) items += std::exchange(queues_[queue], std::size_t{0});
   return items;
 }
 
