@@ -6,7 +6,7 @@
 namespace ctn::test {
 
 struct Outcome {
-  int exit_code = -1;  // 124: did not end within 20 s; 128 + n: killed by signal n
+  int exit_code = -1;  // 124: did not end within 20 s, under sanitizers 120 s; 128 + n: killed by signal n
   std::string out;
   std::string err;
 };

@@ -35,6 +35,7 @@
 #include "policy/measured_costs.h"
 #include "policy/policy.h"
 #include "policy/replan.h"
+#include "policy/step_cost.h"
 #include "record/events.h"
 
 namespace ctn::driver {
@@ -62,6 +63,12 @@ struct PlanningOptions {
   PlanningTimer timer;
 };
 
+// What controllers have done so far, all of them together.
+struct ControllerWork {
+  Nanos cpu{0};
+  std::uint64_t steps = 0;
+};
+
 // What the loop needs from outside. Called from within plan() and adopt() only.
 class PlanningHost {
  public:
@@ -70,6 +77,7 @@ class PlanningHost {
   // That are online, and that the app's programs may use. Errors: they are not known; nothing changes then.
   virtual Result<os::CpuSet> usable_cpus() = 0;
   virtual os::PowerState power_state() = 0;
+  virtual ControllerWork controller_work() = 0;
 
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
   // It may have no plan although the one before had.
@@ -145,6 +153,7 @@ class PlanningLoop {
   os::CpuSet online_;      // of these: those that can be used
   graph::App app_online_;  // asked_ on these alone
   policy::MeasuredCosts measured_;
+  policy::StepCost step_cost_;
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
   std::vector<NodeId> clocks_;              // that are known

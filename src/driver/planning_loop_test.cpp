@@ -84,6 +84,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
 
   Result<os::CpuSet> usable_cpus() override { return online; }
   os::PowerState power_state() override { return {}; }
+  ControllerWork controller_work() override { return {}; }
   void in_force(const policy::Decision& /*decision*/, policy::PlanReason reason) override {
     told.push_back(std::string("plan ") + policy::to_string(reason));
   }

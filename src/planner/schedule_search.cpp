@@ -88,8 +88,8 @@ void ScheduleSearch::know_clocks(std::vector<NodeId> clocks) {
   if (moves_) moves_->know_clocks(clocks_);
 }
 
-void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned) {
-  costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack);
+void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned, const trial::Overheads& machine) {
+  costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack, machine);
   std::vector<double> costs;
   for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
     costs.push_back(costs_->surrogate.mean_cost(SubchainId(i), 0));
@@ -237,8 +237,7 @@ ScheduleSearch::Candidate ScheduleSearch::anneal(Schedule schedule, std::size_t 
 // --- By trials ---
 
 void ScheduleSearch::set_horizon(const Schedule& schedule) {
-  const trial::Figures figures = costs_->trial.run(schedule, {.horizon = kShortestHorizon});
-  work_ += work_of_trial(figures);
+  const trial::Figures figures = run_trial(schedule, {.horizon = kShortestHorizon});
   double slowest = 0.0;
   for (const trial::TermFigures& term : figures.terms) slowest = std::max(slowest, term.mean_ms);
   horizon_ = std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
@@ -246,7 +245,12 @@ void ScheduleSearch::set_horizon(const Schedule& schedule) {
 
 trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw) {
   if (horizon_ == Nanos{0}) set_horizon(schedule);
-  trial::Figures figures = costs_->trial.run(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
+  return run_trial(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
+}
+
+trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Options options) {
+  options.overheads = costs_->machine;
+  trial::Figures figures = costs_->trial.run(schedule, options);
   work_ += work_of_trial(figures);
   return figures;
 }
@@ -274,9 +278,8 @@ double ScheduleSearch::bounded_score(const Candidate& candidate, double score) {
 
 double ScheduleSearch::glance(const Candidate& candidate) {
   if (horizon_ == Nanos{0}) set_horizon(candidate.schedule);
-  const trial::Options options{.horizon = horizon_ / kGlance, .warm_up = horizon_ / (2 * kGlance), .p95 = true};
-  const trial::Figures figures = costs_->trial.run(candidate.schedule, options);
-  work_ += work_of_trial(figures);
+  const trial::Figures figures =
+      run_trial(candidate.schedule, {.horizon = horizon_ / kGlance, .warm_up = horizon_ / (2 * kGlance), .p95 = true});
   return bounded_score(candidate, unbounded_score(candidate.schedule, figures));
 }
 

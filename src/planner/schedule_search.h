@@ -82,7 +82,7 @@ class ScheduleSearch {
 
   // What runs cost from now on; `planned`: the percentiles that promises go by. What is known of candidates by trials
   // is forgotten. To be called before all below.
-  void set_costs(trial::Samples samples, model::CostTable planned);
+  void set_costs(trial::Samples samples, model::CostTable planned, const trial::Overheads& machine = {});
 
   // Phases may be chosen against the clocks of these external nodes, which somebody tells of. None at first.
   void know_clocks(std::vector<NodeId> clocks);
@@ -114,14 +114,17 @@ class ScheduleSearch {
 
  private:
   struct Costs {
-    Costs(const graph::App& app, trial::Samples drawn, model::CostTable percentiles, double slack)
+    Costs(const graph::App& app, trial::Samples drawn, model::CostTable percentiles, double slack,
+          const trial::Overheads& of_machine)
         : samples(std::move(drawn)),
           planned(std::move(percentiles)),
-          surrogate(app, samples, planned, slack),
+          machine(of_machine),
+          surrogate(app, samples, planned, slack, machine),
           pipelines(app, samples, planned, slack),
           trial(app, samples) {}
     trial::Samples samples;
     model::CostTable planned;
+    trial::Overheads machine;
     Surrogate surrogate;
     Pipelines pipelines;
     trial::Trial trial;
@@ -149,6 +152,7 @@ class ScheduleSearch {
 
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
+  trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
   trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;

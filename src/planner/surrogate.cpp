@@ -51,13 +51,12 @@ std::vector<double> parts_by_threads(const graph::Graph& graph, const model::Cos
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
-                     double slack)
+                     double slack, const trial::Overheads& machine)
     : app_(app),
       usable_(1.0 - slack),
       batches_(app.graph.subchains().size()),
       rounds_(planned.has_batches() ? kRoundsWithBatches : kRounds),
       timings_(app.graph.subchains().size()) {
-  const trial::Overheads machine;
   const double run = to_millis(machine.run + machine.context_switch).count();
   const double trigger = to_millis(machine.dispatch_timer + machine.context_switch).count();
   const std::vector<model::CostTable> tables = model::costs_by_kind(app, planned);

@@ -46,7 +46,8 @@ struct Estimate {
 class Surrogate {
  public:
   // `planned`: the percentiles that promises go by. All outlive it.
-  Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
+  Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack,
+            const trial::Overheads& machine = {});
 
   // From now on the objective is of terms so many times as long as the formulas say, one factor a term: what a trial of
   // a schedule found that is much like those asked about. It goes back to 1 with an empty list.

@@ -112,6 +112,7 @@ struct Searching {
   trial::MeasuredRuns runs;          // that it goes by; empty at first
   model::CostTable costs;            // the same
   model::CostTable typical;          // the same
+  Nanos step_cost{0};                // the same
   std::optional<plan::Plan> frames;  // the plan in frames, at costs that may have changed since
   std::optional<trial::Schedule> frames_schedule;
   std::optional<trial::Schedule> chosen;          // that was decided on last
@@ -163,14 +164,17 @@ class Deciding {
   // Whether costs are new ones.
   bool take_costs() {
     const bool known = !with_.runs.empty() && is_routine(situation_.why);
-    if (known && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() &&
+    const bool same_steps = with_.step_cost == situation_.step_cost;
+    if (known && same_steps && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() &&
         !batches_changed()) {
       return false;
     }
     with_.runs = *situation_.runs;
     with_.costs = situation_.costs;
     with_.typical = situation_.typical;
-    with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs);
+    with_.step_cost = situation_.step_cost;
+    with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs,
+                           trial::Overheads::with_steps_of(with_.step_cost));
     with_.chosen_as_tried.reset();
     return true;
   }

@@ -61,6 +61,7 @@ struct Asked {
                                                                     .why = why,
                                                                     .runs = &runs,
                                                                     .fewest_runs = kRuns,
+                                                                    .step_cost = step_cost,
                                                                     .memory = memory.get()},
                                                                    in_force, 0.0);
     if (!decision || !*decision) return false;
@@ -75,6 +76,7 @@ struct Asked {
   graph::App app;
   model::CostTable costs;
   trial::MeasuredRuns runs;
+  Nanos step_cost{0};
   std::unique_ptr<Memory> memory;
   os::CpuSet cpus;
   Decision in_force;
@@ -225,6 +227,18 @@ scheduler: { slack: 0% }
   EXPECT_EQ(asked.in_force.plan->subchains[0].threads, 1);
   const Status valid = plan::validate(*asked.in_force.plan, asked.app, asked.costs, 2);
   EXPECT_TRUE(valid.ok()) << valid.error().message();
+}
+
+// Runs of a millisecond, for which a controller takes a quarter of that.
+TEST(SearchPolicy, WhatSchedulingTakesIsPlannedWith) {
+  const auto expected = [](Nanos step) {
+    Three asked;
+    asked.step_cost = step;
+    asked.decide(PlanReason::kMeasured);
+    return asked.in_force.plan->expected->objective;
+  };
+  EXPECT_EQ(expected(Nanos{0}), expected(std::chrono::microseconds{14})) << "what it usually takes";
+  EXPECT_GT(expected(std::chrono::microseconds{250}), 1.1 * expected(Nanos{0}));
 }
 
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {

@@ -30,6 +30,7 @@ void Controller::run() {
     const std::uint32_t seen = wake_count();
     if (stopping_.load(std::memory_order_acquire)) return;
     const TimePoint until = driver_->step(controls_.os.now());
+    steps_.fetch_add(1, std::memory_order_relaxed);
     sleep(seen, until);
   }
 }

@@ -85,6 +85,8 @@ class Controller final : public driver::Actuator {
   // All since the last call.
   void drain(ReportSink& sink);
   std::uint64_t lost_reports() const { return reports_.lost(); }
+  // How often it has looked what there is to do.
+  std::uint64_t steps() const { return steps_.load(std::memory_order_relaxed); }
   // How often it ignored a wake, because there had been too many.
   std::uint64_t ignored_wakes() const { return wakes_.ignored_wakes(); }
 
@@ -146,6 +148,7 @@ class Controller final : public driver::Actuator {
   WordRing reports_;
   WakeBudget wakes_;
   std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> steps_{0};
 };
 
 }  // namespace ctn::runtime

@@ -68,6 +68,17 @@ void ControllerThreads::publish(Assignment assignment) {
   controls_.wake_all();
 }
 
+driver::ControllerWork ControllerThreads::work() const {
+  driver::ControllerWork work;
+  for (std::size_t index = 0; index < controllers_.size(); ++index) {
+    const Result<Nanos> cpu = os_.thread_cpu_time(ids_[index]);
+    if (!cpu) continue;
+    work.cpu += *cpu;
+    work.steps += controllers_[index]->steps();
+  }
+  return work;
+}
+
 void ControllerThreads::move_to_online_cpus(const os::CpuSet& online) {
   for (std::size_t index = 0; index < ids_.size(); ++index) {
     const os::CpuSet cpus = cpus_of(index, online);

@@ -1,7 +1,7 @@
 // The threads at the dispatcher level: spawned behind a gate, placed, started together, and stopped.
 //
-// Thread safety: publish(), raise(), move_to_online_cpus(), keep_on_cpus() and all() by the housekeeping thread while
-// it runs; else one thread, which starts and stops the session.
+// Thread safety: publish(), raise(), move_to_online_cpus(), keep_on_cpus(), all() and work() by the housekeeping thread
+// while it runs; else one thread, which starts and stops the session.
 #pragma once
 
 #include <atomic>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/controller.h"
@@ -55,6 +56,9 @@ class ControllerThreads {
   // Between holders, a subchain's state can be taken out and put back (assignment_board.h).
   Handover& handover(SubchainId subchain) { return controls_.handovers[subchain.index()]; }
   const Controllers& all() const { return controllers_; }
+
+  // So far. While they run.
+  driver::ControllerWork work() const;
 
  private:
   os::CpuSet cpus_of(std::size_t controller, const os::CpuSet& online) const;

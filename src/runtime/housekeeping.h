@@ -55,6 +55,7 @@ class Housekeeping : private driver::PlanningHost {
   // --- driver::PlanningHost ---
   Result<os::CpuSet> usable_cpus() override { return allowed_.now(); }
   os::PowerState power_state() override { return os_.power_state(cpus_); }
+  driver::ControllerWork controller_work() override { return controllers_.work(); }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override;
   void cpus_changed(const os::CpuSet& cpus) override;
   void notice(const std::string& kind, const std::string& detail) override { notices_.add(kind, detail); }

@@ -76,7 +76,10 @@ Nanos Controllers::begin(Cpus::Thread thread, int cpu) {
   const bool by_timer = !std::exchange(sleeping.woken, false);
   sleeping.until = acting_ < pacers_.size() ? pacers_[acting_].step(cpus_.now())
                                             : cores_[acting_ - pacers_.size()].step(cpus_.now());
-  return by_timer ? costs_.dispatch_timer : costs_.dispatch_event;
+  const Nanos step = by_timer ? costs_.dispatch_timer : costs_.dispatch_event;
+  work_.cpu += step + costs_.context_switch;
+  ++work_.steps;
+  return step;
 }
 
 bool Controllers::done(Cpus::Thread thread) {

@@ -13,6 +13,7 @@
 
 #include "driver/actuator.h"
 #include "driver/core_driver.h"
+#include "driver/planning_loop.h"
 #include "driver/subchain_pacer.h"
 #include "graph/app.h"
 #include "policy/assignment.h"
@@ -42,6 +43,8 @@ class Controllers final : private driver::Actuator {
   void publish(policy::Assignment assignment);
   void set_level(os::Level level);
   void wake(std::size_t controller, int from_cpu);
+  // So far.
+  const driver::ControllerWork& work() const { return work_; }
 
   // --- by the CPUs' client; threads counted from `first` ---
   Nanos begin(Cpus::Thread thread, int cpu);
@@ -100,6 +103,7 @@ class Controllers final : private driver::Actuator {
   std::vector<Nanos> used_before_;                              // by subchain: CPU time, when its run was triggered
   std::size_t acting_ = 0;                                      // the controller that steps now,
   int cpu_ = -1;                                                // and where
+  driver::ControllerWork work_;
   bool real_time_;
 };
 

@@ -245,6 +245,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Result<os::CpuSet> usable_cpus() override { return setting_.cpus; }
   os::PowerState power_state() override { return {}; }
+  driver::ControllerWork controller_work() override { return controllers_.work(); }
   void cpus_changed(const os::CpuSet& /*cpus*/) override {}
   void notice(const std::string& kind, const std::string& detail) override {
     event_log_.notice({cpus_.now(), kind, detail});
