@@ -176,7 +176,9 @@ TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
   EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
   const plan::Plan& plan = *asked.in_force.plan;
   EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{NodeId(0), 4.0}}));
-  EXPECT_GT(plan.expected->chains[0].period, 2.0 * before.expected->chains[0].period);
+  EXPECT_GT(plan.expected->chains[0].period, 1.5 * before.expected->chains[0].period)
+      << "of outputs, though it runs more often";
+  EXPECT_GT(plan.expected->objective, before.expected->objective);
   const Status valid = plan::validate(plan, asked.app, asked.costs, 1);
   EXPECT_TRUE(valid.ok()) << valid.error().message();
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic) && !asked.goes_on()) << "nothing has changed since";
@@ -238,7 +240,7 @@ TEST(SearchPolicy, WhatSchedulingTakesIsPlannedWith) {
     return asked.in_force.plan->expected->objective;
   };
   EXPECT_EQ(expected(Nanos{0}), expected(std::chrono::microseconds{14})) << "what it usually takes";
-  EXPECT_GT(expected(std::chrono::microseconds{250}), 1.1 * expected(Nanos{0}));
+  EXPECT_GT(expected(std::chrono::microseconds{250}), 1.03 * expected(Nanos{0}));
 }
 
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {
