@@ -246,6 +246,7 @@ TEST(TrialAgreementOfClocks, WithTheSimulatorOnPhasesToADisplay) {
     if (!to_display) return;
     schedule.subchains.back().clock = display;
     places.back().pacing.clock = display;
+    places.back().pacing.ticks = {static_cast<int>(period / tick), 1};
   };
   add(0, 1, std::chrono::milliseconds{20}, Nanos{0}, false);
   add(1, 1, 2 * tick, std::chrono::milliseconds{4}, true);

@@ -138,8 +138,7 @@ void SubchainTrigger::limit(TimePoint now, Decision& decision) {
 
 // The grid that the clock asks for.
 Ticks SubchainTrigger::grid_of(const Ticks& clock) const {
-  const Nanos::rep ticks = std::max<Nanos::rep>((pacing_.period + clock.period / 2) / clock.period, 1);
-  return {clock.tick + *pacing_.phase, ticks * clock.period};
+  return {clock.numbered(pacing_.ticks.ticks) + *pacing_.phase, pacing_.ticks.of(clock.period)};
 }
 
 void SubchainTrigger::align(TimePoint now, const Ticks& clock) {
@@ -158,10 +157,8 @@ void SubchainTrigger::align(TimePoint now, const Ticks& clock) {
 TimePoint SubchainTrigger::next_by_clock(TimePoint now) {
   const Ticks wanted = grid_of(*clock_);
   const TimePoint due = grid_->next(now + Nanos{1});
-  // Of several ticks in a period it keeps to those that it has.
-  const Ticks each{wanted.tick, clock_->period};
-  const Nanos late = each.next(due) - due;
-  const Nanos off = late <= clock_->period / 2 ? late : each.last(due) - due;
+  const Nanos late = wanted.next(due) - due;
+  const Nanos off = late <= wanted.period / 2 ? late : wanted.last(due) - due;
   if (std::exchange(grid_is_new_, false) || std::max(off, -off) > clock_->period / 4) {
     grid_ = wanted;
     return wanted.next(now + wanted.period / 2);

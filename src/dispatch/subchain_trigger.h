@@ -72,6 +72,7 @@ struct Pacing {
   // Fixed priorities.
   std::optional<Nanos> phase{};        // triggers come at phase + k periods of the clock; none: from the first one on
   std::optional<NodeId> clock{};       // whose ticks the phase counts from; none: the system's clock
+  TickCount ticks{};                   // of that clock, that a period lasts
   std::optional<plan::After> after{};  // in place of time: each so-many-th output of a leader, expected every `period`
   Nanos budget{0};                     // CPU time of a run; one beyond it is demoted until a trigger is due. 0: any
 

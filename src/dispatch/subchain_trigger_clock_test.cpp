@@ -11,8 +11,14 @@
 namespace ctn::dispatch {
 namespace {
 
-Pacing to_clock(Nanos period, Nanos phase) {
-  return {.period = period, .max_in_flight = 1, .phase = phase, .clock = NodeId(std::size_t{3})};
+Pacing to_clock(Nanos period, Nanos phase, TickCount ticks = {}) {
+  return {.period = period, .max_in_flight = 1, .phase = phase, .clock = NodeId(std::size_t{3}), .ticks = ticks};
+}
+
+// As its newest tick tells of it, which is another one each time; `first`: tick 0.
+Ticks told_at(TimePoint now, TimePoint first, Nanos period) {
+  const TimePoint tick = Ticks{first, period}.last(now);
+  return {tick, period, (tick - first) / period};
 }
 
 // When triggers are sent until `end`, with runs that take no time; `clock`: what is known of it at a time.
@@ -77,16 +83,34 @@ TEST(SubchainTriggerByClock, IsCorrectedLittleByLittle) {
 }
 
 TEST(SubchainTriggerByClock, OfSeveralTicksAPeriodItKeepsToItsOwn) {
-  const Pacing pacing = to_clock(std::chrono::milliseconds{30}, std::chrono::milliseconds{12});
+  const Pacing pacing = to_clock(std::chrono::milliseconds{30}, std::chrono::milliseconds{12}, {3, 1});
   SubchainTrigger trigger(TimePoint{}, pacing);
-  // The newest tick is another one each time.
   const auto sent = triggers_until(trigger, TimePoint{}, micros(200'000), [](TimePoint now) {
-    return std::optional(
-        Ticks{Ticks{micros(1'000), std::chrono::milliseconds{10}}.last(now), std::chrono::milliseconds{10}});
+    return std::optional(told_at(now, micros(1'000), std::chrono::milliseconds{10}));
   });
   ASSERT_GE(sent.size(), 6U);
+  EXPECT_EQ(sent[0], micros(13'000));
   for (std::size_t k = 1; k < sent.size(); ++k) EXPECT_EQ(sent[k] - sent[k - 1], std::chrono::milliseconds{30});
-  EXPECT_EQ((sent[0] - micros(3'000)) % std::chrono::milliseconds{10}, Nanos{0});
+}
+
+// Three to five ticks: two of them that begin at any time keep their phase to the clock, and so to each other.
+TEST(SubchainTriggerByClock, APeriodNeedBeNoWholeNumberOfTicks) {
+  const Nanos period = std::chrono::nanoseconds{8'333'333};
+  const auto sent_from = [&](TimePoint begin, Nanos phase) {
+    SubchainTrigger trigger(begin, to_clock(period, phase, {5, 3}));
+    return triggers_until(trigger, begin, micros(300'000), [](TimePoint now) {
+      return std::optional(told_at(now, micros(1'000), std::chrono::milliseconds{5}));
+    });
+  };
+  const auto first = sent_from(TimePoint{}, std::chrono::microseconds{200});
+  const auto other = sent_from(micros(113'000), std::chrono::microseconds{700});
+  ASSERT_GE(other.size(), 20U);
+  for (const auto& [sent, phase] : {std::pair(first, 200), std::pair(other, 700)}) {
+    for (const TimePoint at : sent) {
+      const Nanos past = (at - micros(1'000 + phase)) % Nanos{8'333'333};
+      EXPECT_LT(std::min(past, Nanos{8'333'333} - past), std::chrono::microseconds{1}) << "of the same ticks";
+    }
+  }
 }
 
 // Whatever is told of a clock, and whenever: triggers are never closer together than half a period, and the system is
@@ -94,17 +118,19 @@ TEST(SubchainTriggerByClock, OfSeveralTicksAPeriodItKeepsToItsOwn) {
 RC_GTEST_PROP(SubchainTriggerByClockProperty, IsNeverTriggeredTooSoon, ()) {
   const int ticks_each = *rc::gen::inRange(1, 4);
   const Nanos nominal{8'333'333};
-  const Pacing pacing = to_clock(ticks_each * nominal, ticks_each * nominal / 3);
+  const int parts = *rc::gen::inRange(1, 4);
+  const Nanos period = ticks_each * nominal / parts;
+  const Pacing pacing = to_clock(period, period / 3, {ticks_each, parts});
   SubchainTrigger trigger(TimePoint{}, pacing);
   std::optional<Ticks> known;
   const auto sent = triggers_until(trigger, TimePoint{}, micros(2'000'000), [&](TimePoint now) {
     if (*rc::gen::inRange(0, 4) == 0) {
-      known =
-          Ticks{now - Nanos{*rc::gen::inRange(0, 50'000'000)}, nominal + Nanos{*rc::gen::inRange(-160'000, 160'000)}};
+      known = Ticks{now - Nanos{*rc::gen::inRange(0, 50'000'000)},
+                    nominal + Nanos{*rc::gen::inRange(-160'000, 160'000)}, *rc::gen::inRange(0, 1000)};
     }
     return known;
   });
-  RC_ASSERT(sent.size() <= 2'000'000'000U / static_cast<std::size_t>(ticks_each * nominal.count()) * 2 + 2);
+  RC_ASSERT(sent.size() <= 2'000'000'000U / static_cast<std::size_t>(period.count()) * 2 + 2);
   for (std::size_t k = 1; k < sent.size(); ++k) {
     RC_ASSERT(sent[k] - sent[k - 1] >= pacing.period * 48 / 100);
     RC_ASSERT(sent[k] - sent[k - 1] <= pacing.period * 2);

@@ -68,7 +68,7 @@ class Actuator {
   virtual bool await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) = 0;
 
   // --- Clocks of others ---
-  // What is known of an external node's clock; none: nothing yet.
+  // What is known of a node's clock (graph::Node::has_clock()); none: nothing yet.
   virtual std::optional<Ticks> clock(NodeId node) const = 0;
 
   // --- Reports ---

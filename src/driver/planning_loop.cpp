@@ -89,7 +89,7 @@ void PlanningLoop::change(graph::App app, os::CpuSet cpus) {
 bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
   if (!adapts()) return false;
   const ControllerWork controllers = host.controller_work();
-  step_cost_.saw(controllers.cpu, controllers.steps);
+  step_cost_.saw(controllers.cpu, controllers.by_timer, controllers.by_event);
   const std::optional<PlanReason> why = due(now, host);
   if (!why) return false;
   const Nanos reckoned = memory_ ? memory_->work() : Nanos{0};
@@ -161,7 +161,7 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
     runs = measured_.runs();
     now.runs = &runs;
     now.fewest_runs = measured_.fewest_runs();
-    now.step_cost = step_cost_.value();
+    now.step_factor = step_cost_.factor();
   }
   Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_);
   next_reason_ = why;

@@ -63,10 +63,11 @@ struct PlanningOptions {
   PlanningTimer timer;
 };
 
-// What controllers have done so far, all of them together.
+// What controllers have done so far, all of them together: CPU time, and steps that a timer began, or something else.
 struct ControllerWork {
   Nanos cpu{0};
-  std::uint64_t steps = 0;
+  std::uint64_t by_timer = 0;
+  std::uint64_t by_event = 0;
 };
 
 // What the loop needs from outside. Called from within plan() and adopt() only.
@@ -109,7 +110,7 @@ class PlanningLoop {
   // A run of the subchain was taken to hang at that time. To be told before that run is.
   void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
 
-  // Somebody tells when the clock of that external node ticks: phases may be planned against it.
+  // It is known when that node's clock ticks (graph::Node::has_clock()): phases may be planned against it.
   void clock_known(NodeId node);
 
   // The app is to have these weights and bounds from now on, and to use these CPUs, of those that were given, not none

@@ -56,6 +56,8 @@ struct Node {
   Nanos outputs_apart() const { return std::max(*period, output_period.value_or(Nanos{0})); }
   // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
   bool ticks() const { return external && period; }
+  // Phases can be kept to it: it ticks, or begins its runs by a timer of its own.
+  bool has_clock() const { return ticks() || (unscheduled && period && !follows); }
 };
 
 // What becomes of a run whose input is older than its edge allows. It is counted and told in any case. kRun: no more.

@@ -110,14 +110,18 @@ void ClockEstimator::fit() {
     }
     line = least_squares(near);
   }
-  const double height = line.at(points.back().x) + median(distances(points, line));
+  std::vector<double> off = distances(points, line);
+  const double middle = median(off);
+  const double height = line.at(points.back().x) + middle;
+  for (double& each : off) each = std::abs(each - middle);
+  regular_ = median(off) <= kIrregular * line.slope;
   line_ = Line{{told_.back().number, first.at + Nanos{std::llround(height)}}, line.slope};
 }
 
 std::optional<Ticks> ClockEstimator::ticks() const {
   const auto nominal = static_cast<double>(nominal_.count());
-  if (!line_ || std::abs(line_->period - nominal) > kFarOff * nominal) return std::nullopt;
-  return Ticks{line_->through.at, Nanos{std::llround(line_->period)}};
+  if (!line_ || !regular_ || std::abs(line_->period - nominal) > kFarOff * nominal) return std::nullopt;
+  return Ticks{line_->through.at, Nanos{std::llround(line_->period)}, line_->through.number};
 }
 
 }  // namespace ctn::model

@@ -1,4 +1,5 @@
-// What a clock that is not ours does, from the ticks that somebody tells of: their period and phase.
+// What a clock that is not ours does, from the ticks that somebody tells of, or runs that a timer of its own begins:
+// period and phase.
 //
 // Ticks may be told late, now and then by much, and some not at all; the clock drifts. How: each tick gets a number, by
 // how many periods it is after those before. Through the last kWindow of them a line is drawn by least squares, twice
@@ -31,8 +32,10 @@ class ClockEstimator {
   void add(TimePoint tick);
 
   // A tick of not long ago, and the period; none while too little is known, and where it ticks at another rate than it
-  // should: by more than kFarOff.
+  // should: by more than kFarOff; nor where it does not tick regularly: every other tick is off by more than kIrregular
+  // of a period.
   static constexpr double kFarOff = 0.02;
+  static constexpr double kIrregular = 0.1;
   std::optional<Ticks> ticks() const;
 
  private:
@@ -52,8 +55,9 @@ class ClockEstimator {
   Nanos nominal_;
   std::deque<Tick> told_;
   std::optional<Line> line_;  // none: too few
-  int since_fit_ = 0;         // ticks
-  int astray_ = 0;            // in a row
+  bool regular_ = false;
+  int since_fit_ = 0;  // ticks
+  int astray_ = 0;     // in a row
 };
 
 }  // namespace ctn::model

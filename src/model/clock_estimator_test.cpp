@@ -34,6 +34,13 @@ Nanos error_at(const ClockEstimator& estimator, const Clock& clock, int number) 
   return std::min(late, early);
 }
 
+// The first tick that NumbersTicksThroughGapsAndWindows tells of is number 0.
+TimePoint estimator_origin(const Clock& clock) {
+  int first = 0;
+  while (mixed_of(3, first) % 3 == 0) ++first;
+  return clock.tick(first);
+}
+
 TEST(ClockEstimator, SaysNothingOfFewTicks) {
   const Clock clock;
   ClockEstimator estimator(kNominal);
@@ -44,6 +51,30 @@ TEST(ClockEstimator, SaysNothingOfFewTicks) {
   ASSERT_TRUE(estimator.ticks());
   EXPECT_EQ(estimator.ticks()->period, kNominal);
   EXPECT_LE(error_at(estimator, clock, 100), Nanos{100});
+}
+
+TEST(ClockEstimator, NumbersTicksThroughGapsAndWindows) {
+  const Clock clock{.ppm = 40.0};
+  ClockEstimator estimator(kNominal);
+  for (int number = 0; number < 2000; ++number) {
+    if (mixed_of(3, number) % 3 == 0) continue;
+    estimator.add(clock.tick(number));
+    const std::optional<Ticks> ticks = estimator.ticks();
+    if (!ticks) continue;
+    const TimePoint seventh = ticks->numbered(7);
+    const auto told = std::lround(static_cast<double>((seventh - estimator_origin(clock)).count()) / clock.period());
+    ASSERT_EQ(told % 7, 0) << number;
+  }
+}
+
+// Nearly anywhere in its period.
+TEST(ClockEstimator, SaysNothingOfWhatIsNotRegular) {
+  const Clock clock;
+  ClockEstimator estimator(kNominal);
+  for (int number = 0; number < 300; ++number) {
+    estimator.add(clock.tick(number) + chance_below(kNominal * 9 / 10, static_cast<std::uint64_t>(number), 1));
+    EXPECT_FALSE(estimator.ticks()) << number;
+  }
 }
 
 // Told up to 300 us late by chance, one in ten by up to 3 ms; one in seven is not told at all.

@@ -152,13 +152,13 @@ void check_owning_subchain(Check& check, SubchainId id) {
   }
 }
 
-// Who keeps a phase to a clock of others is triggered once every so many of its ticks.
+// Who keeps a phase to a clock of others has a period that its ticks can tell.
 void check_clock(Check& check, std::size_t number, std::size_t index) {
   const Member& member = check.plan.cores[number].members[index];
   if (!member.clock) return;
   const std::string key = Check::member_key(number, index, "clock");
   if (member.pause || member.after) return check.problem(key, "it is not triggered by time");
-  if (whole_ticks(member.period, to_millis(*check.app.graph.node(*member.clock).period)) > 0) return;
+  if (ticks_of(member.period, to_millis(*check.app.graph.node(*member.clock).period))) return;
   check.problem(key, fmt::format("its period ({} ms) is no multiple of the clock's", member.period.count()));
 }
 

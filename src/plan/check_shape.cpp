@@ -55,8 +55,8 @@ void check_member(Check& check, std::size_t number, std::size_t index) {
   const std::size_t subchains = check.app.graph.subchains().size();
   if (member.subchain.index() >= subchains) check.problem(key("subchain"), "the app has no such subchain");
   if (member.clock &&
-      (member.clock->index() >= check.app.graph.nodes().size() || !check.app.graph.node(*member.clock).ticks())) {
-    check.problem(key("clock"), "the app has no external node with such a clock");
+      (member.clock->index() >= check.app.graph.nodes().size() || !check.app.graph.node(*member.clock).has_clock())) {
+    check.problem(key("clock"), "the app has no node with such a clock");
   }
   if (!member.after) return;
   const SubchainId* const leader = member.after->subchain();

@@ -106,13 +106,17 @@ bool takes_batches(const graph::Graph& graph, SubchainId subchain) {
   return graph.node(graph.subchain(subchain).head()).input == graph::InputKind::kQueue;
 }
 
-int whole_ticks(Millis period, Millis clock) {
+std::optional<TickCount> ticks_of(Millis period, Millis clock) {
   constexpr double kDigits = 1e-3;
   constexpr double kMost = 1e6;
-  const double ticks = period / clock;
-  const double whole = std::round(ticks);
-  if (whole < 1.0 || whole > kMost || std::abs(ticks - whole) > kDigits * whole) return 0;
-  return static_cast<int>(whole);
+  constexpr int kMostParts = 4;
+  for (int parts = 1; parts <= kMostParts; ++parts) {
+    const double ticks = parts * (period / clock);
+    const double whole = std::round(ticks);
+    if (whole < 1.0 || whole > kMost || std::abs(ticks - whole) > kDigits * whole / parts) continue;
+    return TickCount{static_cast<int>(whole), parts};
+  }
+  return std::nullopt;
 }
 
 }  // namespace ctn::plan

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/ids.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 #include "plan/plan.h"
@@ -60,9 +61,10 @@ bool is_deferred(const graph::Graph& graph, const Plan& plan, const CorePlan& co
 // The shortest frame that keeps the caps of those that are not deferred.
 Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
-// How many ticks of a clock a period lasts: a whole number, but for the digits with which one writes periods and rates;
-// 0: it is none. Precondition: both are > 0.
-int whole_ticks(Millis period, Millis clock);
+// How many ticks of a clock a period lasts: a whole number of them, or of halves, thirds or quarters, but for the
+// digits with which one writes periods and rates. None: neither, and then nobody can keep a phase to the clock at such
+// a period. Precondition: both are > 0.
+std::optional<TickCount> ticks_of(Millis period, Millis clock);
 
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average
 // rate.

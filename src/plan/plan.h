@@ -71,7 +71,7 @@ struct Member {
   int priority = 1;             // from 1, no two alike on a core; a higher one pre-empts
   Millis period{0};             // between two triggers by time; with a pause or `after`, at least
   Millis phase{0};              // triggers by time come at phase + k x period of the clock; in [0, period)
-  std::optional<NodeId> clock;  // that is an external node's: its ticks, in place of the system's monotonic clock
+  std::optional<NodeId> clock;  // of others: its ticks, in place of the system's monotonic clock
   std::optional<Millis> pause;  // triggered so long after its own run has ended, in place of a phase
   std::optional<After> after;   // triggered by outputs, in place of time
   Millis budget{0};             // CPU time of a run; beyond it, it is demoted below the others until its next trigger

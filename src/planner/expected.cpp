@@ -92,7 +92,7 @@ plan::Plan with_expectation(ScheduleSearch& search, const graph::App& app, plan:
 std::vector<NodeId> clocks_of(const graph::Graph& graph) {
   std::vector<NodeId> clocks;
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
-    if (graph.nodes()[index].ticks()) clocks.emplace_back(index);
+    if (graph.nodes()[index].has_clock()) clocks.emplace_back(index);
   }
   return clocks;
 }

@@ -81,7 +81,7 @@ void Moves::know_clocks(const std::vector<NodeId>& clocks) {
   clocks_.assign(limits_.size(), {});
   for (const graph::Term& term : app_.objective) {
     for (const NodeId end : {term.path.front(), term.path.back()}) {
-      if (!app_.graph.node(end).ticks() || std::find(clocks.begin(), clocks.end(), end) == clocks.end()) continue;
+      if (!app_.graph.node(end).has_clock() || std::find(clocks.begin(), clocks.end(), end) == clocks.end()) continue;
       for (const NodeId node : term.path) {
         if (!app_.graph.node(node).subchain) continue;
         std::vector<Clock>& known = clocks_[app_.graph.node(node).subchain->index()];
@@ -104,15 +104,16 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
   }
   if (place.clock && random.once_in(8)) return place.clock.reset();
   const Clock& clock = clocks_[subchain][random.below(clocks_[subchain].size())];
-  const int shortest = plan::whole_ticks(to_millis(limits.shortest), to_millis(clock.period));
-  if (limits.exact && shortest == 0) return;
-  const auto rounded_up = static_cast<int>((limits.shortest + clock.period - Nanos{1}) / clock.period);
-  const int least = shortest > 0 ? shortest : std::max(rounded_up, 1);
-  const int ticks = limits.exact || random.once_in(2) ? least : least + static_cast<int>(random.below(kMostTicks));
+  // As often as it may, or each so-many-th tick.
+  const bool can_be_shortest = plan::ticks_of(to_millis(limits.shortest), to_millis(clock.period)).has_value();
+  if (limits.exact && !can_be_shortest) return;
+  const bool shortest = can_be_shortest && (limits.exact || random.once_in(2));
+  const Nanos::rep least = std::max<Nanos::rep>((limits.shortest + clock.period - Nanos{1}) / clock.period, 1);
+  const auto more = random.once_in(2) ? Nanos::rep{0} : static_cast<Nanos::rep>(random.below(kMostTicks));
   place.pause.reset();
   place.after.reset();
   place.clock = clock.node;
-  place.period = ticks == shortest ? limits.shortest : ticks * clock.period;
+  place.period = shortest ? limits.shortest : (least + more) * clock.period;
   place.phase = std::min(to_nanos(to_millis(place.period) * random.fraction()), place.period - Nanos{1});
 }
 

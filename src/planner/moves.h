@@ -35,8 +35,8 @@ class Moves {
   // `cost`: what runs of each subchain cost on average, in ms. The others outlive it.
   Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores);
 
-  // From now on phases may be against the clocks of these external nodes, where a chain of the subchain's begins or
-  // ends with one.
+  // From now on phases may be against the clocks of these nodes, where a chain of the subchain's begins or ends with
+  // one.
   void know_clocks(const std::vector<NodeId>& clocks);
 
   // Changes one thing or two. What comes of it is complete and without a cycle of followers; it may be a bad idea.
@@ -58,7 +58,7 @@ class Moves {
     bool exact = false;
     graph::TriggerBy trigger = graph::TriggerBy::kAny;
   };
-  // An external node that ticks.
+  // Of others.
   struct Clock {
     NodeId node;
     Nanos period{0};

@@ -84,7 +84,7 @@ class ScheduleSearch {
   // is forgotten. To be called before all below.
   void set_costs(trial::Samples samples, model::CostTable planned, const trial::Overheads& machine = {});
 
-  // Phases may be chosen against the clocks of these external nodes, which somebody tells of. None at first.
+  // Phases may be chosen against the clocks of these nodes, of which it is known when they tick. None at first.
   void know_clocks(std::vector<NodeId> clocks);
 
   // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are

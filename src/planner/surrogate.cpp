@@ -406,6 +406,23 @@ std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, 
   return element.period - std::fmod(end, element.period);
 }
 
+// Of who keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
+std::optional<double> Surrogate::wait_since_tick(const trial::Schedule& schedule, const Ticked& begun,
+                                                 const Element& element) const {
+  if (!element.subchain) return std::nullopt;
+  const trial::Place& place = schedule.subchains[element.subchain->index()];
+  if (place.clock != begun.clock) return std::nullopt;
+  const std::optional<TickCount> ticks = plan::ticks_of(to_millis(place.period), Millis{begun.period});
+  if (!ticks) return std::nullopt;
+  const double apart = begun.period * ticks->ticks / ticks->parts;
+  double sum = 0.0;
+  for (int run = 0; run < ticks->parts; ++run) {
+    const double since = std::fmod(to_millis(place.phase).count() + run * apart - begun.passed, begun.period);
+    sum += since < 0.0 ? since + begun.period : since;
+  }
+  return sum / ticks->parts;
+}
+
 // From a run of the one to the next of the other: `any`, unless both keep phases to one clock (model::wait_between()).
 Surrogate::Waits Surrogate::between(const trial::Schedule& schedule, SubchainId one, SubchainId other,
                                     const Waits& any) const {
@@ -447,6 +464,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
   double period = 0.0;
   double promised_period = 0.0;
   const Element* before = nullptr;
+  std::optional<Ticked> begun;
   for (const Element& element : term.elements) {
     Timing timing{.period = element.period,
                   .execution = element.cost,
@@ -466,9 +484,16 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
     if (before != nullptr && !follows) {
       Waits wait{timing.wait, timing.promised_period, before == &term.elements.front()};
       if (before->subchain && element.subchain) wait = between(schedule, *before->subchain, *element.subchain, wait);
-      latency.response += wait_for_tick(schedule, *before, element).value_or(wait.usual);
+      const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
+      latency.response += since ? *since : wait_for_tick(schedule, *before, element).value_or(wait.usual);
       latency.promised += wait.promised;
     }
+    if (before == nullptr && !element.subchain && app_.graph.node(element.node).has_clock()) {
+      begun = Ticked{element.node, element.period, 0.0};
+    } else if (element.subchain || !element.follows) {
+      begun.reset();
+    }
+    if (begun) begun->passed += element.cost;
     latency.response += before == nullptr ? timing.from_begin : timing.execution;
     latency.promised += timing.promised_execution;
     period = std::max({period, timing.period * element.runs_per_output, element.output_period});

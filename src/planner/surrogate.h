@@ -9,7 +9,8 @@
 // its next run begins (none where it is triggered by the element before) and that run; and the longest time
 // between two outputs on the way.
 //
-// Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick.
+// Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick; who keeps one
+// to the clock that begins it finds what came by the last tick, when it has passed through nodes that follow that.
 //
 // A batch costs what the items add that come in p_i on average; its period and its cost follow from one another.
 //
@@ -126,6 +127,14 @@ class Surrogate {
   void promise_cores(const trial::Schedule& schedule);
   std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
                                       const Element& element) const;
+  // What a clock of others has begun: outputs `passed` after its ticks.
+  struct Ticked {
+    NodeId clock;
+    double period = 0.0;
+    double passed = 0.0;
+  };
+  std::optional<double> wait_since_tick(const trial::Schedule& schedule, const Ticked& begun,
+                                        const Element& element) const;
   // Of an input, before the run begins that takes it.
   struct Waits {
     double usual = 0.0;

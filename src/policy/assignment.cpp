@@ -33,6 +33,10 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
     pacing.period = at_least_shortest(to_nanos(member.period));
     pacing.phase = to_nanos(member.phase);
     pacing.clock = member.clock;
+    if (member.clock) {
+      const Millis tick = to_millis(*app.graph.node(*member.clock).period);
+      pacing.ticks = plan::ticks_of(member.period, tick).value_or(TickCount{});
+    }
   }
   return pacing;
 }

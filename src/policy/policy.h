@@ -66,8 +66,8 @@ struct Situation {
   PlanReason why = PlanReason::kBootstrap;
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
   std::size_t fewest_runs = 0;                // of the node of which the fewest are known
-  Nanos step_cost{0};                         // of controllers, as measured (step_cost.h); 0: not known
-  std::span<const NodeId> clocks{};           // external nodes whose ticks somebody tells of
+  double step_factor = 1.0;                   // of controllers' steps, as measured (step_cost.h)
+  std::span<const NodeId> clocks{};           // nodes whose clocks are known
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
   int periodic = 0;                           // decided again as time has passed: the how many-th time in a row, from 1
 };

@@ -112,7 +112,7 @@ struct Searching {
   trial::MeasuredRuns runs;          // that it goes by; empty at first
   model::CostTable costs;            // the same
   model::CostTable typical;          // the same
-  Nanos step_cost{0};                // the same
+  double step_factor = 1.0;          // the same
   std::optional<plan::Plan> frames;  // the plan in frames, at costs that may have changed since
   std::optional<trial::Schedule> frames_schedule;
   std::optional<trial::Schedule> chosen;          // that was decided on last
@@ -164,7 +164,7 @@ class Deciding {
   // Whether costs are new ones.
   bool take_costs() {
     const bool known = !with_.runs.empty() && is_routine(situation_.why);
-    const bool same_steps = with_.step_cost == situation_.step_cost;
+    const bool same_steps = with_.step_factor == situation_.step_factor;
     if (known && same_steps && !changed(with_.runs, *situation_.runs) && !outputs_changed() && !threads_changed() &&
         !batches_changed()) {
       return false;
@@ -172,9 +172,9 @@ class Deciding {
     with_.runs = *situation_.runs;
     with_.costs = situation_.costs;
     with_.typical = situation_.typical;
-    with_.step_cost = situation_.step_cost;
+    with_.step_factor = situation_.step_factor;
     with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs,
-                           trial::Overheads::with_steps_of(with_.step_cost));
+                           trial::Overheads::with_steps(with_.step_factor));
     with_.chosen_as_tried.reset();
     return true;
   }

@@ -1,6 +1,9 @@
 #include "policy/step_cost.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "trial/trial.h"
 
 namespace ctn::policy {
 namespace {
@@ -9,24 +12,33 @@ constexpr std::uint64_t kWindow = 200;  // steps
 constexpr std::size_t kWindows = 5;
 constexpr double kMoved = 0.25;
 
-Nanos median_of(std::vector<Nanos> values) {
+double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
+double assumed(std::uint64_t by_timer, std::uint64_t by_event) {
+  constexpr trial::Overheads kAssumed;
+  const auto each = [&](Nanos step) { return static_cast<double>((step + kAssumed.context_switch).count()); };
+  return static_cast<double>(by_timer) * each(kAssumed.dispatch_timer) +
+         static_cast<double>(by_event) * each(kAssumed.dispatch_event);
+}
+
 }  // namespace
 
-void StepCost::saw(Nanos cpu, std::uint64_t steps) {
-  if (steps < steps_ + kWindow) return;
-  recent_.push_back((cpu - cpu_) / static_cast<Nanos::rep>(steps - steps_));
+void StepCost::saw(Nanos cpu, std::uint64_t by_timer, std::uint64_t by_event) {
+  if (by_timer + by_event < by_timer_ + by_event_ + kWindow) return;
+  const double factor = static_cast<double>((cpu - cpu_).count()) / assumed(by_timer - by_timer_, by_event - by_event_);
   cpu_ = cpu;
-  steps_ = steps;
+  by_timer_ = by_timer;
+  by_event_ = by_event;
+  if (factor <= 0.0) return;  // a clock that says so is wrong
+  recent_.push_back(factor);
   if (recent_.size() < kWindows) return;
   if (recent_.size() > kWindows) recent_.erase(recent_.begin());
-  const Nanos now = median_of(recent_);
-  const auto most = static_cast<double>(std::max(now, value_).count());
-  if (static_cast<double>(std::max(now - value_, value_ - now).count()) > kMoved * most) value_ = now;
+  const double now = median_of(recent_);
+  if (std::abs(now - factor_) > kMoved * std::max(now, factor_)) factor_ = now;
 }
 
 }  // namespace ctn::policy

@@ -1,10 +1,10 @@
-// What a step of a controller takes, as measured: CPU time from when it wakes until it sleeps again, the mean of all
-// controllers. It differs from machine to machine, and with whose threads they trigger; who plans runs of a tenth of a
-// millisecond has to know it.
+// What steps of controllers take, as measured: CPU time from when one wakes until it sleeps again. It differs from
+// machine to machine, and with whose threads they trigger; who plans runs of a tenth of a millisecond has to know it.
 //
-// What is told is steady: it changes when it was wrong by a quarter in most of the last windows of steps.
+// What is told is how many times as long they take as trials assume (trial::Overheads), of as many steps that a timer
+// began, or something else; and it is steady: it changes when it was wrong by a quarter in most of the last windows.
 //
-// Units: Nanos. Thread safety: none; one owner.
+// Thread safety: none; one owner.
 #pragma once
 
 #include <cstddef>
@@ -17,17 +17,20 @@ namespace ctn::policy {
 
 class StepCost {
  public:
-  // So much has been used so far, in so many steps. To be called now and then.
-  void saw(Nanos cpu, std::uint64_t steps);
+  // So much CPU time has been used so far, in so many steps of each kind. To be called now and then.
+  void saw(Nanos cpu, std::uint64_t by_timer, std::uint64_t by_event);
 
-  // 0: not known yet.
-  Nanos value() const { return value_; }
+  // 1: as trials assume, as far as is known.
+  double factor() const { return factor_; }
 
  private:
-  Nanos cpu_{0};               // up to the window that is under way
-  std::uint64_t steps_ = 0;    // the same
-  std::vector<Nanos> recent_;  // means of windows, the oldest first
-  Nanos value_{0};
+  // Up to the window that is under way.
+  Nanos cpu_{0};
+  std::uint64_t by_timer_ = 0;
+  std::uint64_t by_event_ = 0;
+
+  std::vector<double> recent_;  // factors of windows, the oldest first
+  double factor_ = 1.0;
 };
 
 }  // namespace ctn::policy

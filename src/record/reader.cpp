@@ -408,7 +408,7 @@ Result<std::vector<ClockReading>> Reader::clocks() const {
     reading.at = cells.time(0);
     reading.node = NodeId{cells.index(1, impl_->app.graph.nodes().size())};
     reading.ticks = {cells.time(2), cells.duration(3)};
-    if (cells.ok() && (reading.ticks.period <= Nanos{0} || !impl_->app.graph.node(reading.node).ticks()))
+    if (cells.ok() && (reading.ticks.period <= Nanos{0} || !impl_->app.graph.node(reading.node).has_clock()))
       cells.refuse();
     if (cells.ok()) clocks.push_back(reading);
   });

@@ -1,4 +1,4 @@
-// What is known of the clocks of external nodes, from the housekeeping thread to the controllers, which wait for
+// What is known of the clocks of others, from the housekeeping thread to the controllers, which wait for
 // nobody.
 //
 // How: two places a clock, of which one counts; the other is written. A reader that is overtaken twice while it reads
@@ -29,6 +29,7 @@ class ClockBoard {
     Place& place = clock.places[next % 2];
     place.tick.store(ticks.tick.time_since_epoch().count(), std::memory_order_relaxed);
     place.period.store(ticks.period.count(), std::memory_order_relaxed);
+    place.number.store(ticks.number, std::memory_order_relaxed);
     clock.written.store(next, std::memory_order_release);
   }
 
@@ -39,13 +40,14 @@ class ClockBoard {
     if (written == 0) return std::nullopt;
     const Place& place = clock.places[written % 2];
     return Ticks{TimePoint{Nanos{place.tick.load(std::memory_order_relaxed)}},
-                 Nanos{place.period.load(std::memory_order_relaxed)}};
+                 Nanos{place.period.load(std::memory_order_relaxed)}, place.number.load(std::memory_order_relaxed)};
   }
 
  private:
   struct Place {
     std::atomic<std::int64_t> tick{0};
     std::atomic<std::int64_t> period{0};
+    std::atomic<std::int64_t> number{0};
   };
   struct Clock {
     std::atomic<std::uint32_t> written{0};

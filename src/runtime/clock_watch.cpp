@@ -29,38 +29,49 @@ Status tell_tick(const graph::App& app, const Region& region, std::string_view n
 ClockWatch::ClockWatch(const graph::Graph& graph, const Region& region) : region_(region) {
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
     const graph::Node& node = graph.nodes()[index];
-    if (node.ticks()) clocks_.push_back({.node = NodeId(index), .estimator = model::ClockEstimator(*node.period)});
+    if (!node.has_clock()) continue;
+    clocks_.push_back({.node = NodeId(index), .estimator = model::ClockEstimator(*node.period), .told = node.external});
   }
+}
+
+void ClockWatch::ran(const record::Run& run) {
+  for (Clock& clock : clocks_) {
+    if (clock.node == run.node && !clock.told) clock.estimator.add(run.begin);
+  }
+}
+
+void ClockWatch::take_told(Clock& clock, TimePoint now) const {
+  const NodeCell& cell = region_.node(clock.node);
+  const std::uint64_t newest = cell.newest_output.load(std::memory_order_acquire);
+  if (newest == clock.seen) return;
+  const std::uint64_t kept = newest > NodeCell::kOutputs ? newest - NodeCell::kOutputs : 0;
+  for (std::uint64_t number = newest > clock.seen ? std::max(clock.seen, kept) : newest; number < newest; ++number) {
+    const std::int64_t at = cell.origin_of(number + 1);
+    if (at != NodeCell::kUnknown && Nanos{at} <= now.time_since_epoch() + kAhead) {
+      clock.estimator.add(TimePoint{Nanos{at}});
+    }
+  }
+  clock.seen = newest;
 }
 
 std::vector<record::ClockReading> ClockWatch::look(TimePoint now) {
   std::vector<record::ClockReading> readings;
   for (Clock& clock : clocks_) {
-    const NodeCell& cell = region_.node(clock.node);
-    const std::uint64_t newest = cell.newest_output.load(std::memory_order_acquire);
-    if (newest == clock.seen) continue;
-    const std::uint64_t kept = newest > NodeCell::kOutputs ? newest - NodeCell::kOutputs : 0;
-    for (std::uint64_t number = newest > clock.seen ? std::max(clock.seen, kept) : newest; number < newest; ++number) {
-      const std::int64_t at = cell.origin_of(number + 1);
-      if (at != NodeCell::kUnknown && Nanos{at} <= now.time_since_epoch() + kAhead) {
-        clock.estimator.add(TimePoint{Nanos{at}});
-      }
-    }
-    clock.seen = newest;
+    if (clock.told) take_told(clock, now);
     const std::optional<Ticks> ticks = clock.estimator.ticks();
     if (!ticks || !is_news(clock, *ticks, now)) continue;
-    clock.told = ticks;
-    clock.told_at = now;
+    clock.said = ticks;
+    clock.said_at = now;
     readings.push_back({now, clock.node, *ticks});
   }
   return readings;
 }
 
 bool ClockWatch::is_news(const Clock& clock, const Ticks& ticks, TimePoint now) {
-  if (!clock.told) return true;
-  if (now - clock.told_at < kAgain) return false;
+  if (!clock.said) return true;
+  if (now - clock.said_at < kAgain) return false;
   const TimePoint tick = ticks.last(now);
-  const Nanos off = std::min(clock.told->next(tick) - tick, tick - clock.told->last(tick));
+  const Nanos off = std::min(clock.said->next(tick) - tick, tick - clock.said->last(tick));
   return off > ticks.period / kOff;
 }
 

@@ -1,5 +1,6 @@
-// The clocks of external nodes, in life: a program tells when one has ticked (tell_tick()), through the node's cell in
-// the region, and the housekeeping thread makes of it what measurements and records go by.
+// Clocks of others, in life. Of an external node: a program tells when it has ticked (tell_tick()), through the node's
+// cell in the region. Of an unscheduled node: its runs begin by a timer of its own. The housekeeping thread makes of
+// them what measurements, records and phases go by.
 //
 // What is told is not trusted: any process may write anything there.
 //
@@ -28,6 +29,9 @@ class ClockWatch {
   // `region` outlives it.
   ClockWatch(const graph::Graph& graph, const Region& region);
 
+  // A run of any node.
+  void ran(const record::Run& run);
+
   // Looks at what was told since the last call; the clocks of which something else is known now.
   std::vector<record::ClockReading> look(TimePoint now);
 
@@ -35,11 +39,13 @@ class ClockWatch {
   struct Clock {
     NodeId node;
     model::ClockEstimator estimator;
-    std::uint64_t seen = 0;  // ticks
-    std::optional<Ticks> told{};
-    TimePoint told_at{};
+    bool told = false;       // of an external node, by others
+    std::uint64_t seen = 0;  // ticks that were told
+    std::optional<Ticks> said{};
+    TimePoint said_at{};
   };
 
+  void take_told(Clock& clock, TimePoint now) const;
   static bool is_news(const Clock& clock, const Ticks& ticks, TimePoint now);
 
   const Region& region_;

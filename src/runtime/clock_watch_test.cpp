@@ -63,6 +63,37 @@ TEST_F(ClockWatchTest, RefusesWhatHasNoClock) {
   }
 }
 
+// A timer of 5 ms, of which runs begin up to 100 us late; and who follows it.
+TEST(ClockWatchOfRuns, TellsOfTheTimerOfAnUnscheduledNode) {
+  const graph::App app = parse(R"(
+catan: 1
+app: worn
+nodes: { imu: { unscheduled: true, period: 5ms }, filter: { unscheduled: true }, warp: {} }
+edges: [ imu -> filter -> warp ]
+objective: [ { response_time: [imu, filter, warp], weight: 1 } ]
+)");
+  const NodeId imu = *app.graph.find_node("imu");
+  LocalRegion memory{app.graph, 1};
+  ClockWatch watch{app.graph, memory.region()};
+  std::vector<record::ClockReading> news;
+  for (int number = 0; number < 100; ++number) {
+    const TimePoint tick = TimePoint{seconds{3}} + number * milliseconds{5};
+    record::Run run;
+    run.node = imu;
+    run.begin = tick + microseconds{number % 7 == 0 ? 100 : 20};
+    watch.ran(run);
+    run.node = *app.graph.find_node(number % 2 == 0 ? "filter" : "warp");
+    run.begin += microseconds{1700};
+    watch.ran(run);
+    for (const record::ClockReading& reading : watch.look(tick + milliseconds{1})) news.push_back(reading);
+  }
+  ASSERT_EQ(news.size(), 1U);
+  EXPECT_EQ(news[0].node, imu);
+  EXPECT_NEAR(static_cast<double>(news[0].ticks.period.count()), 5e6, 1e3);
+  const Nanos late = (news[0].ticks.tick - TimePoint{seconds{3}}) % milliseconds{5};
+  EXPECT_NEAR(static_cast<double>(late.count()), 20e3, 10e3);
+}
+
 // Anybody may write anything into the region.
 TEST_F(ClockWatchTest, SurvivesWhatCannotBeTrue) {
   NodeCell& cell = region.node(display);

@@ -10,10 +10,11 @@
 
 namespace ctn::runtime {
 
-Collector::Collector(const graph::App& app, os::Os& os, Collecting from, driver::PlanningLoop& loop)
+Collector::Collector(const graph::App& app, os::Os& os, Collecting from, ClockWatch& clocks, driver::PlanningLoop& loop)
     : app_(app),
       os_(os),
       from_(std::move(from)),
+      clocks_(clocks),
       loop_(loop),
       check_(app.graph),
       collected_(app.graph.nodes().size()),
@@ -39,6 +40,7 @@ void Collector::pass_on(std::vector<record::Run>& runs, TimePoint now) {
   std::erase_if(runs, [&](record::Run& run) { return !check_.accept(run, now); });
   from_.measurements.add(runs);
   for (const record::Run& run : runs) {
+    clocks_.ran(run);
     for (const record::Notice& told : stale_.ran(run)) from_.notices.add(told);
     const std::optional<record::CostChange> change = loop_.ran(run);
     if (!from_.writer) continue;

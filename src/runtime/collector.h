@@ -22,6 +22,7 @@
 #include "policy/stale_inputs.h"
 #include "record/events.h"
 #include "record/writer.h"
+#include "runtime/clock_watch.h"
 #include "runtime/controller.h"
 #include "runtime/measurements.h"
 #include "runtime/membership.h"
@@ -48,12 +49,12 @@ struct Collecting {
 
 class Collector : private ReportSink {
  public:
-  // `app` and `loop` outlive it.
-  Collector(const graph::App& app, os::Os& os, Collecting from, driver::PlanningLoop& loop);
+  // All references outlive it.
+  Collector(const graph::App& app, os::Os& os, Collecting from, ClockWatch& clocks, driver::PlanningLoop& loop);
 
   // All that was reported since the last call.
   void collect();
-  // What is known of an external node's clock from now on.
+  // What is known of a clock of others from now on.
   void clock_read(const record::ClockReading& reading);
   // A plan came into force.
   void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
@@ -86,6 +87,7 @@ class Collector : private ReportSink {
   const graph::App& app_;
   os::Os& os_;
   Collecting from_;
+  ClockWatch& clocks_;
   driver::PlanningLoop& loop_;
   ReportCheck check_;
   std::vector<std::vector<record::Run>> collected_;  // by position in the topological order, reused

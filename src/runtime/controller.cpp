@@ -48,6 +48,7 @@ void Controller::sleep(std::uint32_t seen, TimePoint until) {
     return;
   }
   if (awake || controls_.os.wait(cell_.word, seen, until) != os::WaitResult::kTimedOut) return;
+  steps_by_timer_.fetch_add(1, std::memory_order_relaxed);
   wakes_.refund();
   const TimePoint woke = controls_.os.now();
   if (!woke_too_late(asleep, until, woke) || !controls_.enforcer.real_time()) return;

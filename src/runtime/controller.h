@@ -87,6 +87,8 @@ class Controller final : public driver::Actuator {
   std::uint64_t lost_reports() const { return reports_.lost(); }
   // How often it has looked what there is to do.
   std::uint64_t steps() const { return steps_.load(std::memory_order_relaxed); }
+  // Of these, so many because the time had come; read before steps().
+  std::uint64_t steps_by_timer() const { return steps_by_timer_.load(std::memory_order_relaxed); }
   // How often it ignored a wake, because there had been too many.
   std::uint64_t ignored_wakes() const { return wakes_.ignored_wakes(); }
 
@@ -149,6 +151,7 @@ class Controller final : public driver::Actuator {
   WakeBudget wakes_;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> steps_{0};
+  std::atomic<std::uint64_t> steps_by_timer_{0};
 };
 
 }  // namespace ctn::runtime

@@ -74,7 +74,9 @@ driver::ControllerWork ControllerThreads::work() const {
     const Result<Nanos> cpu = os_.thread_cpu_time(ids_[index]);
     if (!cpu) continue;
     work.cpu += *cpu;
-    work.steps += controllers_[index]->steps();
+    const std::uint64_t by_timer = controllers_[index]->steps_by_timer();
+    work.by_timer += by_timer;
+    work.by_event += controllers_[index]->steps() - by_timer;
   }
   return work;
 }

@@ -46,7 +46,7 @@ class ControllerThreads {
 
   // What they carry out from now on.
   void publish(Assignment assignment);
-  // What is known of an external node's clock from now on.
+  // What is known of a clock of others from now on.
   void know_clock(NodeId node, const Ticks& ticks) { controls_.clocks.write(node, ticks); }
   // Of the CPUs that were given, these are left.
   void move_to_online_cpus(const os::CpuSet& online);

@@ -37,8 +37,8 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       cpus_(loop.cpus()),
       carried_out_{app, cpus_},
       loop_(std::move(loop)),
-      collector_(app, os, std::move(from), loop_),
       clocks_(app.graph, region),
+      collector_(app, os, std::move(from), clocks_, loop_),
       paced_(app.graph.subchains().size(), false) {}
 
 void Housekeeping::begin(TimePoint start) {

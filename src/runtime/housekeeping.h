@@ -83,8 +83,8 @@ class Housekeeping : private driver::PlanningHost {
   const os::CpuSet cpus_;            // that were given
   AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;
-  Collector collector_;
   ClockWatch clocks_;
+  Collector collector_;
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};

@@ -48,7 +48,7 @@ class Measurements {
 
   // Runs have ended; each after those it consumed.
   void add(std::span<const record::Run> runs);
-  // What is known of an external node's clock from now on.
+  // What is known of a clock of others from now on.
   void clock_read(const record::ClockReading& reading);
   // Predictions are averaged over the time they were in force, from `warm_from` on.
   void plan_in_force(TimePoint since, const plan::Plan& plan);

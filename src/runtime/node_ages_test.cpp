@@ -262,7 +262,12 @@ TEST(Report, OriginsThatLieMakeAgesWrongAndNoMore) {
       0, 1, std::uint64_t{1} << 62U, (std::uint64_t{1} << 63U) - 1, std::uint64_t{1} << 63U, ~std::uint64_t{0}};
   for (const std::uint64_t begin : kWords) {
     for (const std::uint64_t origin : kWords) {
-      const std::vector<std::uint64_t> words{1, begin, begin, 0, 1, 0, 1, 1, origin};
+      std::vector<std::uint64_t> words(report_words(1), 0);
+      words[0] = 1;
+      words[1] = words[2] = begin;
+      const std::size_t input = report_words(0);
+      words[input] = words[input + 1] = 1;
+      words[input + 2] = origin;
       const record::Run run = decode_report(NodeId(1), predecessors, words);
       ASSERT_EQ(run.ages.size(), 1U);
       EXPECT_GE(run.ages[0], record::kNoAge);

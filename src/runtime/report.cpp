@@ -37,6 +37,7 @@ void encode_report(const Run& run, const MeasuredRun& measured, std::span<std::u
 }
 
 record::Run decode_report(NodeId node, std::span<const NodeId> predecessors, std::span<const std::uint64_t> words) {
+  assert(words.size() == report_words(predecessors.size()));
   record::Run run;
   run.node = node;
   run.number = words[0];

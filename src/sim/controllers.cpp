@@ -78,7 +78,7 @@ Nanos Controllers::begin(Cpus::Thread thread, int cpu) {
                                             : cores_[acting_ - pacers_.size()].step(cpus_.now());
   const Nanos step = by_timer ? costs_.dispatch_timer : costs_.dispatch_event;
   work_.cpu += step + costs_.context_switch;
-  ++work_.steps;
+  ++(by_timer ? work_.by_timer : work_.by_event);
   return step;
 }
 

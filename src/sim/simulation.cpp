@@ -84,10 +84,12 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         clocks_(clocks_of(app_.graph, options_)) {}
 
   Status prepare() {
-    for (std::size_t index = 0; index < clocks_.external.size(); ++index) {
-      if (clocks_.external[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
+    std::vector<Ticks> clocks = clocks_.external;
+    for (std::size_t index = 0; index < clocks.size(); ++index) {
+      if (clocks_.timers[index].period > Nanos{0}) clocks[index] = clocks_.timers[index];
+      if (clocks[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
     }
-    controllers_.know_clocks(clocks_.external);
+    controllers_.know_clocks(std::move(clocks));
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
     if (!options_.plans.empty()) {
       loop_.begin_with(follow_next_plan(unmeasured));

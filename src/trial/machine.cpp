@@ -38,8 +38,7 @@ std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
   clocks.resize(app.graph.nodes().size());
   for (std::size_t index = 0; index < clocks.size(); ++index) {
     const graph::Node& node = app.graph.nodes()[index];
-    const bool has_clock = node.ticks() || (node.unscheduled && !node.follows);
-    if (!has_clock || clocks[index].period > Nanos{0}) continue;
+    if (!node.has_clock() || clocks[index].period > Nanos{0}) continue;
     clocks[index] = {TimePoint{}, sliding(*node.period, options.horizon)};
   }
   return clocks;
@@ -108,8 +107,8 @@ void Machine::add_subchains() {
     subchain.period = std::max(place.period, dispatch::kShortestPeriod);
     if (place.clock) {
       const Millis nominal = to_millis(*app_.graph.node(*place.clock).period);
-      const int ticks = std::max(plan::whole_ticks(to_millis(place.period), nominal), 1);
-      subchain.period = ticks * clocks_[place.clock->index()].period;
+      const TickCount ticks = plan::ticks_of(to_millis(place.period), nominal).value_or(TickCount{});
+      subchain.period = ticks.of(clocks_[place.clock->index()].period);
     }
     subchain.last_trigger = TimePoint{} - subchain.period;
     subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "trial/machine.h"
 
@@ -16,14 +17,15 @@ Overheads Overheads::none() {
           .dispatch_event = Nanos{0}};
 }
 
-// A step that a timer began takes more than one that an event did; how much of each there will be is not known.
-Overheads Overheads::with_steps_of(Nanos mean) {
+Overheads Overheads::with_steps(double factor) {
+  assert(factor > 0.0);
   Overheads overheads;
-  if (mean <= Nanos{0}) return overheads;
-  const Nanos usual = (overheads.dispatch_timer + overheads.dispatch_event) / 2;
-  const Nanos own = std::max(mean - overheads.context_switch, Nanos{0});
-  overheads.dispatch_timer = overheads.dispatch_timer * own.count() / usual.count();
-  overheads.dispatch_event = overheads.dispatch_event * own.count() / usual.count();
+  const auto scaled = [&](Nanos own) {
+    const auto all = static_cast<double>((own + overheads.context_switch).count());
+    return std::max(Nanos{std::llround(factor * all)} - overheads.context_switch, Nanos{0});
+  };
+  overheads.dispatch_timer = scaled(overheads.dispatch_timer);
+  overheads.dispatch_event = scaled(overheads.dispatch_event);
   return overheads;
 }
 

@@ -64,8 +64,8 @@ struct Overheads {
   Nanos dispatch_event = std::chrono::microseconds{8};   // that an output or the end of a run woke
 
   static Overheads none();
-  // Where controllers take so long for a step, on average, until they sleep again; 0: as they usually do.
-  static Overheads with_steps_of(Nanos mean);
+  // Where steps of controllers take so many times as long, until they sleep again; > 0.
+  static Overheads with_steps(double factor);
 };
 
 // What happened in a run, as record::Run; for tests.

@@ -142,7 +142,7 @@ class FakeWorld {
   TimePoint now{};
   std::vector<Subchain> subchains;
   Subchain unscheduled;
-  std::optional<Ticks> clock;  // of an external node, as far as it is known
+  std::optional<Ticks> clock;  // of others, as far as it is known
   std::vector<dispatch::SlotUse> slots;
   std::vector<dispatch::Steal> steals;
   std::vector<Hang> hangs;
