@@ -14,8 +14,8 @@
 
 #include "base/mixed.h"
 #include "baselines/policies.h"
-#include "planner/expected.h"
 #include "planner/frames.h"
+#include "planner/promised.h"
 #include "planner/random_apps.h"
 #include "policy/replan.h"
 #include "policy/testing/given_places.h"

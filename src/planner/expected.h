@@ -35,11 +35,6 @@ struct ExpectedRequest {
 Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Samples& samples,
                                       const model::CostTable& costs, const ExpectedRequest& request);
 
-// A schedule of fixed priorities as a plan, without what is expected of it. None where somebody has no fixed priority,
-// or no promise within reach. Precondition: the schedule is one of a ScheduleSearch's.
-std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
-                                  const trial::Schedule& schedule, double slack);
-
 // What is expected of a plan, as a trial of its schedule found it: at most what it promises.
 plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const trial::Schedule& schedule,
                                  const Expected& expected);

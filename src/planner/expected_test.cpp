@@ -309,7 +309,8 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
                                    .batches = seed % 4 < 2},
                                   cores);
   const trial::Samples samples(random.app, trial::MeasuredRuns{}, random.costs);
-  const FormulaRequest request{.cores = cores, .slack = kSlack};
+  // Even where there was no time to look for one.
+  const FormulaRequest request{.cores = cores, .slack = kSlack, .guesses = seed % 7 < 3 ? std::size_t{1} : 6000};
   const auto check = [&](const Result<plan::Plan>& plan) {
     if (!plan) RC_ASSERT(plan::has_exact_rates(random.app.graph));
     if (!plan) return;
@@ -358,8 +359,9 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, 
     }
     return relaxed_score(sum, tried.relax_factor);
   };
-  // The search has a horizon of its own.
-  RC_ASSERT(score(*plan) <= 1.15 * score(*frames));
+  // The search has a horizon of its own. Two periods that hardly differ keep a lucky phase for as long as that, and
+  // lose it within a minute.
+  RC_ASSERT(score(*plan) <= 1.3 * score(*frames));
 }
 
 }  // namespace

@@ -4,16 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "plan/limits.h"
-#include "plan/validate.h"
-#include "planner/expected.h"
 #include "planner/planner.h"
+#include "planner/promised.h"
 #include "planner/schedule_search.h"
 
 namespace ctn::planner {
@@ -24,17 +22,9 @@ std::optional<plan::Plan> guessed(const graph::App& app, const trial::Samples& s
   ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack});
   search.set_costs(samples, costs);
   search.guess(request.guesses);
-  std::optional<plan::Plan> best;
-  double best_score = std::numeric_limits<double>::infinity();
-  for (const Found& found : search.best()) {
-    std::optional<plan::Plan> plan = plan_of(app, samples, costs, found.schedule, request.slack);
-    if (!plan || !plan::validate(*plan, app, costs, request.cores)) continue;
-    const double score = relaxed_score(found.score, plan->relax_factor);
-    if (score >= best_score) continue;
-    best_score = score;
-    best = std::move(plan);
-  }
-  return best;
+  std::optional<Promised> best = best_promised(search, app, request.cores, request.slack);
+  if (!best) return std::nullopt;
+  return std::move(best->plan);
 }
 
 std::optional<plan::Plan> planned(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {

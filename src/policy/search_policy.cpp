@@ -13,6 +13,7 @@
 #include "plan/validate.h"
 #include "planner/expected.h"
 #include "planner/frames.h"
+#include "planner/promised.h"
 #include "planner/schedule_search.h"
 #include "policy/replan.h"
 #include "trial/schedule.h"
