@@ -57,7 +57,7 @@ std::vector<NodeId> clocks_of(const graph::Graph& graph) {
 
 }  // namespace
 
-// A response time is a latency and a period on average, too. Of a pipeline it is what its pacing was made from, so that
+// A response time is a latency and a period on average, too. Whoever has cores of its own is paced by what is expected:
 // it is paced as it was tried.
 plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const trial::Schedule& schedule,
                                  const Expected& expected) {
@@ -67,8 +67,11 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
     const plan::SubchainPlan& promised = plan.subchains[i];
     const Millis period{figures.subchains[i].period_ms};
     const bool measured = period > Millis{0};
-    expectation.subchains.push_back(
-        {measured ? std::min(period, promised.period) : promised.period, promised.execution});
+    plan::Expectation::Timing& timing = expectation.subchains.emplace_back(
+        plan::Expectation::Timing{measured ? std::min(period, promised.period) : promised.period, promised.execution});
+    const trial::Place& place = schedule.subchains[i];
+    const bool owner = promised.cores.size() == 1 && !plan::shares_core(plan, promised);
+    if (owner && place.pause) timing.execution = std::max(timing.period - to_millis(*place.pause), Millis{0});
   }
   for (const trial::Pipeline& pipeline : schedule.pipelines) {
     const dispatch::Pacing& pacing = pipeline.pacing;

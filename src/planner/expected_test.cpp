@@ -183,6 +183,25 @@ TEST(Surrogate, KnowsWhatIsLeftUntilTheTick) {
   EXPECT_NEAR(objective(), 8.333333 - 6.0 + 8.333333, 1e-6) << "the run itself is part of what is left";
 }
 
+// b has fewer items a run than it was promised for, so that its runs come sooner one after the other than the longest
+// would take.
+TEST(ExpectedPlan, WhoeverHasACoreIsPacedAsItWasTried) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "base"}, {"a b base"});
+  node(spec, "base").external = true;
+  node(spec, "b").input = graph::InputKind::kQueue;
+  spec.objective = {graph::response("a b base", 1.0)};
+  graph::App app = graph::build_app(spec).value();
+  app.scheduler.schedule = graph::ScheduleKind::kFrames;
+  model::CostTable costs(app.graph, Millis{1});
+  costs.set(NodeId(1), model::CostProfile::constant(Millis{2}).with_per_item(Millis{0.5}));
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  const plan::Plan plan = make_expected_plan(app, samples, costs, {.cores = 2, .slack = kSlack}).value();
+  ASSERT_LT(plan.expected->subchains[1].period, plan.subchains[1].execution);
+  const trial::Schedule schedule = trial::schedule_of(app, plan);
+  const double found = trial::Trial(app, samples).run(schedule, {}).objective;
+  EXPECT_NEAR(found, plan.expected->objective, 0.02 * found);
+}
+
 TEST(ExpectedPlan, IsTheSameEachTime) {
   const RandomCase random = random_case(3, {.subchains = 4}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
@@ -361,7 +380,7 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, 
   };
   // The search has a horizon of its own. Two periods that hardly differ keep a lucky phase for as long as that, and
   // lose it within a minute.
-  RC_ASSERT(score(*plan) <= 1.3 * score(*frames));
+  RC_ASSERT(score(*plan) <= 1.15 * score(*frames));
 }
 
 }  // namespace
