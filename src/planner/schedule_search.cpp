@@ -42,6 +42,9 @@ constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
+// Two periods that hardly differ keep a lucky phase for longer than a trial; not for hours.
+constexpr Nanos kSecondTime = std::chrono::milliseconds{3'671'377};
+constexpr Nanos kLastTime = std::chrono::milliseconds{9'473'851};
 
 // CPU time on an ordinary machine.
 Nanos work_of_guesses(std::size_t steps, std::size_t subchains) {
@@ -243,9 +246,9 @@ void ScheduleSearch::set_horizon(const Schedule& schedule) {
   horizon_ = std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
 }
 
-trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw) {
+trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw, Nanos since) {
   if (horizon_ == Nanos{0}) set_horizon(schedule);
-  return run_trial(schedule, {.horizon = horizon_, .first_draw = first_draw, .p95 = true});
+  return run_trial(schedule, {.horizon = horizon_, .first_draw = first_draw, .since = since, .p95 = true});
 }
 
 trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Options options) {
@@ -284,7 +287,7 @@ double ScheduleSearch::glance(const Candidate& candidate) {
 }
 
 void ScheduleSearch::try_first(Candidate& candidate) {
-  const trial::Figures figures = try_out(candidate.schedule, 0);
+  const trial::Figures figures = try_out(candidate.schedule, 0, Nanos{0});
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
@@ -297,7 +300,7 @@ void ScheduleSearch::try_first(Candidate& candidate) {
 }
 
 void ScheduleSearch::try_again(Candidate& candidate) {
-  const double second = unbounded_score(candidate.schedule, try_out(candidate.schedule, kSecondDraw));
+  const double second = unbounded_score(candidate.schedule, try_out(candidate.schedule, kSecondDraw, kSecondTime));
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.tried = true;
@@ -405,7 +408,7 @@ Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> rela
 }
 
 Expected ScheduleSearch::expected(const Schedule& schedule) {
-  trial::Figures figures = try_out(schedule, kLastDraw);
+  trial::Figures figures = try_out(schedule, kLastDraw, kLastTime);
   return {std::move(figures), horizon_};
 }
 

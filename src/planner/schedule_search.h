@@ -17,8 +17,9 @@
 // What is compared (score): the weighted sum of means; more where bounds are not kept as promised, for each part by
 // which they would have to be relaxed; more for a tail far from the mean; and a core that is used beyond what the slack
 // leaves is worse than anything. All candidates are tried with the same cost draws, so that two differ by what they do
-// and not by luck; in two trials with different draws, so that none is made for one sequence of them; and what is
-// expected of the best comes from a third, or it would always look better than it is.
+// and not by luck; in two trials with different draws, hours apart, so that none is made for one sequence of them or
+// for phases that do not last; and what is expected of the best comes from a third, or it would always look better than
+// it is.
 //
 // Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
 // on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
@@ -153,7 +154,7 @@ class ScheduleSearch {
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
-  trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw);
+  trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw, Nanos since);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
   void try_first(Candidate& candidate);

@@ -139,7 +139,7 @@ void Machine::start() {
     Subchain& subchain = subchains_[index];
     const Place& place = *subchain.place;
     if (place.form != Form::kPriority || place.after) continue;
-    subchain.due = TimePoint{} + place.phase;
+    subchain.due = Ticks{TimePoint{} + place.phase - options_.since, subchain.period}.next(TimePoint{});
     if (place.clock) subchain.due = clocks_[place.clock->index()].next(TimePoint{}) + place.phase;
     set_timer(source_of_subchain(index), subchain.due, subchain.timers_set);
   }

@@ -94,6 +94,7 @@ struct Options {
   Nanos horizon = std::chrono::seconds{60};  // that is measured, > 0
   Nanos warm_up = std::chrono::seconds{2};   // before, >= 0
   std::uint32_t first_draw = 0;              // of the samples: another is another chance
+  Nanos since{0};                            // the first triggers by time: periods that differ meet at other phases
   bool p95 = false;                          // takes longer
   Overheads overheads{};
   // Of external nodes that tick and of unscheduled ones that follow none (their begins), by NodeId. Without a period,

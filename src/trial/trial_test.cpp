@@ -89,6 +89,21 @@ TEST(Trial, TriggersByTimeAtThePhaseAndEveryPeriodAfterIt) {
   EXPECT_EQ(world.timeline["b"], "0-3 8-11 16-19");
 }
 
+// 47 ms later a's triggers are at 52 and 62, b's at 48 and 56.
+TEST(Trial, BeginsAsLongAfterTheFirstTriggersAsItIsTold) {
+  World world(two(), {{"a", 2}, {"b", 3}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  const Schedule schedule = on_cores(2, {{.core = 0, .period = ms(10), .phase = ms(2)}, {.core = 1, .period = ms(8)}});
+  static_cast<void>(Trial(world.app, samples)
+                        .run(schedule, {.horizon = ms(20),
+                                        .warm_up = Nanos{0},
+                                        .since = ms(47),
+                                        .overheads = Overheads::none(),
+                                        .observer = &world.timeline}));
+  EXPECT_EQ(world.timeline["a"], "5-7 15-17");
+  EXPECT_EQ(world.timeline["b"], "1-4 9-12 17-20");
+}
+
 TEST(Trial, AHigherPriorityPreEmptsAndTheRunGoesOnAfterwards) {
   World world(two(), {{"a", 2}, {"b", 6}});
   world.run(on_cores(1, {{.priority = 2, .period = ms(10), .phase = ms(3)}, {.priority = 1, .period = ms(20)}}),
