@@ -378,8 +378,7 @@ RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, 
     }
     return relaxed_score(sum, tried.relax_factor);
   };
-  // The search has a horizon of its own. Two periods that hardly differ keep a lucky phase for as long as that, and
-  // lose it within a minute.
+  // The search has a horizon of its own.
   RC_ASSERT(score(*plan) <= 1.15 * score(*frames));
 }
 
