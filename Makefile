@@ -75,21 +75,21 @@ lint-changed: setup-dev configure ## the same of what differs from origin/main, 
 	$(call say,Lint)
 	scripts/lint.sh --changed $(BUILD) $(JOBS)
 
-asan: ## run all tests under AddressSanitizer and UndefinedBehaviorSanitizer
-	$(MAKE) --no-print-directory test PRESET=asan
+asan: setup-dev ## run all tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	$(MAKE) --no-print-directory test PRESET=asan SETUP=skip
 
-tsan: ## run the tests of all that has threads under ThreadSanitizer
-	$(MAKE) --no-print-directory configure PRESET=tsan
+tsan: setup-dev ## run the tests of all that has threads under ThreadSanitizer
+	$(MAKE) --no-print-directory configure PRESET=tsan SETUP=skip
 	$(call say,Build (tsan))
 	$(call cmake_build,tsan) --target $(THREADED)
 	$(call say,Test)
 	scripts/fixed-addresses.sh scripts/test.sh tsan $(JOBS) '$(TESTS)' programs
 
 fuzz: setup-dev ## run each fuzzer for FUZZ_SECONDS (default 20)
-	$(MAKE) --no-print-directory configure PRESET=fuzz SETUP=skip
-	$(call say,Build (fuzz))
-	$(call cmake_build,fuzz) --target fuzzers
-	scripts/fuzz.sh build/fuzz $(or $(FUZZ_SECONDS),20) $(JOBS)
+	$(MAKE) --no-print-directory configure PRESET=asan SETUP=skip
+	$(call say,Build (fuzzers))
+	$(call cmake_build,asan) --target fuzzers
+	scripts/fuzz.sh build/asan $(or $(FUZZ_SECONDS),20) $(JOBS)
 
 clean: ## remove all that make made
 	rm -rf build bin out

@@ -1,4 +1,5 @@
-# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target... ALONE file... REALTIME test...)
+# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target... ALONE file... REALTIME test...
+#              UNSANITIZED test...)
 #
 # One library target a module: catan_NAME, from all sources of the current folder and those below it. Files that end in
 # _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it
@@ -7,9 +8,10 @@
 # With CATAN_UNITY several files are compiled as one (docs/decisions/0016-compile-time.md). Two files whose helpers have the same
 # names cannot be: ALONE names files, as paths below the current folder that may have wildcards, that are compiled one by one.
 #
-# REALTIME names tests, as GoogleTest's filters do, that run threads against the clock: see catan_test.
+# REALTIME names tests, as GoogleTest's filters do, that run threads against the clock, UNSANITIZED those that sanitizers would
+# find nothing in: see catan_test.
 function(catan_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES;ALONE;REALTIME" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES;ALONE;REALTIME;UNSANITIZED" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
   set(tests ${sources})
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
@@ -29,17 +31,21 @@ function(catan_module name)
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
     # Where simulations spend their time. At -O3 GCC 12 takes strings in aggregates that are all set for uninitialised:
     # other builds still have that warning.
-    if(name MATCHES "^(model|trial|planner|paper|dispatch|driver|sim|baselines)$" AND NOT CATAN_SANITIZE AND NOT CATAN_FUZZ)
+    if(name MATCHES "^(model|trial|planner|paper|dispatch|driver|sim|baselines)$" AND NOT CATAN_SANITIZE)
       target_compile_options(catan_${name} PRIVATE $<$<CONFIG:Release,RelWithDebInfo>:-O3>
                              $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     endif()
+  endif()
+  # Those whose inputs the fuzzers vary. It takes time, which those that compute have not got.
+  if(CATAN_FUZZ AND name MATCHES "^(base|graph|config|plan|os|record|report|runtime)$")
+    target_compile_options(catan_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
   install(TARGETS catan_${name} EXPORT catan)
   set_property(GLOBAL APPEND PROPERTY CATAN_MODULES "${name}:${ARG_DEPENDS}")
 
   if(BUILD_TESTING AND tests)
     catan_test(${name}_test SOURCES ${tests} ALONE ${ARG_ALONE} REALTIME ${ARG_REALTIME}
-               LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
+               UNSANITIZED ${ARG_UNSANITIZED} LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
   endif()
 endfunction()
 
@@ -57,24 +63,30 @@ function(catan_unity target)
   endif()
 endfunction()
 
-# catan_test(NAME [SERIAL] SOURCES file... ALONE file... LIBRARIES target... REALTIME test...): a GoogleTest program, each of
-# its tests known to CTest. ALONE: as above. REALTIME: tests, as GoogleTest's filters name them, that run threads against the
-# clock, so that nothing may run beside them and another process can make them fail; SERIAL: all of its tests do. They have the
-# label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again.
+# catan_test(NAME [SERIAL] SOURCES file... ALONE file... LIBRARIES target... REALTIME test... UNSANITIZED test...): a GoogleTest
+# program, each of its tests known to CTest. ALONE: as above. REALTIME: tests, as GoogleTest's filters name them, that run threads
+# against the clock, so that nothing may run beside them and another process can make them fail; SERIAL: all of its tests do. They
+# have the label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again. UNSANITIZED: tests that are
+# left out under sanitizers, since they compare figures at length, and other tests run the same code.
 function(catan_test name)
-  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;ALONE;LIBRARIES;REALTIME" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;ALONE;LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
   if(ARG_SERIAL)
     set(ARG_REALTIME *)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   catan_unity(${name} ALONE ${ARG_ALONE})
   # Most of the time that a test takes to compile would go into making it fast, which only what is tested needs to be.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O0>)
+  target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O0>)
   target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
   set(options DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
   list(JOIN ARG_REALTIME ":" realtime)
-  if(NOT realtime)
+  if(CATAN_SANITIZE MATCHES "address" AND NOT ARG_SERIAL)
+    # To start a program takes a tenth of a second then, and most tests far less: all in one go.
+    list(JOIN ARG_UNSANITIZED ":" unsanitized)
+    add_test(NAME ${name} COMMAND ${name} --gtest_filter=-${realtime}:${unsanitized})
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1200)
+  elseif(NOT realtime)
     gtest_discover_tests(${name} ${options} PROPERTIES TIMEOUT 300)
   elseif(NOT ARG_SERIAL)
     gtest_discover_tests(${name} ${options} TEST_FILTER "-${realtime}" PROPERTIES TIMEOUT 300)

@@ -32,8 +32,8 @@ user_packages=(
 )
 dev_packages=(
   git                    # what lint and format look at
-  clang-14               # the fuzzers' compiler
-  libclang-rt-14-dev     # its libFuzzer and sanitizers
+  clang-14               # the compiler of tests under sanitizers, and of fuzzers
+  libclang-rt-14-dev     # its sanitizers and libFuzzer
   clang-format-14        # make format
   clang-tidy-14          # make lint
   python3                # run-clang-tidy-14, which runs it on all CPUs

@@ -201,34 +201,6 @@ constexpr Nanos kMeasured = seconds{30};
 
 class AgesOnBoth : public ::testing::TestWithParam<std::tuple<const char*, bool>> {
  protected:
-  // What each does, over channels or without.
-  template <class Wire, class Channels>
-  void wire(Wire&& wire, Channels&& channels) const {
-    const auto [to_steer, to_map, map_to_steer, to_log] = channels;
-    wire("scan", [=, this](ctn::Run& run) {
-      const std::int64_t phase = (now() - TimePoint{}).count() % Nanos{seconds{2}}.count();
-      if (phase > Nanos{milliseconds{1500}}.count()) run.skip_output();
-      if (to_steer == nullptr) return;
-      to_steer->write(run, 1);
-      to_map->write(run, 1);
-      to_log->write(run, 1);
-    });
-    wire("map", [=](ctn::Run& run) {
-      if (to_map == nullptr) return;
-      static_cast<void>(to_map->read(run));
-      map_to_steer->write(run, 1);
-    });
-    wire("steer", [=](ctn::Run& run) {
-      if (to_steer == nullptr) return;
-      static_cast<void>(to_steer->read(run));
-      static_cast<void>(map_to_steer->read(run));
-    });
-    wire("log", [=](ctn::Run& run) {
-      if (to_steer == nullptr) return;
-      while (to_log->take(run)) {
-      }
-    });
-  }
   struct Opened {
     Channel<int>* to_steer = nullptr;
     Channel<int>* to_map = nullptr;
@@ -236,6 +208,34 @@ class AgesOnBoth : public ::testing::TestWithParam<std::tuple<const char*, bool>
     QueueChannel<int>* to_log = nullptr;
   };
 
+  // What each does, over channels or without.
+  template <class Wire>
+  void wire(Wire&& wire, const Opened& channels) const {
+    wire("scan",
+         [this, to_steer = channels.to_steer, to_map = channels.to_map, to_log = channels.to_log](ctn::Run& run) {
+           const std::int64_t phase = (now() - TimePoint{}).count() % Nanos{seconds{2}}.count();
+           if (phase > Nanos{milliseconds{1500}}.count()) run.skip_output();
+           if (to_steer == nullptr) return;
+           to_steer->write(run, 1);
+           to_map->write(run, 1);
+           to_log->write(run, 1);
+         });
+    wire("map", [to_map = channels.to_map, map_to_steer = channels.map_to_steer](ctn::Run& run) {
+      if (to_map == nullptr) return;
+      static_cast<void>(to_map->read(run));
+      map_to_steer->write(run, 1);
+    });
+    wire("steer", [to_steer = channels.to_steer, map_to_steer = channels.map_to_steer](ctn::Run& run) {
+      if (to_steer == nullptr) return;
+      static_cast<void>(to_steer->read(run));
+      static_cast<void>(map_to_steer->read(run));
+    });
+    wire("log", [to_log = channels.to_log](ctn::Run& run) {
+      if (to_log == nullptr) return;
+      while (to_log->take(run)) {
+      }
+    });
+  }
   Snapshot run(const std::string& path) {
     os::FakeOs fake{os::fake_topology(2)};
     fake.share_cpus(true);

@@ -17,7 +17,7 @@ std::string read_all(const std::string& path) {
 }
 
 // Sanitizers make plans ten times as slow.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef CATAN_SANITIZED
 constexpr const char* kLimit = "120";
 #else
 constexpr const char* kLimit = "20";

@@ -16,7 +16,7 @@ namespace {
 constexpr int kTimes = 5;
 // What must be over by when, after what the fault takes by itself (Fault::at_least). Most takes milliseconds; programs
 // whose memory somebody wrote garbage into wait for the next server.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef CATAN_SANITIZED
 // Sanitizers make server and programs ten times as slow, on a CPU whose nodes leave them what is over: no defect.
 constexpr double kSlowness = 5.0;
 #else

@@ -141,7 +141,7 @@ TEST(Record, WhoFollowsFollowsAgain) {
   spec.name.value = "driver";
   for (const char* name : {"imu", "sum", "own", "sink"}) spec.nodes.emplace_back().name.value = name;
   for (std::size_t index = 0; index < 3; ++index) spec.nodes[index].unscheduled = true;
-  for (const std::size_t index : {0, 2}) spec.nodes[index].period = graph::At<Nanos>{milliseconds{5}, {}};
+  for (const std::size_t index : {0U, 2U}) spec.nodes[index].period = graph::At<Nanos>{milliseconds{5}, {}};
   spec.edges = {{names("imu sum sink"), {}}, {names("imu own sink"), {}}};
   spec.objective.resize(1);
   spec.objective[0].path = names("sink");

@@ -55,7 +55,7 @@ TEST(Enforcer, ALevelThatAThreadOfAnotherProcessLosesAtOnceIsAskedForAgain) {
   os::FaultyOs faulty(fake);
   const os::ProcessId other{static_cast<int>(fake.current_process()) + 1};
   const os::ThreadId thread = fake.current_thread();
-  Enforcer enforcer(faulty, true, std::move(*fake.start_guardian()), nullptr);
+  Enforcer enforcer(faulty, true, *fake.start_guardian(), nullptr);
   faulty.ignore_next(os::Call::kSetLevel, 2);
   ASSERT_TRUE(enforcer.apply(thread, Level::kBackground, CpuSet{0}, other).ok());
   EXPECT_TRUE(enforcer.real_time());
