@@ -419,6 +419,52 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   EXPECT_GT(in_step, 100) << "or nothing was tested";
 }
 
+// Everybody but the first is triggered by each so-many-th output of a predecessor: what follows takes the output that
+// triggers it, so that no response takes longer than is promised, which is less than a period for each such input.
+TEST(Promises, HoldForChainsOfFollowers) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
+    const graph::Graph& graph = of.app.graph;
+    model::CostTable costs(graph, Millis{0});
+    trial::Schedule schedule{.cores = of.cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < graph.subchains().size(); ++i) {
+      for (const NodeId node : graph.subchain(SubchainId(i)).nodes) {
+        costs.set(node, model::CostProfile::constant(Millis{uniform(0.2, 1.5)}));
+      }
+      trial::Place place{.core = static_cast<int>(random() % static_cast<unsigned>(of.cores)),
+                         .priority = 9 - static_cast<int>(i),
+                         .period = std::chrono::milliseconds{20}};
+      for (const NodeId predecessor : graph.node(graph.subchain(SubchainId(i)).head()).predecessors) {
+        const auto leader = graph.node(predecessor).subchain;
+        if (!leader || leader->index() >= i) continue;
+        place.after = plan::After{*leader, 1 + static_cast<int>(random() % 3)};
+        place.period = place.after->every * schedule.subchains[leader->index()].period * 9 / 10;
+      }
+      schedule.subchains.push_back(place);
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    Measured<Longest> seen(of.app, {TimePoint{seconds{1}}, TimePoint{seconds{31}}});
+    static_cast<void>(trial::Trial(of.app, samples)
+                          .run(schedule, {.horizon = seconds{30},
+                                          .warm_up = seconds{1},
+                                          .overheads = trial::Overheads::none(),
+                                          .observer = &seen}));
+    for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
+      const plan::ChainPlan& promised = plan->chains[chain];
+      const Longest& found = seen.metrics().chains()[chain].response;
+      if (found.count < 30) continue;
+      EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 300) << "or nothing was tested";
+}
+
 // Everything that a chain can meet: followers, batches in the middle and one after the other, an external node between
 // two of ours, outputs that are left out, nodes that run at any rate, clocks of others at either end.
 graph::App tangled() {

@@ -14,8 +14,8 @@
 namespace ctn::baselines {
 namespace {
 
-Error mistake(std::string key, std::string what, std::string mend) {
-  return Error(ErrorKind::kCaller, {Problem{{}, std::move(key), std::move(what), std::move(mend)}});
+Error mistake(std::string key, std::string what, std::string hint) {
+  return Error(ErrorKind::kCaller, {Problem{{}, std::move(key), std::move(what), std::move(hint)}});
 }
 
 Error broken(std::string what) { return Error(ErrorKind::kCaller, {Problem{{}, {}, std::move(what), {}}}); }

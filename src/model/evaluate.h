@@ -18,7 +18,7 @@ namespace ctn::model {
 struct SubchainTiming {
   Millis period{0};     // p
   Millis execution{0};  // L
-  // Each output of which triggers it: a subchain, or an unscheduled node.
+  // Whose outputs trigger it, each or every so-many-th: a subchain, or an unscheduled node. It takes the one that does.
   std::optional<SubchainId> follows{};
   std::optional<NodeId> follows_node{};
   // Where it is triggered by time, and misses no trigger.

@@ -29,7 +29,7 @@ std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subc
                            .priority = member.priority,
                            .runs_through = subchains[member.subchain.index()].wait == Millis{0}};
       }
-      if (!member.after || member.after->every != 1) continue;
+      if (!member.after) continue;
       if (const SubchainId* const leader = member.after->subchain()) timing.follows = *leader;
       if (const NodeId* const leader = member.after->node()) timing.follows_node = *leader;
     }

@@ -213,6 +213,8 @@ TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
   plan.cores[0].members[0].after->every = 3;
   EXPECT_EQ(fill()[1].execution, Millis{8 + 1});
   EXPECT_EQ(fill()[0].period, Millis{15});
+  EXPECT_EQ(plan.chains[0].latency, Millis{0.25 + 0.5 + 1}) << "it takes the output that triggers it";
+  EXPECT_EQ(plan.chains[0].period, Millis{15});
 
   plan.cores[0].members[0].after->leader = *app.graph.find_node("slow");
   const Status wrong = validate(plan, app, costs, 1);

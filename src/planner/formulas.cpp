@@ -46,7 +46,7 @@ double speed_of_all(const graph::App& app, int cores) {
 }
 
 // The fewest cores that would do; where they differ, the fewest more of the fastest kind.
-std::string mend(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
+std::string hint_for(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
   if (!request.count_cores) return "give it more cores, lower a rate, or make its nodes cheaper";
   const std::size_t fastest = fastest_kind(app);
   const int most = std::min(kMaxCores, request.cores + static_cast<int>(app.graph.subchains().size()));
@@ -116,7 +116,7 @@ Error unattainable(const graph::App& app, const model::CostTable& costs, const F
   } else {
     what += ", and no way was found to fit everything else beside them";
   }
-  return Error(ErrorKind::kCaller, {Problem{{}, "nodes", std::move(what), mend(app, costs, request)}});
+  return Error(ErrorKind::kCaller, {Problem{{}, "nodes", std::move(what), hint_for(app, costs, request)}});
 }
 
 }  // namespace ctn::planner

@@ -476,7 +476,7 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
     if (element.subchain) {
       timing = timings_[element.subchain->index()];
       const auto& after = schedule.subchains[element.subchain->index()].after;
-      if (after && after->every == 1 && before != nullptr) {
+      if (after && before != nullptr) {
         follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
                                    : after->leader == plan::Leader(before->node);
       }
