@@ -60,7 +60,7 @@ if ! grep -qs 'Testing: ' "$log"/{steady,realtime}.log; then
   failed=1
 fi
 if [[ -n ${CATAN_REQUIRE_REALTIME:-} ]]; then
-  lacking=$(cat "$log/steady.log" "$log/realtime.log" 2>/dev/null |
+  lacking=$({ cat "$log/steady.log" "$log/realtime.log" 2>/dev/null || true; } |
     awk '/^[0-9]+\/[0-9]+ Test(ing)?: /{test = $3} /needs the permission to/{print test}' | sort -u)
   if [[ -n $lacking ]]; then
     printf '\n== skipped for lack of the permission to set real-time levels, which this run requires:\n%s\n' "$lacking"
