@@ -236,6 +236,7 @@ class AgesOnBoth : public ::testing::TestWithParam<std::tuple<const char*, bool>
       }
     });
   }
+
   Snapshot run(const std::string& path) {
     os::FakeOs fake{os::fake_topology(2)};
     fake.share_cpus(true);

@@ -370,6 +370,20 @@ struct Longest {
   int count = 0;
 };
 
+// What a schedule comes to in so long, where scheduling costs nothing.
+std::unique_ptr<Measured<Longest>> longest_in(const graph::App& app, const trial::Samples& samples,
+                                              const trial::Schedule& schedule, Nanos horizon) {
+  const Nanos warm_up = seconds{1};
+  auto seen =
+      std::make_unique<Measured<Longest>>(app, record::Interval{TimePoint{warm_up}, TimePoint{warm_up + horizon}});
+  static_cast<void>(
+      trial::Trial(app, samples)
+          .run(
+              schedule,
+              {.horizon = horizon, .warm_up = warm_up, .overheads = trial::Overheads::none(), .observer = seen.get()}));
+  return seen;
+}
+
 // Whole multiples of one period, phases and costs at random, on one or two cores where scheduling costs nothing: no
 // response takes longer than is promised, which is less than a period for each input that keeps in step.
 TEST(Promises, HoldForChainsThatKeepInStep) {
@@ -394,15 +408,10 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
     const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
     const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
     if (!plan) continue;
-    Measured<Longest> seen(of.app, {TimePoint{seconds{1}}, TimePoint{seconds{11}}});
-    static_cast<void>(trial::Trial(of.app, samples)
-                          .run(schedule, {.horizon = seconds{10},
-                                          .warm_up = seconds{1},
-                                          .overheads = trial::Overheads::none(),
-                                          .observer = &seen}));
+    const auto seen = longest_in(of.app, samples, schedule, seconds{10});
     for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
       const plan::ChainPlan& promised = plan->chains[chain];
-      const Longest& found = seen.metrics().chains()[chain].response;
+      const Longest& found = seen->metrics().chains()[chain].response;
       if (found.count < 100) continue;
       EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
       ++compared;
@@ -448,15 +457,10 @@ TEST(Promises, HoldForChainsOfFollowers) {
     const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
     const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
     if (!plan) continue;
-    Measured<Longest> seen(of.app, {TimePoint{seconds{1}}, TimePoint{seconds{31}}});
-    static_cast<void>(trial::Trial(of.app, samples)
-                          .run(schedule, {.horizon = seconds{30},
-                                          .warm_up = seconds{1},
-                                          .overheads = trial::Overheads::none(),
-                                          .observer = &seen}));
+    const auto seen = longest_in(of.app, samples, schedule, seconds{30});
     for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
       const plan::ChainPlan& promised = plan->chains[chain];
-      const Longest& found = seen.metrics().chains()[chain].response;
+      const Longest& found = seen->metrics().chains()[chain].response;
       if (found.count < 30) continue;
       EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
       ++compared;
