@@ -1,17 +1,16 @@
-# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target... ALONE file... REALTIME test...
-#              UNSANITIZED test...)
+# catan_module(NAME DEPENDS module... LIBRARIES target... TEST_LIBRARIES target... REALTIME test... UNSANITIZED test...)
 #
 # One library target a module: catan_NAME, from all sources of the current folder and those below it. Files that end in
 # _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it
 # may include and link; tests/architecture checks that the sources keep to it. Installed, the library is catan::NAME.
 #
-# With CATAN_UNITY several files are compiled as one (docs/decisions/0016-compile-time.md). Two files whose helpers have the same
-# names cannot be: ALONE names files, as paths below the current folder that may have wildcards, that are compiled one by one.
+# With CATAN_UNITY all of them are compiled as one (docs/decisions/0016-compile-time.md), so helpers of two files need names that
+# differ.
 #
 # REALTIME names tests, as GoogleTest's filters do, that run threads against the clock, UNSANITIZED those that sanitizers would
 # find nothing in: see catan_test.
 function(catan_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES;ALONE;REALTIME;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LIBRARIES;TEST_LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
   set(tests ${sources})
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
@@ -25,7 +24,8 @@ function(catan_module name)
     $<INSTALL_INTERFACE:include>)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
-  catan_unity(catan_${name} ALONE ${ARG_ALONE})
+  catan_unity(catan_${name})
+  set_property(GLOBAL APPEND PROPERTY CATAN_SOURCES ${sources})
   if(name MATCHES "^(model|plan|trial|planner|paper|dispatch|policy|driver|sim|baselines)$")
     # What is planned and simulated must be the same on machines whose processors can fuse a multiplication with an addition.
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
@@ -44,37 +44,32 @@ function(catan_module name)
   set_property(GLOBAL APPEND PROPERTY CATAN_MODULES "${name}:${ARG_DEPENDS}")
 
   if(BUILD_TESTING AND tests)
-    catan_test(${name}_test SOURCES ${tests} ALONE ${ARG_ALONE} REALTIME ${ARG_REALTIME}
+    catan_test(${name}_test SOURCES ${tests} REALTIME ${ARG_REALTIME}
                UNSANITIZED ${ARG_UNSANITIZED} LIBRARIES catan_${name} ${ARG_LIBRARIES} ${ARG_TEST_LIBRARIES})
   endif()
 endfunction()
 
-# catan_unity(TARGET [ALONE file...]): compiles the target's files eight at a time, if CATAN_UNITY is on. ALONE: as above.
+# catan_unity(TARGET): compiles the target's files as one, if CATAN_UNITY is on.
 function(catan_unity target)
-  cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
   if(CATAN_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
     # What a source keeps to itself GCC takes for a header's, where the source is included.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-    if(ARG_ALONE)
-      file(GLOB alone CONFIGURE_DEPENDS ${ARG_ALONE})
-      set_source_files_properties(${alone} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-    endif()
   endif()
 endfunction()
 
-# catan_test(NAME [SERIAL] SOURCES file... ALONE file... LIBRARIES target... REALTIME test... UNSANITIZED test...): a GoogleTest
-# program, each of its tests known to CTest. ALONE: as above. REALTIME: tests, as GoogleTest's filters name them, that run threads
+# catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target... REALTIME test... UNSANITIZED test...): a GoogleTest program, each
+# of its tests known to CTest. REALTIME: tests, as GoogleTest's filters name them, that run threads
 # against the clock, so that nothing may run beside them and another process can make them fail; SERIAL: all of its tests do. They
 # have the label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again. UNSANITIZED: tests that are
 # left out under sanitizers, since they compare figures at length, and other tests run the same code.
 function(catan_test name)
-  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;ALONE;LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
   if(ARG_SERIAL)
     set(ARG_REALTIME *)
   endif()
   add_executable(${name} ${ARG_SOURCES})
-  catan_unity(${name} ALONE ${ARG_ALONE})
+  catan_unity(${name})
   # Most of the time that a test takes to compile would go into making it fast, which only what is tested needs to be.
   target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O0>)
   target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
@@ -95,6 +90,16 @@ function(catan_test name)
     gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}" TEST_LIST ${name}_realtime
                          PROPERTIES TIMEOUT 300 RUN_SERIAL TRUE LABELS realtime)
   endif()
+endfunction()
+
+# The sources of all modules as one, in whose compile command `make lint` finds them: most of clang-tidy's time goes into the
+# headers that they share. Nothing builds it.
+function(catan_add_modules_as_one)
+  get_property(sources GLOBAL PROPERTY CATAN_SOURCES)
+  add_library(catan_modules OBJECT EXCLUDE_FROM_ALL ${sources})
+  set_target_properties(catan_modules PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  target_include_directories(catan_modules PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
+  target_link_libraries(catan_modules PRIVATE ${ARGN})
 endfunction()
 
 # Writes "module: its dependencies" lines for the architecture test.

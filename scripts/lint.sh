@@ -4,8 +4,9 @@
 #   scripts/lint.sh --changed BUILD [JOBS]   files that differ from origin/main, or from the last commit where there is none
 # Test programs and fuzzers are left out: their macros expand to what clang-tidy's checks are against.
 #
-# Most of clang-tidy's time goes into reading headers. Where BUILD compiles several files as one (CATAN_UNITY), these are looked
-# at as one, too. --changed looks at each file by itself, which also tells whether it includes all that it needs.
+# Most of clang-tidy's time goes into reading headers, so all modules are looked at as one source (target catan_modules), and so
+# is each program whose files BUILD compiles as one (CATAN_UNITY). --changed looks at each file by itself, which also tells
+# whether it includes all that it needs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 changed=
@@ -28,7 +29,7 @@ if [[ -n $changed ]]; then
   mapfile -t sources < <(printf '%s\n' "${different[@]/%.h/.cpp}" | sort -u | comm -12 - <(printf '%s\n' "${sources[@]}" | sort))
 else
   mapfile -t pieces < <(sed -n 's/^ *"file": "\(.*\/Unity\/.*\)".*/\1/p' "$build/compile_commands.json" |
-    grep -E "/(src|apps|tools|integrations)/" | grep -v '_test\.dir/' | sort)
+    grep -E '/catan_modules\.dir/|/(apps|tools|integrations)/' | grep -v '_test\.dir/' | sort)
   if [[ ${#pieces[@]} -gt 0 ]]; then
     mapfile -t covered < <(sed -n "s|^#include \"$PWD/\(.*\.cpp\)\"|\1|p" "${pieces[@]}")
   fi

@@ -1,5 +1,6 @@
 // The command line: exit codes, what goes to stdout and what to stderr, and that what it prints is what was meant.
 #include "command_test.h"
+#include "test_apps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,9 +16,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::string kApps = std::string(CATAN_TESTS) + "/apps";
-
-Outcome catan(const std::string& arguments) { return run_catan(arguments, kApps); }
+Outcome catan(const std::string& arguments) { return run_catan(arguments, kTestApps); }
 
 TEST(Command, HelpAndVersionAreSuccess) {
   for (const std::string command : {"--help", "check --help", "plan --help", "run --help"}) {
@@ -61,7 +60,7 @@ TEST_P(ValidApp, IsShownInEveryForm) {
     EXPECT_NE(outcome.out, "");
   }
   EXPECT_EQ(json::parse(catan("check " + files + " --json").out)["app"], GetParam());
-  EXPECT_EQ(catan("check " + files).out, read_all(kApps + "/" + GetParam() + ".expected"));
+  EXPECT_EQ(catan("check " + files).out, read_all(kTestApps + "/" + GetParam() + ".expected"));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ValidApp, testing::Values("navigation", "vr", "minimal", "one_node", "aged"),
@@ -110,7 +109,8 @@ TEST(Plan, WithoutCostsSaysSo) {
   EXPECT_NEAR(json::parse(outcome.out)["expected"]["subchains"]["loop"]["period_ms"].get<double>(), 5.0 / 0.94, 0.1);
 }
 
-const std::string kNavigation = "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --effort 0.3 --explain";
+const std::string kPlanNavigation =
+    "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --effort 0.3 --explain";
 
 std::string written(const std::string& name, const std::string& text) {
   const std::string path = testing::TempDir() + name;
@@ -163,7 +163,7 @@ scheduler: { )" + scheduler + " }\n");
 }
 
 TEST(Plan, ExplainsItself) {
-  const Outcome outcome = catan(kNavigation);
+  const Outcome outcome = catan(kPlanNavigation);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, StartsWith("navigation on 2 cores: objective ")) << "the plan comes first";
@@ -203,7 +203,7 @@ objective:
 }
 
 TEST(Plan, ExplainsItselfToPrograms) {
-  const Outcome outcome = catan(kNavigation + " --json");
+  const Outcome outcome = catan(kPlanNavigation + " --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json plan = json::parse(outcome.out);
   const json& why = plan["explanation"];

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/numbers.h"
 #include "model/evaluate.h"
 #include "model/formulas.h"
 #include "paper/equal_shares.h"
@@ -30,7 +30,6 @@ using planner::random_case;
 using planner::RandomCase;
 using planner::RandomLimits;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kSteps = 4'000'000;
 
 // Exact rates, where they may be missed, come first, then bounds.

@@ -26,9 +26,9 @@ TEST(ReportCommand, ShowsPredictedBesideMeasured) {
 TEST(ReportCommand, PrintsOneJsonDocument) {
   const Outcome outcome = report("face_tracking --json --all");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["warm_up_included"], true);
-  EXPECT_EQ(json["chains"][0]["latency_ms"]["count"], 12);
+  const auto document = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(document["warm_up_included"], true);
+  EXPECT_EQ(document["chains"][0]["latency_ms"]["count"], 12);
 }
 
 TEST(ReportCommand, PrintsAPage) {

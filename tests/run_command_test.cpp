@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
+#include "test_apps.h"
 #include "os/linux/linux_os.h"
 #include "os/requires_real_time.h"
 
@@ -20,10 +21,9 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-const std::string kApps = std::string(CATAN_TESTS) + "/apps";
 const std::string kLoad = "synthetic.yaml --synthetic synthetic.costs.yaml ";
 
-Outcome run(const std::string& arguments) { return run_catan("run " + arguments, kApps); }
+Outcome run(const std::string& arguments) { return run_catan("run " + arguments, kTestApps); }
 
 json node(const json& report, const std::string& name) {
   for (const json& entry : report["nodes"]) {
@@ -93,7 +93,7 @@ TEST(RunCommand, KeepsTheRecordThatWasAskedFor) {
   const std::string arguments = kLoad + "--scheduler default --seconds 0.2 --record '" + record + "'";
   const Outcome outcome = run(arguments);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Outcome report = run_catan("report '" + record + "'", kApps);
+  const Outcome report = run_catan("report '" + record + "'", kTestApps);
   EXPECT_EQ(report.exit_code, 0) << report.err;
   EXPECT_EQ(report.out, outcome.out);
   EXPECT_EQ(run(arguments).exit_code, 2) << "a record is never overwritten";
@@ -103,9 +103,9 @@ TEST(RunCommand, KeepsTheRecordThatWasAskedFor) {
 TEST(RunCommand, ShowsWhatItHasOnASignal) {
   const std::string folder = testing::TempDir() + "catan_run_signal";
   std::filesystem::create_directory(folder);
-  const std::string command = "cd '" + kApps + "' && TMPDIR='" + folder + "' timeout --preserve-status -s INT 1.5 '" +
-                              CATAN_COMMAND "' run " + kLoad + "--scheduler default --seconds 600 --json > '" + folder +
-                              ".json'";
+  const std::string command = "cd '" + kTestApps + "' && TMPDIR='" + folder +
+                              "' timeout --preserve-status -s INT 1.5 '" + CATAN_COMMAND "' run " + kLoad +
+                              "--scheduler default --seconds 600 --json > '" + folder + ".json'";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 128 + 2);
   const json report = json::parse(read_all(folder + ".json"));

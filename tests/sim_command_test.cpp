@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
+#include "test_apps.h"
 
 namespace ctn::test {
 namespace {
@@ -17,11 +18,10 @@ namespace {
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kApps = std::string(CATAN_TESTS) + "/apps";
 const std::string kLoad = "sim synthetic.yaml --costs synthetic.costs.yaml --seconds 5 ";
 
 TEST(SimCommand, ShowsChainsNodesAndCores) {
-  const Outcome outcome = run_catan(kLoad + "--cores 2", kApps);
+  const Outcome outcome = run_catan(kLoad + "--cores 2", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* part :
        {"under catan on 2 cores: 5 s", "Chains (ms)", "response", "Nodes (ms)", "objective", "plans"}) {
@@ -31,7 +31,7 @@ TEST(SimCommand, ShowsChainsNodesAndCores) {
 }
 
 TEST(SimCommand, PrintsOneDocument) {
-  const Outcome outcome = run_catan(kLoad + "--runs 3 --seed 7 --json", kApps);
+  const Outcome outcome = run_catan(kLoad + "--runs 3 --seed 7 --json", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json document = Json::parse(outcome.out);
   EXPECT_EQ(document["scheduler"], "catan");
@@ -45,8 +45,8 @@ TEST(SimCommand, PrintsOneDocument) {
 }
 
 TEST(SimCommand, TheSameBytesWhateverTheNumberOfThreads) {
-  const std::string once = run_catan(kLoad + "--runs 5 --threads 1 --json", kApps).out;
-  EXPECT_EQ(once, run_catan(kLoad + "--runs 5 --threads 4 --json", kApps).out);
+  const std::string once = run_catan(kLoad + "--runs 5 --threads 1 --json", kTestApps).out;
+  EXPECT_EQ(once, run_catan(kLoad + "--runs 5 --threads 4 --json", kTestApps).out);
   EXPECT_FALSE(once.empty());
 }
 
@@ -56,7 +56,7 @@ TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
   for (const auto& [cores, threads, wall] : {std::tuple{1, 1, 10.0}, std::tuple{2, 2, 6.0}}) {
     const Outcome outcome = run_catan(
         "sim parallel.yaml --costs parallel.costs.yaml --ideal --seconds 5 --json --cores " + std::to_string(cores),
-        kApps);
+        kTestApps);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     const Json run = Json::parse(outcome.out)["runs"][0];
     EXPECT_NEAR(run["nodes"][0]["compute_ms"]["p50"], threads * wall, 1e-9);
@@ -71,15 +71,15 @@ TEST(SimCommand, CountsStaleRunsAsTheReportOfItsRecordDoes) {
   const std::string record = testing::TempDir() + "aged_" + std::to_string(getpid()) + ".catan";
   std::remove(record.c_str());
   const std::string command = "sim aged.yaml --costs aged.costs.yaml --seconds 20 --record " + record;
-  const Outcome outcome = run_catan(command + " --json", kApps);
+  const Outcome outcome = run_catan(command + " --json", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json simulated = Json::parse(outcome.out)["runs"][0]["ages"];
-  const Outcome report = run_catan("report " + record + " --json", kApps);
+  const Outcome report = run_catan("report " + record + " --json", kTestApps);
   ASSERT_EQ(report.exit_code, 0) << report.err;
   const Json reported = Json::parse(report.out)["ages"];
-  EXPECT_THAT(run_catan("report " + record, kApps).out, HasSubstr("map -> steer"));
+  EXPECT_THAT(run_catan("report " + record, kTestApps).out, HasSubstr("map -> steer"));
   std::remove(record.c_str());
-  EXPECT_THAT(run_catan(command, kApps).out, HasSubstr("Age of inputs (ms)"));
+  EXPECT_THAT(run_catan(command, kTestApps).out, HasSubstr("Age of inputs (ms)"));
   std::remove(record.c_str());
   ASSERT_EQ(simulated.size(), 2U);
   EXPECT_EQ(simulated[0]["from"], "scan");
@@ -107,7 +107,7 @@ TEST(SimCommand, MistakesExitWith2) {
         "sim synthetic.yaml --costs synthetic.costs.yaml --background much",
         "sim synthetic.yaml --costs synthetic.costs.yaml --runs 0",
         "sim synthetic.yaml --costs synthetic.costs.yaml --scheduler static:nowhere.json"}) {
-    const Outcome outcome = run_catan(arguments, kApps);
+    const Outcome outcome = run_catan(arguments, kTestApps);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
     EXPECT_EQ(outcome.out, "") << arguments;
     EXPECT_NE(outcome.err, "") << arguments;

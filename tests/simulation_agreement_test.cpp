@@ -17,15 +17,15 @@ namespace {
 
 using std::chrono::seconds;
 
-const char* const kCosts =
+const char* const kRobotCosts =
     "scan: { cost: 2ms, typical: 1.7ms }\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.01, 3ms] }\n"
     "map: { cost: 40ms, typical: 30ms }\nlog: { cost: 3ms, typical: 2ms }\n";
 // The same, where some wait.
 const char* const kWaits =
     "scan: { cost: 2ms, typical: 1.7ms, wait: 3ms }\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.01, 3ms] }\n"
     "map: { cost: 40ms, typical: 30ms, wait: [20ms, 15ms] }\nlog: { cost: 3ms, typical: 2ms }\n";
-constexpr std::uint64_t kSeed = 3;
-constexpr Nanos kMeasured = seconds{30};
+constexpr std::uint64_t kSimulatedSeed = 3;
+constexpr Nanos kSimulated = seconds{30};
 
 struct Setting {
   const char* policy;
@@ -42,21 +42,21 @@ class Agreement : public runtime::VirtualSession, public ::testing::WithParamInt
 
   Snapshot run() {
     cost = [this](const std::string& node, std::uint64_t number) {
-      return work.draw(kSeed, *app.graph.find_node(node), number, Nanos{0}).cpu;
+      return work.draw(kSimulatedSeed, *app.graph.find_node(node), number, Nanos{0}).cpu;
     };
     wait = [this](const std::string& node, std::uint64_t number) {
-      return work.draw(kSeed, *app.graph.find_node(node), number, Nanos{0}).wait;
+      return work.draw(kSimulatedSeed, *app.graph.find_node(node), number, Nanos{0}).wait;
     };
     open(app, policy, cores);
-    return run_for(app.scheduler.bootstrap + policy::kSettle + kMeasured);
+    return run_for(app.scheduler.bootstrap + policy::kSettle + kSimulated);
   }
 
   sim::Outcome simulate() const {
     sim::Options options = sim::on_ideal_machine(policy, cores);
     options.machine.limit.reset();
     auto simulation =
-        *sim::Simulation::create(app, std::make_unique<sim::DrawnCosts>(app, work, kSeed), std::move(options));
-    simulation->run_for(simulation->warm_from() - TimePoint{} + kMeasured);
+        *sim::Simulation::create(app, std::make_unique<sim::DrawnCosts>(app, work, kSimulatedSeed), std::move(options));
+    simulation->run_for(simulation->warm_from() - TimePoint{} + kSimulated);
     return simulation->outcome();
   }
 };
@@ -81,8 +81,8 @@ TEST_P(Agreement, OnResponseTimesAndRates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Policies, Agreement,
-                         ::testing::Values(Setting{"catan", 1, kCosts}, Setting{"catan", 2, kCosts},
-                                           Setting{"fifo", 1, kCosts}));
+                         ::testing::Values(Setting{"catan", 1, kRobotCosts}, Setting{"catan", 2, kRobotCosts},
+                                           Setting{"fifo", 1, kRobotCosts}));
 INSTANTIATE_TEST_SUITE_P(WithWaits, Agreement,
                          ::testing::Values(Setting{"catan", 1, kWaits}, Setting{"catan", 2, kWaits},
                                            Setting{"fifo", 1, kWaits}));

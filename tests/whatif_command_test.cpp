@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
+#include "test_apps.h"
 
 namespace ctn::test {
 namespace {
@@ -19,11 +20,10 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kApps = std::string(CATAN_TESTS) + "/apps";
 const std::string kAsk = "whatif synthetic.yaml --costs synthetic.costs.yaml --seconds 5 ";
 
 TEST(WhatIfCommand, ShowsEachHardwareAndWhatFollows) {
-  const Outcome outcome = run_catan(kAsk + "--cores 1-2 --speeds 0.5,1", kApps);
+  const Outcome outcome = run_catan(kAsk + "--cores 1-2 --speeds 0.5,1", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("Hardware"));
   EXPECT_THAT(outcome.out, HasSubstr("objective promised"));
@@ -32,19 +32,19 @@ TEST(WhatIfCommand, ShowsEachHardwareAndWhatFollows) {
 
 TEST(WhatIfCommand, PrintsOneDocumentTheSameWithAnyNumberOfThreads) {
   const std::string ask = kAsk + "--cores 1,2 --speeds 1,2 --weight 0=1,4 --json ";
-  const Outcome outcome = run_catan(ask + "--threads 1", kApps);
+  const Outcome outcome = run_catan(ask + "--threads 1", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json document = Json::parse(outcome.out);
   ASSERT_EQ(document["hardware"].size(), 4U);
   EXPECT_EQ(document["hardware"][0]["cores"], 1);
   EXPECT_GT(document["hardware"][0]["promised"]["objective_ms"], document["hardware"][1]["promised"]["objective_ms"]);
   ASSERT_EQ(document["weights"].size(), 2U);
-  EXPECT_EQ(outcome.out, run_catan(ask + "--threads 4", kApps).out);
+  EXPECT_EQ(outcome.out, run_catan(ask + "--threads 4", kTestApps).out);
 }
 
 TEST(WhatIfCommand, Draws) {
   const fs::path drawing = fs::path(testing::TempDir()) / ("catan_whatif_" + std::to_string(::getpid()) + ".svg");
-  const Outcome outcome = run_catan(kAsk + "--cores 1 --speeds 1,2 --svg " + drawing.string(), kApps);
+  const Outcome outcome = run_catan(kAsk + "--cores 1 --speeds 1,2 --svg " + drawing.string(), kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   std::ostringstream text;
   text << std::ifstream(drawing).rdbuf();
@@ -58,7 +58,7 @@ TEST(WhatIfCommand, MistakesExitWith2) {
         "--speeds 0", "--speeds fast", "--speeds nan", "--seconds nan", "--node nobody=1", "--node =1", "--weight 99=1",
         "--weight 0=-1", "--weight 0=", "--scheduler best"}) {
     const bool whole = arguments.starts_with("whatif");
-    const Outcome outcome = run_catan(whole ? arguments : kAsk + arguments, kApps);
+    const Outcome outcome = run_catan(whole ? arguments : kAsk + arguments, kTestApps);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
     EXPECT_EQ(outcome.out, "") << arguments;
     EXPECT_NE(outcome.err, "") << arguments;
@@ -71,8 +71,8 @@ class SweepCommand : public ::testing::Test {
     fs::remove_all(folder);
     fs::create_directories(folder);
     for (const char* name : {"one", "three", "two"}) {
-      fs::copy(kApps + "/synthetic.yaml", folder / (std::string(name) + ".yaml"));
-      fs::copy(kApps + "/synthetic.costs.yaml", folder / (std::string(name) + ".costs.yaml"));
+      fs::copy(kTestApps + "/synthetic.yaml", folder / (std::string(name) + ".yaml"));
+      fs::copy(kTestApps + "/synthetic.costs.yaml", folder / (std::string(name) + ".costs.yaml"));
     }
   }
   ~SweepCommand() override { fs::remove_all(folder); }

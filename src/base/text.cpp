@@ -45,6 +45,13 @@ std::size_t whole_characters(std::string_view text, std::size_t length) {
 
 }  // namespace
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
 std::string printable(std::string_view text) {
   std::string result;
   for (const char c : text) {

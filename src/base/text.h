@@ -1,4 +1,4 @@
-// Text for messages: quoting what a user wrote, and guessing what was meant.
+// Text that users write, and text for messages: trimming, quoting, and guessing what was meant.
 //
 // Thread safety: pure functions.
 #pragma once
@@ -18,6 +18,9 @@ std::string quote(std::string_view text);
 
 // "'a', 'b' and 'c'"; of more than eight only the first, and how many more.
 std::string quote_list(std::span<const std::string> names);
+
+// Without the blanks at both ends: spaces, tabs and ends of line.
+std::string_view trimmed(std::string_view text);
 
 // The candidate nearest to `word` by edits, if near enough to be what was meant; the first of several.
 std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates);

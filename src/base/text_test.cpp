@@ -24,6 +24,13 @@ TEST(QuotedList, NamesTheFirstOfMany) {
   EXPECT_EQ(quote_list(Names(10, "a")), "'a', 'a', 'a', 'a', 'a', 'a', 'a', 'a' and 2 more");
 }
 
+TEST(Trimmed, LeavesWhatIsBetweenBlanks) {
+  EXPECT_EQ(trimmed(" \ta b\r\n"), "a b");
+  EXPECT_EQ(trimmed("a"), "a");
+  EXPECT_EQ(trimmed(" \n"), "");
+  EXPECT_EQ(trimmed(""), "");
+}
+
 TEST(Nearest, FindsSlipsOfAFewLetters) {
   const Names keys{"max_rate", "min_rate", "period"};
   EXPECT_EQ(nearest("max_rat", keys), "max_rate");

@@ -16,12 +16,6 @@ namespace {
 
 using testing::ElementsAre;
 
-graph::App build(const graph::AppSpec& spec) {
-  auto app = graph::build_app(spec);
-  EXPECT_TRUE(app.ok()) << (app.ok() ? "" : app.error().message());
-  return *std::move(app);
-}
-
 // Two chains that end in the same node: a b d, and c d.
 graph::AppSpec fork() {
   graph::AppSpec spec = graph::spec_of({"a", "b", "c", "d", "e", "out"}, {"a b d out", "c d", "e d"});
@@ -32,7 +26,7 @@ graph::AppSpec fork() {
 }
 
 TEST(Picas, LaterNodesOfHeavierChainsComeFirst) {
-  const graph::App app = build(fork());
+  const graph::App app = graph::build_app(fork()).value();
   const model::CostTable costs(app.graph, Millis{1});
   const std::vector<Rate> rates(app.graph.subchains().size(), Rate{10.0});
   const ChainAware found = assign_by_chains(app, costs, rates, 2);
@@ -44,7 +38,7 @@ TEST(Picas, LaterNodesOfHeavierChainsComeFirst) {
 }
 
 TEST(Picas, WhatDoesNotFitTogetherIsSpread) {
-  const graph::App app = build(fork());
+  const graph::App app = graph::build_app(fork()).value();
   const model::CostTable costs(app.graph, Millis{40});
   const std::vector<Rate> rates(app.graph.subchains().size(), Rate{10.0});
   const ChainAware found = assign_by_chains(app, costs, rates, 2);
@@ -73,7 +67,7 @@ TEST(Picas, EveryNodeHasARankWhateverTheApp) {
 }
 
 TEST(Reservations, AreTheCostWithAMarginInEveryPeriod) {
-  const graph::App app = build(fork());
+  const graph::App app = graph::build_app(fork()).value();
   const model::CostTable costs(app.graph, Millis{4});
   const std::vector<Rate> rates(app.graph.subchains().size(), Rate{10.0});
   const Reservations found = reserve(app, costs, rates, 1);
@@ -85,7 +79,7 @@ TEST(Reservations, AreTheCostWithAMarginInEveryPeriod) {
 }
 
 TEST(Reservations, RatesAreLoweredUntilTheyFit) {
-  const graph::App app = build(fork());
+  const graph::App app = graph::build_app(fork()).value();
   const model::CostTable costs(app.graph, Millis{40});
   const std::vector<Rate> rates(app.graph.subchains().size(), Rate{10.0});
   const Reservations found = reserve(app, costs, rates, 1);
@@ -101,7 +95,7 @@ TEST(Reservations, RatesAreLoweredUntilTheyFit) {
 
 // No thread can have more than a core.
 TEST(Reservations, ARunFitsItsPeriod) {
-  const graph::App app = build(fork());
+  const graph::App app = graph::build_app(fork()).value();
   const model::CostTable costs(app.graph, Millis{200});
   const std::vector<Rate> rates(app.graph.subchains().size(), Rate{10.0});
   const Reservations found = reserve(app, costs, rates, 64);

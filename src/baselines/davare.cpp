@@ -4,20 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "baselines/period_program.h"
 #include "baselines/response_times.h"
 #include "plan/limits.h"
 
 namespace ctn::baselines {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Assignment {
   std::vector<int> core;   // by subchain

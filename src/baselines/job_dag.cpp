@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
+
+#include "base/numbers.h"
 
 namespace ctn::baselines {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRounding = 1e-9;
+constexpr double kTimeRounding = 1e-9;
 
 long floor_divide(long a, long b) { return a / b - (a % b != 0 && a < 0 ? 1 : 0); }
 
@@ -47,7 +47,7 @@ class Scheduling {
     std::size_t done = 0;
     double now = 0.0;
     while (done < jobs_.size()) {
-      for (; released < by_release_.size() && at(by_release_[released]).release <= now + kRounding; ++released) {
+      for (; released < by_release_.size() && at(by_release_[released]).release <= now + kTimeRounding; ++released) {
         Job& job = at(by_release_[released]);
         job.released = true;
         if (job.waits_for == 0) make_ready(by_release_[released]);
@@ -57,7 +57,7 @@ class Scheduling {
       if (until == kInfinity) return std::nullopt;  // they wait for each other
       for (const int running : running_) {
         at(running).left -= until - now;
-        if (at(running).left > kRounding) continue;
+        if (at(running).left > kTimeRounding) continue;
         if (!finish(running, until)) return std::nullopt;
         ++done;
       }
@@ -116,7 +116,7 @@ class Scheduling {
     for (const int successor : job.successors) {
       if (--at(successor).waits_for == 0 && at(successor).released) make_ready(successor);
     }
-    return now <= job.release + task_of(number).every + kRounding * hyperperiod_;
+    return now <= job.release + task_of(number).every + kTimeRounding * hyperperiod_;
   }
 
   DagSchedule made() const {

@@ -7,13 +7,13 @@
 
 #include <Eigen/Dense>
 
+#include "base/numbers.h"
+
 namespace ctn::baselines {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A value with its first and second derivatives in the variables.
 struct Jet {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "base/numbers.h"
 #include "baselines/davare.h"
 #include "baselines/response_times.h"
 #include "baselines/verucchi.h"
@@ -34,12 +34,6 @@ class Rates : public testing::TestWithParam<Named> {};
 INSTANTIATE_TEST_SUITE_P(All, Rates,
                          testing::Values(Named{"davare", plan_by_davare}, Named{"verucchi", plan_by_verucchi}),
                          [](const auto& test) { return test.param.name; });
-
-graph::App build(const graph::AppSpec& spec) {
-  auto app = graph::build_app(spec);
-  EXPECT_TRUE(app.ok()) << (app.ok() ? "" : app.error().message());
-  return *std::move(app);
-}
 
 // Nodes a, b, c of 2, 4 and 8 ms, each a subchain.
 graph::AppSpec row() {
@@ -70,7 +64,7 @@ RatePlan planned(Method method, const graph::App& app, const model::CostTable& c
 // A core each: every task runs all the time. Davare et al. know nothing of who begins when: each task adds its period
 // and its run, 2 x (2 + 4 + 8).
 TEST(Davare, WithACoreEachPeriodsAreCosts) {
-  const graph::App app = build(row());
+  const graph::App app = graph::build_app(row()).value();
   const RatePlan plan = planned(plan_by_davare, app, costs_of(app), {3, 0.0, 0});
   EXPECT_NEAR(plan.subchains[0].period.count(), 2.0, 1e-3);
   EXPECT_NEAR(plan.subchains[1].period.count(), 4.0, 1e-3);
@@ -86,7 +80,7 @@ TEST(Davare, OnOneCoreTwoTasksTakeTurns) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "out"}, {"a b out"});
   node(spec, "out").external = true;
   spec.objective = {graph::response("a b out", 1.0)};
-  const graph::App app = build(spec);
+  const graph::App app = graph::build_app(spec).value();
   const RatePlan plan = planned(plan_by_davare, app, costs_of(app), {1, 0.0, 0});
   EXPECT_GE(plan.objective, 20.0 - 1e-6);
   EXPECT_LT(plan.objective, 20.5);
@@ -97,7 +91,7 @@ TEST(Davare, OnOneCoreTwoTasksTakeTurns) {
 // its response time; so the optimum over exact response times is found by trying periods of the higher one, for both
 // orders.
 double best_of_two(double a, double b, double weight_a, double weight_b) {
-  double best = std::numeric_limits<double>::infinity();
+  double best = kInfinity;
   for (const bool swapped : {false, true}) {
     const double high = swapped ? b : a;
     const double low = swapped ? a : b;
@@ -120,7 +114,7 @@ TEST(Davare, IsNearTheBestThatExactResponseTimesAllow) {
     const double weight = std::pow(10.0, -3.0 + 0.1 * i);
     const double cost = 1.0 + 3.0 * (i * 7 % kCases);
     spec.objective = {graph::response("a x", 1.0), graph::response("b y", weight)};
-    const graph::App app = build(spec);
+    const graph::App app = graph::build_app(spec).value();
     model::CostTable costs(app.graph, Millis{2});
     costs.set(*app.graph.find_node("b"), model::CostProfile::constant(Millis{cost}));
     const RatePlan plan = planned(plan_by_davare, app, costs, {1, 0.0, 0});
@@ -136,7 +130,7 @@ TEST(Davare, IsNearTheBestThatExactResponseTimesAllow) {
 // Exhaustive, and by hand: on three cores the graph with equal periods of 8 waits 8 for the trigger and runs 14; faster
 // rates for a and b cannot bring more, as the chain waits for c.
 TEST(Verucchi, RunsThatFollowEachOtherNeedNotWait) {
-  const graph::App app = build(row());
+  const graph::App app = graph::build_app(row()).value();
   const RatePlan plan = planned(plan_by_verucchi, app, costs_of(app), {3, 0.0, 0});
   EXPECT_TRUE(plan.exhaustive);
   // c takes all of its core, so what it uses was triggered 8 ms before. Better: it takes the run of b that ended when
@@ -148,7 +142,7 @@ TEST(Verucchi, RunsThatFollowEachOtherNeedNotWait) {
 
 // On one core everything at one rate, one after the other, is what no schedule can beat: 14 + 14.
 TEST(Verucchi, OnOneCoreARowRunsAtOneRate) {
-  const graph::App app = build(row());
+  const graph::App app = graph::build_app(row()).value();
   const RatePlan plan = planned(plan_by_verucchi, app, costs_of(app), {1, 0.0, 0});
   EXPECT_TRUE(plan.exhaustive);
   EXPECT_NEAR(plan.objective, 28.0, 1e-9);
@@ -160,7 +154,7 @@ TEST(Verucchi, OnOneCoreARowRunsAtOneRate) {
 TEST(Verucchi, RatesArePowersOfTwoApart) {
   graph::AppSpec spec = row();
   spec.objective = {graph::period("a", 1.0), graph::period("c", 0.01)};
-  const graph::App app = build(spec);
+  const graph::App app = graph::build_app(spec).value();
   const RatePlan plan = planned(plan_by_verucchi, app, costs_of(app), {1, 0.0, 0});
   EXPECT_TRUE(plan.exhaustive);
   const double ratio = plan.subchains[2].period / plan.subchains[0].period;
@@ -172,7 +166,7 @@ TEST_P(Rates, ExactRatesAndCapsAreKept) {
   graph::AppSpec spec = row();
   node(spec, "b").min_rate = node(spec, "b").max_rate = graph::At<Rate>{Rate{40.0}, {}};
   node(spec, "a").max_rate = graph::At<Rate>{Rate{10.0}, {}};
-  const graph::App app = build(spec);
+  const graph::App app = graph::build_app(spec).value();
   const RatePlan plan = planned(GetParam().plan, app, costs_of(app), {1, 0.06, 0});
   EXPECT_NEAR(plan.subchains[1].period.count(), 25.0, 1e-9);
   EXPECT_GE(plan.subchains[0].period.count(), 100.0 - 1e-6);
@@ -181,7 +175,7 @@ TEST_P(Rates, ExactRatesAndCapsAreKept) {
 TEST_P(Rates, BoundsThatCannotHoldAreNamed) {
   graph::AppSpec spec = row();
   spec.objective[0].max = graph::At<Nanos>{std::chrono::milliseconds{10}, {}};
-  const graph::App app = build(spec);
+  const graph::App app = graph::build_app(spec).value();
   const RatePlan plan = planned(GetParam().plan, app, costs_of(app), {1, 0.06, 0});
   ASSERT_EQ(plan.relaxed.size(), 1U);
   EXPECT_EQ(plan.relaxed[0].key, "objective[0].max");
@@ -191,7 +185,7 @@ TEST_P(Rates, BoundsThatCannotHoldAreNamed) {
 TEST_P(Rates, WhatCannotBeIsTheCallersMistake) {
   graph::AppSpec spec = row();
   node(spec, "c").min_rate = node(spec, "c").max_rate = graph::At<Rate>{Rate{200.0}, {}};
-  const graph::App app = build(spec);
+  const graph::App app = graph::build_app(spec).value();
   const auto none = GetParam().plan(app, costs_of(app), {2, 0.06, 0});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().kind(), ErrorKind::kCaller);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -13,13 +12,13 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "baselines/job_dag.h"
 #include "plan/limits.h"
 
 namespace ctn::baselines {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostDoublings = 8;
 constexpr std::size_t kMostCombinations = 2'000'000;
 constexpr std::size_t kDefaultEffort = 4'000'000;

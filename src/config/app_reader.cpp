@@ -33,12 +33,6 @@ constexpr std::string_view kListHint = "write it as in [scan, LM, LP]";
 constexpr int kMaxThreads = 1024;
 constexpr int kMaxRuns = 1'000'000;
 
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\n");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\n") - begin + 1);
-}
-
 }  // namespace
 
 graph::AppSpec AppReader::read() {
@@ -207,7 +201,7 @@ std::optional<graph::PathSpec> AppReader::read_path(const Value& value, const st
   const std::string_view text = value.text;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t arrow = std::min(text.find("->", begin), text.size());
-    const std::string_view name = trim(text.substr(begin, arrow - begin));
+    const std::string_view name = trimmed(text.substr(begin, arrow - begin));
     graph::Name node{std::string(name), value.place};
     if (value.verbatim && !name.empty()) node.place.column += static_cast<int>(name.data() - text.data());
     if (name.empty()) {

@@ -8,12 +8,12 @@
 #include <deque>
 #include <vector>
 
+#include "base/testing/times.h"
+
 namespace ctn::dispatch {
 namespace {
 
 using std::chrono::milliseconds;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 // Runs the state machine in virtual time. Every run ends `durations[k]` after its trigger (the last repeats); runs end
 // in order.

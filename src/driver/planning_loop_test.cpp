@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "config/testing/apps.h"
 
 namespace ctn::driver {
@@ -15,8 +16,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 constexpr const char* kTwo = R"(
 catan: 1

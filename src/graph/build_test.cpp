@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/numbers.h"
 #include "graph/spec_text.h"
 
 namespace ctn::graph {
@@ -331,7 +332,7 @@ TEST(BuildObjective, RefusesBadNumbersAndRepeats) {
   AppSpec spec = good_spec();
   spec.objective.push_back(spec.objective[0]);
   spec.objective.push_back(period("GL", std::numeric_limits<double>::quiet_NaN()));
-  spec.objective.push_back(period("LM", std::numeric_limits<double>::infinity()));
+  spec.objective.push_back(period("LM", kInfinity));
   spec.objective[1].max = At<Nanos>{0ms, {}};
   EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("objective[1]: objective[0] is about the same; keep one"),
                                      HasSubstr("max must be more than 0"), HasSubstr("weight nan is no number"),

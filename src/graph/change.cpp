@@ -22,12 +22,6 @@ constexpr double kLowestHertz = 1e-5;
 constexpr double kHighestHertz = 1e6;
 constexpr double kLongestMs = 10.0 * 24.0 * 3600.0 * 1000.0;
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 std::vector<std::string> names_of_path(std::string_view text) {
   constexpr std::string_view kArrow = "->";
   std::vector<std::string> names;

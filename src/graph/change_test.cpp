@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/numbers.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 
@@ -120,7 +121,7 @@ TEST(Changed, AllThatIsWrongIsTold) {
   const App x = app();
   Changes changes;
   changes.weights = {{"0", -1.0}, {"1", std::numeric_limits<double>::quiet_NaN()}, {"nobody", 1.0}};
-  changes.maxes = {{"lone", 5.0}, {"2", 0.0}, {"4", std::numeric_limits<double>::infinity()}};
+  changes.maxes = {{"lone", 5.0}, {"2", 0.0}, {"4", kInfinity}};
   changes.min_rates = {{"d", 51.0}, {"nope", 1.0}, {"imu", 1.0}, {"a", 0.0}, {"b", 1.0}, {"b", 2.0}};
   const Result<App> after = changed(x, changes);
   ASSERT_FALSE(after.ok());

@@ -8,18 +8,13 @@
 #include <string_view>
 #include <utility>
 
+#include "base/text.h"
+
 namespace ctn::os {
 namespace {
 
 // Far above any machine that runs Linux (8192 CPUs), and low enough that a typing mistake fills no memory.
 constexpr int kMaxCpuNumber = 65535;
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 std::optional<int> parse_cpu_number(std::string_view text) {
   int number = 0;

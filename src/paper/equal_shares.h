@@ -3,9 +3,9 @@
 // Units: milliseconds. Thread safety: plain values, pure functions.
 #pragma once
 
-#include <limits>
 #include <vector>
 
+#include "base/numbers.h"
 #include "paper/problem.h"
 
 namespace ctn::paper {
@@ -15,9 +15,9 @@ constexpr double kValueRounding = 1e-11;
 
 // Exact rates come before bounds, bounds before the objective. All of them can be had here by relaxing them.
 struct EqualShares {
-  double exact = std::numeric_limits<double>::infinity();   // the factor by which exact rates are missed
-  double factor = std::numeric_limits<double>::infinity();  // that of bounds
-  double objective = std::numeric_limits<double>::infinity();
+  double exact = kInfinity;   // the factor by which exact rates are missed
+  double factor = kInfinity;  // that of bounds
+  double objective = kInfinity;
 
   // By more than rounding.
   bool clearly_below(const EqualShares& other) const {

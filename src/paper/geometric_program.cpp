@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Dense>
+
+#include "base/numbers.h"
 
 namespace ctn::paper {
 namespace {
@@ -36,7 +37,7 @@ struct LogPosynomial {
   }
 
   double at(const Vector& y) {
-    double largest = -std::numeric_limits<double>::infinity();
+    double largest = -kInfinity;
     for (std::size_t k = 0; k < sum->size(); ++k) {
       const Monomial& monomial = (*sum)[k];
       double log = std::log(monomial.coefficient);

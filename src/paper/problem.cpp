@@ -14,7 +14,7 @@ namespace {
 
 // Where slices may be as short as one likes, a run is spread over no more frames than this.
 constexpr double kMostEvery = 1000.0;
-constexpr double kRounding = 1e-12;
+constexpr double kTimingRounding = 1e-12;
 
 double ms(const std::optional<Nanos>& time) { return to_millis(time.value_or(Nanos{0})).count(); }
 
@@ -96,7 +96,7 @@ Owned best_owned(const graph::App& app, const Costs& costs, SubchainId id, int c
     // What misses an exact rate by its waits alone has to be seen to miss it.
     const Timing timing{period(keeps ? busy : found), busy.execution.count()};
     const bool shorter =
-        timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kRounding);
+        timing.period + timing.execution < (best.timing.period + best.timing.execution) * (1.0 - kTimingRounding);
     if (q == 1 || (keeps && !best_keeps) || (keeps == best_keeps && shorter)) {
       best = {timing, q, period(found)};
       best_keeps = keeps;
@@ -112,7 +112,7 @@ OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cor
   const double min_slice = to_millis(app.scheduler.min_slice).count();
   if (on.cost >= min_slice && on.cost > 0.0) {
     const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
-    on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kRounding)));
+    on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kTimingRounding)));
   }
   const int threads = costs.busy.most_threads(app.graph, id);
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());

@@ -10,7 +10,7 @@
 namespace ctn::paper {
 namespace {
 
-constexpr double kRounding = 1e-9;
+constexpr double kBoundRounding = 1e-9;
 constexpr double kShortestFrame = 1e-6;
 // Frames are no longer than so many runs of all members.
 constexpr double kMostRounds = 100.0;
@@ -72,7 +72,7 @@ class Formulation {
   // sum <= 1. What depends on no variable holds, or nothing is possible.
   void require(Posynomial sum) {
     if (std::all_of(sum.begin(), sum.end(), [](const Monomial& m) { return m.powers.empty(); })) {
-      possible_ = possible_ && at_start(sum) <= 1.0 + kRounding;
+      possible_ = possible_ && at_start(sum) <= 1.0 + kBoundRounding;
       return;
     }
     program_.constraints.push_back(std::move(sum));

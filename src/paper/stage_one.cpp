@@ -3,19 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "paper/equal_shares.h"
 #include "paper/local_search.h"
 
 namespace ctn::paper {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A class that a subchain may be in.
 struct Choice {

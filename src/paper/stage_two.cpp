@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "base/numbers.h"
 #include "paper/relaxation.h"
 
 namespace ctn::paper {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRounding = 1e-10;
+constexpr double kStageRounding = 1e-10;
 // What a geometric program costs, compared with one look at a whole number.
 constexpr std::size_t kProgramSteps = 1000;
 
@@ -33,7 +32,7 @@ struct OpenCore {
     const double least_work = work + open_work;
     const double shortest_frame = std::max(shortest, least_work > 0.0 ? least_work / usable : 0.0);
     if (usable <= 0.0 && (work > 0.0 || roots > 0.0)) return kInfinity;
-    if (shortest_frame > longest * (1.0 + kRounding)) return kInfinity;
+    if (shortest_frame > longest * (1.0 + kStageRounding)) return kInfinity;
     if (roots <= 0.0) return constant + price * (price >= 0.0 ? shortest_frame : longest);
     // The best frame for all of it, where it may be that long.
     const double best = price > 0.0 ? (work + roots * std::sqrt(work / price)) / usable : longest;
@@ -81,7 +80,7 @@ class WholeNumbers {
     const SharedCore& core = division_.cores[number];
     Begun begun;
     OpenCore& open = begun.open;
-    open.usable = division_.problem.usable * (1.0 + kRounding);
+    open.usable = division_.problem.usable * (1.0 + kStageRounding);
     open.longest = core.longest_frame;
     for (const std::size_t i : core.members) {
       const Subchain& subchain = division_.problem.subchains[i];
@@ -114,7 +113,7 @@ class WholeNumbers {
     OpenCore next = open;
     const Subchain& subchain = division_.problem.subchains[i];
     if (division_.is_exact(i)) {
-      next.shortest = std::max(open.shortest, subchain.exact_period / n * (1.0 - kRounding));
+      next.shortest = std::max(open.shortest, subchain.exact_period / n * (1.0 - kStageRounding));
       next.longest = std::min(open.longest, subchain.exact_period / n);
       return next;
     }
@@ -142,7 +141,7 @@ class WholeNumbers {
       // It sets the frame, or has to fit it.
       for (int n = 1; n <= most && steps_ > 0; ++n) {
         const auto [next, least] = at(n);
-        if (next.shortest <= next.longest * (1.0 + kRounding) && least < limit()) visit(n, next, least);
+        if (next.shortest <= next.longest * (1.0 + kStageRounding) && least < limit()) visit(n, next, least);
       }
       return;
     }
@@ -229,7 +228,7 @@ class WholeNumbers {
     if (steps_ == 0) complete_ = false;
   }
 
-  double to_beat() const { return std::isfinite(best_) ? best_ - kRounding * std::abs(best_) : kInfinity; }
+  double to_beat() const { return std::isfinite(best_) ? best_ - kStageRounding * std::abs(best_) : kInfinity; }
 
   // All numbers are whole: frames, periods, and what they come to.
   void judge() {
@@ -245,7 +244,7 @@ class WholeNumbers {
       set(core, free ? &*free : nullptr, found);
     }
     const double factor = factor_of(division_.problem.bounds, found.timings);
-    if (!goal_.least_factor && factor > goal_.factor * (1.0 + kRounding)) return;
+    if (!goal_.least_factor && factor > goal_.factor * (1.0 + kStageRounding)) return;
     const double value = goal_.least_factor ? factor : objective_of(division_.problem.terms, found.timings);
     if (!(value < best_)) return;
     best_ = value;
@@ -320,7 +319,7 @@ double gap_of(double value, double bound) {
 bool keeps_exact_rates(const Division& division) {
   for (std::size_t i = 0; i < division.core_of.size(); ++i) {
     if (division.core_of[i] < 0 && division.is_exact(i) &&
-        division.timings[i].period > division.problem.subchains[i].exact_period * (1.0 + kRounding)) {
+        division.timings[i].period > division.problem.subchains[i].exact_period * (1.0 + kStageRounding)) {
       return false;
     }
   }
@@ -340,7 +339,7 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   std::optional<Answer> best = least(division, free, *relaxed, left);
   if (!best) return std::nullopt;
   best->stage.gap = gap_of(best->value, best->bound);
-  if (factor_of(problem.bounds, best->stage.timings) <= 1.0 + kRounding) return best->stage;
+  if (factor_of(problem.bounds, best->stage.timings) <= 1.0 + kStageRounding) return best->stage;
 
   // Not all bounds hold.
   const double bound = best->bound;
@@ -357,7 +356,7 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   std::optional<Answer> answer = least(division, within, tight ? *tight : *relaxed, left);
   StageTwo& stage = answer ? answer->stage : least_factor->stage;
   stage.gap = gap_of(objective_of(problem.terms, stage.timings), answer ? std::max(bound, answer->bound) : bound);
-  if (least_factor->bound < least_factor->value * (1.0 - kRounding)) stage.gap = 1.0;
+  if (least_factor->bound < least_factor->value * (1.0 - kStageRounding)) stage.gap = 1.0;
   return stage;
 }
 

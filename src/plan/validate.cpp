@@ -14,14 +14,14 @@ namespace ctn::plan {
 namespace {
 
 constexpr double kNearZero = 1e-12;
-constexpr const char* kHint = "make the plan again, for this app, these costs and these cores";
+constexpr const char* kPlanAgain = "make the plan again, for this app, these costs and these cores";
 
 }  // namespace
 
 bool same(double a, double b) { return std::abs(a - b) <= kTolerance * std::max(std::abs(a), std::abs(b)) + kNearZero; }
 
 void Check::problem(std::string key, std::string what) {
-  problems_.push_back({{}, std::move(key), std::move(what), kHint});
+  problems_.push_back({{}, std::move(key), std::move(what), kPlanAgain});
 }
 
 void Check::expect(const std::string& key, double planned, double must_be, const char* why) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/numbers.h"
 #include "plan/sample_plan.h"
 
 namespace ctn::plan {
@@ -48,7 +49,6 @@ TEST_P(Broken, IsNoticedWhereItIsBroken) {
 SubchainPlan& of(Plan& plan, SubchainId id) { return plan.subchains[id.index()]; }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const std::vector<Break> kShape{
     {"SubchainMissing", "subchains", [](Plan& p) { p.subchains.pop_back(); }},

@@ -7,35 +7,35 @@
 namespace ctn::plan {
 namespace {
 
-using Json = nlohmann::ordered_json;  // keys in the order written: a person reads them too
+using Ordered = nlohmann::ordered_json;  // keys in the order written: a person reads them too
 
-Json every_json(const std::optional<int>& every) { return every ? Json(*every) : Json(nullptr); }
+Ordered every_json(const std::optional<int>& every) { return every ? Ordered(*every) : Ordered(nullptr); }
 
-Json relaxed_json(const Plan& plan) {
-  Json bounds = Json::array();
+Ordered relaxed_json(const Plan& plan) {
+  Ordered bounds = Ordered::array();
   for (const RelaxedBound& bound : plan.relaxed) {
     bounds.push_back({{"bound", bound.key}, {"asked_ms", bound.asked.count()}, {"planned_ms", bound.planned.count()}});
   }
   return {{"factor", plan.relax_factor}, {"bounds", std::move(bounds)}};
 }
 
-Json subchain_json(const SubchainPlan& subchain) {
-  Json json = {{"cores", subchain.cores},
-               {"period_ms", subchain.period.count()},
-               {"execution_ms", subchain.execution.count()},
-               {"every", every_json(subchain.every)},
-               {"share", subchain.share},
-               {"slice_ms", subchain.slice.count()},
-               {"threads", subchain.threads}};
+Ordered subchain_json(const SubchainPlan& subchain) {
+  Ordered json = {{"cores", subchain.cores},
+                  {"period_ms", subchain.period.count()},
+                  {"execution_ms", subchain.execution.count()},
+                  {"every", every_json(subchain.every)},
+                  {"share", subchain.share},
+                  {"slice_ms", subchain.slice.count()},
+                  {"threads", subchain.threads}};
   if (subchain.wait > Millis{0}) json["wait_ms"] = subchain.wait.count();
   return json;
 }
 
-Json member_json(const Member& member, const graph::Graph& graph) {
-  Json json = {{"subchain", graph.subchain(member.subchain).name},
-               {"priority", member.priority},
-               {"period_ms", member.period.count()},
-               {"phase_ms", member.phase.count()}};
+Ordered member_json(const Member& member, const graph::Graph& graph) {
+  Ordered json = {{"subchain", graph.subchain(member.subchain).name},
+                  {"priority", member.priority},
+                  {"period_ms", member.period.count()},
+                  {"phase_ms", member.phase.count()}};
   if (member.clock) json["clock"] = graph.node(*member.clock).name;
   if (member.pause) json["pause_ms"] = member.pause->count();
   if (member.after) {
@@ -50,13 +50,13 @@ Json member_json(const Member& member, const graph::Graph& graph) {
   return json;
 }
 
-Json core_json(const CorePlan& core, std::size_t number, const graph::Graph& graph) {
+Ordered core_json(const CorePlan& core, std::size_t number, const graph::Graph& graph) {
   if (core.form == Form::kPriorities) {
-    Json members = Json::array();
+    Ordered members = Ordered::array();
     for (const Member& member : core.members) members.push_back(member_json(member, graph));
     return {{"core", number}, {"form", to_string(core.form)}, {"members", std::move(members)}};
   }
-  Json slots = Json::array();
+  Ordered slots = Ordered::array();
   for (const Slot& slot : core.slots) {
     slots.push_back({{"subchain", graph.subchain(slot.subchain).name},
                      {"offset_ms", slot.offset.count()},
@@ -73,8 +73,8 @@ Json core_json(const CorePlan& core, std::size_t number, const graph::Graph& gra
           {"idle_ms", core.idle.count()}};
 }
 
-Json chain_json(const ChainPlan& chain, const graph::Graph& graph) {
-  Json path = Json::array();
+Ordered chain_json(const ChainPlan& chain, const graph::Graph& graph) {
+  Ordered path = Ordered::array();
   for (const NodeId node : chain.path) path.push_back(graph.node(node).name);
   return {{"path", std::move(path)},
           {"response_time_ms", chain.response.count()},
@@ -83,8 +83,9 @@ Json chain_json(const ChainPlan& chain, const graph::Graph& graph) {
           {"weight", chain.weight}};
 }
 
-Json expected_json(const Expectation& expected, const graph::Graph& graph) {
-  Json document = {{"objective", expected.objective}, {"subchains", Json::object()}, {"chains", Json::array()}};
+Ordered expected_json(const Expectation& expected, const graph::Graph& graph) {
+  Ordered document = {
+      {"objective", expected.objective}, {"subchains", Ordered::object()}, {"chains", Ordered::array()}};
   for (std::size_t i = 0; i < expected.subchains.size(); ++i) {
     const Expectation::Timing& timing = expected.subchains[i];
     document["subchains"][graph.subchain(SubchainId{i}).name] = {{"period_ms", timing.period.count()},
@@ -101,19 +102,19 @@ Json expected_json(const Expectation& expected, const graph::Graph& graph) {
 }  // namespace
 
 std::string to_json(const Plan& plan, const graph::App& app) {
-  Json document = {{"version", kJsonVersion},
-                   {"app", app.name},
-                   {"planner", plan.planner},
-                   {"status", plan.quality == Quality::kOptimal ? "optimal" : "feasible"},
-                   {"gap", plan.gap},
-                   {"solve_ms", plan.solve_time.count()},
-                   {"objective", plan.objective},
-                   {"slack", plan.slack},
-                   {"relaxed", relaxed_json(plan)},
-                   {"subchains", Json::object()},
-                   {"cores", Json::array()},
-                   {"chains", Json::array()},
-                   {"nodes", Json::array()}};
+  Ordered document = {{"version", kJsonVersion},
+                      {"app", app.name},
+                      {"planner", plan.planner},
+                      {"status", plan.quality == Quality::kOptimal ? "optimal" : "feasible"},
+                      {"gap", plan.gap},
+                      {"solve_ms", plan.solve_time.count()},
+                      {"objective", plan.objective},
+                      {"slack", plan.slack},
+                      {"relaxed", relaxed_json(plan)},
+                      {"subchains", Ordered::object()},
+                      {"cores", Ordered::array()},
+                      {"chains", Ordered::array()},
+                      {"nodes", Ordered::array()}};
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     document["subchains"][app.graph.subchain(SubchainId{i}).name] = subchain_json(plan.subchains[i]);
   }
@@ -135,7 +136,7 @@ std::string to_json(const Plan& plan, const graph::App& app) {
     document["batches"].push_back({{"node", app.graph.node(batch.node).name}, {"items", batch.items}});
   }
   if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
-  return document.dump(1, ' ', false, Json::error_handler_t::replace);
+  return document.dump(1, ' ', false, Ordered::error_handler_t::replace);
 }
 
 }  // namespace ctn::plan

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "planner/expected.h"
 #include "planner/random_apps.h"
 #include "trial/trial.h"
@@ -58,8 +58,7 @@ class Judge {
 
   double operator()(const trial::Schedule& schedule, Nanos horizon) const {
     const trial::Figures figures = trial_.run(schedule, {.horizon = horizon, .p95 = true});
-    if (!figures.enough || figures.busy[0] > 1.0 - graph::kDefaultSlack + 2.0 * kLoadTolerance)
-      return std::numeric_limits<double>::infinity();
+    if (!figures.enough || figures.busy[0] > 1.0 - graph::kDefaultSlack + 2.0 * kLoadTolerance) return kInfinity;
     const std::vector<double> tails = tail_weights(app_);
     double sum = figures.objective;
     for (std::size_t term = 0; term < figures.terms.size(); ++term) {
@@ -104,7 +103,7 @@ double best_of_grid(const Small& small, const Judge& judge) {
       }
     }
   }
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const auto& each : best) least = std::min(least, judge(each.second, seconds{60}));
   return least;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "dispatch/subchain_trigger.h"
 #include "plan/batches.h"
 #include "plan/limits.h"
@@ -133,7 +133,7 @@ trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& dea
     schedule.subchains[order[rank]].core = static_cast<int>(rank % static_cast<std::size_t>(cores));
   }
   const auto exact = [&](std::size_t i) {
-    constexpr Millis kNone{std::numeric_limits<double>::infinity()};
+    constexpr Millis kNone{kInfinity};
     return plan::period_limits(app.graph, SubchainId(i)).exact.value_or(kNone);
   };
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return exact(a) < exact(b); });
@@ -192,7 +192,7 @@ std::optional<Promised> best_promised(const ScheduleSearch& search, const graph:
   const trial::Samples& samples = search.samples();
   const model::CostTable& costs = search.planned();
   std::optional<Promised> best;
-  double best_score = std::numeric_limits<double>::infinity();
+  double best_score = kInfinity;
   for (const Found& found : search.best()) {
     std::optional<plan::Plan> plan =
         found.schedule.frames.empty() ? plan_of(app, samples, costs, found.schedule, slack) : frames;

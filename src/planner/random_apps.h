@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "base/mixed.h"
+#include "base/numbers.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 #include "model/evaluate.h"
@@ -191,8 +191,8 @@ class BruteForce {
  public:
   struct Best {
     bool found = false;
-    double factor = std::numeric_limits<double>::infinity();
-    double objective = std::numeric_limits<double>::infinity();
+    double factor = kInfinity;
+    double objective = kInfinity;
   };
 
   explicit BruteForce(const RandomCase& any)
@@ -369,7 +369,7 @@ class BruteForce {
       factor = std::max(factor, timings[node.subchain->index()].period / node.min_rate->period());
     }
     if (factor_only_) {
-      if (factor < best_.factor) best_ = {true, factor, std::numeric_limits<double>::infinity()};
+      if (factor < best_.factor) best_ = {true, factor, kInfinity};
     } else if (factor <= best_.factor * (1.0 + kRounding) && objective < best_.objective) {
       best_.objective = objective;
     }

@@ -2,16 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <vector>
 
+#include "base/numbers.h"
 #include "config/testing/apps.h"
 #include "plan/limits.h"
 
 namespace ctn::policy {
 namespace {
-
-constexpr double kAnything = std::numeric_limits<double>::infinity();
 
 constexpr const char* kThree = R"(
 catan: 1
@@ -58,7 +56,7 @@ TEST_F(PaperPolicyTest, PlansEveryFiveSecondsAndCoresEveryTwenty) {
   const model::CostTable other = costs_of(2.0, 2.0, 40.0);
   for (int periodic = 0; periodic <= 8; ++periodic) {
     SCOPED_TRACE(periodic);
-    const auto again = policy.decide_again(situation(other, periodic), *decision, kAnything);
+    const auto again = policy.decide_again(situation(other, periodic), *decision, kInfinity);
     ASSERT_TRUE(again.ok() && *again);
     EXPECT_EQ(cores(**again) != cores(*decision), periodic % 4 == 0);
   }
@@ -69,7 +67,7 @@ TEST_F(PaperPolicyTest, PlansAnewForOtherCpus) {
   const Result<Decision> decision = policy.decide(situation(costs));
   ASSERT_TRUE(decision.ok());
   cpus = os::CpuSet{1};
-  const auto again = policy.decide_again(situation(costs, 1), *decision, kAnything);
+  const auto again = policy.decide_again(situation(costs, 1), *decision, kInfinity);
   ASSERT_TRUE(again.ok() && *again);
   EXPECT_EQ((*again)->plan->cores.size(), 1U);
 }

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/testing/times.h"
+
 namespace ctn::policy {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Urgency = PlanningBudget::Urgency;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 TEST(PlanningBudget, APlanOf120MillisecondsIsMadeEvery24Seconds) {
   PlanningBudget budget;

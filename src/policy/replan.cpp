@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 
+#include "base/numbers.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/recost.h"
@@ -103,10 +103,9 @@ Incumbent::Incumbent(const plan::Plan& plan, PlanReason why, const graph::App& a
 }
 
 double Incumbent::to_beat() const {
-  constexpr double kAnything = std::numeric_limits<double>::infinity();
-  if (unconditional_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kAnything;
+  if (unconditional_ || !now_ || now_->relax_factor > 1.0 || out_of_date(plan_, *now_)) return kInfinity;
   for (std::size_t index = 0; index < plan_.subchains.size(); ++index) {
-    if (!plan::shares_core(plan_, plan_.subchains[index]) && paced_differently(plan_, *now_, index)) return kAnything;
+    if (!plan::shares_core(plan_, plan_.subchains[index]) && paced_differently(plan_, *now_, index)) return kInfinity;
   }
   return now_->objective * (1.0 - kSwapThreshold);
 }
@@ -117,8 +116,7 @@ bool Incumbent::yields_to(const plan::Plan& candidate) const {
 
 Result<std::optional<Decision>> replacement(const Policy& policy, const Situation& situation,
                                             const Decision& in_force) {
-  constexpr double kAnything = std::numeric_limits<double>::infinity();
-  if (!in_force.plan || policy.judges()) return policy.decide_again(situation, in_force, kAnything);
+  if (!in_force.plan || policy.judges()) return policy.decide_again(situation, in_force, kInfinity);
   const Incumbent incumbent(*in_force.plan, situation.why, situation.app, situation.costs, situation.typical);
   Result<std::optional<Decision>> decision = policy.decide_again(situation, in_force, incumbent.to_beat());
   if (decision && *decision && !incumbent.yields_to(*(*decision)->plan)) decision->reset();

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <optional>
 #include <random>
 #include <string>
 
+#include "base/numbers.h"
 #include "config/testing/apps.h"
 #include "plan/predict.h"
 #include "planner/frames.h"
@@ -135,7 +135,7 @@ TEST(Incumbent, YieldsAtAnyRateToTheFirstMeasuredPlanAndToOneForOtherCpus) {
   for (const PlanReason why : {PlanReason::kMeasured, PlanReason::kCpus}) {
     const Incumbent incumbent(*plan, why, app, costs, costs);
     EXPECT_TRUE(incumbent.yields_to(*plan));
-    EXPECT_EQ(incumbent.to_beat(), std::numeric_limits<double>::infinity());
+    EXPECT_EQ(incumbent.to_beat(), kInfinity);
   }
 }
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "plan/validate.h"
@@ -253,7 +253,7 @@ class Deciding {
 
   // Whatever it is worth. `must`: it is an error if there is none.
   Result<std::optional<Decision>> best_of_all(bool must) {
-    Result<std::optional<Decision>> found = best(std::numeric_limits<double>::infinity());
+    Result<std::optional<Decision>> found = best(kInfinity);
     if (!must || (found && *found)) return found;
     return Error::caller("no schedule was found that keeps what the app asks for", "relax it");
   }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kSlack = 0.06;
 
-constexpr const char* kThree = R"(
+constexpr const char* kTwoChains = R"(
 catan: 1
 app: three
 nodes: { a: {}, b: {}, c: {}, base: { external: true } }
@@ -83,7 +83,7 @@ struct Asked {
 };
 
 struct Three : Asked {
-  Three() : Asked(parse(kThree), 1) {
+  Three() : Asked(parse(kTwoChains), 1) {
     cost(NodeId(0), Millis{1});
     cost(NodeId(1), Millis{2});
     cost(NodeId(2), Millis{40});
@@ -283,7 +283,7 @@ TEST(SearchPolicy, FormulasDecideForWhoRemembersNothing) {
 
 TEST(SearchPolicy, SharesCoresAsTheAppSays) {
   for (const auto schedule : {graph::ScheduleKind::kFrames, graph::ScheduleKind::kPriorities}) {
-    graph::App app = parse(kThree);
+    graph::App app = parse(kTwoChains);
     app.scheduler.schedule = schedule;
     Asked asked(std::move(app), 1);
     const plan::Form form = schedule == graph::ScheduleKind::kFrames ? plan::Form::kFrames : plan::Form::kPriorities;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kWindow = 200;  // steps
 constexpr std::size_t kWindows = 5;
-constexpr double kMoved = 0.25;
+constexpr double kFactorMoved = 0.25;
 
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -38,7 +38,7 @@ void StepCost::saw(Nanos cpu, std::uint64_t by_timer, std::uint64_t by_event) {
   if (recent_.size() < kWindows) return;
   if (recent_.size() > kWindows) recent_.erase(recent_.begin());
   const double now = median_of(recent_);
-  if (std::abs(now - factor_) > kMoved * std::max(now, factor_)) factor_ = now;
+  if (std::abs(now - factor_) > kFactorMoved * std::max(now, factor_)) factor_ = now;
 }
 
 }  // namespace ctn::policy

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 
@@ -19,10 +20,8 @@ namespace {
 using std::chrono::milliseconds;
 using Ages = std::vector<Nanos>;
 
-TimePoint at(int ms) { return TimePoint{milliseconds{ms}}; }
-
 // scan -> LM -> LP, map -> LP, bus (external) -> map; log reads LP's output as a queue.
-graph::App robot() {
+graph::App sensing_robot() {
   graph::AppSpec spec = graph::spec_of({"scan", "LM", "LP", "map", "bus", "log"}, {"scan LM LP log", "bus map LP"});
   graph::node(spec, "bus").external = true;
   graph::node(spec, "log").input = graph::InputKind::kQueue;
@@ -46,8 +45,8 @@ class AgesTest : public ::testing::Test {
     record::Run run;
     run.node = id(name);
     run.number = ++count_[name];
-    run.begin = at(begin);
-    run.end = at(begin + 1);
+    run.begin = at_ms(begin);
+    run.end = at_ms(begin + 1);
     run.emitted = emitted;
     for (const Took& took : consumed) run.consumed.push_back({id(took.from), took.first, took.last});
     origin_ = tracker.add(run);
@@ -55,7 +54,7 @@ class AgesTest : public ::testing::Test {
   }
   TimePoint origin() const { return origin_; }
 
-  const graph::App app = robot();
+  const graph::App app = sensing_robot();
   AgeTracker tracker{app.graph};
 
  private:
@@ -65,7 +64,7 @@ class AgesTest : public ::testing::Test {
 
 TEST_F(AgesTest, TheAgeIsCountedFromTheSourceAndNotFromTheNodeBefore) {
   EXPECT_EQ(run("scan", 0), Ages{});
-  EXPECT_EQ(origin(), at(0));
+  EXPECT_EQ(origin(), at_ms(0));
   EXPECT_EQ(run("LM", 5, {{"scan", 1, 1}}), Ages{milliseconds{5}});
   EXPECT_EQ(run("LP", 20, {{"LM", 1, 1}}), (Ages{milliseconds{20}, kNoAge})) << "map has given nothing yet";
   EXPECT_EQ(run("log", 50, {{"LP", 1, 1}}), Ages{milliseconds{50}});
@@ -76,13 +75,13 @@ TEST_F(AgesTest, OfSeveralSourcesTheOldestCounts) {
   run("scan", 90);
   run("LM", 95, {{"scan", 1, 1}});
   EXPECT_EQ(run("LP", 100, {{"LM", 1, 1}, {"map", 1, 1}}), (Ages{milliseconds{10}, milliseconds{100}}));
-  EXPECT_EQ(origin(), at(0));
+  EXPECT_EQ(origin(), at_ms(0));
   EXPECT_EQ(run("log", 110, {{"LP", 1, 1}}), Ages{milliseconds{110}});
 }
 
 TEST_F(AgesTest, WhatAnExternalNodeFeedsIsASource) {
   EXPECT_EQ(run("map", 30), Ages{kNoAge});
-  EXPECT_EQ(origin(), at(30));
+  EXPECT_EQ(origin(), at_ms(30));
 }
 
 TEST_F(AgesTest, WhatIsReadAgainHasGrownOlder) {
@@ -114,11 +113,11 @@ TEST_F(AgesTest, ALaterOutputMayGoBackFurtherThanAnEarlierOne) {
 // A node that has lost its input must not make what it gives seem fresh.
 TEST_F(AgesTest, ARunThatConsumesNothingRestsOnWhatItHadBefore) {
   run("LM", 3);
-  EXPECT_EQ(origin(), at(3)) << "it never had any";
+  EXPECT_EQ(origin(), at_ms(3)) << "it never had any";
   run("scan", 5);
   run("LM", 10, {{"scan", 1, 1}});
   run("LM", 1000);
-  EXPECT_EQ(origin(), at(5));
+  EXPECT_EQ(origin(), at_ms(5));
 }
 
 TEST_F(AgesTest, ASourceThatBeganAfterItsReaderIsNotOld) {
@@ -145,7 +144,7 @@ TEST_F(AgesTest, NothingThatComesIsHarmful) {
   tracker.add(stranger);
   record::Run none{.node = id("scan"), .number = 0, .consumed = {}};
   tracker.add(none);
-  record::Run last{.node = id("scan"), .number = kMax, .begin = at(9), .consumed = {}};
+  record::Run last{.node = id("scan"), .number = kMax, .begin = at_ms(9), .consumed = {}};
   tracker.add(last);
   EXPECT_EQ(run("LM", 10, {{"scan", kMax, kMax}}), Ages{milliseconds{1}});
   last.emitted = false;
@@ -184,7 +183,7 @@ RC_GTEST_PROP(AgesProperty, AgreeWithTheDefinition, ()) {
     const NodeId node{*rc::gen::inRange<std::size_t>(0, known.size())};
     Known& mine = known[node.index()];
     record::Run run{
-        .node = node, .number = ++mine.runs, .begin = at(10 * step), .end = at(10 * step + 1), .consumed = {}};
+        .node = node, .number = ++mine.runs, .begin = at_ms(10 * step), .end = at_ms(10 * step + 1), .consumed = {}};
     run.emitted = *rc::gen::inRange(0, 5) != 0;
     std::set<TimePoint> basis;
     for (const NodeId from : app.graph.node(node).predecessors) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "base/testing/times.h"
 #include "graph/build.h"
 
 namespace ctn::record {
@@ -45,8 +46,6 @@ graph::App path_app(const std::vector<TestNode>& nodes) {
   return *app;
 }
 
-TimePoint at(int ms) { return TimePoint{milliseconds{ms}}; }
-
 // A tracker over a path, fed with runs of nodes by name; times in ms.
 class Chain {
  public:
@@ -61,8 +60,8 @@ class Chain {
     Run run;
     run.node = id(name);
     run.number = ++count_[name];
-    run.begin = at(begin);
-    run.end = at(end);
+    run.begin = at_ms(begin);
+    run.end = at_ms(end);
     run.emitted = emitted;
     if (first > 0) {
       run.consumed.push_back({app_.graph.node(run.node).predecessors.front(), first, last == 0 ? first : last});
@@ -71,7 +70,7 @@ class Chain {
   }
 
   void set_clock(const std::string& name, int tick, int period) {
-    tracker_.set_clock(id(name), {at(tick), milliseconds{period}});
+    tracker_.set_clock(id(name), {at_ms(tick), milliseconds{period}});
   }
 
  private:
@@ -81,10 +80,10 @@ class Chain {
 };
 
 ChainSample first_sample(std::uint64_t source, int begin, int end) {
-  return {source, at(begin), at(end), milliseconds{end - begin}, std::nullopt, std::nullopt};
+  return {source, at_ms(begin), at_ms(end), milliseconds{end - begin}, std::nullopt, std::nullopt};
 }
 ChainSample sample(std::uint64_t source, int begin, int end, int period, int response) {
-  return {source, at(begin), at(end), milliseconds{end - begin}, milliseconds{period}, milliseconds{response}};
+  return {source, at_ms(begin), at_ms(end), milliseconds{end - begin}, milliseconds{period}, milliseconds{response}};
 }
 using Samples = std::vector<ChainSample>;
 
@@ -160,12 +159,13 @@ TEST(ChainTracker, MayStartAndEndAmidTheGraph) {
   const graph::App app = path_app({{"a"}, {"b"}, {"c"}, {"d"}});
   const std::vector<NodeId> middle{NodeId{1}, NodeId{2}};
   ChainTracker tracker(app.graph, middle);
-  EXPECT_TRUE(tracker.add({.node = NodeId{0}, .number = 1, .begin = at(0), .end = at(1), .consumed = {}}).empty());
   EXPECT_TRUE(
-      tracker.add({.node = NodeId{1}, .number = 1, .begin = at(1), .end = at(2), .consumed = {{NodeId{0}, 1, 1}}})
+      tracker.add({.node = NodeId{0}, .number = 1, .begin = at_ms(0), .end = at_ms(1), .consumed = {}}).empty());
+  EXPECT_TRUE(
+      tracker.add({.node = NodeId{1}, .number = 1, .begin = at_ms(1), .end = at_ms(2), .consumed = {{NodeId{0}, 1, 1}}})
           .empty());
-  const auto samples =
-      tracker.add({.node = NodeId{2}, .number = 1, .begin = at(2), .end = at(4), .consumed = {{NodeId{1}, 1, 1}}});
+  const auto samples = tracker.add(
+      {.node = NodeId{2}, .number = 1, .begin = at_ms(2), .end = at_ms(4), .consumed = {{NodeId{1}, 1, 1}}});
   EXPECT_EQ(samples, Samples{first_sample(1, 1, 4)});
 }
 
@@ -222,7 +222,7 @@ History random_history() {
   std::vector<TimePoint> busy_until(history.nodes.size());
   std::vector<std::uint64_t> taken(history.nodes.size());
   std::vector<std::vector<Run>> of(history.nodes.size());
-  TimePoint now = at(0);
+  TimePoint now = at_ms(0);
   for (int step = *rc::gen::inRange(0, 150); step > 0; --step) {
     // No two steps at one instant: else a run of no length could end just when an earlier one had begun without it.
     now += milliseconds{*rc::gen::inRange(0, 4)} + Nanos{1};

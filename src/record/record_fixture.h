@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "graph/build.h"
 #include "record/reader.h"
 #include "record/writer.h"
@@ -89,8 +90,6 @@ inline graph::App robot() {
   EXPECT_TRUE(app.ok()) << (app ? "" : app.error().message());
   return *app;
 }
-
-inline TimePoint at(Nanos time) { return TimePoint{time}; }
 
 inline Header header() {
   Header header;

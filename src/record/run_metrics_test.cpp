@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "base/testing/times.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 
@@ -17,8 +18,6 @@ struct All {
   std::vector<Nanos> samples;
 };
 
-TimePoint at(int ms) { return TimePoint{milliseconds{ms}}; }
-
 graph::App feeding(graph::InputKind input, bool external) {
   graph::AppSpec spec = graph::spec_of({"from", "to"}, {"from to"});
   graph::node(spec, "to").input = input;
@@ -29,14 +28,14 @@ graph::App feeding(graph::InputKind input, bool external) {
 
 // The periods that count where runs of `to` end at 10, 20, ..., and only those at 20 and 50 found something.
 std::vector<Nanos> periods_of(const graph::App& app) {
-  RunMetrics<All> metrics(app, {.begin = at(0)});
+  RunMetrics<All> metrics(app, {.begin = at_ms(0)});
   const NodeId to = *app.graph.find_node("to");
   for (int number = 1; number <= 5; ++number) {
     Run run;
     run.node = to;
     run.number = static_cast<std::uint64_t>(number);
-    run.begin = at(10 * number - 1);
-    run.end = at(10 * number);
+    run.begin = at_ms(10 * number - 1);
+    run.end = at_ms(10 * number);
     if (number % 3 == 2) run.consumed = {{*app.graph.find_node("from"), run.number, run.number}};
     metrics.add(run);
   }

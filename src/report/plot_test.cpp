@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "base/numbers.h"
 #include "report/escape.h"
 #include "report/html.h"
 #include "report/plot_script.h"
@@ -81,9 +82,12 @@ TEST(Plot, LabelsAreTextAndNothingElse) {
 
 TEST(Plot, DrawsWhatItCanOfOddData) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double inf = std::numeric_limits<double>::infinity();
-  const std::vector<std::vector<Point>> odd{
-      {}, {{1, nan}, {inf, 2}}, {{1, 1}}, {{5, 5}, {5, 5}}, {{-1, 0}, {0, -3}, {2, 7}}, {{1e-300, 1e300}, {1e9, 1e-9}}};
+  const std::vector<std::vector<Point>> odd{{},
+                                            {{1, nan}, {kInfinity, 2}},
+                                            {{1, 1}},
+                                            {{5, 5}, {5, 5}},
+                                            {{-1, 0}, {0, -3}, {2, 7}},
+                                            {{1e-300, 1e300}, {1e9, 1e-9}}};
   for (const auto& points : odd) {
     for (const bool log : {false, true}) {
       Panel panel{.x = {.log = log}, .y = {.log = log}, .series = {{.label = "s", .points = points}}};

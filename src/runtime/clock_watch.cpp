@@ -8,9 +8,9 @@ namespace ctn::runtime {
 namespace {
 
 // A tick may be told before it comes, as by who knows when the next one is.
-constexpr Nanos kAhead = std::chrono::seconds{1};
+constexpr Nanos kMaxAhead = std::chrono::seconds{1};
 // A clock is told of again no sooner, and only if it is off by more than this part of its period.
-constexpr Nanos kAgain = std::chrono::seconds{1};
+constexpr Nanos kSayAgainAfter = std::chrono::seconds{1};
 constexpr Nanos::rep kOff = 1000;
 
 }  // namespace
@@ -47,7 +47,7 @@ void ClockWatch::take_told(Clock& clock, TimePoint now) const {
   const std::uint64_t kept = newest > NodeCell::kOutputs ? newest - NodeCell::kOutputs : 0;
   for (std::uint64_t number = newest > clock.seen ? std::max(clock.seen, kept) : newest; number < newest; ++number) {
     const std::int64_t at = cell.origin_of(number + 1);
-    if (at != NodeCell::kUnknown && Nanos{at} <= now.time_since_epoch() + kAhead) {
+    if (at != NodeCell::kUnknown && Nanos{at} <= now.time_since_epoch() + kMaxAhead) {
       clock.estimator.add(TimePoint{Nanos{at}});
     }
   }
@@ -69,7 +69,7 @@ std::vector<record::ClockReading> ClockWatch::look(TimePoint now) {
 
 bool ClockWatch::is_news(const Clock& clock, const Ticks& ticks, TimePoint now) {
   if (!clock.said) return true;
-  if (now - clock.said_at < kAgain) return false;
+  if (now - clock.said_at < kSayAgainAfter) return false;
   const TimePoint tick = ticks.last(now);
   const Nanos off = std::min(clock.said->next(tick) - tick, tick - clock.said->last(tick));
   return off > ticks.period / kOff;

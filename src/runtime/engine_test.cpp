@@ -7,6 +7,7 @@
 #include <chrono>
 #include <set>
 
+#include "base/testing/times.h"
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
@@ -16,8 +17,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 template <class T>
 Channel<T>& channel(Engine& engine, const char* from, const char* to) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/testing/times.h"
 #include "config/testing/apps.h"
 
 namespace ctn::runtime {
@@ -9,8 +10,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 graph::App two_nodes() {
   return parse(R"(

@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "base/testing/times.h"
+
 namespace ctn::runtime {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 
 TEST(Starvation, ALateTimerIsNone) {
   EXPECT_FALSE(woke_too_late(at(milliseconds{1}), at(milliseconds{5}), at(milliseconds{14})));

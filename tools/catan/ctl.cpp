@@ -128,9 +128,9 @@ Result<Changes> changes_of(const CtlOptions& options) {
 
 // --- The status, for people ---
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
-std::string number_text(const Json& value) {
+std::string figure_text(const Json& value) {
   return value.is_number() ? fmt::format("{:.4g}", value.get<double>()) : "-";
 }
 
@@ -151,24 +151,24 @@ std::string status_page(const Json& status) {
   std::size_t index = 0;
   for (const Json& term : status.at("objective")) {
     const std::string name = fmt::format("{}: {}", index++, printable(term.at("term").get<std::string>()));
-    std::vector<std::string> row{name, number_text(term.at("weight")), number_text(term.at("max_ms"))};
+    std::vector<std::string> row{name, figure_text(term.at("weight")), figure_text(term.at("max_ms"))};
     if (term.at("term").get<std::string>().starts_with("period of ")) {
       row.insert(row.end(), {"", "", ""});
     } else {
       const Json& measured = status.at("chains").at(chain++);
       const Json& response = measured.at("response_ms");
       const bool any = response.at("count").get<std::uint64_t>() > 0;
-      row.push_back(any ? number_text(response.at("mean")) : "-");
-      row.push_back(any ? number_text(response.at("p95")) : "-");
-      row.push_back(number_text(measured.at("predicted_response_ms")));
+      row.push_back(any ? figure_text(response.at("mean")) : "-");
+      row.push_back(any ? figure_text(response.at("p95")) : "-");
+      row.push_back(figure_text(measured.at("predicted_response_ms")));
     }
     terms.add(std::move(row));
   }
   Table nodes({"node", "Hz", "min Hz", "compute ms", "p95"});
   for (const Json& node : status.at("nodes")) {
     const Json& compute = node.at("compute_ms");
-    nodes.add({printable(node.at("name").get<std::string>()), number_text(node.at("rate_hz")),
-               number_text(node.at("min_rate_hz")), number_text(compute.at("mean")), number_text(compute.at("p95"))});
+    nodes.add({printable(node.at("name").get<std::string>()), figure_text(node.at("rate_hz")),
+               figure_text(node.at("min_rate_hz")), figure_text(compute.at("mean")), figure_text(compute.at("p95"))});
   }
   text += "\n" + terms.text() + "\n" + nodes.text();
   for (const Json& notice : status.at("notices")) text += "! " + printable(notice.get<std::string>()) + "\n";

@@ -14,8 +14,6 @@ using planner::Binding;
 using planner::BoundCost;
 using planner::Reason;
 
-std::string ms(double duration) { return fmt::format("{:.3f}ms", duration); }
-std::string ms(Millis duration) { return ms(duration.count()); }
 std::string percent(double part) { return fmt::format("{:.3g}%", 100.0 * part); }
 
 std::string in_words(const std::vector<std::string>& parts) {
@@ -63,7 +61,7 @@ class Text {
   std::string reasons() const {
     Table table({"subchain", "period", "because"});
     for (std::size_t i = 0; i < explanation_.reasons.size(); ++i) {
-      table.add({name(SubchainId(i)), ms(explanation_.reasons[i].period), because(i)});
+      table.add({name(SubchainId(i)), ms_text(explanation_.reasons[i].period), because(i)});
     }
     return table.text();
   }
@@ -77,7 +75,7 @@ class Text {
         return fmt::format("the max_rate of {} allows no more", name(*reason.node));
       case Binding::kLongestNode:
         return fmt::format("its longest node, {}: {} a run; more cores would not help", name(*reason.node),
-                           ms(reason.cost));
+                           ms_text(reason.cost));
       case Binding::kCost:
         return of_cost(i);
       case Binding::kBound:
@@ -96,7 +94,7 @@ class Text {
 
   std::string of_cost(std::size_t i) const {
     const std::size_t cores = plan_.subchains[i].cores.size();
-    return fmt::format("its cost: {} a run on {} of its own", ms(explanation_.reasons[i].cost),
+    return fmt::format("its cost: {} a run on {} of its own", ms_text(explanation_.reasons[i].cost),
                        cores == 1 ? "a core" : fmt::format("{} cores", cores));
   }
 
@@ -106,9 +104,9 @@ class Text {
   }
 
   std::string of_core(const Reason& reason) const {
-    if (reason.others.empty()) return fmt::format("alone on its core, for runs of {}", ms(reason.cost));
+    if (reason.others.empty()) return fmt::format("alone on its core, for runs of {}", ms_text(reason.cost));
     return fmt::format("it gets {} of the core that it shares with {}, for runs of {}", percent(reason.core_part),
-                       names(reason.others), ms(reason.cost));
+                       names(reason.others), ms_text(reason.cost));
   }
 
   std::string bounds() const {
@@ -116,8 +114,9 @@ class Text {
     Table table({"bound", "asked", "at worst", "objective without it", "so it costs"});
     for (const BoundCost& bound : explanation_.bounds) {
       const auto& without = bound.without.plan;
-      table.add({bound.key, ms(bound.asked), ms(bound.planned),
-                 without ? ms(without->expected->objective) : "no plan: " + bound.without.refusal, cost_text(bound)});
+      table.add({bound.key, ms_text(bound.asked), ms_text(bound.planned),
+                 without ? ms_text(Millis{without->expected->objective}) : "no plan: " + bound.without.refusal,
+                 cost_text(bound)});
     }
     return "\nwhat the bounds cost\n" + table.text();
   }
@@ -126,7 +125,7 @@ class Text {
     if (!bound.without.plan) return "";
     std::string text = "nothing";
     if (bound.cost > explanation_.noise * now_) {
-      text = fmt::format("{} ({:.3g}%)", ms(bound.cost), 100.0 * bound.cost / now_);
+      text = fmt::format("{} ({:.3g}%)", ms_text(Millis{bound.cost}), 100.0 * bound.cost / now_);
     }
     const double before = explanation_.again.relax_factor;
     const double factor = bound.without.plan->relax_factor;
@@ -137,7 +136,8 @@ class Text {
 
   std::string alternatives() const {
     Table table({"plan", "objective", "change", "relaxed by", "cores"});
-    table.add({"this one", ms(now_), "", relaxed(explanation_.again), allocation(explanation_.again, app_)});
+    table.add(
+        {"this one", ms_text(Millis{now_}), "", relaxed(explanation_.again), allocation(explanation_.again, app_)});
     for (std::size_t kind = 0; kind < explanation_.one_more.size(); ++kind) {
       add(table, "one" + of_kind(kind) + " core more", explanation_.one_more[kind], with(kind, 1));
     }
@@ -155,7 +155,8 @@ class Text {
       return;
     }
     const double objective = other.plan->expected->objective;
-    table.add({label, ms(objective), change(now_, objective), relaxed(*other.plan), allocation(*other.plan, app)});
+    table.add({label, ms_text(Millis{objective}), change(now_, objective), relaxed(*other.plan),
+               allocation(*other.plan, app)});
   }
 
   // " big" where cores differ, else nothing.
@@ -208,7 +209,7 @@ class Text {
       const double now = explanation_.terms[t].count();
       const std::string changed = change(now, other.terms[t].count());
       if (changed == "no change") continue;
-      table.add({"  " + term(t), "  " + ms(now), ms(other.terms[t]), changed});
+      table.add({"  " + term(t), "  " + ms_text(Millis{now}), ms_text(Millis{other.terms[t]}), changed});
       any = true;
     }
     if (!any) return ": nothing changes\n";
@@ -219,8 +220,8 @@ class Text {
   std::string caveat() const {
     std::string text;
     if (now_ < plan_.expected->objective) {
-      text = fmt::format("Going on for longer with nothing changed gave {} in place of {}. ", ms(now_),
-                         ms(plan_.expected->objective));
+      text = fmt::format("Going on for longer with nothing changed gave {} in place of {}. ", ms_text(Millis{now_}),
+                         ms_text(Millis{plan_.expected->objective}));
     }
     return fmt::format(
         "\nObjectives, periods and terms are as expected. Nothing of this is proven: each line is what a short search "

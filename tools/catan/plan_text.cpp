@@ -9,7 +9,6 @@
 namespace ctn::tool {
 namespace {
 
-std::string ms(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
 std::string every_text(const std::optional<int>& every) { return every ? fmt::format("{}", *every) : "-"; }
 
 // What is proven of the plan, or how it was found.
@@ -24,7 +23,7 @@ std::string head(const plan::Plan& plan, const graph::App& app) {
                                               : fmt::format("objective {:.6g}ms", plan.objective);
   return fmt::format("{} on {} core{}: {}{}\n{}, slack {:.3g}%, solved in {}\n", app.name, plan.cores.size(),
                      plan.cores.size() == 1 ? "" : "s", quality(plan), objective, plan.planner, plan.slack * 100.0,
-                     ms(plan.solve_time));
+                     ms_text(plan.solve_time));
 }
 
 // Where something is expected, rates are, and periods are both: as expected and at worst.
@@ -36,8 +35,8 @@ std::string subchains_text(const plan::Plan& plan, const graph::App& app) {
     const graph::Subchain& subchain = app.graph.subchain(SubchainId(i));
     const Millis period = plan::usual_timing(plan, SubchainId(i)).period;
     table.add({subchain.name, app.graph.path_name(subchain.nodes), fmt::format("{}", fmt::join(entry.cores, ",")),
-               period.count() > 0 ? fmt::format("{:.2f}Hz", 1000.0 / period.count()) : "-", ms(period),
-               plan.expected ? ms(entry.period) : "", ms(entry.execution), ms(entry.slice),
+               period.count() > 0 ? fmt::format("{:.2f}Hz", 1000.0 / period.count()) : "-", ms_text(period),
+               plan.expected ? ms_text(entry.period) : "", ms_text(entry.execution), ms_text(entry.slice),
                fmt::format("{:.3g}", entry.share), every_text(entry.every), fmt::format("{}", entry.threads)});
   }
   return table.text();
@@ -62,9 +61,9 @@ std::string trigger_text(const plan::Member& member, const graph::App& app) {
     return member.after->every == 1 ? fmt::format("each output of {}", feeder)
                                     : fmt::format("every {}th output of {}", member.after->every, feeder);
   }
-  if (member.pause) return fmt::format("{} after its end", ms(*member.pause));
+  if (member.pause) return fmt::format("{} after its end", ms_text(*member.pause));
   const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";
-  return fmt::format("every {} from {}{}", ms(member.period), ms(member.phase), clock);
+  return fmt::format("every {} from {}{}", ms_text(member.period), ms_text(member.phase), clock);
 }
 
 // Empty where no core has fixed priorities.
@@ -74,7 +73,7 @@ std::string priorities_text(const plan::Plan& plan, const graph::App& app) {
   for (std::size_t i = 0; i < plan.cores.size(); ++i) {
     for (const plan::Member& member : plan.cores[i].members) {
       table.add({fmt::format("{}", i), fmt::format("{}", member.priority), app.graph.subchain(member.subchain).name,
-                 trigger_text(member, app), ms(member.budget)});
+                 trigger_text(member, app), ms_text(member.budget)});
       any = true;
     }
   }
@@ -87,8 +86,8 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
     const plan::CorePlan& core = plan.cores[i];
     std::vector<std::string> slots;
     for (const plan::Slot& slot : core.slots) {
-      slots.push_back(
-          fmt::format("{} {:.3f} + {}", app.graph.subchain(slot.subchain).name, slot.offset.count(), ms(slot.slice)));
+      slots.push_back(fmt::format("{} {:.3f} + {}", app.graph.subchain(slot.subchain).name, slot.offset.count(),
+                                  ms_text(slot.slice)));
     }
     const auto number = static_cast<int>(i);
     const std::string label = app.core_kinds.empty()
@@ -102,9 +101,9 @@ std::string cores_text(const plan::Plan& plan, const graph::App& app) {
       table.add({label, "", "", "", owner_text(plan, app, number), ""});
       continue;
     }
-    table.add({label, ms(core.frame), core.frame_min.count() > 0 ? ms(core.frame_min) : "",
+    table.add({label, ms_text(core.frame), core.frame_min.count() > 0 ? ms_text(core.frame_min) : "",
                core.frames == graph::FrameMode::kElastic ? "elastic" : "fixed",
-               fmt::format("{}", fmt::join(slots, " | ")), ms(core.idle)});
+               fmt::format("{}", fmt::join(slots, " | ")), ms_text(core.idle)});
   }
   return table.text();
 }
@@ -116,7 +115,7 @@ std::string waits_text(const plan::Plan& plan, const graph::App& app) {
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const plan::SubchainPlan& entry = plan.subchains[i];
     if (entry.wait <= Millis{0}) continue;
-    table.add({app.graph.subchain(SubchainId(i)).name, ms(entry.wait), ms(entry.execution)});
+    table.add({app.graph.subchain(SubchainId(i)).name, ms_text(entry.wait), ms_text(entry.execution)});
     any = true;
   }
   return any ? "\nruns that wait, and leave their core to others meanwhile\n" + table.text() : "";
@@ -128,13 +127,14 @@ std::string terms_text(const plan::Plan& plan, const graph::App& app) {
   Table table({"weight", "of", "expected", both ? "at worst" : "value", "latency", "period", "path"});
   for (std::size_t i = 0; i < plan.chains.size(); ++i) {
     const plan::ChainPlan& chain = plan.chains[i];
-    table.add({fmt::format("{:.6g}", chain.weight), "response time", both ? ms(plan.expected->chains[i].response) : "",
-               ms(chain.response), ms(chain.latency), ms(chain.period), app.graph.path_name(chain.path)});
+    table.add({fmt::format("{:.6g}", chain.weight), "response time",
+               both ? ms_text(plan.expected->chains[i].response) : "", ms_text(chain.response), ms_text(chain.latency),
+               ms_text(chain.period), app.graph.path_name(chain.path)});
   }
   for (const plan::NodePlan& node : plan.nodes) {
     const std::optional<SubchainId> subchain = app.graph.node(node.node).subchain;
     const Millis usual = subchain ? plan::usual_timing(plan, *subchain).period : node.period;
-    table.add({fmt::format("{:.6g}", node.weight), "period", both ? ms(usual) : "", ms(node.period), "", "",
+    table.add({fmt::format("{:.6g}", node.weight), "period", both ? ms_text(usual) : "", ms_text(node.period), "", "",
                app.graph.node(node.node).name});
   }
   return table.text();
@@ -143,7 +143,8 @@ std::string terms_text(const plan::Plan& plan, const graph::App& app) {
 std::string relaxed_text(const plan::Plan& plan) {
   if (plan.relaxed.empty()) return "";
   Table table({"bound", "asked", "planned"});
-  for (const plan::RelaxedBound& bound : plan.relaxed) table.add({bound.key, ms(bound.asked), ms(bound.planned)});
+  for (const plan::RelaxedBound& bound : plan.relaxed)
+    table.add({bound.key, ms_text(bound.asked), ms_text(bound.planned)});
   return fmt::format("\nnot all bounds can hold: relaxed by a factor of {:.4g}\n{}", plan.relax_factor, table.text());
 }
 

@@ -11,15 +11,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string ms(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
-
 std::string head(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   std::string text = fmt::format(
       "{} on {} core{}: periods and fixed priorities by {} ({}), slack {:.3g}%, solved in {}\n"
       "objective {:.6g}ms by its own bounds, {:.6g}ms by Catan's formulas",
       app.name, plan.utilisations.size(), plan.utilisations.size() == 1 ? "" : "s", plan.planner,
       plan.exhaustive ? "all combinations searched" : "local search, not proven best", plan.slack * 100.0,
-      ms(plan.solve_time), plan.objective, plan.formula_objective);
+      ms_text(plan.solve_time), plan.objective, plan.formula_objective);
   if (catans) {
     text += fmt::format("; Catan's plan: {:.6g}ms at worst, {:.6g}ms expected", catans->objective,
                         catans->expected->objective);
@@ -33,8 +31,8 @@ std::string subchains_text(const baselines::RatePlan& plan, const graph::App& ap
     const baselines::TaskPlan& task = plan.subchains[i];
     const graph::Subchain& subchain = app.graph.subchain(SubchainId(i));
     table.add({subchain.name, app.graph.path_name(subchain.nodes), fmt::format("{}", task.core),
-               fmt::format("{}", task.priority), fmt::format("{:.2f}Hz", 1000.0 / task.period.count()), ms(task.period),
-               ms(task.response)});
+               fmt::format("{}", task.priority), fmt::format("{:.2f}Hz", 1000.0 / task.period.count()),
+               ms_text(task.period), ms_text(task.response)});
   }
   return table.text();
 }
@@ -51,13 +49,13 @@ std::string terms_text(const baselines::RatePlan& plan, const graph::App& app, c
   Table table({"weight", "of", "value", "Catan's", "path"});
   for (std::size_t i = 0; i < plan.chains.size(); ++i) {
     const plan::ChainPlan& chain = plan.chains[i];
-    table.add({fmt::format("{:.6g}", chain.weight), "response time", ms(chain.response),
-               catans ? ms(catans->chains[i].response) : "", app.graph.path_name(chain.path)});
+    table.add({fmt::format("{:.6g}", chain.weight), "response time", ms_text(chain.response),
+               catans ? ms_text(catans->chains[i].response) : "", app.graph.path_name(chain.path)});
   }
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     const plan::NodePlan& node = plan.nodes[i];
-    table.add({fmt::format("{:.6g}", node.weight), "period", ms(node.period), catans ? ms(catans->nodes[i].period) : "",
-               app.graph.node(node.node).name});
+    table.add({fmt::format("{:.6g}", node.weight), "period", ms_text(node.period),
+               catans ? ms_text(catans->nodes[i].period) : "", app.graph.node(node.node).name});
   }
   return table.text();
 }
@@ -67,15 +65,16 @@ std::string handovers_text(const baselines::RatePlan& plan, const graph::App& ap
   Table table({"from", "to", "waits for the last triggered by"});
   for (const baselines::Handover& handover : plan.handovers) {
     table.add({app.graph.subchain(handover.from).name, app.graph.subchain(handover.to).name,
-               handover.delay.count() > 0.0 ? ms(handover.delay) + " before its own trigger" : "its own trigger"});
+               handover.delay.count() > 0.0 ? ms_text(handover.delay) + " before its own trigger" : "its own trigger"});
   }
-  return fmt::format("\nhyperperiod {}; who uses which run\n{}", ms(plan.hyperperiod), table.text());
+  return fmt::format("\nhyperperiod {}; who uses which run\n{}", ms_text(plan.hyperperiod), table.text());
 }
 
 std::string relaxed_text(const baselines::RatePlan& plan) {
   if (plan.relaxed.empty()) return "";
   Table table({"bound", "asked", "planned"});
-  for (const plan::RelaxedBound& bound : plan.relaxed) table.add({bound.key, ms(bound.asked), ms(bound.planned)});
+  for (const plan::RelaxedBound& bound : plan.relaxed)
+    table.add({bound.key, ms_text(bound.asked), ms_text(bound.planned)});
   return fmt::format("\nnot all bounds hold: missed by a factor of {:.4g}\n{}", plan.relax_factor, table.text());
 }
 

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kProgress{500};
 // With programs that are asked to end, before they are made to.
-constexpr std::chrono::seconds kTimeout{3};
+constexpr std::chrono::seconds kEndTimeout{3};
 // With those that were made to, before they are left to the system.
 constexpr std::chrono::seconds kLastTimeout{2};
 constexpr std::chrono::milliseconds kLook{5};
@@ -118,7 +118,7 @@ void Serving::end_commands() {
   if (commands_.empty()) return;
   ending_ = true;
   for (const os::ProcessId process : os::descendants()) static_cast<void>(::kill(static_cast<int>(process), SIGTERM));
-  const TimePoint deadline = os_.now() + kTimeout;
+  const TimePoint deadline = os_.now() + kEndTimeout;
   while (!all_ended() && os_.now() < deadline) server_.run();
   // Who is killed takes a moment to be gone, and may have started another just before.
   const TimePoint gone_by = os_.now() + kLastTimeout;

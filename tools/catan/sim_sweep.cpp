@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kApp = ".yaml";
+constexpr const char* kAppEnding = ".yaml";
 constexpr const char* kCosts = ".costs.yaml";
 
 // Names, sorted.
@@ -29,8 +29,8 @@ Result<std::vector<std::string>> apps_in(const std::string& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     const std::string file = entry.path().filename().string();
-    if (file.ends_with(kCosts) || !file.ends_with(kApp)) continue;
-    std::string name = file.substr(0, file.size() - std::string(kApp).size());
+    if (file.ends_with(kCosts) || !file.ends_with(kAppEnding)) continue;
+    std::string name = file.substr(0, file.size() - std::string(kAppEnding).size());
     if (fs::exists(fs::path(folder) / (name + kCosts))) names.push_back(std::move(name));
   }
   if (failed) return Error::caller(fmt::format("{}: {}", folder, failed.message()), "name a folder of apps");
@@ -118,7 +118,7 @@ Result<Swept> sweep(const Sweep& what) {
   sim::for_each_in_parallel(names->size() - *done, what.threads, [&](std::size_t offset) {
     const std::size_t index = *done + offset;
     const std::string& name = names->at(index);
-    const Result<std::string> document = what.simulate((fs::path(what.folder) / (name + kApp)).string(),
+    const Result<std::string> document = what.simulate((fs::path(what.folder) / (name + kAppEnding)).string(),
                                                        (fs::path(what.folder) / (name + kCosts)).string());
     std::string line = line_of(name, document);
     const std::lock_guard lock(mutex);

@@ -25,15 +25,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Figure {
+struct SummaryFigure {
   const char* name;
   double Summary::*value;
 };
-constexpr std::array kFigures{Figure{"mean", &Summary::mean}, Figure{"p50", &Summary::p50},
-                              Figure{"p95", &Summary::p95}, Figure{"p99", &Summary::p99}};
+constexpr std::array kFigures{SummaryFigure{"mean", &Summary::mean}, SummaryFigure{"p50", &Summary::p50},
+                              SummaryFigure{"p95", &Summary::p95}, SummaryFigure{"p99", &Summary::p99}};
 
 // As a fraction of what was measured.
-std::optional<double> error_of(const Summary& real, const Summary& simulated, const Figure& figure) {
+std::optional<double> error_of(const Summary& real, const Summary& simulated, const SummaryFigure& figure) {
   if (real.count == 0 || simulated.count == 0 || !(real.*figure.value > 0.0)) return std::nullopt;
   return simulated.*figure.value / (real.*figure.value) - 1.0;
 }
@@ -156,7 +156,7 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
 void add_rows(Table& table, const std::string& path, const char* metric, const Summary& real,
               const Summary& simulated) {
   std::vector<std::string> cells{path, metric};
-  for (const Figure& figure : kFigures) {
+  for (const SummaryFigure& figure : kFigures) {
     const bool any = real.count > 0 && simulated.count > 0;
     cells.push_back(any ? fmt::format("{:.4g} / {:.4g}", real.*figure.value, simulated.*figure.value) : "-");
     cells.push_back(percent(error_of(real, simulated, figure)));
@@ -166,7 +166,7 @@ void add_rows(Table& table, const std::string& path, const char* metric, const S
 
 Json json_of(const Summary& real, const Summary& simulated) {
   Json json = Json::object();
-  for (const Figure& figure : kFigures) {
+  for (const SummaryFigure& figure : kFigures) {
     const auto error = error_of(real, simulated, figure);
     json[figure.name] = {{"measured", real.count > 0 ? Json(real.*figure.value) : Json(nullptr)},
                          {"simulated", simulated.count > 0 ? Json(simulated.*figure.value) : Json(nullptr)},
@@ -200,7 +200,7 @@ Result<Validation> validate_against(const std::string& path) {
                       {"response_ms", json_of(there.response_ms, here.response_ms)},
                       {"latency_ms", json_of(there.latency_ms, here.latency_ms)},
                       {"period_ms", json_of(there.period_ms, here.period_ms)}});
-    for (const Figure& figure : {kFigures[1], kFigures[2]}) {
+    for (const SummaryFigure& figure : {kFigures[1], kFigures[2]}) {
       worst = std::max(worst, std::abs(error_of(there.response_ms, here.response_ms, figure).value_or(0.0)));
     }
   }

@@ -1,5 +1,7 @@
 #include "table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace ctn::tool {
@@ -26,5 +28,7 @@ std::string Table::text() const {
   }
   return text;
 }
+
+std::string ms_text(Millis duration) { return fmt::format("{:.3f}ms", duration.count()); }
 
 }  // namespace ctn::tool

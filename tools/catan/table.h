@@ -1,8 +1,10 @@
-// Columns of text, each as wide as its widest cell.
+// Columns of text, each as wide as its widest cell, and what cells hold.
 #pragma once
 
 #include <string>
 #include <vector>
+
+#include "base/time.h"
 
 namespace ctn::tool {
 
@@ -19,5 +21,8 @@ class Table {
  private:
   std::vector<std::vector<std::string>> rows_;
 };
+
+// "3.250ms".
+std::string ms_text(Millis duration);
 
 }  // namespace ctn::tool

@@ -17,9 +17,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using sim::Answer;
 
-std::string number(double value) { return fmt::format("{:.4g}", value); }
+std::string number_text(double value) { return fmt::format("{:.4g}", value); }
 std::string cores_text(int cores) { return fmt::format("{} core{}", cores, cores == 1 ? "" : "s"); }
-std::string number(std::optional<double> value) { return value ? number(*value) : "-"; }
+std::string number_text(std::optional<double> value) { return value ? number_text(*value) : "-"; }
 
 // Of the response times, as an index among them; none where the objective has none.
 std::optional<std::size_t> heaviest_chain(const graph::App& app) {
@@ -56,14 +56,14 @@ std::string verdict(const Answer& answer) {
 // Objective and heaviest chain: promised, mean and p99 as simulated; whether bounds hold.
 std::vector<std::string> figures(const Answer& answer, std::optional<std::size_t> chain, bool bounds) {
   std::vector<std::string> cells;
-  cells.push_back(answer.promised ? number(answer.promised->objective) : "-");
-  cells.push_back(answer.simulated ? number(answer.simulated->objective) : "-");
+  cells.push_back(answer.promised ? number_text(answer.promised->objective) : "-");
+  cells.push_back(answer.simulated ? number_text(answer.simulated->objective) : "-");
   if (chain) {
-    cells.push_back(answer.promised ? number(answer.promised->responses_ms[*chain]) : "-");
+    cells.push_back(answer.promised ? number_text(answer.promised->responses_ms[*chain]) : "-");
     const Summary* measured = answer.simulated ? &answer.simulated->chains[*chain].response_ms : nullptr;
     const bool any = measured != nullptr && measured->count > 0;
-    cells.push_back(any ? number(measured->mean) : "-");
-    cells.push_back(any ? number(measured->p99) : "-");
+    cells.push_back(any ? number_text(measured->mean) : "-");
+    cells.push_back(any ? number_text(measured->p99) : "-");
   }
   if (bounds) cells.push_back(verdict(answer));
   return cells;
@@ -97,7 +97,7 @@ std::string conclusions(const WhatIf& result) {
   std::string text = "\n";
   if (const Answer* min = sim::cheapest(result.hardware)) {
     text += fmt::format("Cheapest of these that meets all bounds: {} of speed {}.\n", cores_text(min->asked.cores),
-                        number(min->asked.speed));
+                        number_text(min->asked.speed));
   } else {
     text += "None of these meets all bounds.\n";
   }
@@ -179,22 +179,23 @@ std::string term_name(const graph::App& app, std::size_t term) {
 
 std::string whatif_text(const WhatIf& result) {
   std::string text = fmt::format("{} under {}; {} s simulated of each case, seed {}. Times in ms", result.app.name,
-                                 result.scheduler, number(result.seconds), result.seed);
+                                 result.scheduler, number_text(result.seconds), result.seed);
   if (const auto chain = heaviest_chain(result.app)) text += "; response of " + chain_name(result.app, *chain);
   text += "\n\nHardware\n";
   text += table_of(result.hardware, result, {"cores", "speed"}, [](const Answer& each) {
-    return std::vector<std::string>{std::to_string(each.asked.cores), number(each.asked.speed)};
+    return std::vector<std::string>{std::to_string(each.asked.cores), number_text(each.asked.speed)};
   });
   if (!result.nodes.empty()) {
     text += fmt::format("\nOne node's cost, {} of speed 1\n", cores_text(result.nodes.front().asked.cores));
     text += table_of(result.nodes, result, {"node", "cost"}, [&](const Answer& each) {
-      return std::vector<std::string>{result.app.graph.node(*each.asked.node).name, number(each.asked.factor) + " x"};
+      return std::vector<std::string>{result.app.graph.node(*each.asked.node).name,
+                                      number_text(each.asked.factor) + " x"};
     });
   }
   if (!result.weights.empty()) {
     text += fmt::format("\nOne weight, {} of speed 1\n", cores_text(result.weights.front().asked.cores));
     text += table_of(result.weights, result, {"term", "weight"}, [&](const Answer& each) {
-      return std::vector<std::string>{term_name(result.app, *each.asked.term), number(each.asked.weight)};
+      return std::vector<std::string>{term_name(result.app, *each.asked.term), number_text(each.asked.weight)};
     });
   }
   return text + conclusions(result);

@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "dispatch/shared_core_schedule.h"
 #include "dispatch/testing/virtual_core.h"
 
 namespace ctn::dispatch {
 
-constexpr TimePoint at(Nanos offset) { return TimePoint{} + offset; }
 inline Nanos ms(double number) { return to_nanos(Millis{number}); }
 
 inline SharedCoreSlot every(int frames, int subchain, Nanos slice, int phase = 0) {

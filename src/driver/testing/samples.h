@@ -10,7 +10,6 @@
 
 namespace ctn::driver {
 
-using dispatch::at;
 using dispatch::every;
 using dispatch::ms;
 

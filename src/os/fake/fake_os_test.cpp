@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "base/testing/times.h"
+
 namespace ctn::os {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr TimePoint at(Nanos time) { return TimePoint{time}; }
 
 TEST(FakeOs, TimeJumpsToTheNextDeadline) {
   FakeOs os;

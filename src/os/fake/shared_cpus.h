@@ -8,11 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "os/fake/fake_os.h"
 
 namespace ctn::os {
-
-inline TimePoint at(Nanos time) { return TimePoint{time}; }
 
 // The test's own thread is a dispatcher: it acts at once, whatever burns.
 class SharedCpus : public testing::Test {

@@ -10,10 +10,10 @@
 #include <chrono>
 #include <csignal>
 #include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "os/linux/errno_text.h"
 #include "os/linux/process.h"
 
 namespace ctn::os {
@@ -66,7 +66,7 @@ class PlainSignals {
 };
 
 Error cannot_start(const std::string& program, int error) {
-  const std::string what = fmt::format("cannot start '{}': {}", program, std::generic_category().message(error));
+  const std::string what = fmt::format("cannot start '{}': {}", program, errno_text(error));
   if (error == ENOENT) return Error::caller(what, "check its name, and that PATH has its folder");
   if (error == EACCES || error == ENOEXEC) return Error::caller(what, "name a program that may be executed");
   return Error::environment(what, "see what the system lacks: processes (`ulimit -u`), or memory");
@@ -127,8 +127,8 @@ std::optional<Exit> ChildProcess::wait() {
 Status ChildProcess::signal(int number) {
   if (wait() || process_ == ProcessId{}) return Done{};
   if (::kill(static_cast<pid_t>(process_), number) == 0 || errno == ESRCH) return Done{};
-  const std::string what = fmt::format("cannot send signal {} to process {}: {}", number, static_cast<int>(process_),
-                                       std::generic_category().message(errno));
+  const std::string what =
+      fmt::format("cannot send signal {} to process {}: {}", number, static_cast<int>(process_), errno_text(errno));
   return errno == EINVAL ? Error::caller(what, "name a signal of this system")
                          : Error::environment(what, "run as root, or let the program keep its user");
 }

@@ -7,9 +7,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
+#include "os/linux/errno_text.h"
 #include "os/linux/local_address.h"
 #include "os/linux/process.h"
 
@@ -17,8 +17,6 @@ namespace ctn::os {
 namespace {
 
 constexpr int kPeerPidfd = 77;  // SO_PEERPIDFD, since Linux 6.5; not every <sys/socket.h> names it
-
-std::string text_of(int error) { return std::generic_category().message(error); }
 
 // Room for the sender and one descriptor. What does not fit the kernel keeps to itself; alignment may let a second
 // descriptor slip in.
@@ -41,7 +39,7 @@ Error no_connection(const std::string& path, int error) {
   if (error == EPROTOTYPE || error == ENOTSOCK) {
     return Error::environment(what + ": it belongs to another program", "name the socket of `catan serve`");
   }
-  return Error::environment(fmt::format("{}: {}", what, text_of(error)), "check the path and its folder");
+  return Error::environment(fmt::format("{}: {}", what, errno_text(error)), "check the path and its folder");
 }
 
 // SO_PEERPIDFD is about the very process that connected; a number alone may have passed on to another since.
@@ -107,14 +105,14 @@ Result<std::optional<Connection>> Connection::adopt(Descriptor socket) {
   const int yes = 1;
   if (::setsockopt(socket.number(), SOL_SOCKET, SO_PASSCRED, &yes, sizeof yes) != 0 ||
       ::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &found, &size) != 0) {
-    return Error::environment("cannot tell who is at the other end of a connection: " + text_of(errno),
+    return Error::environment("cannot tell who is at the other end of a connection: " + errno_text(errno),
                               "please report it with the kernel's version");
   }
   const Peer peer{ProcessId{found.pid}, found.uid, found.gid};
   Descriptor process = watch_peer(socket, peer.process);
   if (!process.valid() && errno == ESRCH) return std::optional<Connection>();
   if (!process.valid() && (errno == EMFILE || errno == ENFILE)) {
-    return Error::environment(fmt::format("cannot watch process {}, which connected: {}", found.pid, text_of(errno)),
+    return Error::environment(fmt::format("cannot watch process {}, which connected: {}", found.pid, errno_text(errno)),
                               "let fewer clients connect, or raise the limit of open files (`ulimit -n`)");
   }
   return std::optional<Connection>(Connection(std::move(socket), std::move(process), peer));
@@ -152,7 +150,7 @@ Status Connection::send(std::string_view text, const Descriptor* passed) const {
   if (errno == EPIPE || errno == ECONNRESET || errno == ENOTCONN) {
     return Error::environment(what + ": it has closed the connection", "start it again");
   }
-  return Error::environment(fmt::format("{}: {}", what, text_of(errno)), "see what the system lacks");
+  return Error::environment(fmt::format("{}: {}", what, errno_text(errno)), "see what the system lacks");
 }
 
 Arrival Connection::receive(Message& message) const {

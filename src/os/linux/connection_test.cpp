@@ -15,6 +15,7 @@
 #include <fstream>
 #include <thread>
 
+#include "os/conformance.h"
 #include "os/linux/files.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
@@ -27,10 +28,8 @@ namespace ctn::os {
 namespace {
 
 using namespace std::chrono_literals;
+using conformance::kTimeout;
 using testing::HasSubstr;
-
-constexpr Nanos kTimeout = 60s;
-constexpr uid_t kNobody = 65534;
 
 std::size_t open_descriptors() {
   const auto numbers = numbered_entries("/proc/self/fd", "");
@@ -345,7 +344,7 @@ TEST_F(LocalSocket, WhoMayNotConnectIsTold) {
   listen(0600);
   const std::size_t before = open_descriptors();
   ForkedProcess stranger([&] {
-    if (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0) return 2;
+    if (!become_nobody()) return 2;
     const auto refused = Connection::connect(path_);
     return !refused.ok() && refused.error().message().find("not permitted") != std::string::npos ? 0 : 1;
   });

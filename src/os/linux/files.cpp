@@ -11,19 +11,12 @@
 #include <limits>
 #include <memory>
 
+#include "base/text.h"
+
 namespace ctn::os {
 namespace {
 
 constexpr std::size_t kMaxFileSize = std::size_t{1} << 20;
-
-// Some files (device tree) end in a zero byte.
-constexpr std::string_view kBlank{" \t\r\n\0", 5};
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
 
 struct CloseFolder {
   void operator()(DIR* folder) const { ::closedir(folder); }
@@ -51,7 +44,8 @@ std::optional<std::string> read_text(const std::string& path) {
 std::optional<std::string> read_line(const std::string& path) {
   const std::optional<std::string> text = read_text(path);
   if (!text) return std::nullopt;
-  const std::string_view line = trimmed(std::string_view(*text).substr(0, text->find('\n')));
+  constexpr std::string_view kEnds{"\n\0", 2};  // some files (device tree) end in a zero byte
+  const std::string_view line = trimmed(std::string_view(*text).substr(0, text->find_first_of(kEnds)));
   if (line.empty()) return std::nullopt;
   return std::string(line);
 }

@@ -44,6 +44,12 @@ class ForkedProcess {
   pid_t number_;
 };
 
+// In a copy that root made: goes on as the user who may do nothing. False: it cannot.
+inline bool become_nobody() {
+  constexpr unsigned kNobody = 65534;
+  return ::setgid(kNobody) == 0 && ::setuid(kNobody) == 0;
+}
+
 // A pipe by which one process waits for a value from another: made before the fork, so that both have it.
 class SyncPipe {
  public:

@@ -15,11 +15,11 @@
 #include <mutex>
 #include <new>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "os/linux/descriptor.h"
+#include "os/linux/errno_text.h"
 #include "os/linux/guardian_process.h"
 #include "os/linux/kernel_calls.h"
 #include "os/linux/monitored_thread.h"
@@ -31,7 +31,7 @@ namespace {
 constexpr int kTimeoutMs = 2000;
 
 Error cannot_start_guardian(int error, std::string hint) {
-  return Error::environment("cannot start a guardian: " + std::generic_category().message(error), std::move(hint));
+  return Error::environment("cannot start a guardian: " + errno_text(error), std::move(hint));
 }
 
 // Memory that stays shared across a fork.

@@ -6,7 +6,8 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <system_error>
+
+#include "os/linux/errno_text.h"
 
 namespace ctn::os {
 namespace {
@@ -34,7 +35,7 @@ Result<std::unique_ptr<ReadyCpus>> keep_cpus_ready(const LinuxRoots& roots) {
   if (file >= 0 && ::write(file, &microseconds, sizeof microseconds) == sizeof microseconds) {
     return std::unique_ptr<ReadyCpus>(std::make_unique<HeldFile>(file));
   }
-  const std::string why = std::generic_category().message(errno);
+  const std::string why = errno_text(errno);
   if (file >= 0) ::close(file);
   return Error::environment(fmt::format("cannot keep idle virtual CPUs from being given away: {}: {}", path, why),
                             fmt::format("run as a user who may write {}, or pass that device to the container", path));

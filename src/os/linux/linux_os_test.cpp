@@ -12,6 +12,7 @@
 #include <new>
 #include <thread>
 
+#include "os/conformance.h"
 #include "os/linux/fabricated_tree.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/kernel_calls.h"
@@ -22,8 +23,7 @@ namespace ctn::os {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr Nanos kTimeout = 60s;
+using conformance::kTimeout;
 
 using Word = std::atomic<std::uint32_t>;
 
@@ -33,18 +33,18 @@ struct SharedWords {
   Word stop{0};
 };
 
-class SharedMemory {
+class SharedMapping {
  public:
-  SharedMemory() {
+  SharedMapping() {
     void* const memory =
         ::mmap(nullptr, sizeof(SharedWords), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     words_ = memory == MAP_FAILED ? nullptr : new (memory) SharedWords;
   }
-  ~SharedMemory() {
+  ~SharedMapping() {
     if (words_) ::munmap(words_, sizeof(SharedWords));
   }
-  SharedMemory(const SharedMemory&) = delete;
-  SharedMemory& operator=(const SharedMemory&) = delete;
+  SharedMapping(const SharedMapping&) = delete;
+  SharedMapping& operator=(const SharedMapping&) = delete;
   SharedWords* operator->() const { return words_; }
   explicit operator bool() const { return words_ != nullptr; }
 
@@ -60,7 +60,7 @@ class LinuxOsTest : public testing::Test {
 };
 
 TEST_F(LinuxOsTest, WordsMayBeSharedBetweenProcesses) {
-  SharedMemory words;
+  SharedMapping words;
   ASSERT_TRUE(words);
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
@@ -81,7 +81,7 @@ TEST_F(LinuxOsTest, WordsMayBeSharedBetweenProcesses) {
 
 // A server schedules the threads of other processes.
 TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
-  SharedMemory words;
+  SharedMapping words;
   ASSERT_TRUE(words);
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
@@ -200,10 +200,9 @@ TEST_F(LinuxOsTest, SpawnIsOrdinaryEvenUnderAForeignRealTimePriority) {
 
 TEST_F(LinuxOsTest, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
   ForkedProcess unprivileged([&] {
-    constexpr uid_t kNobody = 65534;
     const rlimit none{0, 0};
     if (::setrlimit(RLIMIT_RTPRIO, &none) != 0) return 2;
-    if (::getuid() == 0 && (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0)) return 2;
+    if (::getuid() == 0 && !become_nobody()) return 2;
     const auto os = make_linux_os();
     const RealTimeFacts facts = os->real_time_facts();
     if (facts.permitted) return 2;

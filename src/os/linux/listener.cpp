@@ -10,10 +10,10 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "os/linux/errno_text.h"
 #include "os/linux/local_address.h"
 
 namespace ctn::os {
@@ -21,8 +21,6 @@ namespace {
 
 constexpr mode_t kFolderMode = 0755;
 constexpr int kWaiting = 128;  // clients that may wait to be let in
-
-std::string text_of(int error) { return std::generic_category().message(error); }
 
 Error cannot_listen(const std::string& path, const std::string& why, std::string hint) {
   return Error::environment(fmt::format("cannot listen at {}: {}", path, why), std::move(hint));
@@ -32,11 +30,11 @@ Error failed(const std::string& path, int error) {
   if (error == EACCES || error == EPERM || error == EROFS) {
     return cannot_listen(path, "not permitted", "run as a user who may write to its folder, or name another path");
   }
-  if (error == EMFILE) return cannot_listen(path, text_of(error), "raise the limit of open files (`ulimit -n`)");
+  if (error == EMFILE) return cannot_listen(path, errno_text(error), "raise the limit of open files (`ulimit -n`)");
   if (error == ENFILE) {
-    return cannot_listen(path, text_of(error), "close programs, or raise the system's limit (`sysctl fs.file-max`)");
+    return cannot_listen(path, errno_text(error), "close programs, or raise the system's limit (`sysctl fs.file-max`)");
   }
-  return cannot_listen(path, text_of(error), "name another path");
+  return cannot_listen(path, errno_text(error), "name another path");
 }
 
 std::string folder_of(const std::string& path) {
@@ -152,7 +150,7 @@ Result<std::optional<Connection>> Listener::turn_away() {
   const bool nobody = !waited && errno == EAGAIN;  // the kernel looks for a descriptor first, and for a client then
   spare_ = open_spare();
   if (nobody) return std::optional<Connection>();
-  return Error::environment(fmt::format("turned a client away at {}: {}", path_, text_of(error)),
+  return Error::environment(fmt::format("turned a client away at {}: {}", path_, errno_text(error)),
                             "let fewer clients connect, or raise the limit of open files (`ulimit -n`)");
 }
 

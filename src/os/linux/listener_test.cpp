@@ -23,8 +23,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr uid_t kNobody = 65534;
-
 class ListenerTest : public testing::Test {
  protected:
   ListenerTest() {
@@ -163,7 +161,7 @@ TEST_F(ListenerTest, PlacesWhereItCannotBeSaySo) {
   CATAN_REQUIRE(::getuid() == 0, "needs root, to become another user: run it as root");
   ASSERT_EQ(::chmod(folder_.c_str(), 0755), 0);
   ForkedProcess stranger([&] {
-    if (::setgid(kNobody) != 0 || ::setuid(kNobody) != 0) return 2;
+    if (!become_nobody()) return 2;
     const bool both = error_at(folder_ + "/app").message().find("not permitted") != std::string::npos &&
                       error_at(folder_ + "/run/app").message().find("not permitted") != std::string::npos;
     return both ? 0 : 1;

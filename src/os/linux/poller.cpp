@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <utility>
+
+#include "os/linux/errno_text.h"
 
 namespace ctn::os {
 namespace {
@@ -19,7 +20,7 @@ constexpr Poller::Key kTimerKey = Poller::kKeys;
 constexpr Poller::Key kEventKey = Poller::kKeys + 1;
 
 Error cannot_wait(int error) {
-  return Error::environment("cannot wait for another descriptor: " + std::generic_category().message(error),
+  return Error::environment("cannot wait for another descriptor: " + errno_text(error),
                             "raise the limit of open files (`ulimit -n`) or of fs.epoll.max_user_watches");
 }
 

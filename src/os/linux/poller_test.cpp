@@ -10,6 +10,7 @@
 #include <set>
 #include <thread>
 
+#include "os/conformance.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
@@ -19,10 +20,9 @@ namespace ctn::os {
 namespace {
 
 using namespace std::chrono_literals;
+using conformance::kTimeout;
 using testing::ElementsAre;
 using testing::IsEmpty;
-
-constexpr Nanos kTimeout = 60s;
 
 Descriptor event(unsigned count) { return Descriptor(::eventfd(count, EFD_CLOEXEC | EFD_NONBLOCK)); }
 

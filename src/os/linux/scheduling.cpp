@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
+#include "os/linux/errno_text.h"
 #include "os/linux/privilege.h"
 #include "os/linux/process.h"
 #include "os/linux/restore.h"
@@ -71,7 +71,7 @@ Error Scheduling::refused(ThreadId thread, const std::string& what, int error) c
     return Error::environment(place + ": it is gone", "threads that end while they are scheduled need no action");
   }
   if (error == EPERM) return Error::environment(place + ": not permitted", how_to_permit(roots_));
-  return Error::environment(fmt::format("{}: {}", place, std::generic_category().message(error)),
+  return Error::environment(fmt::format("{}: {}", place, errno_text(error)),
                             "please report it with the kernel's version");
 }
 

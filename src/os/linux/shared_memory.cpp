@@ -12,9 +12,9 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <system_error>
 #include <utility>
 
+#include "os/linux/errno_text.h"
 #include "os/linux/files.h"
 
 namespace ctn::os {
@@ -23,8 +23,6 @@ namespace {
 constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;
 constexpr std::size_t kMaxName = 249;            // what the kernel takes
 constexpr unsigned kNoExecutableSeal = 0x0008U;  // MFD_NOEXEC_SEAL, since Linux 6.3; not every <sys/mman.h> names it
-
-std::string text_of(int error) { return std::generic_category().message(error); }
 
 Error cannot_create(std::size_t size, const std::string& why, std::string hint) {
   return Error::environment(fmt::format("cannot make {} bytes of shared memory: {}", size, why), std::move(hint));
@@ -78,7 +76,7 @@ SharedMemory& SharedMemory::operator=(SharedMemory&& other) noexcept {
 Result<SharedMemory> SharedMemory::map(Descriptor descriptor, std::size_t size) {
   void* const memory = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, descriptor.number(), 0);
   if (memory == MAP_FAILED) {
-    return Error::environment(fmt::format("cannot map {} bytes of shared memory: {}", size, text_of(errno)),
+    return Error::environment(fmt::format("cannot map {} bytes of shared memory: {}", size, errno_text(errno)),
                               "raise the limit of address space (`ulimit -v`), or free memory");
   }
   return SharedMemory(std::move(descriptor), {static_cast<std::byte*>(memory), size});
@@ -96,17 +94,17 @@ Result<SharedMemory> SharedMemory::create(const std::string& name, std::size_t s
   }
   Descriptor file = make_memory_file(name);
   if (!file.valid()) {
-    return cannot_create(size, text_of(errno),
+    return cannot_create(size, errno_text(errno),
                          "allow the system call memfd_create (a container's filter may forbid it, or the kernel was "
                          "built without CONFIG_MEMFD_CREATE)");
   }
   // Allocated now, because memory that is missing later ends whoever touches it.
   if (::ftruncate(file.number(), static_cast<off_t>(size)) != 0 ||
       ::fallocate(file.number(), 0, 0, static_cast<off_t>(size)) != 0) {
-    return cannot_create(size, text_of(errno), "free memory, or raise the memory limit of this control group");
+    return cannot_create(size, errno_text(errno), "free memory, or raise the memory limit of this control group");
   }
   if (::fcntl(file.number(), F_ADD_SEALS, kSizeSeals) != 0) {
-    return cannot_create(size, "its size cannot be sealed: " + text_of(errno),
+    return cannot_create(size, "its size cannot be sealed: " + errno_text(errno),
                          "use a kernel with sealing (since 3.17)");
   }
   return map(std::move(file), size);
@@ -118,7 +116,7 @@ Result<SharedMemory> SharedMemory::open(Descriptor descriptor, std::size_t min_s
   if (seals < 0) return cannot_open("it is not memory but another kind of file");
   if ((seals & kSizeSeals) != kSizeSeals) return cannot_open("its size is not sealed, so it could vanish in use");
   struct stat file {};
-  if (::fstat(descriptor.number(), &file) != 0) return cannot_open(text_of(errno));
+  if (::fstat(descriptor.number(), &file) != 0) return cannot_open(errno_text(errno));
   const auto size = static_cast<std::size_t>(file.st_size);
   if (size == 0 || size < min_size) {
     return cannot_open(fmt::format("it has {} bytes and needs {}", size, min_size));

@@ -7,8 +7,9 @@
 
 #include <cerrno>
 #include <csignal>
-#include <system_error>
 #include <utility>
+
+#include "os/linux/errno_text.h"
 
 namespace ctn::os {
 namespace {
@@ -47,7 +48,7 @@ Result<SignalWatch> SignalWatch::start(const std::vector<int>& signals) {
   const sigset_t set = set_of(signals);
   Descriptor descriptor(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
   if (!descriptor.valid()) {
-    return Error::environment("cannot watch for signals: " + std::generic_category().message(errno),
+    return Error::environment("cannot watch for signals: " + errno_text(errno),
                               "raise the limit of open files (`ulimit -n`)");
   }
   sigset_t before{};
