@@ -1,6 +1,5 @@
 // The command line: exit codes, what goes to stdout and what to stderr, and that what it prints is what was meant.
 #include "command_test.h"
-#include "test_apps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +7,8 @@
 #include <fstream>
 
 #include <nlohmann/json.hpp>
+
+#include "test_apps.h"
 
 namespace ctn::test {
 namespace {
