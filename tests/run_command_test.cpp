@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
-#include "test_apps.h"
 #include "os/linux/linux_os.h"
 #include "os/requires_real_time.h"
+#include "test_apps.h"
 
 namespace ctn::test {
 namespace {
