@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "config/testing/apps.h"
-#include "policy/measured_costs.h"
 #include "policy/planned.h"
 #include "record/reader.h"
 #include "sim/batch.h"
@@ -24,36 +23,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-std::unique_ptr<Simulation> simulation_of(const graph::App& app, const std::string& costs, const std::string& policy,
-                                          int cores = 1, std::uint64_t seed = 1, bool ideal = true) {
-  Options options = on_ideal_machine(*policy::make_policy(policy), cores);
-  if (!ideal) options.machine.costs = {};
-  auto made = Simulation::create(app, std::make_unique<DrawnCosts>(app, parse_costs(app, costs), seed), options);
-  if (!made) {
-    ADD_FAILURE() << made.error().message();
-    std::abort();
-  }
-  return std::move(*made);
-}
-
-Outcome simulate(const graph::App& app, const std::string& costs, const std::string& policy, int cores = 1) {
-  auto simulation = simulation_of(app, costs, policy, cores);
-  simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{20});
-  return simulation->outcome();
-}
-
-// camera 2, detect 10, motor 1: one subchain, one after the other on one core.
-const char* const kRow = R"(
-catan: 1
-app: row
-nodes: { camera: { fallback_rate: 50Hz }, detect: {}, motor: {} }
-edges: [ camera -> detect -> motor ]
-subchains: { row: [camera, detect, motor] }
-objective: [ { response_time: [camera, detect, motor], weight: 1, max: 30ms } ]
-scheduler: { slack: 0%, bootstrap: 1s }
-)";
-const char* const kRowCosts = "camera: 2ms\ndetect: 10ms\nmotor: 1ms\n";
 
 TEST(Simulation, OneSubchainAtAHandSetRate) {
   const Outcome outcome = simulate(parse(kRow), kRowCosts, "default");
@@ -276,123 +245,6 @@ TEST(Simulation, TwoNodesTakeTurnsOnOneCoreAsPlanned) {
   EXPECT_GE(outcome.cores.front().real_time, 0.99);
 }
 
-TEST(Simulation, QueueNodesTakeAllSinceTheirLastRun) {
-  const graph::App app = parse(R"(
-catan: 1
-app: batch
-nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
-edges: [ fast -> slow ]
-objective: [ { response_time: [fast, slow], weight: 1 } ]
-scheduler: { bootstrap: 1s }
-)");
-  const Outcome outcome = simulate(app, "fast: 1ms\nslow: 2ms\n", "fifo", 2);
-  // Every run of fast reaches the end, the oldest of a batch of ten after about a period of slow.
-  EXPECT_NEAR(static_cast<double>(outcome.chains.front().latency_ms.count), 2000.0, 15.0);
-  EXPECT_NEAR(outcome.chains.front().latency_ms.max, 102.0, 1.1);
-  EXPECT_EQ(outcome.dropped, 0U);
-}
-
-// Ten runs of fast for each of slow: 2 ms, and 0.5 ms for each.
-TEST(Simulation, ItemsOfABatchAddToARun) {
-  const graph::App app = parse(R"(
-catan: 1
-app: batch
-nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
-edges: [ fast -> slow ]
-objective: [ { response_time: [fast, slow], weight: 1 } ]
-scheduler: { bootstrap: 1s }
-)");
-  const Outcome outcome = simulate(app, "fast: 1ms\nslow: { cost: 2ms, per_item: 0.5ms }\n", "fifo", 2);
-  EXPECT_NEAR(node(outcome, "slow").compute_ms.mean, 7.0, 0.01);
-}
-
-// Nobody has told what an item adds: both parts of what a batch costs are found, and what is expected of plans happens.
-TEST(Simulation, WhatItemsAddIsMeasuredAndPlannedWith) {
-  const graph::App app = parse(R"(
-catan: 1
-app: batches
-nodes: { scan: {}, steer: {}, map: { input: queue } }
-edges: [ scan -> steer, scan -> map ]
-objective:
-  - { response_time: [scan, steer], weight: 1 }
-  - { response_time: [scan, map], weight: 0.1 }
-scheduler: { bootstrap: 1s }
-)");
-  const std::string path = testing::TempDir() + fmt::format("batches_{}.catan", getpid());
-  std::remove(path.c_str());
-  Options options{.policy = *policy::make_policy("catan")};
-  options.recording = {.path = path, .note = ""};
-  const std::string text = "scan: 1ms\nsteer: { cost: 2ms, typical: 1.6ms }\nmap: { cost: 1ms, per_item: 0.5ms }\n";
-  auto simulation =
-      *Simulation::create(app, std::make_unique<DrawnCosts>(app, parse_costs(app, text), 1), std::move(options));
-  simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{60});
-  const NodeId map = *app.graph.find_node("map");
-  const plan::Plan plan = *simulation->plan();
-  ASSERT_EQ(plan.batches.size(), 1U) << "it is known that items add something";
-  EXPECT_EQ(plan.batches.front().node, map);
-  const Outcome outcome = simulation->outcome();
-  for (const ChainOutcome& chain : outcome.chains) {
-    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.03 * chain.response_ms.mean) << chain.path;
-  }
-  EXPECT_NEAR(*outcome.objective, *outcome.objective_predicted, 0.03 * *outcome.objective);
-  EXPECT_LE(outcome.plans_adopted, 15U);
-  ASSERT_TRUE(simulation->finish().ok());
-
-  policy::MeasuredCosts measured(app);
-  const auto record = record::Reader::open(path);
-  ASSERT_TRUE(record.ok()) << record.error().message();
-  std::uint64_t changes = 0;
-  EXPECT_TRUE(record->each_run([&](const record::Run& run) { changes += measured.add(run, 0) ? 1U : 0U; }).ok());
-  const model::CostProfile found = measured.typical_costs(Millis{1})[map];
-  EXPECT_NEAR(found.per_item().count(), 0.5, 0.015);
-  EXPECT_NEAR(found.single_thread().count(), 1.0, 0.05) << "the machine's part included";
-  EXPECT_EQ(changes, 0U) << "larger batches are no change of what runs cost";
-  std::remove(path.c_str());
-}
-
-// Ten runs of fast for each of slow, of which every tenth finds something.
-TEST(Simulation, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
-  const graph::App app = parse(R"(
-catan: 1
-app: mostly_empty
-nodes: { slow: { fallback_rate: 10Hz }, fast: { input: queue, fallback_rate: 100Hz } }
-edges: [ slow -> fast ]
-objective: [ { response_time: [slow, fast], weight: 1 }, { period: fast, weight: 1 } ]
-scheduler: { bootstrap: 1s }
-)");
-  const Outcome outcome = simulate(app, "slow: 1ms\nfast: 2ms\n", "fifo", 2);
-  EXPECT_NEAR(node(outcome, "fast").rate_hz, 100.0, 0.1);
-  EXPECT_NEAR(node(outcome, "fast").period_ms.mean, 100.0, 1e-6);
-  EXPECT_NEAR(*outcome.objective, outcome.chains.front().response_ms.mean + 100.0, 1e-6);
-}
-
-TEST(Simulation, OutputLessOftenThanRuns) {
-  std::string text = kRow;
-  text.replace(text.find("detect: {}"), 10, "detect: { output_period: 100ms }");
-  const Outcome outcome = simulate(parse(text), kRowCosts, "default");
-  EXPECT_NEAR(node(outcome, "detect").rate_hz, 50.0, 0.06);
-  EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
-}
-
-// Nobody has told that detect gives an output in every fourth run: plans learn it, and expect what happens.
-TEST(Simulation, OutputsOfOnlySomeRunsAreMeasuredAndPlannedWith) {
-  for (const char* policy : {"catan", "paper"}) {
-    const graph::App app = parse(kRow);
-    auto simulation = simulation_of(app, kRowCosts, policy);
-    simulation->set_effect(*app.graph.find_node("detect"), [](ctn::Run& run) {
-      if (run.number() % 4 != 0) run.skip_output();
-    });
-    simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{60});
-    const plan::Plan& plan = *simulation->plan();
-    EXPECT_EQ(plan.outputs, (std::vector<plan::RunsPerOutput>{{*app.graph.find_node("detect"), 4.0}})) << policy;
-    EXPECT_GT(plan.relax_factor, 1.0) << policy << ": the bound of 30 ms cannot hold";
-    const Outcome outcome = simulation->outcome();
-    const ChainOutcome& chain = outcome.chains.front();
-    EXPECT_NEAR(chain.response_ms.mean, *chain.predicted_ms, 0.1 * chain.response_ms.mean) << policy;
-    EXPECT_LE(outcome.plans_adopted, 5U) << policy;
-  }
-}
-
 TEST(Simulation, UnscheduledNodesRunByThemselves) {
   const graph::App app = parse(R"(
 catan: 1
@@ -471,68 +323,6 @@ scheduler: { bootstrap: 1s, schedule: frames }
   EXPECT_EQ(triggers, outcome.triggers);
   EXPECT_GT(slots, 100U);
   std::remove(path.c_str());
-}
-
-// A sensor, what follows it, and what follows that; the consumer takes its time.
-graph::App followers(const std::string& of_imu = "", const std::string& of_sum = "") {
-  return parse(R"(
-catan: 1
-app: followers
-nodes:
-  imu: { unscheduled: true, period: 4ms)" +
-               of_imu + R"( }
-  sum: { unscheduled: true)" +
-               of_sum + R"( }
-  guess: { unscheduled: true }
-  fuse: { fallback_rate: 10Hz }
-edges: [ imu -> sum -> guess -> fuse ]
-objective:
-  - { response_time: [guess, fuse], weight: 1 }
-  - { response_time: [imu, sum], weight: 0.1 }
-  - { response_time: [imu, sum, guess], weight: 0.1 }
-scheduler: { bootstrap: 1s }
-)");
-}
-
-TEST(Simulation, FollowersTakeWhatWasGivenThisInstant) {
-  for (const char* policy : {"default", "fifo", "catan"}) {
-    for (const int cores : {1, 2, 3}) {
-      SCOPED_TRACE(testing::Message() << policy << " on " << cores);
-      const Outcome outcome = simulate(followers(), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", policy, cores);
-      for (const char* name : {"imu", "sum", "guess"}) EXPECT_NEAR(node(outcome, name).rate_hz, 250.0, 0.1) << name;
-      if (cores == 1 && policy == std::string("default")) continue;  // fuse may be in between
-      EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 0.3);
-      EXPECT_DOUBLE_EQ(outcome.chains[2].latency_ms.max, 0.6);
-      EXPECT_DOUBLE_EQ(outcome.chains[2].response_ms.max, 4.6);
-    }
-  }
-}
-
-TEST(Simulation, WhoHasAPeriodOfItsOwnFollowsNobody) {
-  const Outcome outcome =
-      simulate(followers("", ", period: 4ms"), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
-  EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 4.2) << "both begin at once, so it has the output before";
-}
-
-TEST(Simulation, FollowersRunOnOutputAlone) {
-  const Outcome outcome =
-      simulate(followers(", output_period: 20ms"), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 2);
-  EXPECT_NEAR(node(outcome, "imu").rate_hz, 250.0, 0.1);
-  EXPECT_NEAR(node(outcome, "sum").rate_hz, 50.0, 0.1);
-  EXPECT_NEAR(node(outcome, "guess").rate_hz, 50.0, 0.1);
-}
-
-// What comes while it is busy makes one run more, of what is newest then: sum runs without a pause.
-TEST(Simulation, ABusyFollowerRunsOnceMore) {
-  const Outcome outcome = simulate(followers(), "imu: 0.1ms\nsum: 10ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
-  EXPECT_NEAR(node(outcome, "sum").rate_hz, 100.0, 0.1);
-  EXPECT_NEAR(node(outcome, "guess").rate_hz, 100.0, 0.1);
-  EXPECT_GE(outcome.chains[1].latency_ms.p50, 10.1);
-  EXPECT_LE(outcome.chains[1].latency_ms.max, 14.1);
-  const Outcome queued =
-      simulate(followers("", ", input: queue"), "imu: 0.1ms\nsum: 10ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
-  EXPECT_NEAR(node(queued, "sum").rate_hz, 100.0, 0.1);
-  EXPECT_NEAR(static_cast<double>(queued.chains[1].latency_ms.count), 5000.0, 5.0) << "each output is used";
 }
 
 TEST(Simulation, SlowerCoresTakeLonger) {

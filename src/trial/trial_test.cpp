@@ -1,17 +1,14 @@
 // Trials by hand, on a machine where scheduling costs nothing: who ran from when to when, and what it came to.
 #include "trial/trial.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "catan/channel.h"
-#include "graph/build.h"
-#include "graph/spec_text.h"
+#include "trial/testing/world.h"
 
 namespace ctn::trial {
 namespace {
@@ -19,68 +16,6 @@ namespace {
 using std::chrono::milliseconds;
 
 static_assert(kQueueCapacity == QueueChannel<int>::kCapacity);
-
-Nanos ms(double value) { return to_nanos(Millis{value}); }
-
-// "0-2 10-12": each node's runs, in milliseconds.
-class Timeline : public Observer {
- public:
-  explicit Timeline(const graph::App& app) : app_(app) {}
-  void ended(const ObservedRun& run) override {
-    std::string& text = of_[app_.graph.node(run.node).name];
-    text += fmt::format("{}{:g}-{:g}", text.empty() ? "" : " ", to_millis(run.begin.time_since_epoch()).count(),
-                        to_millis(run.end.time_since_epoch()).count());
-    emitted_[app_.graph.node(run.node).name] += run.emitted ? 'x' : '.';
-  }
-  std::string operator[](const std::string& node) { return of_[node]; }
-  std::string emitted(const std::string& node) { return emitted_[node]; }
-
- private:
-  const graph::App& app_;
-  std::map<std::string, std::string> of_;
-  std::map<std::string, std::string> emitted_;
-};
-
-// An app of the spec's nodes and edges, whose runs always cost the same.
-struct World {
-  World(const graph::AppSpec& spec, const std::vector<std::pair<std::string, double>>& costs_ms)
-      : app(graph::build_app(spec).value()), costs(app.graph, Millis{0}) {
-    for (const auto& [name, cost] : costs_ms) {
-      costs.set(*app.graph.find_node(name), model::CostProfile::constant(Millis{cost}));
-    }
-  }
-
-  // `clocks`: by NodeId.
-  Figures run(const Schedule& schedule, Nanos horizon, const std::vector<Ticks>& clocks = {}) {
-    const Samples samples(app, MeasuredRuns{}, costs);
-    return Trial(app, samples)
-        .run(schedule, {.horizon = horizon,
-                        .warm_up = Nanos{0},
-                        .p95 = true,
-                        .overheads = Overheads::none(),
-                        .clocks = clocks,
-                        .observer = &timeline});
-  }
-  void wait(const std::string& node, double wait_ms) { costs.set_wait(*app.graph.find_node(node), Millis{wait_ms}); }
-  void runs_per_output(const std::string& node, double runs) {
-    costs.set_runs_per_output(*app.graph.find_node(node), runs);
-  }
-  SubchainId subchain(const std::string& name) const { return *app.graph.find_subchain(name); }
-
-  graph::App app;
-  model::CostTable costs;
-  Timeline timeline{app};
-};
-
-Schedule on_cores(int cores, std::vector<Place> places) {
-  return {.cores = cores, .subchains = std::move(places), .frames = {}, .pipelines = {}};
-}
-
-graph::AppSpec two() {
-  graph::AppSpec spec = graph::spec_of({"a", "b"}, {"a b"});
-  spec.objective = {graph::response("a b", 1.0), graph::period("b", 0.5)};
-  return spec;
-}
 
 TEST(Trial, TriggersByTimeAtThePhaseAndEveryPeriodAfterIt) {
   World world(two(), {{"a", 2}, {"b", 3}});
@@ -397,97 +332,6 @@ TEST(Trial, ThreadsOfANodeShareItsRun) {
   EXPECT_EQ(world.timeline["b"], "4-7 14-17");
 }
 
-// --- Runs that wait ---
-
-TEST(Trial, ARunThatWaitsGivesItsCoreAway) {
-  World world(two(), {{"a", 2}, {"b", 6}});
-  world.wait("a", 4);
-  const Figures figures =
-      world.run(on_cores(1, {{.priority = 2, .period = ms(20)}, {.priority = 1, .period = ms(20)}}), ms(40));
-  EXPECT_EQ(world.timeline["a"], "0-6 20-26");
-  EXPECT_EQ(world.timeline["b"], "1-8 21-28");
-  EXPECT_NEAR(figures.busy[0], 0.4, 1e-9) << "waits are no load";
-}
-
-TEST(Trial, ARunThatHasWaitedQueuesBehindThoseAboveIt) {
-  World world(two(), {{"a", 2}, {"b", 6}});
-  world.wait("a", 4);
-  world.run(on_cores(1, {{.priority = 1, .period = ms(20)}, {.priority = 2, .period = ms(20), .phase = ms(3)}}),
-            ms(20));
-  EXPECT_EQ(world.timeline["a"], "0-10");
-  EXPECT_EQ(world.timeline["b"], "3-9");
-}
-
-TEST(Trial, AWaitUsesNoBudget) {
-  const auto b_with_budget_of_a = [](double budget) {
-    World world(two(), {{"a", 4}, {"b", 6}});
-    world.wait("a", 4);
-    world.run(on_cores(1, {{.priority = 2, .period = ms(40), .budget = ms(budget)},
-                           {.priority = 1, .period = ms(40), .phase = ms(5)}}),
-              ms(40));
-    return world.timeline["b"];
-  };
-  EXPECT_EQ(b_with_budget_of_a(4), "5-13") << "a comes back at 6, and has 2 left";
-  EXPECT_EQ(b_with_budget_of_a(3), "5-12") << "a is demoted at 7";
-}
-
-TEST(Trial, WhatIsTriggeredWhileARunWaitsWaitsForItsEnd) {
-  World world(two(), {{"a", 2}, {"b", 1}});
-  world.wait("a", 10);
-  world.run(on_cores(2, {{.core = 0, .period = ms(8)}, {.core = 1, .period = ms(100)}}), ms(30));
-  EXPECT_EQ(world.timeline["a"], "0-12 12-24");
-}
-
-TEST(Trial, InFramesOthersHaveTheCoreWhileARunWaits) {
-  World world(two(), {{"a", 4}, {"b", 4}});
-  world.wait("a", 4);
-  Schedule schedule = on_cores(1, {{.form = Form::kFrames}, {.form = Form::kFrames}});
-  dispatch::SharedCoreSchedule frames;
-  frames.slots = {{.subchain = SubchainId(0), .slice = ms(3), .every = 1, .rank = 0, .may_steal = false},
-                  {.subchain = SubchainId(1), .slice = ms(4), .every = 1, .rank = 1, .may_steal = false}};
-  schedule.frames = {frames};
-  world.run(schedule, ms(25));
-  // The run of a comes back at 6, in the slot of b, and ends in its own of the next frame: at 7.
-  EXPECT_EQ(world.timeline["a"], "0-9 13-22");
-  EXPECT_EQ(world.timeline["b"], "3-7 9-13 16-20");
-}
-
-TEST(Trial, InAPipelineOtherNodesHaveTheCoreMeanwhile) {
-  graph::AppSpec spec = two();
-  spec.subchains = {graph::subchain("ab", "a b")};
-  World world(spec, {{"a", 2}, {"b", 6}});
-  world.wait("a", 4);
-  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
-  schedule.pipelines = {{SubchainId(0), {0, 1}, 1, dispatch::pacing_of_owned(Millis{6}, Millis{12}, Nanos{0})}};
-  const Figures figures = world.run(schedule, ms(30));
-  EXPECT_EQ(world.timeline["a"], "0-6 6-12 12-18 18-24 24-30");
-  EXPECT_EQ(world.timeline["b"], "6-12 12-18 18-24 24-30");
-  EXPECT_NEAR(figures.busy[0] + figures.busy[1], (5 * 2 + 4 * 6) / 30.0, 1e-9);
-}
-
-TEST(Trial, OfSeveralThreadsTheFirstWaits) {
-  graph::AppSpec spec = two();
-  spec.subchains = {graph::subchain("ab", "a b")};
-  graph::node(spec, "b").max_threads = graph::At<int>{2, {}};
-  World world(spec, {{"a", 4}, {"b", 6}});
-  world.wait("b", 4);
-  Schedule schedule = on_cores(2, {{.form = Form::kPipeline}});
-  schedule.pipelines = {{SubchainId(0), {0, 1}, 2, dispatch::pacing_of_owned(Millis{20}, Millis{11}, Nanos{0})}};
-  world.run(schedule, ms(20));
-  EXPECT_EQ(world.timeline["b"], "4-11");
-}
-
-TEST(Trial, AnUnscheduledNodeThatWaitsGivesItsCoreAway) {
-  graph::AppSpec spec = two();
-  graph::node(spec, "a").unscheduled = true;
-  graph::node(spec, "a").period = graph::At<Nanos>{milliseconds{10}, {}};
-  World world(spec, {{"a", 1}, {"b", 8}});
-  world.wait("a", 4);
-  world.run(on_cores(1, {{.period = ms(20), .phase = ms(8)}}), ms(20));
-  EXPECT_EQ(world.timeline["a"], "10-15");
-  EXPECT_EQ(world.timeline["b"], "8-17");
-}
-
 TEST(Trial, IsTheSameEachTimeAndOtherwiseWithOtherDraws) {
   World world(two(), {});
   model::Workload work(world.app.graph);
@@ -538,68 +382,6 @@ TEST(Trial, WhatArrivesFromAnUnscheduledNodeTriggersAtItsEnd) {
   World again(spec, {{"imu", 1}, {"a", 3}});
   again.run(on_cores(2, {{.core = 1, .after = plan::After{imu, 2}}}), ms(40));
   EXPECT_EQ(again.timeline["a"], "11-14 21-24 31-34");
-}
-
-// --- Clocks of others ---
-
-graph::AppSpec shown() {
-  graph::AppSpec spec = graph::spec_of({"sensor", "a", "display"}, {"sensor a display"});
-  for (const char* name : {"sensor", "display"}) graph::node(spec, name).external = true;
-  graph::node(spec, "display").period = graph::At<Nanos>{ms(10), {}};
-  spec.objective = {graph::response("a display", 1.0), graph::response("a", 1.0)};
-  return spec;
-}
-
-TEST(TrialClocks, WhatIsDoneByATickCountsAtTheTick) {
-  World world(shown(), {{"a", 2}});
-  const std::vector<Ticks> clocks{{}, {}, {TimePoint{} + ms(7), ms(10)}};
-  const Figures figures = world.run(on_cores(1, {{.period = ms(10), .phase = ms(1)}}), ms(100), clocks);
-  EXPECT_NEAR(figures.terms[0].mean_ms, 16.0, 1e-9) << "of 1 until 17";
-  EXPECT_NEAR(figures.terms[1].mean_ms, 12.0, 1e-9) << "of 1 until 13";
-  const Figures in_time = world.run(on_cores(1, {{.period = ms(10), .phase = ms(5)}}), ms(100), clocks);
-  EXPECT_NEAR(in_time.terms[0].mean_ms, 12.0, 1e-9);
-}
-
-TEST(TrialClocks, OfOutputsThatEndAtOneTickTheNewestCounts) {
-  World world(shown(), {{"a", 1}});
-  const std::vector<Ticks> clocks{{}, {}, {TimePoint{}, ms(10)}};
-  const Figures figures = world.run(on_cores(1, {{.period = ms(5)}}), ms(100), clocks);
-  EXPECT_NEAR(figures.terms[0].mean_ms, 15.0, 1e-9) << "of 5, 15, 25, until 20, 30, ...";
-  EXPECT_EQ(figures.terms[0].count, 8U);
-}
-
-TEST(TrialClocks, WhatComesDoesSoAtTicks) {
-  graph::AppSpec spec = shown();
-  graph::node(spec, "sensor").period = graph::At<Nanos>{ms(20), {}};
-  spec.objective = {graph::response("sensor a", 1.0), graph::response("a", 1.0)};
-  World world(spec, {{"a", 2}});
-  const std::vector<Ticks> clocks{{TimePoint{} + ms(1), ms(20)}, {}, {}};
-  const Figures figures = world.run(on_cores(1, {{.period = ms(5), .phase = ms(3)}}), ms(200), clocks);
-  EXPECT_NEAR(figures.terms[0].mean_ms, 24.0, 1e-9) << "of 1 until 25: the first run that has it";
-  EXPECT_NEAR(figures.terms[1].mean_ms, 7.0, 1e-9);
-}
-
-// No schedule keeps a phase to a clock of others: whatever its own phase is, it comes to the same.
-TEST(TrialClocks, UnlessToldTheySlideThroughAllPhases) {
-  World world(shown(), {{"a", 2}});
-  for (const double phase : {0.0, 3.0, 7.9}) {
-    const Figures figures = world.run(on_cores(1, {{.period = ms(10), .phase = ms(phase)}}), ms(10'000));
-    EXPECT_NEAR(figures.terms[0].mean_ms, 2.0 + 10.0 + 5.0, 0.05) << phase;
-    EXPECT_NEAR(figures.terms[0].p95_ms, 2.0 + 10.0 + 9.5, 0.05) << phase;
-  }
-}
-
-// Its grid slides with the clock.
-TEST(TrialClocks, WhoKeepsAPhaseToAClockIsDoneJustBeforeTheTick) {
-  World world(shown(), {{"a", 2}});
-  Place place{.period = ms(10), .phase = ms(7)};
-  place.clock = NodeId(std::size_t{2});
-  const Figures figures = world.run(on_cores(1, {place}), ms(10'000));
-  EXPECT_NEAR(figures.terms[0].mean_ms, 3.0 + 10.0, 0.05);
-  EXPECT_NEAR(figures.terms[0].p95_ms, 3.0 + 10.0, 0.05);
-  place.period = ms(20);
-  World slower(shown(), {{"a", 2}});
-  EXPECT_NEAR(slower.run(on_cores(1, {place}), ms(10'000)).terms[0].mean_ms, 3.0 + 20.0, 0.05);
 }
 
 }  // namespace
