@@ -1,0 +1,196 @@
+// What is promised of schedules (plan/promise.h) beside trials of them: nothing takes longer.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "base/mixed.h"
+#include "planner/promised.h"
+#include "planner/random_apps.h"
+#include "trial/trial.h"
+#include "trial_runs.h"
+
+namespace ctn {
+namespace {
+
+using std::chrono::seconds;
+
+// Runs by subchain: from the trigger by time that they go back to, to their end.
+class LongestRuns : public trial::Observer {
+ public:
+  LongestRuns(const graph::App& app, const trial::Schedule& schedule)
+      : app_(app), schedule_(schedule), longest_(schedule.subchains.size()), runs_(schedule.subchains.size()) {}
+  void ended(const trial::ObservedRun& run) override {
+    const std::size_t subchain = app_.graph.node(run.node).subchain->index();
+    const trial::Place& place = schedule_.subchains[subchain];
+    const Nanos since_first = run.begin.time_since_epoch() - place.phase;
+    const TimePoint trigger = TimePoint{} + place.phase + since_first / place.period * place.period;
+    longest_[subchain] = std::max(longest_[subchain], run.end - trigger);
+    ++runs_[subchain];
+  }
+  Nanos longest(std::size_t subchain) const { return longest_[subchain]; }
+  int runs(std::size_t subchain) const { return runs_[subchain]; }
+
+ private:
+  const graph::App& app_;
+  const trial::Schedule& schedule_;
+  std::vector<Nanos> longest_;
+  std::vector<int> runs_;
+};
+
+// Rates, phases, costs and waits at random, by time, on one core where scheduling costs nothing: no run takes longer
+// than is promised.
+TEST(Promises, HoldForRunsThatWait) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 3}, 1);
+    model::CostTable costs(of.app.graph, Millis{0});
+    trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < of.app.graph.subchains().size(); ++i) {
+      const NodeId node = of.app.graph.subchain(SubchainId(i)).head();
+      const double cost = uniform(0.5, 3.0);
+      const double wait = i < 2 ? uniform(0.5, 6.0) : 0.0;
+      costs.set(node, model::CostProfile::constant(Millis{cost}));
+      costs.set_wait(node, Millis{wait});
+      const Nanos period = to_nanos(Millis{(cost + wait) * uniform(1.0, 2.0) + (i == 2 ? 20.0 : 0.0)});
+      schedule.subchains.push_back({.priority = 3 - static_cast<int>(i),
+                                    .period = period,
+                                    .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    LongestRuns seen(of.app, schedule);
+    static_cast<void>(trial::Trial(of.app, samples)
+                          .run(schedule, {.horizon = seconds{20},
+                                          .warm_up = Nanos{0},
+                                          .overheads = trial::Overheads::none(),
+                                          .observer = &seen}));
+    for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+      const Millis promised = plan->subchains[i].execution;
+      // Beyond its period a run goes back to a trigger before the last.
+      if (to_nanos(promised) > schedule.subchains[i].period) continue;
+      ASSERT_GT(seen.runs(i), 100);
+      EXPECT_LE(to_millis(seen.longest(i)).count(), promised.count() + 1e-3) << "seed " << seed << ", subchain " << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 600);
+}
+
+struct Longest {
+  void add(Nanos value) {
+    longest = std::max(longest, value);
+    ++count;
+  }
+  Nanos longest{0};
+  int count = 0;
+};
+
+// What a schedule comes to in so long, where scheduling costs nothing.
+std::unique_ptr<Measured<Longest>> longest_in(const graph::App& app, const trial::Samples& samples,
+                                              const trial::Schedule& schedule, Nanos horizon) {
+  const Nanos warm_up = seconds{1};
+  auto seen =
+      std::make_unique<Measured<Longest>>(app, record::Interval{TimePoint{warm_up}, TimePoint{warm_up + horizon}});
+  static_cast<void>(
+      trial::Trial(app, samples)
+          .run(
+              schedule,
+              {.horizon = horizon, .warm_up = warm_up, .overheads = trial::Overheads::none(), .observer = seen.get()}));
+  return seen;
+}
+
+// Whole multiples of one period, phases and costs at random, on one or two cores where scheduling costs nothing: no
+// response takes longer than is promised, which is less than a period for each input that keeps in step.
+TEST(Promises, HoldForChainsThatKeepInStep) {
+  int compared = 0;
+  int in_step = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
+    model::CostTable costs(of.app.graph, Millis{0});
+    trial::Schedule schedule{.cores = of.cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < of.app.graph.subchains().size(); ++i) {
+      for (const NodeId node : of.app.graph.subchain(SubchainId(i)).nodes) {
+        costs.set(node, model::CostProfile::constant(Millis{uniform(0.2, 1.5)}));
+      }
+      const Nanos period = std::chrono::milliseconds{12} * static_cast<int>(1 + random() % 3);
+      schedule.subchains.push_back({.core = static_cast<int>(random() % static_cast<unsigned>(of.cores)),
+                                    .priority = 9 - static_cast<int>(i),
+                                    .period = period,
+                                    .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    const auto seen = longest_in(of.app, samples, schedule, seconds{10});
+    for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
+      const plan::ChainPlan& promised = plan->chains[chain];
+      const Longest& found = seen->metrics().chains()[chain].response;
+      if (found.count < 100) continue;
+      EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
+      ++compared;
+      Millis apart{0};
+      for (const graph::ChainElement& element : of.app.graph.chain_elements(promised.path)) {
+        const plan::SubchainPlan& planned = plan->subchains[element.subchain->index()];
+        apart += planned.period + planned.execution;
+      }
+      apart -= plan->subchains[of.app.graph.chain_elements(promised.path).front().subchain->index()].period;
+      if (promised.latency < apart - Millis{1.0}) ++in_step;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(in_step, 100) << "or nothing was tested";
+}
+
+// Everybody but the first is triggered by each so-many-th output of a predecessor: what follows takes the output that
+// triggers it, so that no response takes longer than is promised, which is less than a period for each such input.
+TEST(Promises, HoldForChainsOfFollowers) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1 + static_cast<int>(seed % 2));
+    const graph::Graph& graph = of.app.graph;
+    model::CostTable costs(graph, Millis{0});
+    trial::Schedule schedule{.cores = of.cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < graph.subchains().size(); ++i) {
+      for (const NodeId node : graph.subchain(SubchainId(i)).nodes) {
+        costs.set(node, model::CostProfile::constant(Millis{uniform(0.2, 1.5)}));
+      }
+      trial::Place place{.core = static_cast<int>(random() % static_cast<unsigned>(of.cores)),
+                         .priority = 9 - static_cast<int>(i),
+                         .period = std::chrono::milliseconds{20}};
+      for (const NodeId predecessor : graph.node(graph.subchain(SubchainId(i)).head()).predecessors) {
+        const auto leader = graph.node(predecessor).subchain;
+        if (!leader || leader->index() >= i) continue;
+        place.after = plan::After{*leader, 1 + static_cast<int>(random() % 3)};
+        place.period = place.after->every * schedule.subchains[leader->index()].period * 9 / 10;
+      }
+      schedule.subchains.push_back(place);
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    const auto seen = longest_in(of.app, samples, schedule, seconds{30});
+    for (std::size_t chain = 0; chain < plan->chains.size(); ++chain) {
+      const plan::ChainPlan& promised = plan->chains[chain];
+      const Longest& found = seen->metrics().chains()[chain].response;
+      if (found.count < 30) continue;
+      EXPECT_LE(to_millis(found.longest).count(), promised.response.count() + 1e-3) << "seed " << seed;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 300) << "or nothing was tested";
+}
+
+}  // namespace
+}  // namespace ctn
