@@ -19,8 +19,9 @@ namespace {
 
 using std::chrono::seconds;
 
-TEST(SimulatedOutputs, QueueNodesTakeAllSinceTheirLastRun) {
-  const graph::App app = parse(R"(
+// Ten runs of fast for each of slow.
+graph::App batches_of_ten() {
+  return parse(R"(
 catan: 1
 app: batch
 nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
@@ -28,24 +29,19 @@ edges: [ fast -> slow ]
 objective: [ { response_time: [fast, slow], weight: 1 } ]
 scheduler: { bootstrap: 1s }
 )");
-  const Outcome outcome = simulate(app, "fast: 1ms\nslow: 2ms\n", "fifo", 2);
+}
+
+TEST(SimulatedOutputs, QueueNodesTakeAllSinceTheirLastRun) {
+  const Outcome outcome = simulate(batches_of_ten(), "fast: 1ms\nslow: 2ms\n", "fifo", 2);
   // Every run of fast reaches the end, the oldest of a batch of ten after about a period of slow.
   EXPECT_NEAR(static_cast<double>(outcome.chains.front().latency_ms.count), 2000.0, 15.0);
   EXPECT_NEAR(outcome.chains.front().latency_ms.max, 102.0, 1.1);
   EXPECT_EQ(outcome.dropped, 0U);
 }
 
-// Ten runs of fast for each of slow: 2 ms, and 0.5 ms for each.
+// A run of slow takes 2 ms, and 0.5 ms for each item.
 TEST(SimulatedOutputs, ItemsOfABatchAddToARun) {
-  const graph::App app = parse(R"(
-catan: 1
-app: batch
-nodes: { fast: { fallback_rate: 100Hz }, slow: { input: queue, fallback_rate: 10Hz } }
-edges: [ fast -> slow ]
-objective: [ { response_time: [fast, slow], weight: 1 } ]
-scheduler: { bootstrap: 1s }
-)");
-  const Outcome outcome = simulate(app, "fast: 1ms\nslow: { cost: 2ms, per_item: 0.5ms }\n", "fifo", 2);
+  const Outcome outcome = simulate(batches_of_ten(), "fast: 1ms\nslow: { cost: 2ms, per_item: 0.5ms }\n", "fifo", 2);
   EXPECT_NEAR(node(outcome, "slow").compute_ms.mean, 7.0, 0.01);
 }
 

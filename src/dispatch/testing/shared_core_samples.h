@@ -11,8 +11,6 @@
 
 namespace ctn::dispatch {
 
-inline Nanos ms(double number) { return to_nanos(Millis{number}); }
-
 inline SharedCoreSlot every(int frames, int subchain, Nanos slice, int phase = 0) {
   return {.subchain = SubchainId(static_cast<std::size_t>(subchain)),
           .slice = slice,

@@ -11,7 +11,6 @@
 namespace ctn::driver {
 
 using dispatch::every;
-using dispatch::ms;
 
 // Has its CPUs to itself, and is active on them.
 inline policy::SubchainPlace paced(Nanos period, os::CpuSet cpus, Nanos hang_after = Nanos{0}) {

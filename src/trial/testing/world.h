@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/testing/times.h"
 #include "graph/build.h"
 #include "graph/spec_text.h"
 #include "trial/trial.h"
 
 namespace ctn::trial {
-
-inline Nanos ms(double value) { return to_nanos(Millis{value}); }
 
 // "0-2 10-12": each node's runs, in milliseconds.
 class Timeline : public Observer {
