@@ -4,8 +4,8 @@
 # _test.cpp become one test program, NAME_test. DEPENDS is the module's row of the table in docs/architecture.md: what it
 # may include and link; tests/architecture checks that the sources keep to it. Installed, the library is catan::NAME.
 #
-# With CATAN_UNITY all of them are compiled as one (docs/decisions/0016-compile-time.md), so helpers of two files need names that
-# differ.
+# With CATAN_UNITY all of them are compiled as one (docs/decisions/0035-a-module-is-one-source.md), so helpers of two files need
+# names that differ.
 #
 # REALTIME names tests, as GoogleTest's filters do, that run threads against the clock, UNSANITIZED those that sanitizers would
 # find nothing in: see catan_test.
