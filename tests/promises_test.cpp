@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "base/mixed.h"
@@ -198,6 +199,105 @@ TEST(Promises, HoldForChainsOfFollowers) {
     compared += static_cast<int>(expect_held(of.app, costs, schedule, seconds{30}, 30, seed).chains.size());
   }
   EXPECT_GT(compared, 300) << "or nothing was tested";
+}
+
+// Of those that follow others: from the output that triggers a run, or the end of their run before if that is later, to
+// its end. Right of whoever is not kept back by a period.
+class LongestFollowers : public trial::Observer {
+ public:
+  LongestFollowers(const graph::App& app, const trial::Schedule& schedule)
+      : app_(app), schedule_(schedule), followers_(schedule.subchains.size()) {}
+  void ended(const trial::ObservedRun& run) override {
+    const SubchainId subchain = *app_.graph.node(run.node).subchain;
+    if (run.node != app_.graph.subchain(subchain).tail()) return;
+    Follower& own = followers_[subchain.index()];
+    if (own.triggered) {
+      own.longest.add(run.end - *own.triggered);
+      own.triggered = std::exchange(own.due, false) ? std::optional(run.end) : std::nullopt;
+    }
+    for (std::size_t i = 0; i < followers_.size(); ++i) {
+      const std::optional<plan::After>& after = schedule_.subchains[i].after;
+      if (after && *after->subchain() == subchain) hear(followers_[i], after->every, run.end);
+    }
+  }
+  const Longest& longest(std::size_t subchain) const { return followers_[subchain].longest; }
+
+ private:
+  struct Follower {
+    int outputs = 0;  // since the last that triggers
+    bool due = false;
+    std::optional<TimePoint> triggered{};  // of the run under way
+    Longest longest{};
+  };
+  static void hear(Follower& follower, int every, TimePoint output) {
+    if (++follower.outputs < every) return;
+    follower.outputs = 0;
+    follower.due = follower.triggered.has_value();
+    if (!follower.triggered) follower.triggered = output;
+  }
+
+  const graph::App& app_;
+  const trial::Schedule& schedule_;
+  std::vector<Follower> followers_;
+};
+
+// The first leads from below all others, each of which follows one before it, and may be kept back by a period; runs
+// take what is planned, or less. No run takes longer than is promised, however full the core is.
+TEST(Promises, HoldForThoseThatTakeTurns) {
+  int compared = 0;
+  int full = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 5}, 1);
+    const graph::Graph& graph = of.app.graph;
+    model::CostTable costs(graph, Millis{0});
+    trial::MeasuredRuns runs(graph.nodes().size(), std::vector<std::vector<model::RunTime>>(1));
+    double turn = 0.0;  // ms
+    for (std::size_t node = 0; node < graph.nodes().size(); ++node) {
+      if (!graph.nodes()[node].subchain) continue;
+      const double cost = uniform(0.2, 3.0);
+      turn += cost;
+      costs.set(NodeId(node), model::CostProfile::constant(Millis{cost}));
+      for (int run = 0; run < 50; ++run) {
+        runs[node][0].push_back({to_nanos(Millis{cost * uniform(0.2, 1.0)}), Nanos{0}});
+      }
+    }
+    std::vector<int> priorities(graph.subchains().size() - 1);
+    std::iota(priorities.begin(), priorities.end(), 2);
+    std::shuffle(priorities.begin(), priorities.end(), random);
+    trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+    trial::Place& leader = schedule.subchains.emplace_back(trial::Place{.priority = 1});
+    leader.period = to_nanos(Millis{turn * uniform(0.3, 1.5)});
+    full += to_millis(leader.period).count() < turn ? 1 : 0;
+    if (random() % 2 == 0) {
+      leader.pause = to_nanos(Millis{uniform(0.05, 2.0)});
+      leader.period = std::chrono::microseconds{100};
+    }
+    for (std::size_t i = 1; i < graph.subchains().size(); ++i) {
+      trial::Place& place = schedule.subchains.emplace_back(trial::Place{.priority = priorities[i - 1]});
+      place.after = plan::After{SubchainId(random() % i), 1 + static_cast<int>(random() % 2)};
+      place.period = std::chrono::microseconds{100};
+      if (random() % 3 == 0) place.period = to_nanos(Millis{turn * uniform(0.5, 2.0)});
+    }
+    const trial::Samples samples(of.app, runs, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    ASSERT_TRUE(plan) << "seed " << seed;
+    LongestFollowers seen(of.app, schedule);
+    static_cast<void>(trial::Trial(of.app, samples)
+                          .run(schedule, {.horizon = seconds{30},
+                                          .warm_up = Nanos{0},
+                                          .overheads = trial::Overheads::none(),
+                                          .observer = &seen}));
+    for (std::size_t i = 1; i < schedule.subchains.size(); ++i) {
+      if (schedule.subchains[i].period > std::chrono::microseconds{100} || seen.longest(i).count < 30) continue;
+      EXPECT_LE(to_millis(seen.longest(i).longest).count(), plan->subchains[i].execution.count() + 1e-3)
+          << "seed " << seed << ", subchain " << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 400) << "or nothing was tested";
+  EXPECT_GT(full, 100);
 }
 
 }  // namespace

@@ -56,6 +56,7 @@
 #include "base/time.h"
 #include "dispatch/standstill.h"
 #include "graph/app.h"
+#include "plan/limits.h"
 #include "plan/plan.h"
 
 namespace ctn::dispatch {
@@ -105,10 +106,7 @@ Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId
 // When the next trigger is due of a subchain that is paced so from `now` on; `last`: when it was triggered last.
 TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last);
 
-// How long a subchain that follows another goes without a trigger: ten periods, and at least a second.
-constexpr Nanos silence_limit(const Pacing& pacing) {
-  return std::max<Nanos>(10 * pacing.period, std::chrono::seconds{1});
-}
+constexpr Nanos silence_limit(const Pacing& pacing) { return plan::silence_limit(pacing.period); }
 
 class SubchainTrigger {
  public:

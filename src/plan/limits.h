@@ -8,6 +8,8 @@
 // Units: Millis. Thread safety: pure functions.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -20,6 +22,10 @@
 #include "plan/plan.h"
 
 namespace ctn::plan {
+
+// How long a subchain that follows another goes without a trigger where there are no outputs: ten periods, and at least
+// a second.
+constexpr Nanos silence_limit(Nanos period) { return std::max<Nanos>(10 * period, std::chrono::seconds{1}); }
 
 struct PeriodLimits {
   Millis min{0};                   // p may be no shorter: the lowest max_rate of the nodes; 0: no cap

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "plan/batches.h"
+#include "plan/limits.h"
 
 namespace ctn::plan {
 namespace {
@@ -95,6 +96,8 @@ class Analysis {
   // held back until its period is over. 0: there is none.
   static Millis held_apart(const Member& member) { return member.after || member.pause ? member.period : Millis{0}; }
 
+  static Millis silence_limit(const Member& member) { return to_millis(plan::silence_limit(to_nanos(member.period))); }
+
   // Two ways to reckon with runs above that wait, each of which holds for all of them.
   enum class Waits {
     kBringRunsCloser,  // what a run has left after its wait comes close to the next
@@ -134,6 +137,22 @@ class Analysis {
     return apart < kLeastSpacing ? by_jitter : std::min(by_jitter, std::ceil(reach / apart - kRounding));
   }
 
+  // How often that member may come while a run of the one at `rank` is pending, if it goes back to outputs of one that
+  // is not above that; none: it does not.
+  std::optional<int> turns_of(const CorePlan& core, const Member& member, std::size_t rank) const {
+    if (wait_[core.members[rank].subchain.index()] > Millis{0}) return std::nullopt;
+    const Member* at = &member;
+    for (int turns = 1; at->after && at->after->subchain() != nullptr; ++turns) {
+      if (wait_[at->subchain.index()] > Millis{0}) return std::nullopt;
+      const auto leader = std::find_if(core.members.begin(), core.members.end(),
+                                       [&](const Member& each) { return each.subchain == *at->after->subchain(); });
+      if (leader == core.members.end()) return std::nullopt;
+      if (leader - core.members.begin() >= static_cast<std::ptrdiff_t>(rank)) return turns;
+      at = &*leader;
+    }
+    return std::nullopt;
+  }
+
   // From below, until nothing changes: jitters grow with responses, and responses with jitters.
   bool find_responses() {
     for (int round = 0; round < kRounds; ++round) {
@@ -169,11 +188,15 @@ class Analysis {
 
   std::optional<Millis> response_of(const CorePlan& core, std::size_t above, Waits waits) const {
     const Millis own = alone(core.members[above]);
+    std::vector<std::optional<int>> turns;
+    for (std::size_t j = 0; j < above; ++j) turns.push_back(turns_of(core, core.members[j], above));
     Millis response = own;
     for (int step = 0; step < kSteps; ++step) {
       Millis longer = own;
       for (std::size_t j = 0; j < above; ++j) {
-        longer += triggers_within(core.members[j], response, waits) * demand_of(core.members[j], waits);
+        double triggers = triggers_within(core.members[j], response, waits);
+        if (turns[j] && response < silence_limit(core.members[j])) triggers = std::min<double>(triggers, *turns[j]);
+        longer += triggers * demand_of(core.members[j], waits);
       }
       if (longer > kLongestPromise) return std::nullopt;
       if (longer <= response * (1.0 + kRounding)) return response;

@@ -11,6 +11,13 @@
 // jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own run and
 // those of the nodes that it follows may end.
 //
+// While a run of i is pending, nobody below it on its core runs. So those above it that go back to outputs of one that
+// is not above it come once each, and not again before i has ended: where all on the way from that one to j are on this
+// core and never wait, j comes at most as often as there are subchains on that way, since each of them may have kept
+// one trigger back until its period was over. That is where i does not wait and R_i is below silence_limit() of j
+// (plan/limits.h), beyond which it would be triggered without outputs. So all are promised something that
+// take turns, however full their core is.
+//
 // A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
 // For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or
 // R_i - C_i more jitter, since what a run leaves undone while it waits it may do just before its next run, so that both

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "plan/json.h"
@@ -100,14 +101,39 @@ TEST_F(PromiseTest, ManyShortInterruptionsAreBoundedByALine) {
   EXPECT_LE(promised(kSlow).execution.count(), exact + 0.2 / (1 - 0.2 / 0.25) + 1e-6);
 }
 
-// The runs of fast and of slow, which it triggers and which interrupts it, make one another longer and less even.
-TEST_F(PromiseTest, WhoRunsBelowItsFollowerIsPromisedWhatTheFollowersPeriodAllows) {
+// While a run of fast is pending, which gives none of the outputs meanwhile that trigger slow, that interrupts it once.
+TEST_F(PromiseTest, WhoRunsBelowItsFollowerIsInterruptedByItOnce) {
   std::swap(member(kFast).priority, member(kSlow).priority);
   std::swap(plan.cores[0].members[0], plan.cores[0].members[1]);
-  EXPECT_FALSE(promise(plan, app, costs));
-  member(kSlow).period = Millis{40};
   EXPECT_EQ(promised(kSlow).execution, Millis{20});
   EXPECT_EQ(promised(kFast).execution, Millis{6 + 20});
+}
+
+// Others run while fast waits, and it may give an output before slow has run. Their runs then make one another longer
+// and less even, where slow is not held apart by a period.
+TEST_F(PromiseTest, WhoWaitsBelowItsFollowerIsPromisedWhatTheFollowersPeriodAllows) {
+  std::swap(member(kFast).priority, member(kSlow).priority);
+  std::swap(plan.cores[0].members[0], plan.cores[0].members[1]);
+  costs.set_wait(*app.graph.find_node("scan"), Millis{1});
+  EXPECT_FALSE(promise(plan, app, costs));
+  member(kSlow).period = Millis{40};
+  EXPECT_EQ(promised(kFast).execution, Millis{6 + 1 + 20});
+}
+
+// Beyond that it would be triggered without outputs.
+TEST_F(PromiseTest, WhoRunsBelowItsFollowerForLongIsInterruptedAsOftenAsItsPeriodAllows) {
+  std::swap(member(kFast).priority, member(kSlow).priority);
+  std::swap(plan.cores[0].members[0], plan.cores[0].members[1]);
+  plan.cores[0].members.pop_back();
+  member(kSlow).period = Millis{40};
+  member(kSlow).after->every = 1;
+  member(kFast).pause = Millis{1};
+  const auto with_cost = [&](Millis cost) {
+    costs.set(*app.graph.find_node("scan"), model::CostProfile::constant(cost - Millis{4}));
+    return promised(kFast).execution;
+  };
+  EXPECT_EQ(with_cost(Millis{970}), Millis{970 + 20});
+  EXPECT_EQ(with_cost(Millis{990}), Millis{990 + 3 * 20});
 }
 
 TEST_F(PromiseTest, AFollowedElementAddsItsExecutionAlone) {

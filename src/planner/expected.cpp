@@ -16,7 +16,7 @@ namespace ctn::planner {
 namespace {
 
 // Steps at effort 1.
-constexpr double kGuesses = 24'000;
+constexpr double kGuesses = 200'000;
 constexpr std::chrono::duration<double> kWork{5.0};
 
 // As many steps as in one go, with word of them on the way.
@@ -28,11 +28,11 @@ void look_for_priorities(ScheduleSearch& search, const graph::App& app, const Ex
     schedule.cores = request.cores;
     search.add(std::move(schedule), std::nullopt);
   }
-  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
   const Nanos all = std::chrono::duration_cast<Nanos>(kWork * request.effort);
   const Nanos begin = search.work();
+  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
   constexpr Nanos kWord = std::chrono::milliseconds{100};
-  for (Nanos done{0}; done < all; done = search.work() - begin) {
+  for (Nanos done = search.work() - begin; done < all; done = search.work() - begin) {
     search.improve(std::min(kWord, all - done));
     if (request.on_progress) {
       request.on_progress(std::min(1.0, to_millis(search.work() - begin) / to_millis(all)));

@@ -43,6 +43,35 @@ bool has_cycle(const Schedule& schedule) {
   return false;
 }
 
+std::vector<std::size_t> feeders_of(const graph::Graph& graph, SubchainId id) {
+  std::set<std::size_t> found;
+  for (const NodeId node : graph.subchain(id).nodes) {
+    for (const NodeId from : graph.node(node).predecessors) {
+      const std::optional<SubchainId> before = graph.node(from).subchain;
+      if (before && before != id) found.insert(before->index());
+    }
+  }
+  return {found.begin(), found.end()};
+}
+
+// Of each response time, the one that weighs most first.
+std::vector<std::vector<std::size_t>> chains_of(const graph::App& app) {
+  std::vector<const graph::Term*> terms;
+  for (const graph::Term& term : app.objective) {
+    if (term.metric == graph::Metric::kResponseTime) terms.push_back(&term);
+  }
+  std::stable_sort(terms.begin(), terms.end(),
+                   [](const graph::Term* a, const graph::Term* b) { return a->weight > b->weight; });
+  std::vector<std::vector<std::size_t>> chains;
+  for (const graph::Term* term : terms) {
+    std::vector<std::size_t>& chain = chains.emplace_back();
+    for (const graph::ChainElement& element : app.graph.chain_elements(term->path)) {
+      if (element.subchain) chain.push_back(element.subchain->index());
+    }
+  }
+  return chains;
+}
+
 std::vector<std::size_t> neighbours_of(const graph::Graph& graph, SubchainId id) {
   std::set<std::size_t> found;
   for (std::size_t node = 0; node < graph.nodes().size(); ++node) {
@@ -60,13 +89,19 @@ std::vector<std::size_t> neighbours_of(const graph::Graph& graph, SubchainId id)
 }  // namespace
 
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
-    : app_(app), pipelines_(pipelines), cost_(std::move(cost)), cores_(cores), clocks_(app.graph.subchains().size()) {
+    : app_(app),
+      pipelines_(pipelines),
+      cost_(std::move(cost)),
+      cores_(cores),
+      chains_(chains_of(app)),
+      clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
     const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());
     limits_.push_back(
         {std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), head.trigger});
     neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
+    feeders_.push_back(feeders_of(app.graph, SubchainId(i)));
     std::vector<Arrival>& arrivals = arrivals_.emplace_back();
     if (head.trigger == graph::TriggerBy::kTime) continue;
     for (const NodeId id : head.predecessors) {
@@ -126,12 +161,93 @@ void Moves::take_turns(Schedule& schedule) const {
   for (int core = 0; core < cores_; ++core) {
     std::optional<std::size_t> leader;
     for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
-      const Place& place = schedule.subchains[i];
-      const bool may_lead = place.form == trial::Form::kPriority && place.core == core && !place.after &&
-                            !limits_[i].exact && limits_[i].trigger == graph::TriggerBy::kAny;
-      if (may_lead && (!leader || place.period < schedule.subchains[*leader].period)) leader = i;
+      const bool shorter = !leader || schedule.subchains[i].period < schedule.subchains[*leader].period;
+      if (may_lead(schedule, i, core) && shorter) leader = i;
     }
     if (leader) lead(schedule, *leader);
+  }
+}
+
+bool Moves::may_lead(const Schedule& schedule, std::size_t subchain, int core) const {
+  const Place& place = schedule.subchains[subchain];
+  return place.form == trial::Form::kPriority && place.core == core && !place.after && !limits_[subchain].exact &&
+         limits_[subchain].trigger == graph::TriggerBy::kAny;
+}
+
+void Moves::fall_in_line(Schedule& schedule, bool by_chance, Random& random) const {
+  std::vector<std::size_t> order;
+  const auto append = [&](std::size_t subchain) {
+    if (std::find(order.begin(), order.end(), subchain) == order.end()) order.push_back(subchain);
+  };
+  const std::size_t first = by_chance && !chains_.empty() ? random.below(chains_.size()) : 0;
+  for (std::size_t chain = 0; chain < chains_.size(); ++chain) {
+    for (const std::size_t subchain : chains_[(first + chain) % chains_.size()]) append(subchain);
+  }
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) append(i);
+  for (int core = 0; core < cores_; ++core) {
+    std::vector<std::size_t> line;
+    for (const std::size_t i : order) {
+      if (may_lead(schedule, i, core)) line.push_back(i);
+    }
+    if (line.size() > 1) line_up(schedule, line);
+  }
+}
+
+// Who is in a chain with the first runs as often as that.
+void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) const {
+  const std::size_t leader = line.front();
+  const auto together = std::find_if(chains_.begin(), chains_.end(), [&](const std::vector<std::size_t>& chain) {
+    return std::find(chain.begin(), chain.end(), leader) != chain.end();
+  });
+  std::vector<int> priorities;
+  double turn = 0.0;  // how long all take, one after the other
+  for (const std::size_t i : line) {
+    priorities.push_back(schedule.subchains[i].priority);
+    turn += cost_[i];
+  }
+  std::sort(priorities.rbegin(), priorities.rend());
+  std::vector<double> turns(schedule.subchains.size(), 1.0);  // of the first's, to one of his
+  for (std::size_t at = 1; at < line.size(); ++at) {
+    const std::size_t i = line[at];
+    Place& place = schedule.subchains[i];
+    std::size_t feeder = leader;
+    for (std::size_t before = 1; before < at; ++before) {
+      const auto& feeders = feeders_[i];
+      if (std::find(feeders.begin(), feeders.end(), line[before]) != feeders.end()) feeder = line[before];
+    }
+    const bool with_first =
+        together != chains_.end() && std::find(together->begin(), together->end(), i) != together->end();
+    const double asked = with_first ? 1.0 : to_millis(place.period).count() / turn;
+    const int every = std::max(1, static_cast<int>(std::lround(asked / turns[feeder])));
+    turns[i] = every * turns[feeder];
+    place.after = plan::After{SubchainId(feeder), every};
+    place.pause.reset();
+    place.clock.reset();
+    place.phase = Nanos{0};
+    place.priority = priorities[at - 1];
+    place.period = std::max(to_nanos(Millis{kHeldApart * turns[i] * turn}), limits_[i].shortest);
+  }
+  constexpr double kRest = 0.07;  // of a turn: the slack
+  Place& first = schedule.subchains[leader];
+  first.priority = priorities.back();
+  first.period = limits_[leader].shortest;
+  first.phase = Nanos{0};
+  first.clock.reset();
+  first.pause = to_nanos(Millis{kRest * turn});
+}
+
+std::size_t Moves::some_feeder(std::size_t subchain, Random& random) const {
+  const std::vector<std::size_t>& feeders = feeders_[subchain];
+  if (!feeders.empty() && random.once_in(2)) return feeders[random.below(feeders.size())];
+  return random.below(limits_.size());
+}
+
+void Moves::slow(Schedule& schedule, double factor) const {
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    Place& place = schedule.subchains[i];
+    if (place.form != trial::Form::kPriority || limits_[i].exact || place.clock) continue;
+    place.period = to_nanos(factor * to_millis(place.period));
+    place.phase = to_nanos(factor * to_millis(place.phase));
   }
 }
 
@@ -242,6 +358,13 @@ void Moves::change_time(Place& place, std::size_t subchain, Random& random) cons
   const double size = random.once_in(4) ? kLargeStep : kSmallStep;
   if (place.pause) {
     place.pause = to_nanos(Millis{stretched(to_millis(*place.pause).count(), size, random)});
+    return;
+  }
+  if (place.after && random.once_in(2)) {
+    const int before = place.after->every;
+    place.after->every = std::max(1, random.once_in(2) ? before + 1 : before - 1);
+    const Nanos scaled = place.period * place.after->every / before;
+    place.period = std::max(scaled, limits_[subchain].shortest);
     return;
   }
   const double phase = to_millis(place.phase) / to_millis(place.period);
@@ -355,7 +478,7 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   place.clock.reset();
   place.phase = Nanos{0};
   const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
-  const std::size_t feeder = random.below(schedule.subchains.size());
+  const std::size_t feeder = some_feeder(subchain, random);
   place.after = plan::After{SubchainId(feeder), every};
   // Some less than outputs are likely to be apart.
   const double apart = every * std::max(to_millis(schedule.subchains[feeder].period).count(), 1.5 * cost_[feeder]);

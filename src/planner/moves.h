@@ -51,6 +51,13 @@ class Moves {
   // On each core, those that may be triggered by others take turns and are never pre-empted: the one with the shortest
   // period leads, a pause after its own run and below the others, each of which follows so many of its outputs.
   void take_turns(trial::Schedule& schedule) const;
+  // On each core, those that may be triggered by others run one after the other in the order of a chain: the first a
+  // pause after its own run and below the others, each other one after an output of one before it. The chain that
+  // weighs most, or by chance.
+  void fall_in_line(trial::Schedule& schedule, bool by_chance, Random& random) const;
+
+  // Who may, comes so many times less often, or is held so much further apart.
+  void slow(trial::Schedule& schedule, double factor) const;
 
  private:
   struct Limits {
@@ -77,6 +84,9 @@ class Moves {
   bool knows(std::size_t subchain, NodeId clock) const;
   void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void lead(trial::Schedule& schedule, std::size_t leader) const;
+  bool may_lead(const trial::Schedule& schedule, std::size_t subchain, int core) const;
+  void line_up(trial::Schedule& schedule, const std::vector<std::size_t>& line) const;
+  std::size_t some_feeder(std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
@@ -89,6 +99,8 @@ class Moves {
   int cores_;
   std::vector<Limits> limits_;                        // by subchain
   std::vector<std::vector<std::size_t>> neighbours_;  // by subchain: that give it something, or take it from it
+  std::vector<std::vector<std::size_t>> feeders_;     // by subchain: those neighbours that give it something
+  std::vector<std::vector<std::size_t>> chains_;      // subchains on the way, the chain that weighs most first
   std::vector<std::vector<Clock>> clocks_;            // by subchain
   std::vector<std::vector<Arrival>> arrivals_;        // by subchain; empty where the app does not let them trigger it
 };

@@ -127,6 +127,55 @@ TEST(Moves, AreTriggeredByWhatTheAppAllows) {
   EXPECT_TRUE(any.by_time && any.by_subchain && any.by_arrival && any.every_other);
 }
 
+class FallInLine : public ::testing::Test {
+ protected:
+  // A chain of a, b and c; d may only be triggered by time, e costs ten times as much as others and weighs nothing.
+  FallInLine() {
+    graph::AppSpec spec = graph::spec_of({"a", "b", "c", "d", "e"}, {"a b c", "d c", "e c"});
+    graph::node(spec, "d").trigger = graph::At<graph::TriggerBy>{graph::TriggerBy::kTime, {}};
+    spec.objective = {graph::response("a b c", 1.0), graph::response("e c", 0.01)};
+    app = graph::build_app(spec).value();
+    for (int i = 0; i < 5; ++i) {
+      schedule.subchains.push_back({.priority = i + 1, .period = std::chrono::milliseconds{i == 4 ? 60 : 20}});
+    }
+  }
+  const trial::Place& place(const char* node) const {
+    return schedule.subchains[app.graph.node(*app.graph.find_node(node)).subchain->index()];
+  }
+  SubchainId leader_of(const char* node) const { return *place(node).after->subchain(); }
+  SubchainId subchain(const char* node) const { return *app.graph.node(*app.graph.find_node(node)).subchain; }
+
+  graph::App app;
+  trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+};
+
+TEST_F(FallInLine, EachRunsAfterTheOneBeforeItAndTheFirstAfterAll) {
+  const Pipelines pipelines = no_costs_known(app);
+  const Moves moves(app, {1.0, 1.0, 1.0, 1.0, 10.0}, pipelines, 1);
+  Random random(1);
+  moves.fall_in_line(schedule, false, random);
+  EXPECT_TRUE(place("a").pause && !place("a").after);
+  EXPECT_EQ(leader_of("b"), subchain("a"));
+  EXPECT_EQ(place("b").after->every, 1);
+  EXPECT_EQ(leader_of("c"), subchain("b"));
+  EXPECT_EQ(place("c").after->every, 1);
+  EXPECT_EQ(leader_of("e"), subchain("a"));
+  EXPECT_EQ(place("e").after->every, 5) << "a turn of all takes 13 ms";
+  EXPECT_GT(place("b").priority, place("c").priority);
+  for (const char* node : {"b", "c", "e"}) EXPECT_LT(place("a").priority, place(node).priority);
+  EXPECT_FALSE(place("d").after || place("d").pause);
+  EXPECT_EQ(place("d").priority, 4) << "as before";
+}
+
+TEST_F(FallInLine, WhoIsSlowedComesLessOften) {
+  const Pipelines pipelines = no_costs_known(app);
+  const Moves moves(app, {1.0, 1.0, 1.0, 1.0, 10.0}, pipelines, 1);
+  schedule.subchains[0].phase = std::chrono::milliseconds{5};
+  moves.slow(schedule, 1.5);
+  EXPECT_EQ(schedule.subchains[0].period, std::chrono::milliseconds{30});
+  EXPECT_EQ(schedule.subchains[0].phase, Nanos{std::chrono::microseconds{7500}});
+}
+
 // a and b end at the display, c does not; b's rate is that of every second tick.
 RC_GTEST_PROP(MovesProperty, KeepPhasesToKnownClocksAlone, (std::uint64_t seed, bool known)) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "c", "display"}, {"a b display", "c b"});

@@ -24,7 +24,7 @@ constexpr std::size_t kLeastStepsABeginning = 1000;
 constexpr double kTemperature = 0.03;
 // The same, near a candidate whose score is known.
 constexpr double kTemperatureNearby = 0.004;
-constexpr std::size_t kStepsNearby = 800;
+constexpr std::size_t kStepsNearby = 400;
 // How often one step at random is drawn again that formulas find worse by more than this.
 constexpr std::size_t kRedraws = 20;
 constexpr double kPromising = 1.02;
@@ -48,7 +48,7 @@ constexpr Nanos kLastTime = std::chrono::milliseconds{9'473'851};
 
 // CPU time on an ordinary machine.
 Nanos work_of_guesses(std::size_t steps, std::size_t subchains) {
-  return Nanos{static_cast<Nanos::rep>(steps * (100 + 70 * subchains))};
+  return Nanos{static_cast<Nanos::rep>(steps * (100 + 150 * subchains))};
 }
 Nanos work_of_trial(const trial::Figures& figures) {
   constexpr Nanos kSetUp = std::chrono::microseconds{20};
@@ -103,11 +103,27 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned,
   std::size_t improvable = 0;
   std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
   for (Candidate& candidate : candidates_) {
+    if (!fixed(candidate)) make_hold(candidate.schedule);
     candidate.tried = false;
     candidate.glance = 0.0;
     candidate.in_vain = 0;
   }
   steps_in_vain_ = 0;
+}
+
+Schedule ScheduleSearch::slowed(Schedule schedule, double factor) const {
+  moves_->slow(schedule, factor);
+  return schedule;
+}
+
+// By formulas, with periods that are no longer than that takes; as it is, where nothing helps.
+void ScheduleSearch::make_hold(Schedule& schedule) {
+  for (const double factor : kSlowedBy) {
+    Schedule slower = slowed(schedule, factor);
+    if (guessed_score(slower) >= kOverload) continue;
+    schedule = std::move(slower);
+    return;
+  }
 }
 
 // At these costs. False: one cannot have its exact rate any more.
@@ -154,7 +170,8 @@ void ScheduleSearch::guess(std::size_t steps) {
   }
   while (guessed.size() < beginnings) {
     Schedule schedule = beginning(guessed.empty());
-    if (guessed.size() % 2 == 1) moves_->take_turns(schedule);
+    if (guessed.size() % 3 == 1) moves_->fall_in_line(schedule, guessed.size() > 1, random_);
+    if (guessed.size() % 3 == 2) moves_->take_turns(schedule);
     guessed.push_back(anneal(std::move(schedule), steps / beginnings, kTemperature));
   }
   for (Candidate& candidate : guessed) keep(std::move(candidate));
@@ -207,10 +224,11 @@ Schedule ScheduleSearch::beginning(bool even) {
   return schedule;
 }
 
-double ScheduleSearch::guessed_score(const Schedule& schedule) {
-  const std::optional<Estimate> estimate = costs_->surrogate(schedule);
+double ScheduleSearch::guessed_score(const Schedule& schedule, double limit) {
+  const std::optional<Estimate> estimate = costs_->surrogate(schedule, limit);
   if (!estimate) return 2.0 * kOverload;
   if (estimate->load > 1.0) return kOverload * estimate->load;
+  if (estimate->objective > limit) return kInfinity;
   if (estimate->exact_missed || !estimate->promised) return kOverload;
   return relaxed_score(estimate->objective, estimate->relax);
 }
@@ -223,12 +241,13 @@ ScheduleSearch::Candidate ScheduleSearch::anneal(Schedule schedule, std::size_t 
   for (std::size_t step = 0; step < steps; ++step) {
     next.schedule = at.schedule;
     moves_->change(next.schedule, random_);
-    next.score = guessed_score(next.schedule);
+    // What is worse by x is taken once in e^(x / temperature) times: drawn beforehand, so that what is not taken need
+    // not be looked at to the end.
     const double left = 1.0 - static_cast<double>(step) / static_cast<double>(steps);
     const double temperature = first_temperature * best.score * left;
-    const double worse = (next.score - at.score) / temperature;
-    constexpr double kNever = 30.0;
-    if (worse > 0.0 && (worse > kNever || random_.fraction() >= model::portable_exp(-worse))) continue;
+    const double limit = at.score - temperature * model::portable_log(1.0 - random_.fraction());
+    next.score = guessed_score(next.schedule, limit);
+    if (next.score > limit) continue;
     std::swap(at, next);
     if (at.score < best.score) best = at;
   }
@@ -343,7 +362,10 @@ void ScheduleSearch::step() {
   const std::size_t index = random_.once_in(2) ? 0 : random_.below(candidates_.size());
   Candidate& parent = candidates_[index];
   if (fixed(parent)) return replace_by_new(parent);
-  Candidate child = changed(parent);
+  // Each way of changing has as much of the work as the other.
+  const Nanos before = work_;
+  const bool by_formulas = work_by_formulas_ <= work_by_chance_;
+  Candidate child = by_formulas ? changed_by_formulas(parent) : changed_by_chance(parent);
   ++parent.in_vain;
   if (child.schedule != parent.schedule) {
     if (parent.glance == 0.0) parent.glance = glance(parent);
@@ -353,6 +375,7 @@ void ScheduleSearch::step() {
     try_first(child);
     if (child.first_score < parent.first_score * kNearlyAsGood) try_again(child);
   }
+  (by_formulas ? work_by_formulas_ : work_by_chance_) += work_ - before;
   if (child.tried && child.score < parent.score) {
     if (index == 0) steps_in_vain_ = 0;
     parent = std::move(child);
@@ -361,16 +384,20 @@ void ScheduleSearch::step() {
   if (index > 0 && parent.in_vain > kGiveUpAfter) replace_by_new(parent);
 }
 
-ScheduleSearch::Candidate ScheduleSearch::changed(const Candidate& candidate) {
+ScheduleSearch::Candidate ScheduleSearch::changed_by_formulas(const Candidate& candidate) {
   costs_->surrogate.correct(candidate.factors);
-  if (random_.once_in(2)) return anneal(candidate.schedule, kStepsNearby, kTemperatureNearby);
+  return anneal(candidate.schedule, kStepsNearby, kTemperatureNearby);
+}
+
+ScheduleSearch::Candidate ScheduleSearch::changed_by_chance(const Candidate& candidate) {
+  costs_->surrogate.correct(candidate.factors);
   Candidate child{.schedule = candidate.schedule};
   const double before = guessed_score(candidate.schedule);
   std::size_t draws = 0;
   do {
     child.schedule = candidate.schedule;
     moves_->change(child.schedule, random_);
-  } while (guessed_score(child.schedule) > before * kPromising && ++draws < kRedraws);
+  } while (guessed_score(child.schedule, before * kPromising) > before * kPromising && ++draws < kRedraws);
   work_ += work_of_guesses(draws, app_.graph.subchains().size());
   return child;
 }
@@ -378,7 +405,11 @@ ScheduleSearch::Candidate ScheduleSearch::changed(const Candidate& candidate) {
 // Those that are not to be changed stay beside it.
 void ScheduleSearch::replace_by_new(Candidate& candidate) {
   costs_->surrogate.correct({});
-  Candidate fresh = anneal(beginning(false), kLeastStepsABeginning, kTemperature);
+  Schedule schedule = beginning(false);
+  const std::size_t kind = random_.below(3);
+  if (kind == 1) moves_->fall_in_line(schedule, true, random_);
+  if (kind == 2) moves_->take_turns(schedule);
+  Candidate fresh = anneal(std::move(schedule), kLeastStepsABeginning, kTemperature);
   try_first(fresh);
   try_again(fresh);
   if (fixed(candidate)) return keep(std::move(fresh));

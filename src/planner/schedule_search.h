@@ -10,7 +10,7 @@
 //               again, in one of two ways: by many steps of the formulas, corrected term by term by what its trial
 //               found; or by one step at random, which finds what no formula knows (order, phase). A change that a
 //               trial confirms replaces its parent; a candidate that does not get better any more gives way to a new
-//               beginning.
+//               beginning. Both ways get the same share of the work.
 //   best()      What was found. expected() tries one once more.
 // Schedules with frames can be put beside those that it finds; it tries them and leaves them as they are.
 //
@@ -27,6 +27,7 @@
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -69,6 +70,9 @@ constexpr double kLoadTolerance = 0.005;
 constexpr double kBoundWeight = 5.0;
 inline double relaxed_score(double score, double relax) { return score * (1.0 + kBoundWeight * (relax - 1.0)); }
 
+// By how much periods may be longer so that a schedule holds at new costs; the first that helps.
+inline constexpr std::array kSlowedBy{1.0, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0};
+
 class ScheduleSearch {
  public:
   struct Setting {
@@ -92,6 +96,9 @@ class ScheduleSearch {
   // relaxed under it, where that is known. One with frames replaces the one before. One that does not trigger by
   // arrival what the app says is passed over.
   void add(trial::Schedule schedule, std::optional<double> relax);
+
+  // The same, with periods so many times as long where they may be: what costs more than before may so hold again.
+  trial::Schedule slowed(trial::Schedule schedule, double factor) const;
 
   // So many steps by formulas alone.
   void guess(std::size_t steps);
@@ -145,9 +152,11 @@ class ScheduleSearch {
   static bool fixed(const Candidate& candidate) { return !candidate.schedule.frames.empty(); }
 
   bool renew_pipelines(trial::Schedule& schedule) const;
+  void make_hold(trial::Schedule& schedule);
   bool keeps_asked_triggers(const trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
-  double guessed_score(const trial::Schedule& schedule);
+  // Where it is above the limit, any number above it.
+  double guessed_score(const trial::Schedule& schedule, double limit = kInfinity);
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
@@ -161,7 +170,8 @@ class ScheduleSearch {
   void try_again(Candidate& candidate);
   void set_horizon(const trial::Schedule& schedule);
   void step();
-  Candidate changed(const Candidate& candidate);
+  Candidate changed_by_formulas(const Candidate& candidate);
+  Candidate changed_by_chance(const Candidate& candidate);
   void replace_by_new(Candidate& candidate);
 
   const graph::App& app_;
@@ -174,6 +184,8 @@ class ScheduleSearch {
   std::vector<Candidate> candidates_;  // the best first
   Nanos horizon_{0};                   // of a trial; 0: not known yet
   Nanos work_{0};
+  Nanos work_by_formulas_{0};  // of changes of candidates
+  Nanos work_by_chance_{0};    // the same
   std::size_t steps_in_vain_ = 0;
 };
 

@@ -230,54 +230,97 @@ bool Surrogate::is_led_by(const trial::Schedule& schedule, std::size_t subchain,
   return false;
 }
 
-// What a run finds of the runs under way of those above it, in order_[first, last), on average: whom it can meet is
-// told by what it is triggered by.
-double Surrogate::found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
-                                  std::size_t last) const {
-  double found = 0.0;
+// Who leads from below has, to begin with, the period that those above leave it if they run after all of its outputs:
+// the rounds would not find it, since the more they take of a period that is too short, the longer its run seems.
+void Surrogate::begin_leaders(const trial::Schedule& schedule) {
+  for (const std::size_t i : order_) {
+    const trial::Place& place = schedule.subchains[i];
+    double runs = 1.0;  // of the leader's, to one of i's
+    for (const trial::Place* led = &place; led->after && led->after->subchain() != nullptr;) {
+      runs *= led->after->every * runs_per_output(*led->after);
+      const std::size_t leader = led->after->subchain()->index();
+      led = &schedule.subchains[leader];
+      if (led->form != trial::Form::kPriority || led->core != place.core || led->priority > place.priority) continue;
+      timings_[leader].leads = true;
+      timings_[leader].led_work += timings_[i].cost / runs;
+    }
+  }
+  for (const std::size_t i : order_) {
+    const std::optional<Nanos>& pause = schedule.subchains[i].pause;
+    Timing& timing = timings_[i];
+    if (!pause || !timing.leads) continue;
+    const double rest = std::max(to_millis(*pause).count(), timing.led_work);
+    timing.period = std::max(timing.period, timing.cost + timing.waits + rest);
+  }
+}
+
+Surrogate::Led Surrogate::led_above(const trial::Schedule& schedule, std::size_t leader, const Above& above) const {
+  Led led;
+  const Timing& timing = timings_[leader];
+  if (!timing.leads) return led;
+  for (std::size_t at = above.first; at < above.last; ++at) {
+    if (!is_led_by(schedule, order_[at], leader)) continue;
+    led.load += timings_[order_[at]].load;
+    led.anytime += timings_[order_[at]].anytime;
+  }
+  const std::optional<Nanos>& pause = schedule.subchains[leader].pause;
+  if (!pause) return led;
+  const double rest = to_millis(*pause).count();
+  const double stretch = 1.0 / (1.0 - above.load + led.load);
+  // All of them after each run; or each now and then, by itself.
+  double apart = 0.0;
+  for (std::size_t at = above.first; at < above.last; ++at) {
+    const Timing& other = timings_[order_[at]];
+    const double beyond = other.cost * stretch - rest;
+    if (beyond > 0.0 && is_led_by(schedule, order_[at], leader)) apart += other.rate * timing.period * beyond;
+  }
+  led.late = std::max({0.0, led.load * timing.period * stretch - rest, apart});
+  return led;
+}
+
+// What a run finds of the runs under way of those above it, on average: whom it can meet is told by what it is
+// triggered by.
+double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above,
+                                  const Led& led) const {
+  const trial::Place& place = schedule.subchains[i];
   if (place.pause) {
     // Nothing was above it when its run before ended.
     const double pause = to_millis(*place.pause).count();
-    for (std::size_t at = first; at < last; ++at) {
-      const Timing& above = timings_[order_[at]];
-      found += pause < above.execution ? above.anytime * pause / above.execution : above.anytime;
+    double found = 0.0;
+    for (std::size_t at = above.first; at < above.last; ++at) {
+      const Timing& other = timings_[order_[at]];
+      if (timings_[i].leads && is_led_by(schedule, order_[at], i)) continue;
+      found += pause < other.execution ? other.anytime * pause / other.execution : other.anytime;
     }
     return found;
   }
+  double found = above.anytime - led.anytime;
+  if (!place.after || place.after->subchain() == nullptr) return found;
   // Nor above its feeder when that ended.
-  int highest = -1;
-  if (place.after && place.after->subchain() != nullptr) {
-    const trial::Place& feeder = schedule.subchains[place.after->subchain()->index()];
-    if (feeder.core == place.core) highest = feeder.priority;
+  const trial::Place& feeder = schedule.subchains[place.after->subchain()->index()];
+  if (feeder.form != trial::Form::kPriority || feeder.core != place.core) return found;
+  for (std::size_t at = above.first; at < above.last; ++at) {
+    if (schedule.subchains[order_[at]].priority >= feeder.priority) found -= timings_[order_[at]].anytime;
   }
-  for (std::size_t at = first; at < last; ++at) {
-    if (highest >= 0 && schedule.subchains[order_[at]].priority >= highest) continue;
-    found += timings_[order_[at]].anytime;
-  }
-  return found;
+  return std::max(found, 0.0);
 }
 
-// Of the subchain at `place`, with those above it on its core in order_[first, last). A run takes
-//   L = (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above whom it may meet
-// (what is left of a run that is met at any time). A run that waits takes that much longer, and may then meet anybody
-// above it. Whoever above it runs longer than its period makes it miss triggers: so many as fit into that run, but one.
-void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last,
-                              double used) {
+// A run takes
+//   L = late + (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above whom it may meet
+// (what is left of a run that is met at any time). Those whom it triggers itself are in neither; they may make it begin
+// late. A run that waits takes that much longer, and may then meet anybody above it. Whoever above it runs longer than
+// its period makes it miss triggers: so many as fit into that run, but one.
+void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above) {
   const trial::Place& place = schedule.subchains[i];
   take_batches(place, i);
   Timing& timing = timings_[i];
+  const Led led = led_above(schedule, i, above);
+  const double used = above.load - led.load;
   const double stretch = 1.0 / (1.0 - used);
-  double found = found_under_way(schedule, place, first, last);
-  double met_after_waits = 0.0;
-  double led = 0.0;  // load of those above it that do not run while it does, since it triggers them
-  for (std::size_t above = first; above < last; ++above) {
-    const Timing& other = timings_[order_[above]];
-    if (timing.parts > 1.0) met_after_waits += (timing.parts - 1.0) * other.anytime;
-    if (is_led_by(schedule, order_[above], i)) led += other.load;
-  }
-  found += met_after_waits;
-  timing.execution = (timing.cost + found) * stretch + timing.waits;
-  timing.from_begin = (timing.cost + met_after_waits) / (1.0 - used + led) + timing.waits;
+  const double met_after_waits = (timing.parts - 1.0) * (above.anytime - led.anytime);
+  const double found = found_under_way(schedule, i, above, led) + met_after_waits;
+  timing.execution = led.late + (timing.cost + found) * stretch + timing.waits;
+  timing.from_begin = (timing.cost + met_after_waits) * stretch + timing.waits;
   const double least = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
@@ -291,10 +334,11 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, st
   double missed = 0.0;  // triggers, of each
   double squares = 0.0;
   double long_gaps = 0.0;
-  for (std::size_t above = first; above < last; ++above) {
-    const Timing& other = timings_[order_[above]];
+  for (std::size_t at = above.first; at < above.last && above.longest > (apart - alone) * (1.0 - above.load); ++at) {
+    const Timing& other = timings_[order_[at]];
     const double left = 1.0 - used + other.load;
     if (other.cost <= (apart - alone) * left) continue;
+    if (timing.leads && is_led_by(schedule, order_[at], i)) continue;
     const double blocked = other.cost / left + alone;
     missed += (blocked - apart) * other.rate;
     squares += blocked * blocked * other.rate;
@@ -315,25 +359,39 @@ bool Surrogate::time_cores(const trial::Schedule& schedule) {
   load_ = 0.0;
   settled_ = true;
   int core = -1;
-  double used = 0.0;
-  std::size_t first = 0;
+  Above above;
   for (std::size_t at = 0; at < order_.size(); ++at) {
     const std::size_t i = order_[at];
-    if (schedule.subchains[i].core != core) {
-      used = 0.0;
-      first = at;
-    }
+    if (schedule.subchains[i].core != core) above = {.first = at};
     core = schedule.subchains[i].core;
-    if (used >= kNothingLeft) return false;
+    if (above.load >= kNothingLeft) return false;
+    above.last = at;
     Timing& timing = timings_[i];
     const double before = timing.period;
-    time_subchain(schedule, i, first, at, used);
+    time_subchain(schedule, i, above);
     settled_ = settled_ && std::abs(timing.period - before) <= kSettled * before;
     timing.rate = 1.0 / timing.period;
     timing.load = timing.cost * timing.rate;
     timing.anytime = timing.square * timing.rate / (2.0 * timing.parts);
-    used += timing.load;
-    load_ = std::max(load_, used / usable_);
+    above.load += timing.load;
+    above.anytime += timing.anytime;
+    above.longest = std::max(above.longest, timing.cost);
+    load_ = std::max(load_, above.load / usable_);
+  }
+  return true;
+}
+
+// Whether periods depend on nothing that comes later in the order.
+bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
+  for (std::size_t at = 0; at < order_.size(); ++at) {
+    const std::size_t i = order_[at];
+    if (!batches_[i].empty()) return false;
+    const std::optional<plan::After>& after = schedule.subchains[i].after;
+    if (!after || after->subchain() == nullptr) continue;
+    const std::size_t feeder = after->subchain()->index();
+    if (schedule.subchains[feeder].form != trial::Form::kPriority) continue;
+    const auto end = order_.begin() + static_cast<std::ptrdiff_t>(at);
+    if (std::find(order_.begin(), end, feeder) == end) return false;
   }
   return true;
 }
@@ -350,49 +408,86 @@ bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size
   return false;
 }
 
+// How often it may come, at most, while a run is pending that has that priority on its core, where it goes back to
+// outputs of one that is not above that (plan/promise.h); 0: it does not.
+int Surrogate::turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const {
+  const trial::Place* place = &schedule.subchains[subchain];
+  const int core = place->core;
+  for (int turns = 1; place->after && place->after->subchain() != nullptr; ++turns) {
+    if (planned_waits_[subchain] > 0.0) return 0;
+    subchain = place->after->subchain()->index();
+    place = &schedule.subchains[subchain];
+    if (place->form != trial::Form::kPriority || place->core != core) return 0;
+    if (place->priority <= priority) return turns;
+  }
+  return 0;
+}
+
 // Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
 void Surrogate::promise_cores(const trial::Schedule& schedule) {
+  promised_ = true;
+  std::size_t first = 0;
+  for (std::size_t at = 0; at < order_.size(); ++at) {
+    if (schedule.subchains[order_[at]].core != schedule.subchains[order_[first]].core) first = at;
+    promise_subchain(schedule, order_[at], first, at);
+  }
+}
+
+// With those above it on its core in order_[first, last).
+void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last) {
   constexpr double kOutOfReach = 1e9;
   constexpr double kLeastHeld = 1e-6;
-  promised_ = true;
-  int core = -1;
+  const trial::Place& place = schedule.subchains[i];
+  plan_batches(place, i);
+  Timing& timing = timings_[i];
   double used = 0.0;
   double used_if_held = 0.0;
   double sum = 0.0;
-  for (const std::size_t i : order_) {
-    const trial::Place& place = schedule.subchains[i];
-    if (place.core != core) used = used_if_held = sum = 0.0;
-    core = place.core;
-    plan_batches(place, i);
-    Timing& timing = timings_[i];
-    double spacing = to_millis(place.period).count();
-    if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
-    double usual = spacing;
-    if (place.after) {
-      spacing = std::max(spacing, outputs_apart(schedule, i));
-      usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+  double silence = kInfinity;
+  for (const bool in_turn : {true, false}) {
+    used = used_if_held = sum = 0.0;
+    for (std::size_t above = first; above < last; ++above) {
+      const std::size_t j = order_[above];
+      const Timing& other = timings_[j];
+      const int turns = in_turn && planned_waits_[i] == 0.0 ? turns_of(schedule, j, place.priority) : 0;
+      if (turns > 0) {
+        sum += turns * other.planned;
+        silence = std::min(silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
+        continue;
+      }
+      used += other.promised_rate * other.planned;
+      used_if_held += other.held_rate * other.planned;
+      sum += other.promised_at_once * other.planned;
     }
     const double alone = timing.planned + timing.planned_waits;
     timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
-    promised_ = promised_ && used_if_held < kNothingLeft;
-    const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
-    timing.promised_period = std::max(usual, timing.promised_execution + pause);
-    spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
-    timing.spacing = spacing;
-    double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
-    if (place.after) jitter += promised_lateness(*place.after);
-    // What a run that waits leaves undone comes close to the next one (plan/promise.h).
-    const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
-    // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
-    const double held = to_millis(place.period).count();
-    if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
-      spacing = held;
-      jitter = 0.0;
-    }
-    used += timing.planned / spacing;
-    used_if_held += timing.planned / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
-    sum += timing.planned * (1.0 + (jitter + carried) / spacing);
+    if (timing.promised_execution < silence) break;
   }
+  promised_ = promised_ && used_if_held < kNothingLeft;
+  double spacing = to_millis(place.period).count();
+  if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
+  double usual = spacing;
+  if (place.after) {
+    spacing = std::max(spacing, outputs_apart(schedule, i));
+    usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+  }
+  const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
+  timing.promised_period = std::max(usual, timing.promised_execution + pause);
+  spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
+  timing.spacing = spacing;
+  double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
+  if (place.after) jitter += promised_lateness(*place.after);
+  // What a run that waits leaves undone comes close to the next one (plan/promise.h).
+  const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
+  // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
+  const double held = to_millis(place.period).count();
+  if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
+    spacing = held;
+    jitter = 0.0;
+  }
+  timing.promised_rate = 1.0 / spacing;
+  timing.held_rate = 1.0 / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
+  timing.promised_at_once = 1.0 + (jitter + carried) / spacing;
 }
 
 // Of who keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as it
@@ -423,70 +518,63 @@ std::optional<double> Surrogate::wait_since_tick(const trial::Schedule& schedule
   return sum / ticks->parts;
 }
 
-// From a run of the one to the next of the other: `any`, unless both keep phases to one clock (model::wait_between()).
-Surrogate::Waits Surrogate::between(const trial::Schedule& schedule, SubchainId one, SubchainId other,
-                                    const Waits& any) const {
+// Any, unless both keep phases to one clock (model::wait_between()).
+double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
+                               Basis basis) const {
+  const bool usual = basis == Basis::kUsual;
+  const Timing& timing = timings_[one.index()];
+  const Timing& next = timings_[other.index()];
+  const double any = usual ? next.wait : next.promised_period;
   const trial::Place& first = schedule.subchains[one.index()];
   const trial::Place& second = schedule.subchains[other.index()];
   const auto by_phase = [](const trial::Place& place) {
     return place.form == trial::Form::kPriority && !place.pause && !place.after;
   };
   if (!by_phase(first) || !by_phase(second) || first.clock != second.clock) return any;
-  const model::Grid of_first{first.phase, first.period};
-  const model::Grid of_second{second.phase, second.period};
+  const auto misses = [&](const Timing& of, const trial::Place& place) {
+    return (usual ? of.period : of.promised_period) > to_millis(place.period).count() * (1.0 + plan::kTolerance);
+  };
+  if (misses(timing, first) || misses(next, second)) return any;
   const bool below = first.core == second.core && second.priority < first.priority && waits_[one.index()] == 0.0;
-  const auto wait = [&](double execution) {
-    return model::wait_between(of_first, Millis{execution}, of_second, below);
-  };
+  const Millis execution{usual ? timing.execution : timing.promised_execution};
+  const auto wait = model::wait_between({first.phase, first.period}, execution, {second.phase, second.period}, below);
+  if (!wait) return any;
   // Whether each run brings something new is told of the first element alone.
-  const double older = any.all_new ? 0.0 : 1.0;
-  const Timing& timing = timings_[one.index()];
-  const Timing& next = timings_[other.index()];
-  const auto misses = [](double period, const trial::Place& place) {
-    return period > to_millis(place.period).count() * (1.0 + plan::kTolerance);
-  };
-  Waits found = any;
-  if (!misses(timing.period, first) && !misses(next.period, second)) {
-    if (const auto usual = wait(timing.execution))
-      found.usual = usual->last.count() + older * usual->more.count() / 2.0;
-  }
-  if (!misses(timing.promised_period, first) && !misses(next.promised_period, second)) {
-    if (const auto promised = wait(timing.promised_execution))
-      found.promised = promised->last.count() + older * promised->more.count();
-  }
-  return found;
+  const double older = all_new ? 0.0 : wait->more.count();
+  return wait->last.count() + (usual ? older / 2.0 : older);
 }
 
-Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Term& term) const {
-  if (term.of) return {timings_[term.of->index()].period, timings_[term.of->index()].promised_period};
-  if (term.elements.empty()) return {term.fixed_period, term.fixed_period};
-  Totals latency;
+double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const {
+  const bool usual = basis == Basis::kUsual;
+  const auto period_of = [&](const Timing& timing) { return usual ? timing.period : timing.promised_period; };
+  if (term.of) return period_of(timings_[term.of->index()]);
+  if (term.elements.empty()) return term.fixed_period;
+  double latency = 0.0;
   double period = 0.0;
-  double promised_period = 0.0;
   const Element* before = nullptr;
   std::optional<Ticked> begun;
   for (const Element& element : term.elements) {
-    Timing timing{.period = element.period,
-                  .execution = element.cost,
-                  .from_begin = element.cost,
-                  .wait = element.period / 2.0,
-                  .promised_period = element.period,
-                  .promised_execution = element.cost};
+    const Timing* const timing = element.subchain ? &timings_[element.subchain->index()] : nullptr;
     bool follows = element.follows;
-    if (element.subchain) {
-      timing = timings_[element.subchain->index()];
+    if (timing != nullptr && before != nullptr) {
       const auto& after = schedule.subchains[element.subchain->index()].after;
-      if (after && before != nullptr) {
+      if (after) {
         follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
                                    : after->leader == plan::Leader(before->node);
       }
     }
     if (before != nullptr && !follows) {
-      Waits wait{timing.wait, timing.promised_period, before == &term.elements.front()};
-      if (before->subchain && element.subchain) wait = between(schedule, *before->subchain, *element.subchain, wait);
-      const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
-      latency.response += since ? *since : wait_for_tick(schedule, *before, element).value_or(wait.usual);
-      latency.promised += wait.promised;
+      double wait = element.period / (usual ? 2.0 : 1.0);
+      if (timing != nullptr) {
+        wait = before->subchain ? wait_between(schedule, *before->subchain, *element.subchain,
+                                               before == &term.elements.front(), basis)
+                                : (usual ? timing->wait : timing->promised_period);
+      }
+      if (usual) {
+        const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
+        wait = since ? *since : wait_for_tick(schedule, *before, element).value_or(wait);
+      }
+      latency += wait;
     }
     if (before == nullptr && !element.subchain && app_.graph.node(element.node).has_clock()) {
       begun = Ticked{element.node, element.period, 0.0};
@@ -494,17 +582,21 @@ Surrogate::Totals Surrogate::totals_of(const trial::Schedule& schedule, const Te
       begun.reset();
     }
     if (begun) begun->passed += element.cost;
-    latency.response += before == nullptr ? timing.from_begin : timing.execution;
-    latency.promised += timing.promised_execution;
-    period = std::max({period, timing.period * element.runs_per_output, element.output_period});
-    promised_period =
-        std::max({promised_period, timing.promised_period * element.runs_per_output, element.output_period});
+    if (timing == nullptr) {
+      latency += element.cost;
+    } else if (!usual) {
+      latency += timing->promised_execution;
+    } else {
+      latency += before == nullptr ? timing->from_begin : timing->execution;
+    }
+    const double own = timing == nullptr ? element.period : period_of(*timing);
+    period = std::max({period, own * element.runs_per_output, element.output_period});
     before = &element;
   }
-  return {latency.response + period, latency.promised + promised_period};
+  return latency + period;
 }
 
-std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
+std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule, double limit) {
   const std::vector<trial::Place>& places = schedule.subchains;
   order_.clear();
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -523,21 +615,32 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
     return places[a].core != places[b].core ? places[a].core < places[b].core : places[a].priority > places[b].priority;
   });
+  begin_leaders(schedule);
   time_pipelines(schedule);
+  const bool at_once = settles_at_once(schedule);
   for (int round = 0; round < rounds_; ++round) {
     if (!time_cores(schedule)) return std::nullopt;
     // Once more at least, for what follows others that come later in the order.
-    if (settled_ && round > 0) break;
+    if (at_once || (settled_ && round > 0)) break;
   }
-  for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
-  Estimate estimate{.promised = promised_, .load = load_};
+  Estimate estimate{.promised = false, .load = load_};
   values_.clear();
   for (const Term& term : terms_) {
-    const Totals totals = totals_of(schedule, term);
     const double factor = factors_.empty() ? 1.0 : factors_[values_.size()];
-    values_.push_back(totals.response);
-    estimate.objective += term.weight * factor * totals.response;
-    if (term.max > 0.0) estimate.relax = std::max(estimate.relax, totals.promised / term.max);
+    values_.push_back(total_of(schedule, term, Basis::kUsual));
+    estimate.objective += term.weight * factor * values_.back();
+  }
+  if (estimate.objective <= limit) promise(schedule, estimate);
+  return estimate;
+}
+
+void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {
+  for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
+  estimate.promised = promised_;
+  for (const Term& term : terms_) {
+    if (term.max > 0.0) {
+      estimate.relax = std::max(estimate.relax, total_of(schedule, term, Basis::kPromised) / term.max);
+    }
   }
   for (const AskedRate& rate : exact_rates_) {
     // To the nanosecond, which is what schedules have.
@@ -548,7 +651,6 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule) {
   for (const AskedRate& rate : min_rates_) {
     estimate.relax = std::max(estimate.relax, timings_[rate.subchain.index()].promised_period / rate.period);
   }
-  return estimate;
 }
 
 }  // namespace ctn::planner

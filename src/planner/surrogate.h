@@ -27,6 +27,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/numbers.h"
 #include "graph/app.h"
 #include "model/batches.h"
 #include "model/cost.h"
@@ -54,9 +55,10 @@ class Surrogate {
   // a schedule found that is much like those asked about. It goes back to 1 with an empty list.
   void correct(std::vector<double> factors) { factors_ = std::move(factors); }
 
-  // None where somebody gets no time at all. Precondition: as Trial::run(), without frames; who follows whom has no
+  // None where somebody gets no time at all. Where the objective alone is above the limit, promises are not looked at,
+  // and the estimate says that there are none. Precondition: as Trial::run(), without frames; who follows whom has no
   // cycle.
-  std::optional<Estimate> operator()(const trial::Schedule& schedule);
+  std::optional<Estimate> operator()(const trial::Schedule& schedule, double limit = kInfinity);
 
   // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
   const std::vector<double>& terms() const { return values_; }
@@ -96,14 +98,33 @@ class Surrogate {
     double wait = 0.0;        // from any time to the next trigger
     double promised_period = 0.0;
     double promised_execution = 0.0;
+    // How often it is promised to come at most: at once, and so much more a ms; and the latter, however early outputs
+    // come that trigger it.
+    double promised_at_once = 0.0;
+    double promised_rate = 0.0;
+    double held_rate = 0.0;
     double rate = 0.0;     // 1 / period
     double load = 0.0;     // cost / period
     double anytime = 0.0;  // what is left of its run, where one is met at any time, on average
+    // Of who triggers others that are above it on its core: they run after its runs, and never while it does.
+    bool leads = false;
+    double led_work = 0.0;  // what those cost, after each of its runs
   };
-  struct Totals {
-    double response = 0.0;
-    double promised = 0.0;
+  // Those above somebody on its core: order_[first, last).
+  struct Above {
+    std::size_t first = 0;
+    std::size_t last = 0;
+    double load = 0.0;
+    double anytime = 0.0;
+    double longest = 0.0;  // cost
   };
+  // Those of them whom it triggers.
+  struct Led {
+    double load = 0.0;
+    double anytime = 0.0;
+    double late = 0.0;  // how long they keep it from its next run
+  };
+  enum class Basis { kUsual, kPromised };
 
   struct Batches {  // of a node
     std::vector<model::BatchInput> inputs;
@@ -116,13 +137,17 @@ class Surrogate {
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
   double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
-  void time_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last, double used);
+  void begin_leaders(const trial::Schedule& schedule);
+  bool settles_at_once(const trial::Schedule& schedule) const;
+  void time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above);
   static bool is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader);
-  double found_under_way(const trial::Schedule& schedule, const trial::Place& place, std::size_t first,
-                         std::size_t last) const;
+  Led led_above(const trial::Schedule& schedule, std::size_t leader, const Above& above) const;
+  double found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above, const Led& led) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
   double parallel_part(std::size_t kind, std::size_t subchain, int threads) const;
+  int turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const;
+  void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
   std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
@@ -135,14 +160,12 @@ class Surrogate {
   };
   std::optional<double> wait_since_tick(const trial::Schedule& schedule, const Ticked& begun,
                                         const Element& element) const;
-  // Of an input, before the run begins that takes it.
-  struct Waits {
-    double usual = 0.0;
-    double promised = 0.0;
-    bool all_new = false;  // each run that gives an input brings something new
-  };
-  Waits between(const trial::Schedule& schedule, SubchainId one, SubchainId other, const Waits& any) const;
-  Totals totals_of(const trial::Schedule& schedule, const Term& term) const;
+  // Of what a run of the one gives, until a run of the other takes it, where that is not one of its followers.
+  // `all_new`: each run of the one brings something new.
+  double wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
+                      Basis basis) const;
+  double total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const;
+  void promise(const trial::Schedule& schedule, Estimate& estimate);
 
   const graph::App& app_;
   double usable_;                             // of a core

@@ -22,7 +22,7 @@
 namespace ctn::policy {
 namespace {
 
-constexpr std::size_t kGuesses = 6000;
+constexpr std::size_t kGuesses = 12000;
 constexpr std::size_t kGuessesAgain = 3000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
 // By which a schedule must be better to replace the one in force, by two trials with the same draws.
@@ -248,8 +248,20 @@ class Deciding {
     if (!plan || !plan::validate(*plan, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
     return plan;
   }
-  // None: it cannot go on.
-  std::optional<plan::Plan> in_force_now() const { return with_.chosen ? plan_of(*with_.chosen) : std::nullopt; }
+  // With longer periods, where it holds by these alone. None: it cannot go on.
+  std::optional<plan::Plan> in_force_now() {
+    if (!with_.chosen) return std::nullopt;
+    if (has_frames()) return plan_of(*with_.chosen);
+    for (const double factor : planner::kSlowedBy) {
+      trial::Schedule slowed = with_.search.slowed(*with_.chosen, factor);
+      std::optional<plan::Plan> plan = plan_of(slowed);
+      if (!plan) continue;
+      if (slowed != *with_.chosen) with_.chosen_as_tried.reset();
+      with_.chosen = std::move(slowed);
+      return plan;
+    }
+    return std::nullopt;
+  }
 
   // Whatever it is worth. `must`: it is an error if there is none.
   Result<std::optional<Decision>> best_of_all(bool must) {

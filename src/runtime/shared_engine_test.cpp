@@ -141,7 +141,9 @@ TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {
   ASSERT_EQ(snapshot.notices.size(), 2U);
   EXPECT_EQ(snapshot.notices[0], "watchdog: a run of subchain map hangs: it was suspended");
   EXPECT_EQ(snapshot.notices[1], "watchdog: the run of subchain map that hung has ended: it is scheduled as before");
-  EXPECT_LT(snapshot.chains[0].response_ms.max, 3.0 * snapshot.chains[0].response_ms.p50);
+  // It had its budget, twice what it costs, even where others take turns with it.
+  EXPECT_LT(snapshot.chains[0].response_ms.max,
+            3.0 * snapshot.chains[0].response_ms.p50 + 2.0 * to_millis(costs.at("map")).count());
 }
 
 TEST_F(SharedTest, WithoutPermissionRatesAreKeptAndLevelsLeftAlone) {
