@@ -54,9 +54,10 @@ TEST(Contest, CountsARefusalAsWorst) {
 }
 
 // Of what is found on fewer, the search finds at least as good on more. Costs are constant, so that no luck is in it
-// but the search's own.
+// but the search's own. It replaces what is in force only by what is better by 1.5 %, on fewer cores and on more, and
+// has not found everything after 40 s.
 TEST(Contest, MoreCoresAreNeverWorseForCatan) {
-  constexpr double kNoise = 1.03;
+  constexpr double kNoise = 1.05;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     AppFiles files = random_app(seed);
     files.load = files.costs;

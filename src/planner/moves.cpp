@@ -64,10 +64,11 @@ std::vector<std::vector<std::size_t>> chains_of(const graph::App& app) {
                    [](const graph::Term* a, const graph::Term* b) { return a->weight > b->weight; });
   std::vector<std::vector<std::size_t>> chains;
   for (const graph::Term* term : terms) {
-    std::vector<std::size_t>& chain = chains.emplace_back();
+    std::vector<std::size_t> chain;
     for (const graph::ChainElement& element : app.graph.chain_elements(term->path)) {
       if (element.subchain) chain.push_back(element.subchain->index());
     }
+    chains.push_back(std::move(chain));
   }
   return chains;
 }

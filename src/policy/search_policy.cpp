@@ -22,7 +22,7 @@
 namespace ctn::policy {
 namespace {
 
-constexpr std::size_t kGuesses = 12000;
+constexpr std::size_t kGuesses = 6000;
 constexpr std::size_t kGuessesAgain = 3000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
 // By which a schedule must be better to replace the one in force, by two trials with the same draws.
