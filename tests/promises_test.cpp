@@ -22,6 +22,13 @@ namespace {
 
 using std::chrono::seconds;
 
+// A trial where scheduling costs nothing; its observer is told of each run.
+void watch(const graph::App& app, const trial::Samples& samples, const trial::Schedule& schedule,
+           trial::Options options) {
+  options.overheads = trial::Overheads::none();
+  static_cast<void>(trial::Trial(app, samples).run(schedule, options));
+}
+
 // Runs by subchain: from the trigger by time that they go back to, to their end.
 class LongestRuns : public trial::Observer {
  public:
@@ -70,11 +77,7 @@ TEST(Promises, HoldForRunsThatWait) {
     const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
     if (!plan) continue;
     LongestRuns seen(of.app, schedule);
-    static_cast<void>(trial::Trial(of.app, samples)
-                          .run(schedule, {.horizon = seconds{20},
-                                          .warm_up = Nanos{0},
-                                          .overheads = trial::Overheads::none(),
-                                          .observer = &seen}));
+    watch(of.app, samples, schedule, {.horizon = seconds{20}, .warm_up = Nanos{0}, .observer = &seen});
     for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
       const Millis promised = plan->subchains[i].execution;
       // Beyond its period a run goes back to a trigger before the last.
@@ -102,11 +105,7 @@ std::unique_ptr<Measured<Longest>> longest_in(const graph::App& app, const trial
   const Nanos warm_up = seconds{1};
   auto seen =
       std::make_unique<Measured<Longest>>(app, record::Interval{TimePoint{warm_up}, TimePoint{warm_up + horizon}});
-  static_cast<void>(
-      trial::Trial(app, samples)
-          .run(
-              schedule,
-              {.horizon = horizon, .warm_up = warm_up, .overheads = trial::Overheads::none(), .observer = seen.get()}));
+  watch(app, samples, schedule, {.horizon = horizon, .warm_up = warm_up, .observer = seen.get()});
   return seen;
 }
 
@@ -284,11 +283,7 @@ TEST(Promises, HoldForThoseThatTakeTurns) {
     const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
     ASSERT_TRUE(plan) << "seed " << seed;
     LongestFollowers seen(of.app, schedule);
-    static_cast<void>(trial::Trial(of.app, samples)
-                          .run(schedule, {.horizon = seconds{30},
-                                          .warm_up = Nanos{0},
-                                          .overheads = trial::Overheads::none(),
-                                          .observer = &seen}));
+    watch(of.app, samples, schedule, {.horizon = seconds{30}, .warm_up = Nanos{0}, .observer = &seen});
     for (std::size_t i = 1; i < schedule.subchains.size(); ++i) {
       if (schedule.subchains[i].period > std::chrono::microseconds{100} || seen.longest(i).count < 30) continue;
       EXPECT_LE(to_millis(seen.longest(i).longest).count(), plan->subchains[i].execution.count() + 1e-3)

@@ -20,6 +20,7 @@ constexpr std::size_t kCandidates = 5;
 constexpr std::size_t kKeptAtNewCosts = 2;
 constexpr std::size_t kMostBeginnings = 16;
 constexpr std::size_t kLeastStepsABeginning = 1000;
+constexpr std::size_t kSortsOfBeginnings = 3;
 // At the start of the annealing, a step that makes the score worse by so much of it is taken once in e times.
 constexpr double kTemperature = 0.03;
 // The same, near a candidate whose score is known.
@@ -170,8 +171,7 @@ void ScheduleSearch::guess(std::size_t steps) {
   }
   while (guessed.size() < beginnings) {
     Schedule schedule = beginning(guessed.empty());
-    if (guessed.size() % 3 == 1) moves_->fall_in_line(schedule, guessed.size() > 1, random_);
-    if (guessed.size() % 3 == 2) moves_->take_turns(schedule);
+    arrange(schedule, guessed.size() % kSortsOfBeginnings, guessed.size() > 1);
     guessed.push_back(anneal(std::move(schedule), steps / beginnings, kTemperature));
   }
   for (Candidate& candidate : guessed) keep(std::move(candidate));
@@ -222,6 +222,12 @@ Schedule ScheduleSearch::beginning(bool even) {
     moves_->set_asked_trigger(place, i);
   }
   return schedule;
+}
+
+// By time, as it is; in line, in the order of the chain that weighs most or of any; or in turns.
+void ScheduleSearch::arrange(Schedule& schedule, std::size_t sort, bool by_chance) {
+  if (sort == 1) moves_->fall_in_line(schedule, by_chance, random_);
+  if (sort == 2) moves_->take_turns(schedule);
 }
 
 double ScheduleSearch::guessed_score(const Schedule& schedule, double limit) {
@@ -406,9 +412,7 @@ ScheduleSearch::Candidate ScheduleSearch::changed_by_chance(const Candidate& can
 void ScheduleSearch::replace_by_new(Candidate& candidate) {
   costs_->surrogate.correct({});
   Schedule schedule = beginning(false);
-  const std::size_t kind = random_.below(3);
-  if (kind == 1) moves_->fall_in_line(schedule, true, random_);
-  if (kind == 2) moves_->take_turns(schedule);
+  arrange(schedule, random_.below(kSortsOfBeginnings), true);
   Candidate fresh = anneal(std::move(schedule), kLeastStepsABeginning, kTemperature);
   try_first(fresh);
   try_again(fresh);

@@ -155,6 +155,7 @@ class ScheduleSearch {
   void make_hold(trial::Schedule& schedule);
   bool keeps_asked_triggers(const trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
+  void arrange(trial::Schedule& schedule, std::size_t sort, bool by_chance);
   // Where it is above the limit, any number above it.
   double guessed_score(const trial::Schedule& schedule, double limit = kInfinity);
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);

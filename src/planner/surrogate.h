@@ -125,6 +125,8 @@ class Surrogate {
     double late = 0.0;  // how long they keep it from its next run
   };
   enum class Basis { kUsual, kPromised };
+  // More than this of a core's time above somebody leaves him none.
+  static constexpr double kNothingLeft = 0.999;
 
   struct Batches {  // of a node
     std::vector<model::BatchInput> inputs;

@@ -1,0 +1,143 @@
+// What the formulas say of promises (plan/promise.h), bounded by the line.
+#include <algorithm>
+
+#include "dispatch/subchain_trigger.h"
+#include "plan/limits.h"
+#include "planner/surrogate.h"
+
+namespace ctn::planner {
+
+double Surrogate::promised_lateness(const plan::After& after) const {
+  if (const NodeId* const node = after.node()) return arrivals_[node->index()].late;
+  return timings_[after.subchain()->index()].promised_execution;
+}
+
+// What a run costs with as many items as it is promised to have at most (plan/batches.h).
+void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
+  if (batches_[subchain].empty()) return;
+  Timing& timing = timings_[subchain];
+  const std::size_t kind = kind_of(place.core);
+  const double held_up = std::max(timing.promised_execution - timing.planned * usable_, 0.0);
+  const Millis window{std::max(timing.promised_period, timing.period) + held_up};
+  timing.planned = planned_[kind][subchain];
+  for (const Batches& batches : batches_[subchain]) {
+    const double items =
+        model::most_items(batches.inputs, window, [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
+    timing.planned += batches.per_item[kind] * items / usable_;
+  }
+}
+
+// Whether its triggers may come early by as much as its own runs make others late: where it is not below all that
+// trigger it, response and jitter grow with one another, and only what it is held apart by bounds both.
+bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain) {
+  const trial::Place* place = &schedule.subchains[subchain];
+  while (place->after && place->after->subchain() != nullptr) {
+    const trial::Place& feeder = schedule.subchains[place->after->subchain()->index()];
+    if (feeder.core != place->core || feeder.priority < place->priority) return true;
+    place = &feeder;
+  }
+  return false;
+}
+
+// How often it may come, at most, while a run is pending that has that priority on its core, where it goes back to
+// outputs of one that is not above that (plan/promise.h); 0: it does not.
+int Surrogate::turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const {
+  const trial::Place* place = &schedule.subchains[subchain];
+  const int core = place->core;
+  for (int turns = 1; place->after && place->after->subchain() != nullptr; ++turns) {
+    if (planned_waits_[subchain] > 0.0) return 0;
+    subchain = place->after->subchain()->index();
+    place = &schedule.subchains[subchain];
+    if (place->form != trial::Form::kPriority || place->core != core) return 0;
+    if (place->priority <= priority) return turns;
+  }
+  return 0;
+}
+
+// Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
+void Surrogate::promise_cores(const trial::Schedule& schedule) {
+  promised_ = true;
+  std::size_t first = 0;
+  for (std::size_t at = 0; at < order_.size(); ++at) {
+    if (schedule.subchains[order_[at]].core != schedule.subchains[order_[first]].core) first = at;
+    promise_subchain(schedule, order_[at], first, at);
+  }
+}
+
+// With those above it on its core in order_[first, last).
+void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last) {
+  constexpr double kOutOfReach = 1e9;
+  constexpr double kLeastHeld = 1e-6;
+  const trial::Place& place = schedule.subchains[i];
+  plan_batches(place, i);
+  Timing& timing = timings_[i];
+  double used = 0.0;
+  double used_if_held = 0.0;
+  double sum = 0.0;
+  double silence = kInfinity;
+  for (const bool in_turn : {true, false}) {
+    used = used_if_held = sum = 0.0;
+    for (std::size_t above = first; above < last; ++above) {
+      const std::size_t j = order_[above];
+      const Timing& other = timings_[j];
+      const int turns = in_turn && planned_waits_[i] == 0.0 ? turns_of(schedule, j, place.priority) : 0;
+      if (turns > 0) {
+        sum += turns * other.planned;
+        silence = std::min(silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
+        continue;
+      }
+      used += other.promised_rate * other.planned;
+      used_if_held += other.held_rate * other.planned;
+      sum += other.promised_at_once * other.planned;
+    }
+    const double alone = timing.planned + timing.planned_waits;
+    timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
+    if (timing.promised_execution < silence) break;
+  }
+  promised_ = promised_ && used_if_held < kNothingLeft;
+  double spacing = to_millis(place.period).count();
+  if (place.pause) spacing = std::max(spacing, timing.planned + to_millis(*place.pause).count());
+  double usual = spacing;
+  if (place.after) {
+    spacing = std::max(spacing, outputs_apart(schedule, i));
+    usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+  }
+  const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
+  timing.promised_period = std::max(usual, timing.promised_execution + pause);
+  spacing = std::max(spacing, to_millis(dispatch::kShortestPeriod).count());
+  timing.spacing = spacing;
+  double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
+  if (place.after) jitter += promised_lateness(*place.after);
+  // What a run that waits leaves undone comes close to the next one (plan/promise.h).
+  const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
+  // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
+  const double held = to_millis(place.period).count();
+  if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {
+    spacing = held;
+    jitter = 0.0;
+  }
+  timing.promised_rate = 1.0 / spacing;
+  timing.held_rate = 1.0 / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
+  timing.promised_at_once = 1.0 + (jitter + carried) / spacing;
+}
+
+void Surrogate::promise(const trial::Schedule& schedule, Estimate& estimate) {
+  for (int round = 1; round < rounds_; ++round) promise_cores(schedule);
+  estimate.promised = promised_;
+  for (const Term& term : terms_) {
+    if (term.max > 0.0) {
+      estimate.relax = std::max(estimate.relax, total_of(schedule, term, Basis::kPromised) / term.max);
+    }
+  }
+  for (const AskedRate& rate : exact_rates_) {
+    // To the nanosecond, which is what schedules have.
+    constexpr double kRounding = 1e-6;
+    estimate.exact_missed =
+        estimate.exact_missed || timings_[rate.subchain.index()].promised_period > rate.period + kRounding;
+  }
+  for (const AskedRate& rate : min_rates_) {
+    estimate.relax = std::max(estimate.relax, timings_[rate.subchain.index()].promised_period / rate.period);
+  }
+}
+
+}  // namespace ctn::planner
