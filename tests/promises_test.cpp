@@ -99,6 +99,11 @@ struct Longest {
   int count = 0;
 };
 
+// Each run takes what is planned.
+trial::Samples constant(const graph::App& app, const model::CostTable& costs) {
+  return {app, trial::MeasuredRuns{}, costs};
+}
+
 // What a schedule comes to in so long, where scheduling costs nothing.
 std::unique_ptr<Measured<Longest>> longest_in(const graph::App& app, const trial::Samples& samples,
                                               const trial::Schedule& schedule, Nanos horizon) {
@@ -115,9 +120,8 @@ struct Compared {
 };
 
 // No response of a chain that has so many in so long takes longer than is promised.
-Compared expect_held(const graph::App& app, const model::CostTable& costs, const trial::Schedule& schedule,
-                     Nanos horizon, int fewest, std::uint64_t seed) {
-  const trial::Samples samples(app, trial::MeasuredRuns{}, costs);
+Compared expect_held(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
+                     const trial::Schedule& schedule, Nanos horizon, int fewest, std::uint64_t seed) {
   Compared compared{planner::plan_of(app, samples, costs, schedule, 0.0), {}};
   if (!compared.plan) return compared;
   const auto seen = longest_in(app, samples, schedule, horizon);
@@ -152,7 +156,7 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
                                     .period = period,
                                     .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
     }
-    const Compared held = expect_held(of.app, costs, schedule, seconds{10}, 100, seed);
+    const Compared held = expect_held(of.app, constant(of.app, costs), costs, schedule, seconds{10}, 100, seed);
     compared += static_cast<int>(held.chains.size());
     for (const std::size_t chain : held.chains) {
       const plan::ChainPlan& promised = held.plan->chains[chain];
@@ -195,7 +199,7 @@ TEST(Promises, HoldForChainsOfFollowers) {
       }
       schedule.subchains.push_back(place);
     }
-    compared += static_cast<int>(expect_held(of.app, costs, schedule, seconds{30}, 30, seed).chains.size());
+    compared += static_cast<int>(expect_held(of.app, constant(of.app, costs), costs, schedule, seconds{30}, 30, seed).chains.size());
   }
   EXPECT_GT(compared, 300) << "or nothing was tested";
 }
@@ -241,18 +245,13 @@ class LongestFollowers : public trial::Observer {
 };
 
 // The first leads from below all others, each of which follows one before it, and may be kept back by a period; runs
-// take what is planned, or less. No run takes longer than is promised, however full the core is.
-TEST(Promises, HoldForThoseThatTakeTurns) {
-  int compared = 0;
-  int full = 0;
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+// take what is planned, or less.
+struct TurnsCase {
+  explicit TurnsCase(std::uint64_t seed) : of(planner::random_case(seed, {.subchains = 5}, 1)) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
-    const planner::RandomCase of = planner::random_case(seed, {.subchains = 5}, 1);
     const graph::Graph& graph = of.app.graph;
-    model::CostTable costs(graph, Millis{0});
-    trial::MeasuredRuns runs(graph.nodes().size(), std::vector<std::vector<model::RunTime>>(1));
-    double turn = 0.0;  // ms
+    runs.assign(graph.nodes().size(), std::vector<std::vector<model::RunTime>>(1));
     for (std::size_t node = 0; node < graph.nodes().size(); ++node) {
       if (!graph.nodes()[node].subchain) continue;
       const double cost = uniform(0.2, 3.0);
@@ -265,10 +264,9 @@ TEST(Promises, HoldForThoseThatTakeTurns) {
     std::vector<int> priorities(graph.subchains().size() - 1);
     std::iota(priorities.begin(), priorities.end(), 2);
     std::shuffle(priorities.begin(), priorities.end(), random);
-    trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
     trial::Place& leader = schedule.subchains.emplace_back(trial::Place{.priority = 1});
     leader.period = to_nanos(Millis{turn * uniform(0.3, 1.5)});
-    full += to_millis(leader.period).count() < turn ? 1 : 0;
+    full = to_millis(leader.period).count() < turn;
     if (random() % 2 == 0) {
       leader.pause = to_nanos(Millis{uniform(0.05, 2.0)});
       leader.period = std::chrono::microseconds{100};
@@ -279,11 +277,29 @@ TEST(Promises, HoldForThoseThatTakeTurns) {
       place.period = std::chrono::microseconds{100};
       if (random() % 3 == 0) place.period = to_nanos(Millis{turn * uniform(0.5, 2.0)});
     }
-    const trial::Samples samples(of.app, runs, costs);
-    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+  }
+
+  planner::RandomCase of;
+  model::CostTable costs{of.app.graph, Millis{0}};
+  trial::MeasuredRuns runs{};
+  trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+  double turn = 0.0;  // ms: a run of each
+  bool full = false;  // the leader's period is shorter
+};
+
+// No run takes longer than is promised, however full the core is.
+TEST(Promises, HoldForThoseThatTakeTurns) {
+  int compared = 0;
+  int full = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const TurnsCase turns(seed);
+    const trial::Schedule& schedule = turns.schedule;
+    full += turns.full ? 1 : 0;
+    const trial::Samples samples(turns.of.app, turns.runs, turns.costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(turns.of.app, samples, turns.costs, schedule, 0.0);
     ASSERT_TRUE(plan) << "seed " << seed;
-    LongestFollowers seen(of.app, schedule);
-    watch(of.app, samples, schedule, {.horizon = seconds{30}, .warm_up = Nanos{0}, .observer = &seen});
+    LongestFollowers seen(turns.of.app, schedule);
+    watch(turns.of.app, samples, schedule, {.horizon = seconds{30}, .warm_up = Nanos{0}, .observer = &seen});
     for (std::size_t i = 1; i < schedule.subchains.size(); ++i) {
       if (schedule.subchains[i].period > std::chrono::microseconds{100} || seen.longest(i).count < 30) continue;
       EXPECT_LE(to_millis(seen.longest(i).longest).count(), plan->subchains[i].execution.count() + 1e-3)
@@ -293,6 +309,20 @@ TEST(Promises, HoldForThoseThatTakeTurns) {
   }
   EXPECT_GT(compared, 400) << "or nothing was tested";
   EXPECT_GT(full, 100);
+}
+
+// Nor does a response, whether an element follows the one before it in the chain or another.
+TEST(Promises, HoldForChainsOfThoseThatTakeTurns) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+    const TurnsCase turns(seed);
+    for (const trial::MeasuredRuns& runs : {trial::MeasuredRuns{}, turns.runs}) {
+      const trial::Samples samples(turns.of.app, runs, turns.costs);
+      compared += static_cast<int>(
+          expect_held(turns.of.app, samples, turns.costs, turns.schedule, seconds{20}, 30, seed).chains.size());
+    }
+  }
+  EXPECT_GT(compared, 300) << "or nothing was tested";
 }
 
 }  // namespace

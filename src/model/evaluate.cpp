@@ -23,6 +23,7 @@ ElementTiming evaluate_element(const graph::Graph& graph, const graph::ChainElem
     const SubchainTiming& subchain = subchains[element.subchain->index()];
     timing.period = subchain.period;
     timing.execution = subchain.execution;
+    timing.wait = subchain.longest_gap;
     timing.runs_per_output = costs.runs_per_output(graph.subchain(*element.subchain), element.nodes.back());
   } else {
     const NodeId node = element.nodes.front();
@@ -61,13 +62,17 @@ ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> pa
   const graph::ChainElement* before = nullptr;
   // Each run of the element before brings something new: it is the first, or has kept step and was never the faster.
   bool all_new = true;
+  // All since the first follow the one before: the period of the chain has in it what they leave out.
+  bool in_line = true;
   const std::vector<graph::ChainElement> chain = graph.chain_elements(path);
   for (const graph::ChainElement& element : chain) {
     elements.push_back(evaluate_element(graph, element, costs, subchains));
     if (before != nullptr && is_triggered_by(element, *before, subchains)) {
-      elements.back().wait = Millis{0};
+      const Millis left_out = elements.back().period - elements[elements.size() - 2].period;
+      elements.back().wait = in_line ? Millis{0} : std::max(left_out, Millis{0});
       all_new = false;
     } else if (before != nullptr) {
+      in_line = false;
       const std::optional<InputWait> wait = wait_in_step(element, *before, subchains);
       if (wait) elements.back().wait = all_new ? wait->last : wait->last + wait->more;
       all_new = all_new && wait && elements.back().period >= elements[elements.size() - 2].outputs_apart();

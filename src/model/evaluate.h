@@ -18,6 +18,9 @@ namespace ctn::model {
 struct SubchainTiming {
   Millis period{0};     // p
   Millis execution{0};  // L
+  // From one trigger to the next, at most, where that is more than p: of who is triggered by outputs that are late once
+  // and early the next time.
+  std::optional<Millis> longest_gap{};
   // Whose outputs trigger it, each or every so-many-th: a subchain, or an unscheduled node. It takes the one that does.
   std::optional<SubchainId> follows{};
   std::optional<NodeId> follows_node{};
@@ -34,8 +37,8 @@ struct SubchainTiming {
 
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
 // has its own period, and its cost and its wait, an external one that ticks the time between two ticks and no cost. An
-// element that follows the element before adds L alone; one that keeps a phase to it, the wait that this comes to
-// (wait_between()). Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least
+// element that follows the element before adds L alone, and where that one is no follower itself, the outputs that it
+// leaves out; one that keeps a phase to it, the wait that this comes to (wait_between()). Preconditions: `subchains` is indexed by SubchainId; `path` is a chain of the graph with at least
 // one node that is not external.
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains);

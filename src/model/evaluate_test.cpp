@@ -94,6 +94,34 @@ TEST_F(Evaluate, AnUnscheduledNodeMayGiveFewerOutputsThanItRuns) {
   EXPECT_EQ(timing.period, Millis{4 * 5});
 }
 
+// fast is triggered by every fifth run of slow, which itself waits for what imu gives; behind that, what slow leaves out
+// is not in the longest period alone.
+TEST_F(Evaluate, AFollowerBehindOneThatIsNoneWaitsForTheOutputsThatItLeavesOut) {
+  std::vector<SubchainTiming> timings{{Millis{5}, Millis{3}}, {Millis{25}, Millis{6}}};
+  timings[1].follows = SubchainId(0);
+  EXPECT_EQ(evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings).latency, Millis{3 + 6});
+  graph::AppSpec spec = graph::spec_of({"imu", "camera", "a"}, {"imu camera a"});
+  node(spec, "imu").unscheduled = true;
+  node(spec, "imu").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  spec.objective.push_back(graph::response("imu camera a", 1.0));
+  const graph::App behind = graph::build_app(spec).value();
+  const CostTable costs(behind.graph, Millis{0.25});
+  EXPECT_EQ(evaluate_chain(behind.graph, path(behind, "imu camera a"), costs, timings).latency,
+            Millis{0.25 + 5 + 3 + (25 - 5) + 6});
+}
+
+// Where its triggers may come later than its period says, an input waits for them, and so does what the first one senses.
+TEST_F(Evaluate, TheLongestGapIsWaitedFor) {
+  std::vector<SubchainTiming> timings = timings_;
+  timings[1].longest_gap = Millis{11};
+  const ChainTiming second = evaluate_chain(app_.graph, path(app_, "camera vio a b"), costs_, timings);
+  EXPECT_EQ(second.latency, Millis{30 + 11 + 6});
+  EXPECT_EQ(second.period, Millis{100});
+  const ChainTiming first = evaluate_chain(app_.graph, path(app_, "a b"), costs_, timings);
+  EXPECT_EQ(first.latency, Millis{6});
+  EXPECT_EQ(first.period, Millis{11});
+}
+
 TEST_F(Evaluate, PassingPartOfASubchainCountsAllOfIt) {
   const ChainTiming part = evaluate_chain(app_.graph, path(app_, "imu a"), costs_, timings_);
   const ChainTiming whole = evaluate_chain(app_.graph, path(app_, "imu a b"), costs_, timings_);

@@ -60,6 +60,8 @@ ChainTiming chain_timing(std::span<const ElementTiming> elements) {
     timing.latency += element.execution;
     timing.period = std::max(timing.period, element.outputs_apart());
   }
+  const ElementTiming& first = elements.front();
+  if (first.wait) timing.period += std::max(*first.wait - first.period, Millis{0});
   timing.response = timing.latency + timing.period;
   return timing;
 }

@@ -71,7 +71,7 @@ struct ElementTiming {
   Millis period{0};                     // p
   Millis execution{0};                  // L
   std::optional<Millis> output_period;  // of one of its nodes, where longer than p
-  std::optional<Millis> wait{};         // of its input, at most; none: p
+  std::optional<Millis> wait{};         // of its input, at most, or of what the first one senses; none: p
   double runs_per_output = 1.0;         // of its last node
 
   // On average.
@@ -80,7 +80,7 @@ struct ElementTiming {
 
 struct ChainTiming {
   Millis latency{0};   // L_1 + sum_{x >= 2} (p_x + L_x); in place of p_x its wait, where that is given
-  Millis period{0};    // of outputs: max p_x, with runs per output and output periods
+  Millis period{0};    // of outputs: max p_x, with runs per output and output periods, + what the first waits beyond p
   Millis response{0};  // latency + period
 };
 

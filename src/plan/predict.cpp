@@ -14,26 +14,80 @@
 namespace ctn::plan {
 namespace {
 
-std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subchains,
-                                              std::span<const CorePlan> cores) {
-  std::vector<model::SubchainTiming> timings;
-  timings.reserve(subchains.size());
-  for (const SubchainPlan& subchain : subchains) timings.push_back({subchain.period, subchain.execution});
-  for (const CorePlan& core : cores) {
-    for (const Member& member : core.members) {
-      model::SubchainTiming& timing = timings[member.subchain.index()];
-      if (!member.after && !member.pause && timing.period <= member.period * (1.0 + kTolerance)) {
-        timing.by_phase = {.grid = {to_nanos(member.phase), to_nanos(member.period)},
-                           .clock = member.clock,
-                           .core = subchains[member.subchain.index()].cores.front(),
-                           .priority = member.priority,
-                           .runs_through = subchains[member.subchain.index()].wait == Millis{0}};
-      }
-      if (!member.after) continue;
-      if (const SubchainId* const leader = member.after->subchain()) timing.follows = *leader;
-      if (const NodeId* const leader = member.after->node()) timing.follows_node = *leader;
+// What is known of subchains by themselves, from the plan alone.
+class Timings {
+ public:
+  Timings(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
+          std::span<const CorePlan> cores)
+      : app_(app), costs_(costs), subchains_(subchains), cores_(cores), members_(subchains.size(), nullptr) {
+    for (const CorePlan& core : cores) {
+      for (const Member& member : core.members) members_[member.subchain.index()] = &member;
     }
   }
+
+  model::SubchainTiming of(SubchainId id) const {
+    const SubchainPlan& planned = subchains_[id.index()];
+    model::SubchainTiming timing{planned.period, planned.execution};
+    const Member* const member = members_[id.index()];
+    if (member == nullptr) return timing;
+    if (member->after) {
+      timing.longest_gap = timing.period + outputs_late(*member->after, members_.size());
+      if (may_be_held_back(*member)) return timing;
+      if (const SubchainId* const leader = member->after->subchain()) timing.follows = *leader;
+      if (const NodeId* const leader = member->after->node()) timing.follows_node = *leader;
+    } else if (!member->pause && timing.period <= member->period * (1.0 + kTolerance)) {
+      timing.by_phase = {.grid = {to_nanos(member->phase), to_nanos(member->period)},
+                         .clock = member->clock,
+                         .core = planned.cores.front(),
+                         .priority = member->priority,
+                         .runs_through = planned.wait == Millis{0}};
+    }
+    return timing;
+  }
+
+ private:
+  // By how much more than so many periods outputs may be apart: the one late, the next as early as a run costs nothing.
+  // `steps`: no more leaders than that are asked, since plans that are checked may go in circles.
+  Millis outputs_late(const After& after, std::size_t steps) const {
+    if (const NodeId* const leader = after.node()) return output_lateness(app_.graph, costs_, *leader, 0.0);
+    const SubchainId leader = *after.subchain();
+    const Millis run = subchains_[leader.index()].execution;
+    const Member* const member = members_[leader.index()];
+    if (member == nullptr || steps == 0) return run;
+    // It waits for its own end, but where it is held back longer.
+    if (member->pause) return std::clamp(after.every * (member->period - *member->pause), Millis{0}, run);
+    return member->after ? outputs_late(*member->after, steps - 1) + run : run;
+  }
+
+  // Whether outputs may come so close that it is not triggered by each that counts, but later, by its period.
+  bool may_be_held_back(const Member& member) const {
+    return member.period > member.after->every * shortest_apart(*member.after) * (1.0 + kTolerance);
+  }
+
+  Millis shortest_apart(const After& after) const {
+    if (const NodeId* const leader = after.node()) return to_millis(app_.graph.node(*leader).outputs_apart());
+    const SubchainId leader = *after.subchain();
+    if (const Member* const member = members_[leader.index()]) return member->period;
+    const SubchainPlan& planned = subchains_[leader.index()];
+    const bool fixed = app_.scheduler.frames == graph::FrameMode::kFixed ||
+                       cores_[static_cast<std::size_t>(planned.cores.front())].frames == graph::FrameMode::kFixed;
+    return fixed ? planned.period : period_limits(app_.graph, leader).min;
+  }
+
+  const graph::App& app_;
+  const model::CostTable& costs_;
+  const std::span<const SubchainPlan> subchains_;
+  const std::span<const CorePlan> cores_;
+  std::vector<const Member*> members_;  // by subchain; null: it has no fixed priority
+};
+
+std::vector<model::SubchainTiming> timings_of(const graph::App& app, const model::CostTable& costs,
+                                              std::span<const SubchainPlan> subchains,
+                                              std::span<const CorePlan> cores) {
+  const Timings known(app, costs, subchains, cores);
+  std::vector<model::SubchainTiming> timings;
+  timings.reserve(subchains.size());
+  for (std::size_t i = 0; i < subchains.size(); ++i) timings.push_back(known.of(SubchainId(i)));
   return timings;
 }
 
@@ -41,7 +95,7 @@ std::vector<model::SubchainTiming> timings_of(std::span<const SubchainPlan> subc
 
 Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
                    std::span<const CorePlan> cores) {
-  const std::vector<model::SubchainTiming> timings = timings_of(subchains, cores);
+  const std::vector<model::SubchainTiming> timings = timings_of(app, costs, subchains, cores);
   Prediction prediction;
   std::vector<Millis> of_term;  // the figure that the term weighs
   for (const graph::Term& term : app.objective) {

@@ -27,8 +27,9 @@
 // Huang, Chen, Zhou and Liu, "PASS: priority assignment of real-time tasks with dynamic suspending behavior under
 // fixed-priority scheduling" (DAC 2015).
 //
-// From one completion to the next it takes at most p_i, the longer of R_i and the longest time between two triggers. Of
-// who is triggered by outputs that not every run gives (model/cost.h), that time is a mean; T is as if each run did.
+// p_i is the longer of R_i and of what lies between two triggers, on average over many. Of who is triggered by outputs
+// one may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp).
+// Where not every run of its leader gives an output (model/cost.h), p_i is a mean over these too; T is as if each did.
 //
 // Where many short runs interrupt a long one, the sum is bounded from above by a line (ceil(x) <= x + 1), which is
 // a little more than the worst case.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -146,6 +147,33 @@ TEST_F(PromiseTest, AFollowedElementAddsItsExecutionAlone) {
   const Millis run = plan.subchains[kFast.index()].execution + plan.subchains[kSlow.index()].execution;
   EXPECT_EQ(prediction.chains[0].latency, run);
   EXPECT_EQ(predict(other, costs, plan.subchains, {}).chains[0].latency, run + plan.subchains[kSlow.index()].period);
+}
+
+// An output of its leader may be as late as the leader's run may end, and the next one as early as that costs nothing.
+TEST_F(PromiseTest, AnElementThatFollowsAnotherThanTheOneBeforeWaitsForALateOutput) {
+  graph::App other = app;
+  other.objective = {{graph::Metric::kResponseTime, {*app.graph.find_node("map")}, 1.0, {}}};
+  const auto response = [&] { return predict(other, costs, plan.subchains, plan.cores).chains[0].response; };
+  const SubchainPlan& slow = plan.subchains[kSlow.index()];
+  const Millis run = plan.subchains[kFast.index()].execution;
+  EXPECT_EQ(response(), slow.execution + slow.period + run);
+  // Paced by its own runs, the leader waits for their ends.
+  member(kFast).pause = member(kFast).period + Millis{1};
+  EXPECT_EQ(response(), slow.execution + slow.period);
+  member(kFast).pause = member(kFast).period - Millis{1};
+  EXPECT_EQ(response(), slow.execution + slow.period + std::min(2 * Millis{1}, run));
+}
+
+TEST_F(PromiseTest, WhoMayBeHeldBackByItsPeriodDoesNotFollow) {
+  graph::App other = app;
+  other.objective = {
+      {graph::Metric::kResponseTime, {*app.graph.find_node("scan"), *app.graph.find_node("map")}, 1.0, {}}};
+  const auto latency = [&] { return predict(other, costs, plan.subchains, plan.cores).chains[0].latency; };
+  const SubchainPlan& slow = plan.subchains[kSlow.index()];
+  const Millis run = plan.subchains[kFast.index()].execution;
+  EXPECT_EQ(latency(), run + slow.execution);
+  member(kSlow).period = 2 * member(kFast).period + Millis{1};
+  EXPECT_EQ(latency(), run + slow.execution + slow.period + run);
 }
 
 TEST_F(PromiseTest, APlanWithFixedPrioritiesIsValidAndReadBackAsItWas) {

@@ -30,13 +30,14 @@ void look_for_priorities(ScheduleSearch& search, const graph::App& app, const Ex
   }
   const Nanos all = std::chrono::duration_cast<Nanos>(kWork * request.effort);
   const Nanos begin = search.work();
-  search.guess(static_cast<std::size_t>(kGuesses * request.effort));
+  const auto tell = [&] {
+    if (request.on_progress) request.on_progress(std::min(1.0, to_millis(search.work() - begin) / to_millis(all)));
+  };
+  search.guess(static_cast<std::size_t>(kGuesses * request.effort), tell);
   constexpr Nanos kWord = std::chrono::milliseconds{100};
   for (Nanos done = search.work() - begin; done < all; done = search.work() - begin) {
     search.improve(std::min(kWord, all - done));
-    if (request.on_progress) {
-      request.on_progress(std::min(1.0, to_millis(search.work() - begin) / to_millis(all)));
-    }
+    tell();
   }
 }
 

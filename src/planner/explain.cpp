@@ -20,7 +20,7 @@ constexpr double kAtCap = 0.02;
 
 std::vector<model::SubchainTiming> timings_of(const std::vector<plan::Expectation::Timing>& expected) {
   std::vector<model::SubchainTiming> timings;
-  for (const plan::Expectation::Timing& each : expected) timings.push_back({each.period, each.execution, {}, {}});
+  for (const plan::Expectation::Timing& each : expected) timings.push_back({each.period, each.execution});
   return timings;
 }
 
@@ -229,7 +229,7 @@ class Explaining {
       return promised.chains[chain].response;
     }
     std::vector<model::SubchainTiming> timings;
-    for (const plan::SubchainPlan& each : plan_.subchains) timings.push_back({each.period, each.execution, {}, {}});
+    for (const plan::SubchainPlan& each : plan_.subchains) timings.push_back({each.period, each.execution});
     return model::evaluate_period(app_.graph, *bound.node, timings);
   }
 

@@ -159,20 +159,22 @@ bool ScheduleSearch::keeps_asked_triggers(const Schedule& schedule) const {
 
 // --- By formulas ---
 
-void ScheduleSearch::guess(std::size_t steps) {
+void ScheduleSearch::guess(std::size_t steps, const std::function<void()>& after_each) {
   const std::size_t beginnings = std::clamp(steps / kLeastStepsABeginning, std::size_t{2}, kMostBeginnings);
   const auto known =
       std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.factors.empty(); });
   // What is known of one schedule is likely to be so of others, and makes guesses comparable with what was tried.
   costs_->surrogate.correct(known == candidates_.end() ? std::vector<double>{} : known->factors);
   std::vector<Candidate> guessed;
-  if (known != candidates_.end()) {
-    guessed.push_back(anneal(known->schedule, steps / beginnings, kTemperatureNearby));
-  }
   while (guessed.size() < beginnings) {
-    Schedule schedule = beginning(guessed.empty());
-    arrange(schedule, guessed.size() % kSortsOfBeginnings, guessed.size() > 1);
-    guessed.push_back(anneal(std::move(schedule), steps / beginnings, kTemperature));
+    if (guessed.empty() && known != candidates_.end()) {
+      guessed.push_back(anneal(known->schedule, steps / beginnings, kTemperatureNearby));
+    } else {
+      Schedule schedule = beginning(guessed.empty());
+      arrange(schedule, guessed.size() % kSortsOfBeginnings, guessed.size() > 1);
+      guessed.push_back(anneal(std::move(schedule), steps / beginnings, kTemperature));
+    }
+    if (after_each) after_each();
   }
   for (Candidate& candidate : guessed) keep(std::move(candidate));
 }

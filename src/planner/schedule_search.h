@@ -30,6 +30,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -60,7 +61,7 @@ struct Expected {
 // What a term's 95th percentile counts, as a part of what its mean does: a mean of many good runs hides the ones that
 // take ten times as long, which a robot does not forgive. It counts most in the response time that weighs most.
 constexpr double kTailWeight = 0.05;
-constexpr double kHeaviestTailWeight = 0.3;
+constexpr double kHeaviestTailWeight = 0.7;
 std::vector<double> tail_weights(const graph::App& app);  // by term
 
 // A core may be used for so much more than what the slack leaves before it counts: luck of the draws.
@@ -100,8 +101,8 @@ class ScheduleSearch {
   // The same, with periods so many times as long where they may be: what costs more than before may so hold again.
   trial::Schedule slowed(trial::Schedule schedule, double factor) const;
 
-  // So many steps by formulas alone.
-  void guess(std::size_t steps);
+  // So many steps by formulas alone, from several beginnings; `after_each` is called after each of these.
+  void guess(std::size_t steps, const std::function<void()>& after_each = {});
   // At least one step, and until that much work is done. Precondition: there is a candidate.
   void improve(Nanos work);
   // All work so far.

@@ -408,7 +408,7 @@ double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, 
   const bool usual = basis == Basis::kUsual;
   const Timing& timing = timings_[one.index()];
   const Timing& next = timings_[other.index()];
-  const double any = usual ? next.wait : next.promised_period;
+  const double any = usual ? next.wait : promised_gap(schedule, other.index());
   const trial::Place& first = schedule.subchains[one.index()];
   const trial::Place& second = schedule.subchains[other.index()];
   const auto by_phase = [](const trial::Place& place) {
@@ -436,6 +436,9 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
   double latency = 0.0;
   double period = 0.0;
   const Element* before = nullptr;
+  double period_before = 0.0;
+  double first_late = 0.0;
+  bool in_line = true;  // all since the first follow the one before
   std::optional<Ticked> begun;
   for (const Element& element : term.elements) {
     const Timing* const timing = element.subchain ? &timings_[element.subchain->index()] : nullptr;
@@ -445,14 +448,21 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
       if (after) {
         follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
                                    : after->leader == plan::Leader(before->node);
+        follows = follows && (usual || !may_be_held_back(schedule, element.subchain->index()));
       }
     }
+    const double own = timing == nullptr ? element.period : period_of(*timing);
+    if (before == nullptr && timing != nullptr && !usual) {
+      first_late = promised_gap(schedule, element.subchain->index()) - own;
+    }
+    if (before != nullptr && follows && !in_line && !usual) latency += std::max(own - period_before, 0.0);
     if (before != nullptr && !follows) {
+      in_line = false;
       double wait = element.period / (usual ? 2.0 : 1.0);
       if (timing != nullptr) {
         wait = before->subchain ? wait_between(schedule, *before->subchain, *element.subchain,
                                                before == &term.elements.front(), basis)
-                                : (usual ? timing->wait : timing->promised_period);
+                                : (usual ? timing->wait : promised_gap(schedule, element.subchain->index()));
       }
       if (usual) {
         const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
@@ -473,11 +483,11 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
     } else {
       latency += before == nullptr ? timing->from_begin : timing->execution;
     }
-    const double own = timing == nullptr ? element.period : period_of(*timing);
     period = std::max({period, own * element.runs_per_output, element.output_period});
+    period_before = own;
     before = &element;
   }
-  return latency + period;
+  return latency + first_late + period;
 }
 
 std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule, double limit) {

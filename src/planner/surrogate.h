@@ -139,6 +139,8 @@ class Surrogate {
   double outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const;
   double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
+  double promised_gap(const trial::Schedule& schedule, std::size_t subchain) const;
+  bool may_be_held_back(const trial::Schedule& schedule, std::size_t subchain) const;
   void begin_leaders(const trial::Schedule& schedule);
   bool settles_at_once(const trial::Schedule& schedule) const;
   void time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above);

@@ -3,6 +3,7 @@
 
 #include "dispatch/subchain_trigger.h"
 #include "plan/limits.h"
+#include "plan/predict.h"
 #include "planner/surrogate.h"
 
 namespace ctn::planner {
@@ -10,6 +11,44 @@ namespace ctn::planner {
 double Surrogate::promised_lateness(const plan::After& after) const {
   if (const NodeId* const node = after.node()) return arrivals_[node->index()].late;
   return timings_[after.subchain()->index()].promised_execution;
+}
+
+// From one trigger to the next, at most (plan/predict.cpp): who is triggered by outputs may have one that is late, and
+// the next as early as runs cost nothing.
+double Surrogate::promised_gap(const trial::Schedule& schedule, std::size_t subchain) const {
+  double gap = timings_[subchain].promised_period;
+  const std::optional<plan::After>* after = &schedule.subchains[subchain].after;
+  while (*after) {
+    if (const NodeId* const node = (*after)->node()) return gap + arrivals_[node->index()].late;
+    const std::size_t leader = (*after)->subchain()->index();
+    const trial::Place& place = schedule.subchains[leader];
+    const double run = timings_[leader].promised_execution;
+    if (place.pause) {
+      return gap + std::clamp(to_millis((*after)->every * (place.period - *place.pause)).count(), 0.0, run);
+    }
+    gap += run;
+    after = &place.after;
+  }
+  return gap;
+}
+
+// Whether outputs may come so close that it is triggered by its period, later than by each of them that counts.
+bool Surrogate::may_be_held_back(const trial::Schedule& schedule, std::size_t subchain) const {
+  const trial::Place& place = schedule.subchains[subchain];
+  const plan::After& after = *place.after;
+  double apart = 0.0;
+  if (const NodeId* const node = after.node()) {
+    apart = arrivals_[node->index()].apart;
+  } else {
+    const std::size_t leader = after.subchain()->index();
+    apart = to_millis(schedule.subchains[leader].period).count();
+    for (const trial::Pipeline& pipeline : schedule.pipelines) {
+      if (pipeline.subchain.index() != leader) continue;
+      const bool elastic = pipeline.pacing.after_completion > Nanos{0};
+      apart = elastic ? plan::period_limits(app_.graph, SubchainId(leader)).min.count() : timings_[leader].period;
+    }
+  }
+  return to_millis(place.period).count() > after.every * apart * (1.0 + plan::kTolerance);
 }
 
 // What a run costs with as many items as it is promised to have at most (plan/batches.h).
