@@ -183,6 +183,13 @@ class Explaining {
     const Variation again = planned(app_, request_);
     Explanation explanation;
     explanation.again = again.plan && score(*again.plan) < score(plan_) ? *again.plan : plan_;
+    for (std::size_t term = 0; term < app_.objective.size(); ++term) {
+      explanation.doubled.push_back(doubled(term));
+      if (!explanation.doubled.back().with.plan) continue;
+      const plan::Plan found = weighed(app_, *explanation.doubled.back().with.plan);
+      if (score(found) < score(explanation.again)) explanation.again = found;
+    }
+    request_.known = &explanation.again;
     const double now = explanation.again.expected->objective;
     explanation.noise = std::max(kLeastNoise, score(plan_) / score(explanation.again) - 1.0);
     explanation.terms = terms_of(app_, explanation.again);
@@ -196,7 +203,7 @@ class Explaining {
       explanation.one_fewer.push_back(another ? std::optional(with_cores(kind, -1)) : std::nullopt);
     }
     for (std::size_t term = 0; term < app_.objective.size(); ++term) {
-      explanation.doubled.push_back(doubled(term, explanation.again));
+      compare(explanation.doubled[term], term, explanation.again);
     }
     return explanation;
   }
@@ -244,18 +251,36 @@ class Explaining {
     return found;
   }
 
-  DoubledWeight doubled(std::size_t term, const plan::Plan& now) {
+  graph::App with_doubled(std::size_t term) const {
     graph::App other = app_;
     other.objective[term].weight *= 2.0;
+    return other;
+  }
+
+  DoubledWeight doubled(std::size_t term) {
     DoubledWeight found;
-    found.with = planned(other, request_);
-    if (!found.with.plan) return found;
-    found.terms = terms_of(app_, *found.with.plan);
-    for (std::size_t t = 0; t < found.terms.size(); ++t) {
-      found.objective += app_.objective[t].weight * found.terms[t].count();
-    }
-    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(now, app_);
+    found.with = planned(with_doubled(term), request_);
     return found;
+  }
+
+  // A plan that was made for other weights, as the app has them.
+  plan::Plan weighed(const graph::App& app, plan::Plan plan) const {
+    plan::fill_predictions(plan, app, costs_);
+    const std::vector<Millis> terms = terms_of(app, plan);
+    plan.expected->objective = 0.0;
+    for (std::size_t t = 0; t < terms.size(); ++t) plan.expected->objective += app.objective[t].weight * terms[t].count();
+    return plan;
+  }
+
+  // Each search finds what it finds; what another one found that is better counts, or a weight would seem to do what
+  // luck did.
+  void compare(DoubledWeight& found, std::size_t term, const plan::Plan& now) const {
+    if (!found.with.plan) return;
+    const plan::Plan as_now = weighed(with_doubled(term), now);
+    if (score(as_now) < score(*found.with.plan)) found.with.plan = as_now;
+    found.terms = terms_of(app_, *found.with.plan);
+    found.objective = weighed(app_, *found.with.plan).expected->objective;
+    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(now, app_);
   }
 
   const graph::App& app_;

@@ -3,8 +3,9 @@
 // again with one thing changed, and comparing what is expected, so that every figure is that of a plan which could be
 // had.
 //
-// A search finds one plan one time and a slightly better one the next. So it is let to go on with nothing changed, too:
-// the others are compared with what that gives, and how much it differs from the plan says what is noise.
+// A search finds one plan one time and a slightly better one the next. So it is let to go on with nothing changed, too;
+// what is found with other weights is a plan for these as well. The others are compared with the best of all those, and
+// how much it differs from the plan says what is noise.
 //
 // Units: see plan.h; objectives in ms, as expected. Thread safety: pure functions.
 #pragma once
@@ -91,7 +92,7 @@ struct DoubledWeight {
 constexpr double kLeastNoise = 0.01;
 
 struct Explanation {
-  plan::Plan again;             // found by going on with nothing changed: what the others are compared with
+  plan::Plan again;             // the best for the app as it is that was found: what the others are compared with
   double noise = kLeastNoise;   // a part of the objective, and of a term
   std::vector<Millis> terms;    // of `again`, in the order of the objective
   std::vector<Reason> reasons;  // by SubchainId
