@@ -173,8 +173,9 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   EXPECT_GT(in_step, 100) << "or nothing was tested";
 }
 
-// Everybody but the first is triggered by each so-many-th output of a predecessor: what follows takes the output that
-// triggers it, so that no response takes longer than is promised, which is less than a period for each such input.
+// Everybody but the first, and some that come at their own pace, is triggered by each so-many-th output of a predecessor:
+// what follows takes the output that triggers it, so that no response takes longer than is promised, which is less than
+// a period for each such input.
 TEST(Promises, HoldForChainsOfFollowers) {
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
@@ -196,6 +197,10 @@ TEST(Promises, HoldForChainsOfFollowers) {
         if (!leader || leader->index() >= i) continue;
         place.after = plan::After{*leader, 1 + static_cast<int>(random() % 3)};
         place.period = place.after->every * schedule.subchains[leader->index()].period * 9 / 10;
+      }
+      if (i > 0 && random() % 3 == 0) {
+        place.after.reset();
+        place.period = to_nanos(Millis{uniform(8.0, 40.0)});
       }
       schedule.subchains.push_back(place);
     }
