@@ -26,26 +26,64 @@ constexpr std::string_view kPlanned = "plan:auto";
 // No simulation has it: their seeds are counted from 1 on.
 constexpr std::uint64_t kSeedOfSamples = 0x5eed'0f5a'3b1e'5000;
 
-// How long the search of such a plan is; none: the contender is a policy.
-std::optional<double> effort_of(std::string_view contender) {
-  if (!contender.starts_with(kPlanned)) return std::nullopt;
-  std::string_view rest = contender.substr(kPlanned.size());
-  if (rest.empty()) return 1.0;
-  if (rest.front() != ':') return std::nullopt;
-  rest.remove_prefix(1);
-  double effort = 0.0;
-  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), effort);
-  if (error != std::errc{} || end != rest.data() + rest.size() || !(effort > 0.0)) return std::nullopt;
-  return effort;
+// A plan that is made before.
+struct Planned {
+  double effort = 1.0;
+  bool priorities = true;
+  bool elastic = true;
+  bool stealing = true;
+  planner::Freedom freedom{};
+};
+
+bool set_effort(Planned& planned, std::string_view text) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), planned.effort);
+  return error == std::errc{} && end == text.data() + text.size() && planned.effort > 0.0;
 }
 
-Result<api::SimulatedPolicy> policy_of(const std::string& contender, const Case& of, int cores) {
-  const std::optional<double> effort = effort_of(contender);
-  if (!effort) return api::simulated_policy(contender, of.app);
-  const trial::Samples samples(of.app, of.work, Nanos{0}, kSeedOfSamples);
-  Result<plan::Plan> plan = planner::make_expected_plan(
-      of.app, samples, of.work.costs(of.app.graph),
-      {.cores = cores, .slack = of.app.scheduler.slack.value_or(graph::kDefaultSlack), .effort = *effort});
+bool leave_out(Planned& planned, std::string_view feature) {
+  const std::pair<std::string_view, bool*> features[] = {{"no-priorities", &planned.priorities},
+                                                         {"no-elastic", &planned.elastic},
+                                                         {"no-stealing", &planned.stealing},
+                                                         {"no-phases", &planned.freedom.phases},
+                                                         {"no-outputs", &planned.freedom.outputs}};
+  for (const auto& [name, kept] : features) {
+    if (name != feature) continue;
+    *kept = false;
+    return true;
+  }
+  return false;
+}
+
+// None: the contender is a policy, or nothing.
+std::optional<Planned> planned_of(std::string_view contender) {
+  if (!contender.starts_with(kPlanned)) return std::nullopt;
+  std::string_view rest = contender.substr(kPlanned.size());
+  Planned planned;
+  for (bool first = true; !rest.empty(); first = false) {
+    if (rest.front() != ':') return std::nullopt;
+    rest.remove_prefix(1);
+    const std::string_view part = rest.substr(0, rest.find(':'));
+    if (!leave_out(planned, part) && !(first && set_effort(planned, part))) return std::nullopt;
+    rest.remove_prefix(part.size());
+  }
+  return planned;
+}
+
+graph::App app_for(const Planned& planned, graph::App app) {
+  if (!planned.priorities) app.scheduler.schedule = graph::ScheduleKind::kFrames;
+  if (!planned.elastic) app.scheduler.frames = graph::FrameMode::kFixed;
+  return app;
+}
+
+Result<api::SimulatedPolicy> policy_of(const std::string& contender, const std::optional<Planned>& planned,
+                                       const graph::App& app, const model::Workload& work, int cores) {
+  if (!planned) return api::simulated_policy(contender, app);
+  const trial::Samples samples(app, work, Nanos{0}, kSeedOfSamples);
+  Result<plan::Plan> plan = planner::make_expected_plan(app, samples, work.costs(app.graph),
+                                                        {.cores = cores,
+                                                         .slack = app.scheduler.slack.value_or(graph::kDefaultSlack),
+                                                         .effort = planned->effort,
+                                                         .freedom = planned->freedom});
   if (!plan) return plan.error();
   return api::SimulatedPolicy{std::make_shared<policy::StaticPolicy>(contender, std::move(*plan))};
 }
@@ -68,16 +106,19 @@ double p95_of_weightiest(const sim::Outcome& outcome) {
 }
 
 Status play_all(const std::string& contender, const Case& of, const Match& match, Score& score) {
-  const Result<api::SimulatedPolicy> policy = policy_of(contender, of, match.cores);
+  const std::optional<Planned> planned = planned_of(contender);
+  const graph::App app = planned ? app_for(*planned, of.app) : of.app;
+  const Result<api::SimulatedPolicy> policy = policy_of(contender, planned, app, of.work, match.cores);
   if (!policy) return policy.error();
   for (const std::uint64_t seed : match.seeds) {
     sim::Options options{.policy = policy->policy,
                          .reserve = policy->reserve,
                          .machine = {.cores = match.cores},
-                         .costs = of.work.costs(of.app.graph),
-                         .phases = phases_of(of.app, seed)};
-    const Result<sim::Outcome> outcome = sim::simulate(of.app, std::make_unique<sim::DrawnCosts>(of.app, of.work, seed),
-                                                       std::move(options), match.measured);
+                         .stealing = !planned || planned->stealing,
+                         .costs = of.work.costs(app.graph),
+                         .phases = phases_of(app, seed)};
+    const Result<sim::Outcome> outcome =
+        sim::simulate(app, std::make_unique<sim::DrawnCosts>(app, of.work, seed), std::move(options), match.measured);
     if (!outcome) return outcome.error();
     score.objective_ms.push_back(outcome->objective.value_or(kNotReached));
     score.p95_ms.push_back(p95_of_weightiest(*outcome));
@@ -95,7 +136,7 @@ double Score::mean_objective() const { return mean(objective_ms); }
 double Score::mean_p95() const { return mean(p95_ms); }
 
 Status check_contender(const std::string& contender, const graph::App& app) {
-  if (effort_of(contender)) return Done{};
+  if (planned_of(contender)) return Done{};
   const Result<api::SimulatedPolicy> policy = api::simulated_policy(contender, app);
   if (!policy) return policy.error();
   return Done{};

@@ -41,7 +41,19 @@ TEST(Contest, TakesPlansThatAreMadeBefore) {
   EXPECT_TRUE(check_contender("plan:auto", of.app).ok());
   EXPECT_FALSE(check_contender("plan:auto:much", of.app).ok());
   EXPECT_FALSE(check_contender("plan:auto:0", of.app).ok());
+  EXPECT_TRUE(check_contender("plan:auto:no-phases:no-outputs", of.app).ok());
+  EXPECT_FALSE(check_contender("plan:auto:no-phases:0.1", of.app).ok());
+  EXPECT_FALSE(check_contender("plan:auto:0.1:no-luck", of.app).ok());
   EXPECT_FALSE(check_contender("catam", of.app).ok());
+}
+
+TEST(Contest, MakesPlansWithoutAFeature) {
+  const Case of = case_of(kTwo);
+  const Match match{.cores = 1, .seeds = {1}, .measured = seconds{5}};
+  const double with_all = play("plan:auto:0.05", of, match).mean_objective();
+  const double frames = play("plan:auto:0.05:no-priorities", of, match).mean_objective();
+  EXPECT_GT(frames, with_all);
+  EXPECT_GT(play("plan:auto:0.05:no-priorities:no-elastic", of, match).mean_objective(), frames);
 }
 
 TEST(Contest, CountsARefusalAsWorst) {

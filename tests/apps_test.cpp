@@ -261,8 +261,8 @@ TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
 
 // The formulas promise, the search expects: within some percent, on either side. What is expected is of the last plan,
 // what is measured of all: chains that hardly weigh anything differ more from one plan to the next. Long enough for
-// phases to pass: GP comes once a second, GM's outputs come at nearly the same pace, and the one may just miss the other
-// for a minute.
+// phases to pass: GP comes once a second, GM's outputs come at nearly the same pace, and the one may just miss the
+// other for a minute.
 TEST(AppsWithMore, WhatTheSearchExpectsHappens) {
   const json run = with_detector("navigation_with_detector.yaml", 300);
   ASSERT_TRUE(run.is_object());

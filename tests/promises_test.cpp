@@ -173,9 +173,9 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   EXPECT_GT(in_step, 100) << "or nothing was tested";
 }
 
-// Everybody but the first, and some that come at their own pace, is triggered by each so-many-th output of a predecessor:
-// what follows takes the output that triggers it, so that no response takes longer than is promised, which is less than
-// a period for each such input.
+// Everybody but the first, and some that come at their own pace, is triggered by each so-many-th output of a
+// predecessor: what follows takes the output that triggers it, so that no response takes longer than is promised, which
+// is less than a period for each such input.
 TEST(Promises, HoldForChainsOfFollowers) {
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
@@ -204,7 +204,8 @@ TEST(Promises, HoldForChainsOfFollowers) {
       }
       schedule.subchains.push_back(place);
     }
-    compared += static_cast<int>(expect_held(of.app, constant(of.app, costs), costs, schedule, seconds{30}, 30, seed).chains.size());
+    compared += static_cast<int>(
+        expect_held(of.app, constant(of.app, costs), costs, schedule, seconds{30}, 30, seed).chains.size());
   }
   EXPECT_GT(compared, 300) << "or nothing was tested";
 }

@@ -94,8 +94,8 @@ TEST_F(Evaluate, AnUnscheduledNodeMayGiveFewerOutputsThanItRuns) {
   EXPECT_EQ(timing.period, Millis{4 * 5});
 }
 
-// fast is triggered by every fifth run of slow, which itself waits for what imu gives; behind that, what slow leaves out
-// is not in the longest period alone.
+// fast is triggered by every fifth run of slow, which itself waits for what imu gives; behind that, what slow leaves
+// out is not in the longest period alone.
 TEST_F(Evaluate, AFollowerBehindOneThatIsNoneWaitsForTheOutputsThatItLeavesOut) {
   std::vector<SubchainTiming> timings{{Millis{5}, Millis{3}}, {Millis{25}, Millis{6}}};
   timings[1].follows = SubchainId(0);
@@ -110,7 +110,8 @@ TEST_F(Evaluate, AFollowerBehindOneThatIsNoneWaitsForTheOutputsThatItLeavesOut) 
             Millis{0.25 + 5 + 3 + (25 - 5) + 6});
 }
 
-// Where its triggers may come later than its period says, an input waits for them, and so does what the first one senses.
+// Where its triggers may come later than its period says, an input waits for them, and so does what the first one
+// senses.
 TEST_F(Evaluate, TheLongestGapIsWaitedFor) {
   std::vector<SubchainTiming> timings = timings_;
   timings[1].longest_gap = Millis{11};

@@ -100,7 +100,8 @@ Result<plan::Plan> make_expected_plan(const graph::App& app, const trial::Sample
     if (!made && !may_have_priorities(app)) return made;
     if (made) frames = *std::move(made);
   }
-  ScheduleSearch search(app, {.cores = request.cores, .slack = request.slack, .seed = request.seed});
+  ScheduleSearch search(
+      app, {.cores = request.cores, .slack = request.slack, .seed = request.seed, .freedom = request.freedom});
   search.know_clocks(clocks_of(app.graph));
   search.set_costs(samples, costs);
   if (!may_have_priorities(app)) return with_expectation(search, app, *frames, trial::schedule_of(app, *frames));

@@ -25,6 +25,7 @@ struct ExpectedRequest {
   std::uint64_t seed = 1;
   // A plan of the app, or of one with as many subchains, to begin with; used if it has no frames. May be null.
   const plan::Plan* known = nullptr;
+  Freedom freedom{};  // of schedules with fixed priorities
   // Called now and then with the part of the search that is done, up to 1.
   std::function<void(double)> on_progress{};
 };

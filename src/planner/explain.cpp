@@ -268,7 +268,8 @@ class Explaining {
     plan::fill_predictions(plan, app, costs_);
     const std::vector<Millis> terms = terms_of(app, plan);
     plan.expected->objective = 0.0;
-    for (std::size_t t = 0; t < terms.size(); ++t) plan.expected->objective += app.objective[t].weight * terms[t].count();
+    for (std::size_t t = 0; t < terms.size(); ++t)
+      plan.expected->objective += app.objective[t].weight * terms[t].count();
     return plan;
   }
 

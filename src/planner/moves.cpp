@@ -89,22 +89,24 @@ std::vector<std::size_t> neighbours_of(const graph::Graph& graph, SubchainId id)
 
 }  // namespace
 
-Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores)
+Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores, Freedom freedom)
     : app_(app),
       pipelines_(pipelines),
       cost_(std::move(cost)),
       cores_(cores),
+      freedom_(freedom),
       chains_(chains_of(app)),
       clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
     const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
     const graph::Node& head = app.graph.node(app.graph.subchain(SubchainId(i)).head());
-    limits_.push_back(
-        {std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), head.trigger});
+    const bool free = freedom.outputs || head.trigger == graph::TriggerBy::kArrival;
+    const graph::TriggerBy trigger = free ? head.trigger : graph::TriggerBy::kTime;
+    limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), trigger});
     neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
     feeders_.push_back(feeders_of(app.graph, SubchainId(i)));
     std::vector<Arrival>& arrivals = arrivals_.emplace_back();
-    if (head.trigger == graph::TriggerBy::kTime) continue;
+    if (trigger == graph::TriggerBy::kTime) continue;
     for (const NodeId id : head.predecessors) {
       const graph::Node& node = app.graph.node(id);
       if (!node.unscheduled) continue;
@@ -115,6 +117,7 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
 
 void Moves::know_clocks(const std::vector<NodeId>& clocks) {
   clocks_.assign(limits_.size(), {});
+  if (!freedom_.phases) return;
   for (const graph::Term& term : app_.objective) {
     for (const NodeId end : {term.path.front(), term.path.back()}) {
       if (!app_.graph.node(end).has_clock() || std::find(clocks.begin(), clocks.end(), end) == clocks.end()) continue;
@@ -318,6 +321,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
     case 8:
       return change_trigger(schedule, i, random);
     default:
+      if (!freedom_.phases) return change_time(place, i, random);
       if (random.once_in(2)) return align(schedule, i, random);
       if (!place.after && !place.pause) {
         place.phase = to_nanos(to_millis(place.period) * random.fraction());

@@ -29,11 +29,17 @@ class Random {
   std::uint64_t state_;
 };
 
+// What a search is free to choose; without one of these it can be seen what that is worth.
+struct Freedom {
+  bool phases = true;   // false: who is triggered by time is so at phase 0
+  bool outputs = true;  // false: nobody is triggered by another's outputs, unless the app asks for it
+};
+
 // What a schedule may be changed to.
 class Moves {
  public:
   // `cost`: what runs of each subchain cost on average, in ms. The others outlive it.
-  Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores);
+  Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores, Freedom freedom = {});
 
   // From now on phases may be against the clocks of these nodes, where a chain of the subchain's begins or ends with
   // one.
@@ -97,6 +103,7 @@ class Moves {
   const Pipelines& pipelines_;
   std::vector<double> cost_;
   int cores_;
+  Freedom freedom_;
   std::vector<Limits> limits_;                        // by subchain
   std::vector<std::vector<std::size_t>> neighbours_;  // by subchain: that give it something, or take it from it
   std::vector<std::vector<std::size_t>> feeders_;     // by subchain: those neighbours that give it something

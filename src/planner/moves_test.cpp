@@ -90,14 +90,16 @@ graph::App fed_by_a_sensor(graph::TriggerBy trigger) {
 
 struct Seen {
   bool by_time = false;  // or after a pause
+  bool by_phase = false;
   bool by_subchain = false;
   bool by_arrival = false;
   bool every_other = false;  // arrival, or less often
 };
-Seen triggers_of_a(graph::TriggerBy trigger) {
+Seen triggers_of_a(graph::TriggerBy trigger, Freedom freedom = {}) {
   const graph::App app = fed_by_a_sensor(trigger);
   const Pipelines pipelines = no_costs_known(app);
-  const Moves moves(app, {1.0, 1.0}, pipelines, 1);
+  Moves moves(app, {1.0, 1.0}, pipelines, 1, freedom);
+  moves.know_clocks({NodeId(std::size_t{0})});
   trial::Schedule schedule{.cores = 1, .subchains = std::vector<trial::Place>(2), .frames = {}, .pipelines = {}};
   for (std::size_t i = 0; i < 2; ++i) {
     schedule.subchains[i].priority = static_cast<int>(i) + 1;
@@ -109,6 +111,9 @@ Seen triggers_of_a(graph::TriggerBy trigger) {
   for (int step = 0; step < 3000; ++step) {
     const std::optional<plan::After>& after = schedule.subchains[0].after;
     seen.by_time = seen.by_time || !after;
+    for (const trial::Place& place : schedule.subchains) {
+      seen.by_phase = seen.by_phase || place.phase > Nanos{0} || place.clock;
+    }
     seen.by_subchain = seen.by_subchain || (after && after->subchain() != nullptr);
     seen.by_arrival = seen.by_arrival || (after && after->leader == plan::Leader(NodeId(std::size_t{0})));
     seen.every_other = seen.every_other || (after && after->node() != nullptr && after->every > 1);
@@ -125,6 +130,16 @@ TEST(Moves, AreTriggeredByWhatTheAppAllows) {
   EXPECT_TRUE(!arrival.by_time && !arrival.by_subchain && arrival.by_arrival && arrival.every_other);
   const Seen any = triggers_of_a(graph::TriggerBy::kAny);
   EXPECT_TRUE(any.by_time && any.by_subchain && any.by_arrival && any.every_other);
+}
+
+TEST(Moves, LeaveOutWhatTheyAreNotFreeToChoose) {
+  const Seen any = triggers_of_a(graph::TriggerBy::kAny);
+  EXPECT_TRUE(any.by_phase);
+  const Seen no_outputs = triggers_of_a(graph::TriggerBy::kAny, {.outputs = false});
+  EXPECT_TRUE(no_outputs.by_time && no_outputs.by_phase && !no_outputs.by_subchain && !no_outputs.by_arrival);
+  EXPECT_TRUE(triggers_of_a(graph::TriggerBy::kArrival, {.outputs = false}).by_arrival) << "the app asks for it";
+  const Seen no_phases = triggers_of_a(graph::TriggerBy::kAny, {.phases = false});
+  EXPECT_TRUE(no_phases.by_time && !no_phases.by_phase && no_phases.by_subchain && no_phases.by_arrival);
 }
 
 class FallInLine : public ::testing::Test {

@@ -98,7 +98,7 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned,
   for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
     costs.push_back(costs_->surrogate.mean_cost(SubchainId(i), 0));
   }
-  moves_.emplace(app_, std::move(costs), costs_->pipelines, setting_.cores);
+  moves_.emplace(app_, std::move(costs), costs_->pipelines, setting_.cores, setting_.freedom);
   moves_->know_clocks(clocks_);
   std::erase_if(candidates_, [&](Candidate& each) { return !fixed(each) && !renew_pipelines(each.schedule); });
   std::size_t improvable = 0;

@@ -80,6 +80,7 @@ class ScheduleSearch {
     int cores = 1;
     double slack = graph::kDefaultSlack;
     std::uint64_t seed = 1;
+    Freedom freedom{};
   };
 
   // `app` outlives it. Preconditions: cores >= 1, and the app lists as many if it lists any; slack in [0, 1); the app
