@@ -251,6 +251,7 @@ void Moves::slow(Schedule& schedule, double factor) const {
     Place& place = schedule.subchains[i];
     if (place.form != trial::Form::kPriority || limits_[i].exact || place.clock) continue;
     place.period = to_nanos(factor * to_millis(place.period));
+    if (place.pause) place.pause = to_nanos(factor * to_millis(*place.pause));
     place.phase = to_nanos(factor * to_millis(place.phase));
   }
 }

@@ -186,7 +186,9 @@ TEST_F(FallInLine, WhoIsSlowedComesLessOften) {
   const Pipelines pipelines = no_costs_known(app);
   const Moves moves(app, {1.0, 1.0, 1.0, 1.0, 10.0}, pipelines, 1);
   schedule.subchains[0].phase = std::chrono::milliseconds{5};
+  schedule.subchains[1].pause = std::chrono::milliseconds{2};
   moves.slow(schedule, 1.5);
+  EXPECT_EQ(schedule.subchains[1].pause, std::chrono::milliseconds{3});
   EXPECT_EQ(schedule.subchains[0].period, std::chrono::milliseconds{30});
   EXPECT_EQ(schedule.subchains[0].phase, Nanos{std::chrono::microseconds{7500}});
 }

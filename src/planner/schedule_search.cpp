@@ -41,6 +41,9 @@ constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
 // A short trial, of this part of it, comes before; who is worse there by more than this is not tried any longer.
 constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
+// Whose trial shows a core that is used too much has periods so much longer, and again, so many times at most.
+constexpr double kSlowerBy = 1.06;
+constexpr int kMostSlowings = 4;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
 // Two periods that hardly differ keep a lucky phase for longer than a trial; not for hours.
@@ -285,17 +288,21 @@ trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Option
   return figures;
 }
 
-// Without bounds.
-double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
+double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& figures) const {
   double overload = 0.0;
   for (const double busy : load(schedule, figures)) {
     overload += std::max(0.0, busy - (1.0 - setting_.slack) - kLoadTolerance);
   }
+  return overload;
+}
+
+// Without bounds.
+double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
   double score = figures.objective;
   for (std::size_t term = 0; term < figures.terms.size(); ++term) {
     score += tail_weights_[term] * app_.objective[term].weight * figures.terms[term].p95_ms;
   }
-  return overload > 0.0 ? score + kOverload * overload : score;
+  return score + kOverload * overload(schedule, figures);
 }
 
 // What bounds make of it. Of frames the surrogate knows nothing.
@@ -315,6 +322,7 @@ double ScheduleSearch::glance(const Candidate& candidate) {
 
 void ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, 0, Nanos{0});
+  candidate.overloads = overload(candidate.schedule, figures) > 0.0;
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
@@ -327,10 +335,23 @@ void ScheduleSearch::try_first(Candidate& candidate) {
 }
 
 void ScheduleSearch::try_again(Candidate& candidate) {
-  const double second = unbounded_score(candidate.schedule, try_out(candidate.schedule, kSecondDraw, kSecondTime));
+  const trial::Figures figures = try_out(candidate.schedule, kSecondDraw, kSecondTime);
+  const double second = unbounded_score(candidate.schedule, figures);
+  candidate.overloads = candidate.overloads || overload(candidate.schedule, figures) > 0.0;
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.tried = true;
+}
+
+// A little more load than there is makes a good schedule worth nothing; a little slower it is as good.
+void ScheduleSearch::try_whole(Candidate& candidate) {
+  for (int slowings = 0;; ++slowings) {
+    try_first(candidate);
+    const bool last = fixed(candidate) || slowings == kMostSlowings;
+    if (!candidate.overloads || last) try_again(candidate);
+    if (!candidate.overloads || last) return;
+    candidate.schedule = slowed(candidate.schedule, kSlowerBy);
+  }
 }
 
 // Beside one that was tried.
@@ -362,8 +383,7 @@ void ScheduleSearch::step() {
         return;
       }
     }
-    try_first(*untried);
-    try_again(*untried);
+    try_whole(*untried);
     return std::stable_sort(candidates_.begin(), candidates_.end(), better);
   }
   ++steps_in_vain_;
@@ -416,8 +436,7 @@ void ScheduleSearch::replace_by_new(Candidate& candidate) {
   Schedule schedule = beginning(false);
   arrange(schedule, random_.below(kSortsOfBeginnings), true);
   Candidate fresh = anneal(std::move(schedule), kLeastStepsABeginning, kTemperature);
-  try_first(fresh);
-  try_again(fresh);
+  try_whole(fresh);
   if (fixed(candidate)) return keep(std::move(fresh));
   if (fresh.score < candidates_.front().score) steps_in_vain_ = 0;
   candidate = std::move(fresh);
@@ -439,9 +458,8 @@ Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> rela
     if (each.tried && each.schedule == schedule) return {schedule, each.unbounded, true, relax};
   }
   Candidate candidate{.schedule = schedule, .relax = relax};
-  try_first(candidate);
-  try_again(candidate);
-  return {schedule, candidate.unbounded, true, relax};
+  try_whole(candidate);
+  return {candidate.schedule, candidate.unbounded, true, relax};
 }
 
 Expected ScheduleSearch::expected(const Schedule& schedule) {

@@ -71,7 +71,7 @@ constexpr double kLoadTolerance = 0.005;
 constexpr double kBoundWeight = 5.0;
 inline double relaxed_score(double score, double relax) { return score * (1.0 + kBoundWeight * (relax - 1.0)); }
 
-// By how much periods may be longer so that a schedule holds at new costs; the first that helps.
+// By how much periods may be longer so that a schedule holds at new costs, as promised; the first that helps.
 inline constexpr std::array kSlowedBy{1.0, 1.05, 1.1, 1.2, 1.35, 1.5, 2.0};
 
 class ScheduleSearch {
@@ -115,7 +115,8 @@ class ScheduleSearch {
 
   // All candidates, the best first; that order is with bounds as formulas guess them.
   std::vector<Found> best() const;
-  // The schedule as it would be found now; it does not become a candidate.
+  // The schedule as it would be found now, with longer periods where it would overload a core, if that helps; it does
+  // not become a candidate.
   Found tried(const trial::Schedule& schedule, std::optional<double> relax);
   Expected expected(const trial::Schedule& schedule);
 
@@ -145,6 +146,7 @@ class ScheduleSearch {
     double unbounded = 0.0;    // without
     double first_score = 0.0;  // with bounds, of the first trial
     bool tried = false;
+    bool overloads = false;         // a core, in one of its trials
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
     std::optional<double> relax{};  // where it is known; else by the surrogate
     double glance = 0.0;            // its score in a short trial; 0: there was none
@@ -163,6 +165,7 @@ class ScheduleSearch {
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
+  double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
@@ -171,6 +174,7 @@ class ScheduleSearch {
   bool is_hopeless(const Candidate& candidate) const;
   void try_first(Candidate& candidate);
   void try_again(Candidate& candidate);
+  void try_whole(Candidate& candidate);
   void set_horizon(const trial::Schedule& schedule);
   void step();
   Candidate changed_by_formulas(const Candidate& candidate);

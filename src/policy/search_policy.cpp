@@ -150,14 +150,12 @@ class Deciding {
     const bool whatever = !in_force_.plan || is_unconditional(situation_.why);
     if (whatever) return best_of_all(true);
     if (fresh || with_.goes_on(situation_.fewest_runs)) with_.search.improve(kSearchStep);
-    const std::optional<plan::Plan> now = in_force_now();
+    std::optional<plan::Plan> now = in_force_now();
     if (!now) return best_of_all(fresh);
-    if (!with_.chosen_as_tried) {
-      with_.chosen_as_tried = with_.search.tried(*with_.chosen, std::nullopt);
-    }
+    const bool slower = try_chosen(now);
     const double score = planner::relaxed_score(with_.chosen_as_tried->score, now->relax_factor);
     Result<std::optional<Decision>> better = best(score * (1.0 - kBetter));
-    if (!better || *better || !fresh) return better;
+    if (!better || *better || !(fresh || slower)) return better;
     return std::optional(following(*now, *with_.chosen));
   }
 
@@ -261,6 +259,19 @@ class Deciding {
       return plan;
     }
     return std::nullopt;
+  }
+
+  // At these costs; what would overload a core is chosen with longer periods, where that holds, and `now` is its plan.
+  // Whether that is so.
+  bool try_chosen(std::optional<plan::Plan>& now) {
+    if (with_.chosen_as_tried) return false;
+    with_.chosen_as_tried = with_.search.tried(*with_.chosen, std::nullopt);
+    if (with_.chosen_as_tried->schedule == *with_.chosen) return false;
+    std::optional<plan::Plan> plan = plan_of(with_.chosen_as_tried->schedule);
+    if (!plan) return false;
+    with_.chosen = with_.chosen_as_tried->schedule;
+    now = std::move(plan);
+    return true;
   }
 
   // Whatever it is worth. `must`: it is an error if there is none.

@@ -1,0 +1,87 @@
+#include "planner/schedule_search.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "graph/build.h"
+#include "graph/spec_text.h"
+
+namespace ctn::planner {
+namespace {
+
+using std::chrono::milliseconds;
+
+// Two of 10 ms on a core.
+class ScheduleSearchTest : public ::testing::Test {
+ protected:
+  explicit ScheduleSearchTest(double exact_hertz = 0.0) : app_(app(exact_hertz)) {
+    model::CostTable costs(app_.graph, Millis{10.0});
+    trial::Samples samples(app_, trial::MeasuredRuns{}, costs);
+    search_.set_costs(std::move(samples), std::move(costs), trial::Overheads::none());
+  }
+
+  static graph::App app(double exact_hertz) {
+    graph::AppSpec spec = graph::spec_of({"a", "b"}, {"a b"});
+    for (const char* name : {"a", "b"}) {
+      if (exact_hertz == 0.0) continue;
+      graph::node(spec, name).min_rate = graph::At<Rate>{Rate{exact_hertz}, {}};
+      graph::node(spec, name).max_rate = graph::At<Rate>{Rate{exact_hertz}, {}};
+    }
+    spec.objective = {graph::response("a b", 1.0)};
+    return graph::build_app(spec).value();
+  }
+
+  static trial::Schedule each(Nanos period) {
+    trial::Schedule schedule{.cores = 1, .subchains = std::vector<trial::Place>(2), .frames = {}, .pipelines = {}};
+    for (int i = 0; i < 2; ++i) {
+      schedule.subchains[static_cast<std::size_t>(i)].priority = i + 1;
+      schedule.subchains[static_cast<std::size_t>(i)].period = period;
+    }
+    return schedule;
+  }
+
+  graph::App app_;
+  ScheduleSearch search_{app_, {.cores = 1, .slack = 0.06}};
+};
+
+TEST_F(ScheduleSearchTest, WhatHoldsIsTriedAsItIs) {
+  const Found found = search_.tried(each(milliseconds{22}), std::nullopt);
+  EXPECT_EQ(found.schedule, each(milliseconds{22}));
+  EXPECT_LT(found.score, 200.0);
+}
+
+// 20 ms of work each 21 ms are 95.2 % of a core, of which 94 % are there.
+TEST_F(ScheduleSearchTest, WhatOverloadsACoreIsTriedALittleSlower) {
+  const Found found = search_.tried(each(milliseconds{21}), std::nullopt);
+  EXPECT_GT(found.schedule.subchains[0].period, milliseconds{21});
+  EXPECT_LT(found.schedule.subchains[0].period, milliseconds{23});
+  EXPECT_LT(found.score, 200.0);
+}
+
+// b runs in the pause after a.
+TEST_F(ScheduleSearchTest, APauseThatIsTooShortIsLonger) {
+  constexpr Nanos kPause = std::chrono::microseconds{10'500};
+  trial::Schedule schedule = each(milliseconds{1});
+  schedule.subchains[0].pause = kPause;
+  schedule.subchains[1].after = plan::After{SubchainId(0), 1};
+  const Found found = search_.tried(schedule, std::nullopt);
+  EXPECT_GT(*found.schedule.subchains[0].pause, kPause);
+  EXPECT_LT(found.score, 200.0);
+}
+
+struct ExactRates : ScheduleSearchTest {
+  ExactRates() : ScheduleSearchTest(48.0) {}
+};
+
+TEST_F(ExactRates, StayAsTheyAre) {
+  const trial::Schedule schedule = each(to_nanos(Millis{1000.0 / 48.0}));
+  const Found found = search_.tried(schedule, std::nullopt);
+  EXPECT_EQ(found.schedule, schedule);
+  EXPECT_GT(found.score, 1e6);
+}
+
+}  // namespace
+}  // namespace ctn::planner
