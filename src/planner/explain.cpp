@@ -182,14 +182,15 @@ class Explaining {
   Explanation run() {
     const Variation again = planned(app_, request_);
     Explanation explanation;
-    explanation.again = again.plan && score(*again.plan) < score(plan_) ? *again.plan : plan_;
+    again_ = again.plan && score(*again.plan) < score(plan_) ? *again.plan : plan_;
     for (std::size_t term = 0; term < app_.objective.size(); ++term) {
       explanation.doubled.push_back(doubled(term));
       if (!explanation.doubled.back().with.plan) continue;
       const plan::Plan found = weighed(app_, *explanation.doubled.back().with.plan);
-      if (score(found) < score(explanation.again)) explanation.again = found;
+      if (score(found) < score(again_)) again_ = found;
     }
-    request_.known = &explanation.again;
+    request_.known = &again_;
+    explanation.again = again_;
     const double now = explanation.again.expected->objective;
     explanation.noise = std::max(kLeastNoise, score(plan_) / score(explanation.again) - 1.0);
     explanation.terms = terms_of(app_, explanation.again);
@@ -290,6 +291,7 @@ class Explaining {
   ExpectedRequest request_;
   const plan::Plan& plan_;
   const std::vector<plan::SoftBound> bounds_;
+  plan::Plan again_;     // the best that was found
   std::size_t all_ = 0;  // plans to be made
   std::size_t done_ = 0;
 };
