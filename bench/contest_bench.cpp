@@ -347,8 +347,7 @@ int run(Options options) {
 void add_options(CLI::App& cli, Options& options) {
   cli.add_option("--policies", options.policies,
                  "Who plays: names as of catan sim --scheduler, and plan:auto[:EFFORT][:no-FEATURE]..., which is made "
-                 "before and never "
-                 "revised")
+                 "before and never revised")
       ->delimiter(',');
   cli.add_option("--judged", options.judged, "Of these, who is compared with all others; else the first")
       ->delimiter(',');

@@ -37,6 +37,12 @@ std::vector<Millis> terms_of(const graph::App& app, const plan::Plan& plan) {
   return values;
 }
 
+double weighted_sum(const graph::App& app, const std::vector<Millis>& terms) {
+  double sum = 0.0;
+  for (std::size_t term = 0; term < terms.size(); ++term) sum += app.objective[term].weight * terms[term].count();
+  return sum;
+}
+
 graph::App without(const graph::App& app, const plan::SoftBound& bound) {
   graph::App other = app;
   if (bound.term) {
@@ -204,7 +210,7 @@ class Explaining {
       explanation.one_fewer.push_back(another ? std::optional(with_cores(kind, -1)) : std::nullopt);
     }
     for (std::size_t term = 0; term < app_.objective.size(); ++term) {
-      compare(explanation.doubled[term], term, explanation.again);
+      compare(explanation.doubled[term], term);
     }
     return explanation;
   }
@@ -267,22 +273,19 @@ class Explaining {
   // A plan that was made for other weights, as the app has them.
   plan::Plan weighed(const graph::App& app, plan::Plan plan) const {
     plan::fill_predictions(plan, app, costs_);
-    const std::vector<Millis> terms = terms_of(app, plan);
-    plan.expected->objective = 0.0;
-    for (std::size_t t = 0; t < terms.size(); ++t)
-      plan.expected->objective += app.objective[t].weight * terms[t].count();
+    plan.expected->objective = weighted_sum(app, terms_of(app, plan));
     return plan;
   }
 
   // Each search finds what it finds; what another one found that is better counts, or a weight would seem to do what
   // luck did.
-  void compare(DoubledWeight& found, std::size_t term, const plan::Plan& now) const {
+  void compare(DoubledWeight& found, std::size_t term) const {
     if (!found.with.plan) return;
-    const plan::Plan as_now = weighed(with_doubled(term), now);
+    const plan::Plan as_now = weighed(with_doubled(term), again_);
     if (score(as_now) < score(*found.with.plan)) found.with.plan = as_now;
     found.terms = terms_of(app_, *found.with.plan);
-    found.objective = weighed(app_, *found.with.plan).expected->objective;
-    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(now, app_);
+    found.objective = weighted_sum(app_, found.terms);
+    found.allocation_changes = allocation_groups(*found.with.plan, app_) != allocation_groups(again_, app_);
   }
 
   const graph::App& app_;

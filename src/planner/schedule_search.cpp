@@ -320,37 +320,40 @@ double ScheduleSearch::glance(const Candidate& candidate) {
   return bounded_score(candidate, unbounded_score(candidate.schedule, figures));
 }
 
-void ScheduleSearch::try_first(Candidate& candidate) {
+bool ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, 0, Nanos{0});
-  candidate.overloads = overload(candidate.schedule, figures) > 0.0;
+  const bool overloads = overload(candidate.schedule, figures) > 0.0;
+  candidate.tried = false;
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
-  if (fixed(candidate)) return;
+  if (fixed(candidate)) return overloads;
   const std::vector<double>& guessed = costs_->surrogate.terms();
   for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
     const double found = figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
     candidate.factors.push_back(guessed[term] > 0.0 ? found / guessed[term] : 1.0);
   }
+  return overloads;
 }
 
-void ScheduleSearch::try_again(Candidate& candidate) {
+bool ScheduleSearch::try_again(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, kSecondDraw, kSecondTime);
   const double second = unbounded_score(candidate.schedule, figures);
-  candidate.overloads = candidate.overloads || overload(candidate.schedule, figures) > 0.0;
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.tried = true;
+  return overload(candidate.schedule, figures) > 0.0;
 }
 
 // A little more load than there is makes a good schedule worth nothing; a little slower it is as good.
 void ScheduleSearch::try_whole(Candidate& candidate) {
-  for (int slowings = 0;; ++slowings) {
-    try_first(candidate);
-    const bool last = fixed(candidate) || slowings == kMostSlowings;
-    if (!candidate.overloads || last) try_again(candidate);
-    if (!candidate.overloads || last) return;
-    candidate.schedule = slowed(candidate.schedule, kSlowerBy);
+  for (int slowings = 0; try_first(candidate) || try_again(candidate); ++slowings) {
+    Schedule slower = slowed(candidate.schedule, kSlowerBy);
+    if (fixed(candidate) || slowings == kMostSlowings || slower == candidate.schedule) {
+      if (!candidate.tried) try_again(candidate);
+      return;
+    }
+    candidate.schedule = std::move(slower);
   }
 }
 

@@ -146,7 +146,6 @@ class ScheduleSearch {
     double unbounded = 0.0;    // without
     double first_score = 0.0;  // with bounds, of the first trial
     bool tried = false;
-    bool overloads = false;         // a core, in one of its trials
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
     std::optional<double> relax{};  // where it is known; else by the surrogate
     double glance = 0.0;            // its score in a short trial; 0: there was none
@@ -172,8 +171,9 @@ class ScheduleSearch {
   trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw, Nanos since);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
-  void try_first(Candidate& candidate);
-  void try_again(Candidate& candidate);
+  // Whether a core is used for more than the slack leaves.
+  bool try_first(Candidate& candidate);
+  bool try_again(Candidate& candidate);
   void try_whole(Candidate& candidate);
   void set_horizon(const trial::Schedule& schedule);
   void step();
