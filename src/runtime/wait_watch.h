@@ -4,9 +4,10 @@
 // A run that took no longer than its CPU time has not waited, and that is known for free. Only after one that took
 // longer (pre-empted or waiting, nobody knows) is it asked before each of the next runs what the kernel has counted so
 // far, so that it can be told what came of it within the run. So nodes that neither wait nor are pre-empted pay
-// nothing, others some microseconds a run (docs/decisions/0029-runs-that-wait.md), and of a node's waits the first is
-// missed, and one that comes after kWatchedRuns without any. A run during which the thread did not block has not
-// waited, whatever a hypervisor took from it.
+// nothing, others some microseconds a run (docs/decisions/0029-runs-that-wait.md), and of a node's waits one that comes
+// after kWatchedRuns without any is missed. A run during which the thread did not block has not waited, whatever a
+// hypervisor took from it.
+// The very first run is watched, too: whatever the system opens to be asked is open then, and no later run pays for it.
 //
 // Units: Nanos. Thread safety: that of the node's own thread.
 #pragma once
@@ -56,7 +57,7 @@ class WaitWatch {
   };
 
   os::Threads& threads_;
-  int watched_ = 0;                // so many runs more
+  int watched_ = 1;                // so many runs more
   bool tells_ = true;              // the system does
   std::optional<Counted> before_;  // the run under way
 };
