@@ -243,7 +243,7 @@ TEST_F(ServeTest, NobodyTouchesThreadsThatAreNotTheirOwn) {
   Result<os::Connection> connection = dial();
   ASSERT_TRUE(connection.ok());
   EXPECT_THAT(ask(*connection, R"({"join": {"node": "map", "thread": 1}})"), HasSubstr("before hello"));
-  EXPECT_THAT(ask(*connection, R"({"hello": {"version": 1, "thread": 1}})"), HasSubstr("is not one of process"));
+  EXPECT_THAT(ask(*connection, R"({"hello": {"version": 2, "thread": 1}})"), HasSubstr("is not one of process"));
   EXPECT_THAT(ask(*connection, R"({"hello": {"version": 99, "thread": 1}})"), HasSubstr("version"));
   EXPECT_THAT(ask(*connection, hello()), HasSubstr("done"));
   for (const int thread : {1, static_cast<int>(victim.number())}) {

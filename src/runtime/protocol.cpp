@@ -175,7 +175,7 @@ std::string to_text(const Status& reply) {
   for (const Problem& problem : reply.error().problems()) {
     what += (what.empty() ? "" : "; ") + (problem.key.empty() ? "" : problem.key + ": ") + problem.what;
   }
-  return dump({{"refused", {{"what", what}, {"mend", reply.error().problems().front().hint}}}});
+  return dump({{"refused", {{"what", what}, {"hint", reply.error().problems().front().hint}}}});
 }
 
 Status parse_reply(std::string_view text) {
@@ -188,7 +188,7 @@ Status parse_reply(std::string_view text) {
     const auto found = entry->second.find(key);
     return found != entry->second.end() && found->is_string() ? found->get<std::string>() : std::string("?");
   };
-  return Error::caller(read("what"), read("mend"));
+  return Error::caller(read("what"), read("hint"));
 }
 
 }  // namespace ctn::runtime

@@ -1,17 +1,17 @@
 // What programs say to a server (server.h) and it to them, over its socket: one JSON object a message. It is said when
 // a node comes or goes, never on the hot path; for that there is the region (region.h).
 //
-//   {"hello": {"version": 1, "thread": 41}}     first, once: `thread` serves the connection and belongs to no node.
+//   {"hello": {"version": 2, "thread": 41}}     first, once: `thread` serves the connection and belongs to no node.
 //                                               Answered with the region's descriptor
 //   {"join": {"node": "LM", "thread": 42}}      the sender runs this node, in this thread
 //   {"add": {"node": "LM", "thread": 43}}       another thread that works for the node
 //   {"leave": {"node": "LM"}}                   the sender runs it no more
-// Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "mend": "..."}}.
+// Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "hint": "..."}}.
 //
 // Who controls the server (`catan ctl`) says one of these, and no hello:
-//   {"change": {"version": 1, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
+//   {"change": {"version": 2, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
 //               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
-//   {"status": {"version": 1}}                  answered with {"done": {}}, and with memory that holds the length of a
+//   {"status": {"version": 2}}                  answered with {"done": {}}, and with memory that holds the length of a
 //                                               text, in eight bytes, and the text: a snapshot as JSON
 //
 // Whatever is said more than this is not understood, and refused. Thread safety: pure functions.
@@ -26,7 +26,7 @@
 
 namespace ctn::runtime {
 
-constexpr std::int32_t kProtocolVersion = 1;
+constexpr std::int32_t kProtocolVersion = 2;
 
 struct Request {
   enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus };

@@ -29,28 +29,30 @@ TEST(Protocol, RefusesWhatItDoesNotUnderstand) {
                            R"({"join": {"node": "a", "thread": 1}, "leave": {"node": "a"}})",
                            R"({"hello": {"thread": 1}})",
                            R"({"change": {}})",
-                           R"({"change": {"version": 1}})",
-                           R"({"change": {"version": 1, "weights": []}})",
+                           R"({"change": {"version": 2}})",
+                           R"({"change": {"version": 2, "weights": []}})",
                            R"({"change": {"cpus": [0]}})",
-                           R"({"change": {"version": 1, "cpus": 0}})",
-                           R"({"change": {"version": 1, "cpus": [-1]}})",
-                           R"({"change": {"version": 1, "cpus": [4294967296]}})",
-                           R"({"change": {"version": 1, "cpus": [18446744073709551615]}})",
-                           R"({"change": {"version": 1, "weights": [["a", null]]}})",
-                           R"({"change": {"version": 1, "weights": [["a"]]}})",
-                           R"({"change": {"version": 1, "weights": {"a": 1}}})",
-                           R"({"change": {"version": 1, "maxes": [[0, 1]]}})",
-                           R"({"change": {"version": 1, "min_rates": [["a", "1"]]}})",
-                           R"({"change": {"version": 1, "cpus": [0], "thread": 1}})",
+                           R"({"change": {"version": 2, "cpus": 0}})",
+                           R"({"change": {"version": 2, "cpus": [-1]}})",
+                           R"({"change": {"version": 2, "cpus": [4294967296]}})",
+                           R"({"change": {"version": 2, "cpus": [18446744073709551615]}})",
+                           R"({"change": {"version": 2, "weights": [["a", null]]}})",
+                           R"({"change": {"version": 2, "weights": [["a"]]}})",
+                           R"({"change": {"version": 2, "weights": {"a": 1}}})",
+                           R"({"change": {"version": 2, "maxes": [[0, 1]]}})",
+                           R"({"change": {"version": 2, "min_rates": [["a", "1"]]}})",
+                           R"({"change": {"version": 2, "cpus": [0], "thread": 1}})",
                            R"({"status": {}})",
-                           R"({"status": {"version": 1, "thread": 1}})",
+                           R"({"status": {"version": 2, "thread": 1}})",
                            "{\"join\": {\"node\": \"\xff\", \"thread\": 1}}"}) {
     EXPECT_FALSE(parse_request(text).ok()) << text;
   }
 }
 
 TEST(Protocol, SaysWhatARefusalSays) {
-  const Status reply = parse_reply(to_text(Status(Error::caller("node x is there already", "stop the other"))));
+  const std::string text = to_text(Status(Error::caller("node x is there already", "stop the other")));
+  EXPECT_EQ(text, R"({"refused":{"hint":"stop the other","what":"node x is there already"}})");
+  const Status reply = parse_reply(text);
   ASSERT_FALSE(reply.ok());
   EXPECT_EQ(reply.error().problems()[0].what, "node x is there already");
   EXPECT_EQ(reply.error().problems()[0].hint, "stop the other");
