@@ -27,8 +27,7 @@ Pacing elastic_pacing_of_owned(Millis period, Millis execution, Nanos hang_after
 Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId subchain, Nanos hang_after) {
   const plan::SubchainPlan& planned = plan.subchains[subchain.index()];
   const plan::PeriodLimits limits = plan::period_limits(app.graph, subchain);
-  const bool fixed = app.scheduler.frames == graph::FrameMode::kFixed || plan::has_fixed_frames(plan, planned);
-  if (fixed || limits.exact) {
+  if (plan::has_fixed_frames(app, plan.cores, planned) || limits.exact) {
     return pacing_of_owned(planned.period, planned.execution, hang_after);
   }
   const plan::Expectation::Timing timing = plan::usual_timing(plan, subchain);

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -200,10 +201,11 @@ inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {
   return !plan.cores[static_cast<std::size_t>(subchain.cores.front())].slots.empty();
 }
 
-// Whether the plan's frames are fixed where a subchain is, which then keeps to its period if it owns its cores.
-// Precondition: as above.
-inline bool has_fixed_frames(const Plan& plan, const SubchainPlan& subchain) {
-  return plan.cores[static_cast<std::size_t>(subchain.cores.front())].frames == graph::FrameMode::kFixed;
+// Whether frames are fixed where a subchain is, by the app or by the plan; it then keeps to its period if it owns its
+// cores. Precondition: as above.
+inline bool has_fixed_frames(const graph::App& app, std::span<const CorePlan> cores, const SubchainPlan& subchain) {
+  return app.scheduler.frames == graph::FrameMode::kFixed ||
+         cores[static_cast<std::size_t>(subchain.cores.front())].frames == graph::FrameMode::kFixed;
 }
 
 }  // namespace ctn::plan

@@ -69,9 +69,7 @@ class Timings {
     const SubchainId leader = *after.subchain();
     if (const Member* const member = members_[leader.index()]) return member->period;
     const SubchainPlan& planned = subchains_[leader.index()];
-    const bool fixed = app_.scheduler.frames == graph::FrameMode::kFixed ||
-                       cores_[static_cast<std::size_t>(planned.cores.front())].frames == graph::FrameMode::kFixed;
-    return fixed ? planned.period : period_limits(app_.graph, leader).min;
+    return has_fixed_frames(app_, cores_, planned) ? planned.period : period_limits(app_.graph, leader).min;
   }
 
   const graph::App& app_;
@@ -155,8 +153,7 @@ class Expecting {
         app_.graph, id, costs_of(planned), static_cast<int>(planned.cores.size()), planned.threads, plan_.slack);
     const Millis execution = std::min(owned.execution, planned.execution);
     const PeriodLimits limits = period_limits(app_.graph, id);
-    const bool fixed = app_.scheduler.frames == graph::FrameMode::kFixed || has_fixed_frames(plan_, planned);
-    if (fixed || limits.exact) return {planned.period, execution};
+    if (has_fixed_frames(app_, plan_.cores, planned) || limits.exact) return {planned.period, execution};
     return {std::min(planned.period, std::max(owned.period, limits.min)), execution};
   }
 
