@@ -173,7 +173,7 @@ std::optional<Promised> slowed(const graph::App& app, const trial::Samples& samp
       set_period(app, SubchainId(i), factor * in_turn[static_cast<std::size_t>(place.core)], place);
     }
     std::optional<plan::Plan> plan = plan_of(app, samples, costs, schedule, slack);
-    if (plan && plan::validate(*plan, app, costs, cores)) return Promised{*std::move(plan), std::move(schedule)};
+    if (plan) return Promised{*std::move(plan), std::move(schedule)};
   }
   return std::nullopt;
 }
@@ -182,9 +182,11 @@ std::optional<Promised> slowed(const graph::App& app, const trial::Samples& samp
 
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                   const trial::Schedule& schedule, double slack) {
-  return plan::settle_batches(app, costs, [&](const std::vector<plan::Batch>& batches) {
+  std::optional<plan::Plan> plan = plan::settle_batches(app, costs, [&](const std::vector<plan::Batch>& batches) {
     return plan_with(batches, app, samples, plan::at_batches(costs, batches, app.graph), schedule, slack);
   });
+  if (plan && !plan::validate(*plan, app, costs, schedule.cores)) return std::nullopt;
+  return plan;
 }
 
 std::optional<Promised> best_promised(const ScheduleSearch& search, const graph::App& app, int cores, double slack,
@@ -196,7 +198,7 @@ std::optional<Promised> best_promised(const ScheduleSearch& search, const graph:
   for (const Found& found : search.best()) {
     std::optional<plan::Plan> plan =
         found.schedule.frames.empty() ? plan_of(app, samples, costs, found.schedule, slack) : frames;
-    if (!plan || !plan::validate(*plan, app, costs, cores)) continue;
+    if (!plan) continue;
     const double score = relaxed_score(found.score, plan->relax_factor);
     if (score >= best_score) continue;
     best_score = score;

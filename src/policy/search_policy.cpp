@@ -239,12 +239,11 @@ class Deciding {
   }
 
   std::optional<plan::Plan> plan_of(const trial::Schedule& schedule) const {
-    std::optional<plan::Plan> plan =
-        schedule == with_.frames_schedule
-            ? with_.frames
-            : planner::plan_of(with_.app, with_.search.samples(), with_.costs, schedule, situation_.slack);
-    if (!plan || !plan::validate(*plan, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
-    return plan;
+    if (schedule != with_.frames_schedule) {
+      return planner::plan_of(with_.app, with_.search.samples(), with_.costs, schedule, situation_.slack);
+    }
+    if (!plan::validate(*with_.frames, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
+    return with_.frames;
   }
   // With longer periods, where it holds by these alone. None: it cannot go on.
   std::optional<plan::Plan> in_force_now() {
