@@ -119,6 +119,11 @@ std::vector<int> App::cores_by_kind(int cores) const {
   return counts;
 }
 
+bool App::has_bounds() const {
+  return std::any_of(objective.begin(), objective.end(), [](const Term& term) { return term.max.has_value(); }) ||
+         std::any_of(graph.nodes().begin(), graph.nodes().end(), [](const Node& node) { return node.min_rate; });
+}
+
 double App::weight_of(SubchainId subchain) const {
   double sum = 0.0;
   for (const Term& term : objective) {

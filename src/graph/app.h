@@ -213,6 +213,8 @@ struct App {
 
   // The sum of the weights of all terms that a subchain's nodes take part in: its rank where no order was written.
   double weight_of(SubchainId subchain) const;
+  // Whether it bounds a response time, or how seldom a node runs.
+  bool has_bounds() const;
 };
 
 }  // namespace ctn::graph

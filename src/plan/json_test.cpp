@@ -53,6 +53,20 @@ class PlanJson : public testing::Test {
   }
 };
 
+TEST_F(PlanJson, SaysWhatPromisesAreFor) {
+  EXPECT_EQ(text_.find("promises_for"), std::string::npos) << "left out where it is the planned percentile";
+  Plan plan = plan_;
+  plan.for_typical = true;
+  const std::string text = to_json(plan, app_);
+  EXPECT_NE(text.find("\"promises_for\": \"typical\""), std::string::npos);
+  const Result<Plan> read = from_json(text, app_, "plan.json");
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(*read, plan);
+  EXPECT_EQ(problems_after([](json& document) { document["promises_for"] = "mean"; }),
+            std::vector<std::string>{"plan.json: promises_for: there are no promises for 'mean'; write percentile or "
+                                     "typical"});
+}
+
 TEST_F(PlanJson, SaysWhatRunsWait) {
   EXPECT_EQ(text_.find("wait_ms"), std::string::npos) << "left out where they do not";
   Plan plan = plan_;

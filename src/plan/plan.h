@@ -146,7 +146,7 @@ struct Batch {
 };
 
 // What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
-// elastic frames hand on what they leave. Every figure is at most the planned one.
+// elastic frames hand on what they leave. Every figure is at most the planned one, unless that is for typical times.
 struct Expectation {
   struct Timing {
     Millis period{0};
@@ -184,6 +184,7 @@ struct Plan {
   std::vector<AssumedCost> assumed;     // by NodeId; made while an app runs: of scheduled nodes that had not run
   std::vector<RunsPerOutput> outputs;   // by NodeId: of nodes that were seen not to give one in every run
   std::vector<Batch> batches;           // by NodeId; of nodes whose runs cost more with each item
+  bool for_typical = false;             // promises are for what runs typically cost, not for the planned percentile
   std::optional<Expectation> expected;  // where typical compute times are known as well as the percentile
 
   friend bool operator==(const Plan&, const Plan&) = default;

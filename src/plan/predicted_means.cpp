@@ -26,6 +26,7 @@ Predictions PredictedMeans::figures_of(const Plan& plan) const {
   figures.plans = 1;
   figures.objective = plan.expected ? plan.expected->objective : plan.objective;
   figures.relax_factor = plan.relax_factor;
+  figures.for_typical = plan.for_typical;
   figures.chains.resize(paths_.size());
   for (std::size_t index = 0; index < std::min(paths_.size(), plan.chains.size()); ++index) {
     const ChainPlan& chain = plan.chains[index];
@@ -61,6 +62,7 @@ void PredictedMeans::add_current(Means& means, TimePoint end) const {
   ++means.plans;
   means.objective.add(current_->objective, seconds);
   means.relax_factor = std::max(means.relax_factor, current_->relax_factor);
+  means.for_typical = means.for_typical || current_->for_typical;
   for (std::size_t index = 0; index < means.chains.size(); ++index) {
     const std::optional<ChainPrediction>& chain = current_->chains[index];
     if (!chain) continue;
@@ -79,6 +81,7 @@ Predictions PredictedMeans::until(TimePoint end) const {
   result.plans = means.plans;
   result.objective = means.objective.value();
   result.relax_factor = means.relax_factor;
+  result.for_typical = means.for_typical;
   for (const ChainMeans& chain : means.chains) {
     const std::optional<double> response = chain.response.value();
     result.chains.push_back(response ? std::optional(ChainPrediction{*response, *chain.latency.value(),

@@ -15,7 +15,7 @@
 namespace ctn::plan {
 
 // Expected: at typical compute times, to be compared with measured means. Promised: the plan's worst case, at the
-// percentile that it was made with, to be compared with the measured tail.
+// costs that its promises are for, to be compared with the measured tail.
 struct ChainPrediction {
   double response_ms = 0.0;  // expected
   double latency_ms = 0.0;   // expected
@@ -27,6 +27,7 @@ struct Predictions {
   std::uint64_t plans = 0;  // that were in force at any time
   std::optional<double> objective;
   double relax_factor = 1.0;                           // the largest among the plans
+  bool for_typical = false;                            // some plan's promises are for typical compute times
   std::vector<std::optional<ChainPrediction>> chains;  // by response-time term, in the order of the objective
   std::vector<std::optional<double>> rate_hz;          // by NodeId; none: not in a subchain, or no plan in force
   std::optional<double> source_hz;                     // rate of the first subchain's head
@@ -63,6 +64,7 @@ class PredictedMeans {
     std::uint64_t plans = 0;
     Mean objective;
     double relax_factor = 1.0;
+    bool for_typical = false;
     std::vector<ChainMeans> chains;
     std::vector<Mean> rates;
   };

@@ -212,7 +212,7 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   if (!object(value, "",
               {"app", "planner", "status", "gap", "solve_ms", "objective", "slack", "relaxed", "subchains", "cores",
                "chains", "nodes"},
-              {"version", "assumed", "outputs", "batches", "expected"})) {
+              {"version", "assumed", "outputs", "batches", "promises_for", "expected"})) {
     return;
   }
   int version = 1;
@@ -241,6 +241,13 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "assumed", [&](const Json& e, const std::string& path) { read_assumed(e, path, plan); });
   read_array(value, "", "outputs", [&](const Json& e, const std::string& path) { read_output(e, path, plan); });
   read_array(value, "", "batches", [&](const Json& e, const std::string& path) { read_batch(e, path, plan); });
+  if (value.contains("promises_for")) {
+    const std::string costs = read_text(value, "", "promises_for");
+    if (costs != "typical" && costs != "percentile") {
+      problem("promises_for", fmt::format("there are no promises for '{}'", costs), "write percentile or typical");
+    }
+    plan.for_typical = costs == "typical";
+  }
   if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }
 

@@ -68,8 +68,9 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
     const plan::SubchainPlan& promised = plan.subchains[i];
     const Millis period{figures.subchains[i].period_ms};
     const bool measured = period > Millis{0};
+    const Millis longest = plan.for_typical ? period : promised.period;
     plan::Expectation::Timing& timing = expectation.subchains.emplace_back(
-        plan::Expectation::Timing{measured ? std::min(period, promised.period) : promised.period, promised.execution});
+        plan::Expectation::Timing{measured ? std::min(period, longest) : promised.period, promised.execution});
     const trial::Place& place = schedule.subchains[i];
     const bool owner = promised.cores.size() == 1 && !plan::shares_core(plan, promised);
     if (owner && place.pause) timing.execution = std::max(timing.period - to_millis(*place.pause), Millis{0});

@@ -23,7 +23,7 @@ namespace ctn::policy {
 namespace {
 
 constexpr std::size_t kGuesses = 6000;
-constexpr std::size_t kGuessesAgain = 3000;
+constexpr std::size_t kGuessesAgain = 1000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
 // By which a schedule must be better to replace the one in force, by two trials with the same draws.
 constexpr double kBetter = 0.015;
@@ -33,7 +33,7 @@ constexpr double kMeanChanged = 0.1;
 constexpr double kLongestChanged = 0.3;
 // What is found at the costs of a few runs is not worth much more time than this for each time that their number has
 // doubled; the rest is saved for when there are more.
-constexpr Nanos kWorthADoubling = std::chrono::milliseconds{40};
+constexpr Nanos kWorthADoubling = std::chrono::milliseconds{60};
 constexpr std::size_t kManyRuns = 100;
 
 // Work that is, in all, where the node of which the fewest are known has run so often.
@@ -172,7 +172,8 @@ class Deciding {
     with_.costs = situation_.costs;
     with_.typical = situation_.typical;
     with_.step_factor = situation_.step_factor;
-    with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs), with_.costs,
+    with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs),
+                           may_promise_typical() ? with_.typical : with_.costs,
                            trial::Overheads::with_steps(with_.step_factor));
     with_.chosen_as_tried.reset();
     return true;
@@ -238,9 +239,20 @@ class Deciding {
     with_.search.add(*with_.frames_schedule, with_.frames->relax_factor);
   }
 
+  // Promises cost response times: where nobody asks for any and a core has no time for all runs at the planned
+  // percentile, they may be for what runs typically cost (docs/decisions/0041-promises-for-typical-costs.md).
+  bool may_promise_typical() const { return !with_.app.has_bounds(); }
+
   std::optional<plan::Plan> plan_of(const trial::Schedule& schedule) const {
     if (schedule != with_.frames_schedule) {
-      return planner::plan_of(with_.app, with_.search.samples(), with_.costs, schedule, situation_.slack);
+      const auto at = [&](const model::CostTable& costs) {
+        return planner::plan_of(with_.app, with_.search.samples(), costs, schedule, situation_.slack);
+      };
+      std::optional<plan::Plan> plan = at(with_.costs);
+      if (plan || !may_promise_typical()) return plan;
+      plan = at(with_.typical);
+      if (plan) plan->for_typical = true;
+      return plan;
     }
     if (!plan::validate(*with_.frames, with_.app, with_.costs, static_cast<int>(situation_.cpus.size()))) return {};
     return with_.frames;

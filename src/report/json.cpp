@@ -104,6 +104,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"cores_used", metrics.cores_used},
       {"plans", metrics.plans},
       {"relax_factor", metrics.relax_factor},
+      {"promises_for", metrics.for_typical ? "typical" : "percentile"},
       {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
       {"chains", list(metrics.chains)},
       {"nodes", list(metrics.nodes)},

@@ -114,6 +114,7 @@ NodeMetrics* find_node(RunMetrics& metrics, const std::string& name) {
 void put_predictions(const plan::Predictions& predicted, const graph::App& app, RunMetrics& metrics) {
   metrics.plans = predicted.plans;
   metrics.relax_factor = predicted.relax_factor;
+  metrics.for_typical = predicted.for_typical;
   metrics.objective.predicted = predicted.objective;
   for (std::size_t i = 0; i < metrics.chains.size(); ++i) metrics.chains[i].predicted = predicted.chains[i];
   for (std::size_t i = 0; i < predicted.rate_hz.size(); ++i) {

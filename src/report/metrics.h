@@ -86,6 +86,7 @@ struct RunMetrics {
   double measured_s = 0.0;    // length of what is measured
   std::uint64_t plans = 0;    // that were in force in it
   double relax_factor = 1.0;  // the largest among them
+  bool for_typical = false;   // what some of them promise is for typical compute times
   ObjectiveMetrics objective;
   std::vector<ChainMetrics> chains;       // in the order of the objective
   std::vector<NodeMetrics> nodes;         // in the order of the app

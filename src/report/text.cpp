@@ -142,6 +142,11 @@ std::vector<std::string> warnings(const RunMetrics& metrics) {
     result.push_back(fmt::format("the bounds could not all be met; they were relaxed by a factor of up to {:.3g}",
                                  metrics.relax_factor));
   }
+  if (metrics.for_typical) {
+    result.emplace_back(
+        "at the planned percentile of compute times some core would have no time for all, and no bound asks for it: "
+        "what is promised is for what runs typically take");
+  }
   if (!metrics.changes.empty()) {
     const AppChangeMetrics& last = metrics.changes.back();
     result.push_back(fmt::format(
