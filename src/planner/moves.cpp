@@ -89,6 +89,15 @@ std::vector<std::size_t> neighbours_of(const graph::Graph& graph, SubchainId id)
 
 }  // namespace
 
+std::vector<Arrival> arrivals_of(const graph::Graph& graph, SubchainId subchain) {
+  std::vector<Arrival> arrivals;
+  for (const NodeId id : graph.node(graph.subchain(subchain).head()).predecessors) {
+    const graph::Node& node = graph.node(id);
+    if (node.unscheduled) arrivals.push_back({id, to_millis(node.outputs_apart())});
+  }
+  return arrivals;
+}
+
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores, Freedom freedom)
     : app_(app),
       pipelines_(pipelines),
@@ -105,13 +114,8 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
     limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), trigger});
     neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
     feeders_.push_back(feeders_of(app.graph, SubchainId(i)));
-    std::vector<Arrival>& arrivals = arrivals_.emplace_back();
-    if (trigger == graph::TriggerBy::kTime) continue;
-    for (const NodeId id : head.predecessors) {
-      const graph::Node& node = app.graph.node(id);
-      if (!node.unscheduled) continue;
-      arrivals.push_back({id, to_millis(node.outputs_apart())});
-    }
+    arrivals_.push_back(trigger == graph::TriggerBy::kTime ? std::vector<Arrival>()
+                                                           : arrivals_of(app.graph, SubchainId(i)));
   }
 }
 

@@ -35,6 +35,14 @@ struct Freedom {
   bool outputs = true;  // false: nobody is triggered by another's outputs, unless the app asks for it
 };
 
+// An unscheduled node whose outputs may trigger a subchain.
+struct Arrival {
+  NodeId node;
+  Millis apart{0};  // its outputs, at least
+};
+// Not empty where the app asks for a trigger by arrival.
+std::vector<Arrival> arrivals_of(const graph::Graph& graph, SubchainId subchain);
+
 // What a schedule may be changed to.
 class Moves {
  public:
@@ -75,11 +83,6 @@ class Moves {
   struct Clock {
     NodeId node;
     Nanos period{0};
-  };
-  // An unscheduled node whose outputs may trigger a subchain.
-  struct Arrival {
-    NodeId node;
-    Millis apart{0};
   };
 
   void change_one(trial::Schedule& schedule, Random& random) const;

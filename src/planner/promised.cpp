@@ -13,6 +13,7 @@
 #include "plan/predict.h"
 #include "plan/promise.h"
 #include "plan/validate.h"
+#include "planner/moves.h"
 #include "planner/pipelines.h"
 
 namespace ctn::planner {
@@ -146,12 +147,9 @@ trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& dea
 // Who has no exact rate and has to be triggered by arrival: after so many outputs that they are a period apart.
 void set_period(const graph::App& app, SubchainId id, Millis period, trial::Place& place) {
   place.period = to_nanos(plan::period_limits(app.graph, id).exact.value_or(period));
-  const graph::Node& head = app.graph.node(app.graph.subchain(id).head());
-  if (head.trigger != graph::TriggerBy::kArrival) return;
-  const auto from = std::find_if(head.predecessors.begin(), head.predecessors.end(),
-                                 [&](NodeId node) { return app.graph.node(node).unscheduled; });
-  const Millis apart = to_millis(app.graph.node(*from).outputs_apart());
-  place.after = plan::After{*from, static_cast<int>(std::ceil(period / apart))};
+  if (app.graph.node(app.graph.subchain(id).head()).trigger != graph::TriggerBy::kArrival) return;
+  const Arrival arrival = arrivals_of(app.graph, id).front();
+  place.after = plan::After{arrival.node, static_cast<int>(std::ceil(period / arrival.apart))};
 }
 
 // Everybody in turn, so seldom that each run is over before its next trigger.
