@@ -17,7 +17,7 @@ else
 verbose_build := --verbose
 endif
 cmake_build = cmake --build build/$(1) --parallel $(JOBS) $(verbose_build)
-# The test programs whose code runs in several threads. ThreadSanitizer has nothing to say about the others.
+# The test programs that cover the code which runs in several threads; others run the same code again.
 THREADED := os_test doctor_test runtime_test api_test session_test face_tracking_test sim_test
 say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'

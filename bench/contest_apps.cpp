@@ -21,7 +21,7 @@ namespace ctn::bench {
 namespace {
 
 constexpr double kCheapest = 0.3;  // ms, of a node
-constexpr double kDearest = 150.0;
+constexpr double kMostExpensive = 150.0;
 constexpr double kAlike = 3.0;  // nodes of a subchain cost so many times more or less than its middle, at most
 constexpr double kLightest = 0.005;
 constexpr double kHeaviest = 1.0;
@@ -83,11 +83,12 @@ struct Term {
 Node random_node(Draws& draws, std::string name, double middle) {
   Node node;
   node.name = std::move(name);
-  node.cost = written(draws.log_uniform(std::max(kCheapest, middle / kAlike), std::min(kDearest, middle * kAlike)));
+  node.cost =
+      written(draws.log_uniform(std::max(kCheapest, middle / kAlike), std::min(kMostExpensive, middle * kAlike)));
   if (draws.chance(0.8)) node.typical = written(node.cost * draws.log_uniform(0.4, 0.9));
   if (draws.chance(0.3)) {
     node.spike_probability = written(draws.log_uniform(0.003, 0.03));
-    node.spike = written(std::min(kDearest, node.cost * draws.log_uniform(0.5, 4.0)));
+    node.spike = written(std::min(kMostExpensive, node.cost * draws.log_uniform(0.5, 4.0)));
   }
   return node;
 }
@@ -97,7 +98,7 @@ std::vector<Subchain> random_subchains(Draws& draws) {
   for (std::size_t i = 0; i < subchains.size(); ++i) {
     subchains[i].name = fmt::format("s{}", i + 1);
     const std::size_t nodes = 1 + draws.below(3);
-    const double middle = draws.log_uniform(kCheapest, kDearest);
+    const double middle = draws.log_uniform(kCheapest, kMostExpensive);
     for (std::size_t k = 0; k < nodes; ++k) {
       subchains[i].nodes.push_back(
           random_node(draws, fmt::format("{}{}", subchains[i].name, static_cast<char>('a' + k)), middle));

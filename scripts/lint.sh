@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Static analysis of all that is ours, with the compile commands of a configured build folder.
-#   scripts/lint.sh BUILD [JOBS]             everything
+# Static analysis of the modules, apps, tools and integrations, with the compile commands of a configured build folder.
+#   scripts/lint.sh BUILD [JOBS]             all of these
 #   scripts/lint.sh --changed BUILD [JOBS]   files that differ from origin/main, or from the last commit where there is none
-# Test programs and fuzzers are left out: their macros expand to what clang-tidy's checks are against.
+# Test programs, fuzzers, benchmarks and examples are left out: the macros of most of them expand to what clang-tidy's
+# checks are against.
 #
 # Most of clang-tidy's time goes into reading headers, so all modules are looked at as one source (target catan_modules), and so
 # is each program whose files BUILD compiles as one (CATAN_UNITY). --changed looks at each file by itself, which also tells

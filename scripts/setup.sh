@@ -36,7 +36,7 @@ dev_packages=(
   libclang-rt-14-dev     # its sanitizers and libFuzzer
   clang-format-14        # make format
   clang-tidy-14          # make lint
-  python3                # run-clang-tidy-14, which runs it on all CPUs
+  python3                # the test of examples/python
   cppcheck               # make lint
   dpkg-dev               # make package
   file                   # which asks it what a library is

@@ -285,18 +285,20 @@ class MadeCpuset {
 
 TEST_F(TakenCpusTest, ByTheCpusetOfTheProcess) {
   const std::string original = [] {
-    std::ifstream groups("/proc/self/cgroup");
+    std::ifstream cgroups("/proc/self/cgroup");
     std::string line;
-    while (std::getline(groups, line)) {
+    while (std::getline(cgroups, line)) {
       if (line.find(":cpuset:") != std::string::npos) return line.substr(line.rfind(':') + 1);
     }
     return std::string();
   }();
-  if (original != "/")
-    GTEST_SKIP() << "needs to be in the root of a cgroup v1 hierarchy of cpusets; here: " << original;
+  if (original != "/") {
+    GTEST_SKIP() << "needs to be in the root of a cgroup v1 hierarchy of cpusets; here: "
+                 << (original.empty() ? "there is none" : original);
+  }
   const os::CpuSet both{main_cpus_.cpus()[0], main_cpus_.cpus()[1]};
   MadeCpuset cpuset("catan-" + std::to_string(::getpid()));
-  if (!cpuset.holds(both) || !cpuset.enter()) GTEST_SKIP() << "needs the permission to make a cpuset: run it as root";
+  CATAN_REQUIRE(cpuset.holds(both) && cpuset.enter(), "needs root, to make a cpuset");
   ASSERT_TRUE(cpuset.holds(kept_));
   EXPECT_TRUE(plans_for(kept_));
   EXPECT_TRUE(stays_here(20));

@@ -6,7 +6,7 @@
 namespace relay {
 namespace {
 
-// How late stop() may be seen by who waits for a message.
+// How long a thread that waits for a message may take to notice stop().
 constexpr std::chrono::milliseconds kLook{20};
 
 }  // namespace

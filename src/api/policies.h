@@ -1,7 +1,7 @@
 // What a scheduler's name means, of Catan's own policies (policy/policy.h) and of those that it is compared with
 // (baselines/policies.h):
 //
-//   "catan", "auto", "paper", "default", "fifo", "rate:HZ"   Catan's own
+//   "catan", "auto", "default", "fifo", "rate:HZ"   Catan's own
 //   "paper"                                 the paper's Catan; "catan" is the same where the app file says
 //                                           `planner: paper`
 //   "static:FILE"                           a plan that `catan plan --json` wrote, which is followed and never revised

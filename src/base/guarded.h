@@ -16,7 +16,7 @@ namespace ctn {
 template <class T>
 class Guarded {
  public:
-  // The value is made of these.
+  // Constructs the value from `arguments`.
   template <class... Arguments>
   explicit Guarded(Arguments&&... arguments) : value_(std::forward<Arguments>(arguments)...) {}
   Guarded(const Guarded&) = delete;

@@ -5,7 +5,7 @@
 
 namespace ctn {
 
-// Of what has no bound, was not reached, or is to be beaten by anything.
+// Stands for: no bound, never reached, or worse than any value.
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace ctn

@@ -21,7 +21,7 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
   Problems problems;
   AppReader reader(*root, problems);
   const graph::AppSpec spec = reader.read();
-  if (!reader.complete()) return std::move(problems).to_error();
+  if (!reader.all_read()) return std::move(problems).to_error();
   auto app = graph::build_app(spec);
   if (!app) problems.merge(app.error());
   if (!problems.empty()) return std::move(problems).to_error();

@@ -37,7 +37,7 @@ constexpr int kMaxRuns = 1'000'000;
 
 graph::AppSpec AppReader::read() {
   if (!expect(root_, ValueKind::kMap, "", "begin the file with catan: 1", problems_)) {
-    complete_ = false;
+    all_read_ = false;
     return spec_;
   }
   const MapReader map(root_, "", kTopKeys, problems_);
@@ -101,11 +101,11 @@ void AppReader::read_nodes(const MapReader& map) {
   const Value* nodes = map.find("nodes");
   if (nodes == nullptr) {
     problems_.add(root_.place, "nodes", "the nodes are missing", "add nodes: with one entry a node, as in scan: {}");
-    complete_ = false;
+    all_read_ = false;
     return;
   }
   if (!expect(*nodes, ValueKind::kMap, "nodes", "write one entry a node, as in scan: {}", problems_)) {
-    complete_ = false;
+    all_read_ = false;
     return;
   }
   for (const Entry* entry : read_entries(*nodes, "nodes", problems_)) {
@@ -155,14 +155,14 @@ void AppReader::read_edges(const MapReader& map) {
   const Value* edges = map.find("edges");
   if (edges == nullptr) return;  // an app of one node has none
   if (!expect(*edges, ValueKind::kSequence, "edges", "write a list of paths, as in - scan -> LM", problems_)) {
-    complete_ = false;
+    all_read_ = false;
     return;
   }
   for (std::size_t i = 0; i < edges->items.size(); ++i) {
     if (auto path = read_edge(edges->items[i], fmt::format("edges[{}]", i))) {
       spec_.edges.push_back(std::move(*path));
     } else {
-      complete_ = false;
+      all_read_ = false;
     }
   }
 }
@@ -219,7 +219,7 @@ void AppReader::read_subchains(const MapReader& map) {
   const Value* subchains = map.find("subchains");
   if (subchains == nullptr) return;
   if (!expect(*subchains, ValueKind::kMap, "subchains", "write entries such as local: [scan, LM, LP]", problems_)) {
-    complete_ = false;
+    all_read_ = false;
     return;
   }
   for (const Entry* entry : read_entries(*subchains, "subchains", problems_)) {
@@ -228,7 +228,7 @@ void AppReader::read_subchains(const MapReader& map) {
       spec.nodes = std::move(*names);
       spec_.subchains.push_back(std::move(spec));
     } else {
-      complete_ = false;
+      all_read_ = false;
     }
   }
 }
@@ -247,7 +247,7 @@ void AppReader::read_objective(const MapReader& map) {
     if (auto term = read_term(objective->items[i], key)) {
       spec_.objective.push_back(std::move(*term));
     } else {
-      complete_ = false;
+      all_read_ = false;
     }
   }
 }

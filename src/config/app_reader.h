@@ -18,7 +18,7 @@ class AppReader {
 
   // False where a section could not be read at all: what it would have named is not known, and checking the rest
   // against it would only report the same mistake again and again.
-  bool complete() const { return complete_; }
+  bool all_read() const { return all_read_; }
 
  private:
   void read_version(const MapReader& map);
@@ -39,7 +39,7 @@ class AppReader {
   const Value& root_;
   Problems& problems_;
   graph::AppSpec spec_;
-  bool complete_ = true;
+  bool all_read_ = true;
 };
 
 }  // namespace ctn::config

@@ -62,7 +62,7 @@ TEST(ElasticFrames, ACappedSubchainIsDeferredAndHoldsNobodyUp) {
   EXPECT_EQ(core.timeline(), "0:4 1:1 0:20 1:1 0:20 1:1 0:13") << "the frame that begins 16 ms after its last trigger";
 }
 
-TEST(ElasticFrames, ACappedQueueIsPutOffToo) {
+TEST(ElasticFrames, ACappedQueueIsDeferredToo) {
   SharedCoreSlot capped = queue(0.5, 1, ms(4));
   capped.min_period = ms(16);
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), capped}, 0.0), costs({{4}, {1}}));

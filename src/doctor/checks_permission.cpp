@@ -39,7 +39,7 @@ std::string top_folder(const os::LinuxRoots& roots, const std::string& own_file)
   return folders.empty() ? own_file.substr(0, own_file.rfind('/')) : folders.front();
 }
 
-// Each group from the top down needs time before the next may have some.
+// Each cgroup from the top down needs time before the next may have some.
 std::vector<std::string> lines_for_cgroup(const os::LinuxRoots& roots, const std::string& own_file) {
   std::vector<std::string> lines;
   std::int64_t above = kUsualRuntime;
@@ -51,7 +51,7 @@ std::vector<std::string> lines_for_cgroup(const os::LinuxRoots& roots, const std
   }
   if (lines.empty()) lines.push_back(fmt::format("echo {} | sudo tee {}", above, own_file));
   lines.push_back(
-      fmt::format("echo $$ | sudo tee {}/tasks   # or: this shell to the top group", top_folder(roots, own_file)));
+      fmt::format("echo $$ | sudo tee {}/tasks   # or: this shell to the top cgroup", top_folder(roots, own_file)));
   return lines;
 }
 
@@ -61,8 +61,8 @@ Finding cgroup_without_time(const os::LinuxRoots& roots, const std::string& file
           fmt::format("{} is 0", file),
           "this process is in a control group that has no time for real-time threads: even root is refused (EPERM), "
           "and Catan can only set rates",
-          "give time to the group and those above it, as root (less where groups beside it have some already), or "
-          "start the app from a shell that is in the top group",
+          "give time to the cgroup and those above it, as root (less where cgroups beside it have some already), or "
+          "start the app from a shell that is in the top cgroup",
           lines_for_cgroup(roots, file)};
 }
 
@@ -73,7 +73,7 @@ Finding privileged_but_refused(const std::string& own_cgroup) {
                   "real-time levels are refused although this process has CAP_SYS_NICE",
                   "a kernel with real-time group scheduling (CONFIG_RT_GROUP_SCHED) refuses them to all but the top "
                   "control group; a container's system call filter and a security module can do the same",
-                  "start from the top group, or boot the kernel with rt_group_sched=0; in a container, allow "
+                  "start from the top cgroup, or boot the kernel with rt_group_sched=0; in a container, allow "
                   "sched_setscheduler",
                   {}};
   if (!own_cgroup.empty()) finding.lines.push_back(fmt::format("echo $$ | sudo tee {}/cgroup.procs", own_cgroup));
@@ -92,10 +92,10 @@ std::vector<std::string> lines_for_usual_reserve(const os::LinuxRoots& roots, co
     return {fmt::format("for f in {}/cpu*/runtime; do echo 50000000 | sudo tee $f; done", fair_server_folder(roots))};
   }
   std::vector<std::string> lines{fmt::format("sudo sysctl -w kernel.sched_rt_runtime_us={}", kUsualRuntime)};
-  const auto group = real_time_cgroup(roots);
-  if (group && group->runtime_us > 0) {
-    const std::int64_t usual = group->period_us * kUsualRuntime / kSecond;
-    if (group->runtime_us < usual) lines.push_back(fmt::format("echo {} | sudo tee {}", usual, group->file));
+  const auto cgroup = real_time_cgroup(roots);
+  if (cgroup && cgroup->runtime_us > 0) {
+    const std::int64_t usual = cgroup->period_us * kUsualRuntime / kSecond;
+    if (cgroup->runtime_us < usual) lines.push_back(fmt::format("echo {} | sudo tee {}", usual, cgroup->file));
   }
   return lines;
 }
@@ -157,22 +157,22 @@ Finding check_permission(const os::LinuxRoots& roots, const Observed& observed) 
 }
 
 Finding check_cgroup(const os::LinuxRoots& roots, const Observed& observed) {
-  const auto group = real_time_cgroup(roots);
-  if (group && group->runtime_us == 0) return cgroup_without_time(roots, group->file);
+  const auto cgroup = real_time_cgroup(roots);
+  if (cgroup && cgroup->runtime_us == 0) return cgroup_without_time(roots, cgroup->file);
   const auto rtprio = limit(roots, "Max realtime priority");
   const bool allowed = has_cap_sys_nice(roots) || (rtprio && *rtprio >= kHighestPriority);
   if (!observed.real_time.permitted && allowed) {
-    const std::vector<std::string> folders = cgroup_folders(roots, group ? "cpu" : "");
+    const std::vector<std::string> folders = cgroup_folders(roots, cgroup ? "cpu" : "");
     Finding finding = privileged_but_refused(folders.empty() ? "" : folders.front());
     if (!has_cap_sys_nice(roots)) {
       finding.found = fmt::format("real-time levels are refused although RLIMIT_RTPRIO is {}", *rtprio);
     }
     return finding;
   }
-  const std::string found = !group ? "no real-time budget by control group"
-                            : group->runtime_us < 0
-                                ? fmt::format("{} sets no limit", group->file)
-                                : fmt::format("{} of {} us in {}", group->runtime_us, group->period_us, group->file);
+  const std::string found = !cgroup ? "no real-time budget by control group"
+                            : cgroup->runtime_us < 0
+                                ? fmt::format("{} sets no limit", cgroup->file)
+                                : fmt::format("{} of {} us in {}", cgroup->runtime_us, cgroup->period_us, cgroup->file);
   return {"group", Verdict::kOk, found, {}, {}, {}};
 }
 
@@ -225,8 +225,8 @@ Finding check_quota(const os::LinuxRoots& roots) {
   return {"quota",
           Verdict::kWarning,
           fmt::format("{:.3g} CPUs' time by {}", quota->cpus, quota->file),
-          "once the group has used that up, its ordinary threads stop until the next period (0.1 s): libraries' pools, "
-          "the recorder, re-planning, and without real-time permission the nodes too. Real-time threads are not "
+          "once the cgroup has used that up, its ordinary threads stop until the next period (0.1 s): libraries' "
+          "pools, the recorder, re-planning, and without real-time permission the nodes too. Real-time threads are not "
           "counted",
           "take the quota away (docker run without --cpus; systemd: CPUQuota=)",
           {fmt::format("echo {} | sudo tee {}", version_2 ? "max" : "-1", quota->file)}};

@@ -88,7 +88,7 @@ TEST_F(LinuxCheckup, PrivilegedButRefusedPointsToGroupScheduling) {
   expect(check_cgroup(roots(), machine_), Verdict::kProblem, "although RLIMIT_RTPRIO is 10");
 }
 
-TEST_F(LinuxCheckup, GroupWithoutTimeIsGivenSomeFromTheTopDown) {
+TEST_F(LinuxCheckup, CgroupWithoutTimeIsGivenSomeFromTheTopDown) {
   refuse("0000000000800000", "0");
   tree_.write("proc/self/cgroup", "3:cpu,cpuacct:/a/b\n");
   tree_.write("sys/fs/cgroup/cpu,cpuacct/cpu.rt_runtime_us", "900000\n");
@@ -99,7 +99,7 @@ TEST_F(LinuxCheckup, GroupWithoutTimeIsGivenSomeFromTheTopDown) {
   const std::string top = roots().sysfs + "/fs/cgroup/cpu,cpuacct";
   EXPECT_THAT(finding.lines, ElementsAre("echo 900000 | sudo tee " + top + "/a/cpu.rt_runtime_us",
                                          "echo 900000 | sudo tee " + top + "/a/b/cpu.rt_runtime_us",
-                                         "echo $$ | sudo tee " + top + "/tasks   # or: this shell to the top group"));
+                                         "echo $$ | sudo tee " + top + "/tasks   # or: this shell to the top cgroup"));
   EXPECT_THAT(cgroup_folders(roots(), "cpuacct"), ElementsAre(top, top + "/a", top + "/a/b"));
   EXPECT_THAT(cgroup_folders(roots(), "memory"), IsEmpty());
 }
@@ -128,14 +128,14 @@ TEST_F(LinuxCheckup, SlackFollowsWhatTheKernelKeeps) {
   expect(check_slack(roots(), machine_), Verdict::kProblem, "100 %");
 }
 
-TEST_F(LinuxCheckup, ThrottlingGroupIsNamedToo) {
+TEST_F(LinuxCheckup, ThrottlingCgroupIsNamedToo) {
   machine_.real_time = {true, "", 0.4, "throttling"};
   tree_.write("proc/self/cgroup", "1:cpu:/a\n").write("sys/fs/cgroup/cpu/a/cpu.rt_runtime_us", "300000\n");
   tree_.write("sys/fs/cgroup/cpu/a/cpu.rt_period_us", "500000\n");
   EXPECT_THAT(check_slack(roots(), machine_).lines, Contains(HasSubstr("echo 475000 | sudo tee")));
 }
 
-TEST_F(LinuxCheckup, TightestQuotaOfAllGroupsAbove) {
+TEST_F(LinuxCheckup, TightestQuotaOfAllCgroupsAbove) {
   tree_.write("proc/self/cgroup", "0::/a/b\n").write("sys/fs/cgroup/a/cpu.max", "50000 100000\n");
   tree_.write("sys/fs/cgroup/a/b/cpu.max", "200000 100000\n");
   expect(check_quota(roots()), Verdict::kWarning, "0.5 CPUs' time by " + roots().sysfs + "/fs/cgroup/a/cpu.max");

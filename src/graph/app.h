@@ -60,8 +60,8 @@ struct Node {
   bool has_clock() const { return ticks() || (unscheduled && period && !follows); }
 };
 
-// What becomes of a run whose input is older than its edge allows. It is counted and told in any case. kRun: no more.
-// kSkip: it gives no output.
+// What becomes of a run whose input is older than its edge allows. Such a run is counted and reported in any case.
+// kRun: nothing else happens. kSkip: it gives no output.
 enum class OnStale { kRun, kSkip };
 
 // How old the source may be of what a run takes over an edge (record/ages.h says what its age is).

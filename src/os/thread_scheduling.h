@@ -28,7 +28,7 @@ struct SavedScheduling {
 };
 
 // Gives threads of other processes their scheduling back if this process ends without doing so itself, however it ends:
-// a second process, the guardian, outlives it for as long as that takes. What is watched it never touches before.
+// a second process, the guardian, outlives it for as long as that takes. It does not touch watched threads before that.
 //
 // Start it early: what this process has in memory by then the guardian keeps, too. It cannot help where it is killed
 // together with this process. Thread safety: every call from any thread.
@@ -54,8 +54,8 @@ class ThreadScheduling {
  public:
   virtual ~ThreadScheduling() = default;
 
-  // Sets, reads back, and fails (kEnvironment) unless what was asked is what is. What the thread creates later does not
-  // inherit a real-time level.
+  // Sets, reads back, and fails (kEnvironment) unless the thread then has the level or CPUs that were asked for. What
+  // the thread creates later does not inherit a real-time level.
   virtual Status set_level(ThreadId thread, Level level) = 0;
   // The same for a dispatcher, which has no time to look and nobody to tell: one system call, no answer. For a thread
   // whose level was set with set_level() before; what was refused then is refused now.

@@ -79,7 +79,7 @@ double cost_of(const Choice& choice, const Timing& coefficient, const Multiplier
          multipliers.core[static_cast<std::size_t>(choice.kind)] * choice.usage;
 }
 
-// Multipliers under which the bound is high: a subgradient method. `known`: the objective of some allocation.
+// Multipliers under which the lower bound is high: a subgradient method. `known`: the objective of some allocation.
 Multipliers good_multipliers(const Problem& problem, const std::vector<std::vector<Choice>>& choices, double known) {
   Multipliers multipliers;
   multipliers.core.assign(problem.cores.size(), 0.0);
@@ -92,11 +92,11 @@ Multipliers good_multipliers(const Problem& problem, const std::vector<std::vect
     }
   }
   Multipliers best = multipliers;
-  double best_bound = -kInfinity;
+  double best_lower_bound = -kInfinity;
   constexpr int kRounds = 400;
   for (int round = 0; round < kRounds; ++round) {
     const Linear linear = linear_of(problem, multipliers);
-    double bound = linear.constant;
+    double lower_bound = linear.constant;
     std::vector<Timing> timings;
     std::vector<double> used(problem.cores.size(), 0.0);
     for (std::size_t i = 0; i < choices.size(); ++i) {
@@ -104,18 +104,18 @@ Multipliers good_multipliers(const Problem& problem, const std::vector<std::vect
         return cost_of(a, linear.coefficients[i], multipliers) < cost_of(b, linear.coefficients[i], multipliers);
       };
       const Choice& least = *std::min_element(choices[i].begin(), choices[i].end(), cheaper);
-      bound += cost_of(least, linear.coefficients[i], multipliers);
+      lower_bound += cost_of(least, linear.coefficients[i], multipliers);
       timings.push_back(least.timing);
       used[static_cast<std::size_t>(least.kind)] += least.usage;
     }
-    if (bound > best_bound) {
-      best_bound = bound;
+    if (lower_bound > best_lower_bound) {
+      best_lower_bound = lower_bound;
       best = multipliers;
     }
     const double shorter = 1.0 / std::sqrt(1.0 + round);
     double square = 0.0;
     for (std::size_t kind = 0; kind < used.size(); ++kind) square += std::pow(used[kind] - problem.cores[kind], 2.0);
-    const double step = square > 0.0 ? std::max(0.0, known - bound) / square * shorter : 0.0;
+    const double step = square > 0.0 ? std::max(0.0, known - lower_bound) / square * shorter : 0.0;
     for (std::size_t kind = 0; kind < used.size(); ++kind) {
       multipliers.core[kind] = std::max(0.0, multipliers.core[kind] + step * (used[kind] - problem.cores[kind]));
     }
@@ -206,7 +206,8 @@ class BranchAndBound {
 
   const EqualShares& best() const { return best_; }
   const EqualShares& root() const { return root_; }  // nothing is below
-  bool complete() const { return complete_; }
+  // It did not run out of steps: each allocation was tried or ruled out.
+  bool exhaustive() const { return exhaustive_; }
   // None where nothing is better than what was known.
   std::optional<Allocation> allocation() const {
     if (!found_) return std::nullopt;
@@ -249,9 +250,9 @@ class BranchAndBound {
 
   // The rest at their shortest, or as the multipliers say: nothing that follows is better than the worse of both.
   bool may_be_better(std::size_t at, double linear) const {
-    EqualShares bound = value_of(problem_, timings_);
-    bound.objective = std::max(bound.objective, linear + rest_[at]);
-    return bound.clearly_below(best_);
+    EqualShares lower_bound = value_of(problem_, timings_);
+    lower_bound.objective = std::max(lower_bound.objective, linear + rest_[at]);
+    return lower_bound.clearly_below(best_);
   }
 
   void descend(std::size_t at, double linear) {
@@ -265,7 +266,7 @@ class BranchAndBound {
     const Timing before = timings_[i];
     for (std::size_t c = 0; c < choices_[i].size(); ++c) {
       if (steps_ == 0) {
-        complete_ = false;
+        exhaustive_ = false;
         break;
       }
       --steps_;
@@ -291,7 +292,7 @@ class BranchAndBound {
   EqualShares best_;
   EqualShares root_;
   bool found_ = false;
-  bool complete_ = true;
+  bool exhaustive_ = true;
   std::size_t& steps_;
   std::vector<std::vector<int>> in_class_;  // by kind and m
   std::vector<int> owned_;                  // by kind: cores
@@ -318,11 +319,11 @@ StageOne allocate_cores(const Problem& problem, std::size_t steps) {
   if (std::optional<Allocation> better = search_all.allocation()) stage.allocation = std::move(*better);
   stage.factor = search_all.best().factor;
   stage.objective = search_all.best().objective;
-  if (!search_all.complete()) {
+  if (!search_all.exhaustive()) {
     // Where a lower factor is not ruled out, nothing is said of the objective.
     const bool least = search_all.best().same_factors(search_all.root());
-    const double bound = std::max(0.0, search_all.root().objective);
-    stage.gap = !least ? 1.0 : stage.objective > 0.0 ? std::max(0.0, 1.0 - bound / stage.objective) : 0.0;
+    const double lower_bound = std::max(0.0, search_all.root().objective);
+    stage.gap = !least ? 1.0 : stage.objective > 0.0 ? std::max(0.0, 1.0 - lower_bound / stage.objective) : 0.0;
   }
   return stage;
 }

@@ -62,13 +62,13 @@ class WholeNumbers {
     const std::size_t cores = division_.cores.size();
     rest_.assign(cores + 1, 0.0);
     for (std::size_t core = cores; core-- > 0;) rest_[core] = rest_[core + 1] + least_of(core);
-    bound_ = relaxed_.prices.constant + rest_.front();
+    lower_bound_ = relaxed_.prices.constant + rest_.front();
     choose(0, 0, begin_[0].open, relaxed_.prices.constant);
     return found_;
   }
 
   double value() const { return best_; }
-  double bound() const { return complete_ ? best_ : std::min(bound_, best_); }
+  double lower_bound() const { return exhaustive_ ? best_ : std::min(lower_bound_, best_); }
 
  private:
   struct Begun {
@@ -225,7 +225,7 @@ class WholeNumbers {
           every_[i] = n;
           choose(core, at + 1, next, before);
         });
-    if (steps_ == 0) complete_ = false;
+    if (steps_ == 0) exhaustive_ = false;
   }
 
   double to_beat() const { return std::isfinite(best_) ? best_ - kStageRounding * std::abs(best_) : kInfinity; }
@@ -293,26 +293,26 @@ class WholeNumbers {
   std::vector<int> every_;
   std::vector<OpenCore> frames_;  // of the cores that are done
   double best_ = kInfinity;
-  double bound_ = -kInfinity;
-  bool complete_ = true;
+  double lower_bound_ = -kInfinity;
+  bool exhaustive_ = true;
   std::optional<StageTwo> found_;
 };
 
 struct Answer {
   StageTwo stage;
   double value = 0.0;
-  double bound = 0.0;
+  double lower_bound = 0.0;
 };
 
 std::optional<Answer> least(const Division& division, const Goal& goal, const Relaxed& relaxed, std::size_t& steps) {
   WholeNumbers search(division, goal, relaxed, steps);
   std::optional<StageTwo> found = search.run();
   if (!found) return std::nullopt;
-  return Answer{*std::move(found), search.value(), search.bound()};
+  return Answer{*std::move(found), search.value(), search.lower_bound()};
 }
 
-double gap_of(double value, double bound) {
-  const double gap = value > 0.0 ? std::max(0.0, 1.0 - std::max(0.0, bound) / value) : 0.0;
+double gap_of(double value, double lower_bound) {
+  const double gap = value > 0.0 ? std::max(0.0, 1.0 - std::max(0.0, lower_bound) / value) : 0.0;
   return gap <= 1e-9 ? 0.0 : gap;
 }
 
@@ -338,11 +338,11 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   std::size_t left = steps;
   std::optional<Answer> best = least(division, free, *relaxed, left);
   if (!best) return std::nullopt;
-  best->stage.gap = gap_of(best->value, best->bound);
+  best->stage.gap = gap_of(best->value, best->lower_bound);
   if (factor_of(problem.bounds, best->stage.timings) <= 1.0 + kStageRounding) return best->stage;
 
   // Not all bounds hold.
-  const double bound = best->bound;
+  const double lower_bound = best->lower_bound;
   const Goal nearest{true, kInfinity};
   const std::optional<Relaxed> towards = relax(division, nearest, {});
   if (!towards) return best->stage;
@@ -355,8 +355,9 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   left = steps;
   std::optional<Answer> answer = least(division, within, tight ? *tight : *relaxed, left);
   StageTwo& stage = answer ? answer->stage : least_factor->stage;
-  stage.gap = gap_of(objective_of(problem.terms, stage.timings), answer ? std::max(bound, answer->bound) : bound);
-  if (least_factor->bound < least_factor->value * (1.0 - kStageRounding)) stage.gap = 1.0;
+  stage.gap = gap_of(objective_of(problem.terms, stage.timings),
+                     answer ? std::max(lower_bound, answer->lower_bound) : lower_bound);
+  if (least_factor->lower_bound < least_factor->value * (1.0 - kStageRounding)) stage.gap = 1.0;
   return stage;
 }
 

@@ -21,7 +21,7 @@ class Pipelines {
   // `app` outlives it.
   Pipelines(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
 
-  // So many cores can be of use to it at once.
+  // The largest number of cores that the subchain can use at once.
   int most_cores(SubchainId subchain) const { return most_cores_[subchain.index()]; }
 
   // On these cores, at the number of threads with the least execution time and period together. None where an exact

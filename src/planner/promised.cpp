@@ -122,12 +122,12 @@ std::vector<std::vector<Millis>> run_times(const graph::App& app, const model::C
   return times;
 }
 
-// The dearest first, core by core; on each core those of exact rates above the others, the highest rate on top.
-trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& dearness, int cores) {
+// The most expensive first, core by core; on each core those of exact rates above the others, the highest rate on top.
+trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& expense, int cores) {
   const std::size_t count = app.graph.subchains().size();
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return dearness[a] > dearness[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return expense[a] > expense[b]; });
   trial::Schedule schedule{
       .cores = cores, .subchains = std::vector<trial::Place>(count), .frames = {}, .pipelines = {}};
   for (std::size_t rank = 0; rank < count; ++rank) {

@@ -34,7 +34,7 @@ struct RandomLimits {
   int subchains = 4;
   int chains = 4;
   double cheapest = 1.0;  // ms, of a subchain
-  double dearest = 8.0;
+  double most_expensive = 8.0;
   double lightest = 0.01;  // weight of a term
   double heaviest = 1.0;
   bool reversed = false;  // the same app, written down the other way round
@@ -115,7 +115,7 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
   std::vector<double> cost(static_cast<std::size_t>(n));
   double total = 0.0;
   for (double& c : cost) {
-    c = limits.zeros && chance(0.3) ? 0.0 : log_uniform(limits.cheapest, limits.dearest);
+    c = limits.zeros && chance(0.3) ? 0.0 : log_uniform(limits.cheapest, limits.most_expensive);
     total += c;
   }
   for (int i = 0; limits.all_queues && i < n; ++i) {
@@ -182,7 +182,7 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
   }
   for (std::size_t i = 0; limits.waits && i < app.graph.nodes().size(); ++i) {
     if (app.graph.nodes()[i].external || chance(0.5)) continue;
-    costs.set_wait(NodeId(i), Millis{log_uniform(limits.cheapest, limits.dearest)});
+    costs.set_wait(NodeId(i), Millis{log_uniform(limits.cheapest, limits.most_expensive)});
   }
   return {std::move(app), std::move(costs), cores, 0.06};
 }

@@ -67,7 +67,7 @@ void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
 }
 
 // Whether its triggers may come early by as much as its own runs make others late: where it is not below all that
-// trigger it, response and jitter grow with one another, and only what it is held apart by bounds both.
+// trigger it. Response time and jitter then grow with one another. Only the spacing that it keeps bounds both.
 bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain) {
   const trial::Place* place = &schedule.subchains[subchain];
   while (place->after && place->after->subchain() != nullptr) {

@@ -239,8 +239,9 @@ class Deciding {
     with_.search.add(*with_.frames_schedule, with_.frames->relax_factor);
   }
 
-  // Promises cost response times: where nobody asks for any and a core has no time for all runs at the planned
-  // percentile, they may be for what runs typically cost (docs/decisions/0041-promises-for-typical-costs.md).
+  // Keeping promises makes response times longer. Where the app has no bounds and a core has no time for all runs at
+  // the planned percentile, promises may be for what runs typically cost
+  // (docs/decisions/0041-promises-for-typical-costs.md).
   bool may_promise_typical() const { return !with_.app.has_bounds(); }
 
   std::optional<plan::Plan> plan_of(const trial::Schedule& schedule) const {

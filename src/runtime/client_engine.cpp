@@ -10,7 +10,7 @@ namespace ctn::runtime {
 namespace {
 
 constexpr Nanos kConnectRetryDelay = std::chrono::milliseconds{20};
-// Whether a server that is away has raised a thread all the same, and for how long after it went away: as long as its
+// How often, and for how long after a server went away, we look whether it raised a thread all the same: as long as its
 // guardian waits for it.
 constexpr Nanos kRaisedSearchPeriod = std::chrono::milliseconds{20};
 constexpr Nanos kLongestCall = std::chrono::seconds{10};
@@ -150,7 +150,7 @@ void ClientEngine::stop() {
   link_.wake();
   watcher_->join();
   watcher_.reset();
-  // First the scheduling of the threads is restored, then they end.
+  // The threads' scheduling is restored before they end.
   bool all_left = true;
   {
     const Conversation conversation = link_.converse();

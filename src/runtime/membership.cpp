@@ -35,7 +35,7 @@ void Membership::raise_unscheduled(os::Level level) {
   }
   for (std::size_t index = 0; index < registered.size(); ++index) {
     if (!registered[index] || !app_.graph.nodes()[index].unscheduled) continue;
-    // In a visit: who removes a thread restores it after that.
+    // Raised inside the visit: a thread removed meanwhile is restored only after it.
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
   }
 }
@@ -184,9 +184,9 @@ Membership::Change Membership::settle(const std::vector<bool>& paced) {
   Change change;
   const std::lock_guard lock(mutex_);
   for (std::size_t index = 0; index < paced.size(); ++index) {
-    const bool complete = has_all(app_.graph.subchains()[index]);
-    if (paced[index] && (!complete || left_[index])) change.left.emplace_back(index);
-    if (!paced[index] && complete) change.back.emplace_back(index);
+    const bool all_registered = has_all(app_.graph.subchains()[index]);
+    if (paced[index] && (!all_registered || left_[index])) change.left.emplace_back(index);
+    if (!paced[index] && all_registered) change.back.emplace_back(index);
     left_[index] = false;
   }
   return change;

@@ -24,7 +24,7 @@ class Redial {
     due_ = now;
     refused_for_ = Nanos{0};
   }
-  // There is a server, or one that is waited for in another way.
+  // Stops trying: there is a server, or its return is noticed in another way.
   void not_now() {
     due_ = kNever;
     refused_for_ = Nanos{0};

@@ -24,7 +24,7 @@ class Samples {
  public:
   static constexpr std::size_t kDraws = 4096;  // of each node and kind; a power of two
 
-  // Of runs that begin so long after the start: what grows with time has grown so far, and grows no more.
+  // Draws for runs that begin this long after the start: costs that grow with time are taken as they are then.
   Samples(const graph::App& app, const model::Workload& work, Nanos since_start, std::uint64_t seed);
   // Each draw is one of the node's measured runs. On a kind of core where it has not run, they are those of another,
   // in proportion to `costs`; a node that never ran costs what these say.

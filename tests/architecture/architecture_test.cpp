@@ -1,5 +1,5 @@
-// The repository keeps to its own rules (source_rules.h), and its pages to the repository: links lead somewhere, and
-// the module table of docs/architecture.md is the one that is built.
+// The repository keeps to its own rules (source_rules.h), and its pages to the repository: links lead somewhere, lines
+// are not too long, and the module table of docs/architecture.md is the one that is built.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -83,6 +83,28 @@ TEST(Docs, RelativeLinksLeadSomewhere) {
     for (const Link& link : relative_links(page.text)) {
       const fs::path target = (kRoot / page.path).parent_path() / link.target;
       if (!fs::exists(target)) broken.push_back(page.path + ":" + std::to_string(link.line) + ": " + link.target);
+    }
+  }
+  EXPECT_THAT(broken, IsEmpty());
+}
+
+// Tables, HTML, code and what is only a link may be wider.
+TEST(Docs, ProseIsNoWiderThanCode) {
+  constexpr std::ptrdiff_t kWidth = 120;
+  const auto begins_character = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; };
+  const std::regex one_link{R"(\s*(?:[-*] )?!?\[[^\]]*\]\([^)]*\)[.,;:]?)"};
+  std::vector<std::string> broken;
+  for (const SourceFile& page : files({".md"})) {
+    std::istringstream lines{page.text};
+    bool fenced = false;
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+      ++number;
+      const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+      if (line.compare(begin, 3, "```") == 0) fenced = !fenced;
+      if (fenced || std::count_if(line.begin(), line.end(), begins_character) <= kWidth) continue;
+      if (line[begin] == '|' || line[begin] == '<' || std::regex_match(line, one_link)) continue;
+      broken.push_back(page.path + ":" + std::to_string(number) + ": more than 120 characters");
     }
   }
   EXPECT_THAT(broken, IsEmpty());

@@ -11,7 +11,7 @@
 
 namespace ctn::os {
 
-// Folders of the groups, the top first, the own one last; empty where the kernel has no such hierarchy. Where the path
+// Folders of the cgroups, the top first, the own one last; empty where the kernel has no such hierarchy. Where the path
 // is the host's and not ours (in a container), the mount alone. `controller`: "cpu" for version 1, "" for version 2.
 std::vector<std::string> cgroup_folders(const LinuxRoots& roots, std::string_view controller);
 

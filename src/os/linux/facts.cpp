@@ -69,11 +69,11 @@ Reserve throttling(const LinuxRoots& roots) {
   return {unused_fraction(*runtime, *period), "throttling"};
 }
 
-// A group with no time at all has no real-time threads to reserve anything from: `permitted` says so.
+// A cgroup with no time at all has no real-time threads to reserve anything from: `permitted` says so.
 Reserve cgroup_throttling(const LinuxRoots& roots) {
-  const auto group = real_time_cgroup(roots);
-  if (!group || group->runtime_us <= 0) return {};
-  return {unused_fraction(group->runtime_us, group->period_us), "throttling"};
+  const auto cgroup = real_time_cgroup(roots);
+  if (!cgroup || cgroup->runtime_us <= 0) return {};
+  return {unused_fraction(cgroup->runtime_us, cgroup->period_us), "throttling"};
 }
 
 std::string cpu_model(const LinuxRoots& roots) {

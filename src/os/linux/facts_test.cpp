@@ -93,20 +93,20 @@ TEST(LinuxReserve, OddFilesMeanTheDefault) {
   expect_reserve(tree, 0.05, "fair server (assumed default)");
 }
 
-TEST(LinuxPrivilege, GroupWithoutRealTimeTimeIsNamed) {
+TEST(LinuxPrivilege, CgroupWithoutRealTimeTimeIsNamed) {
   FabricatedTree tree;
   tree.write("proc/self/cgroup", "1:cpu:/robot\n");
   tree.write("sys/fs/cgroup/cpu/robot/cpu.rt_runtime_us", "0\n");
   EXPECT_NE(how_to_permit(tree.roots()).find("/robot/cpu.rt_runtime_us"), std::string::npos);
 }
 
-TEST(LinuxPrivilege, GroupOfAContainerIsItsMount) {
+TEST(LinuxPrivilege, CgroupOfAContainerIsItsMount) {
   FabricatedTree tree;
   tree.write("proc/self/cgroup", "1:cpu:/path/on/the/host\n");
   tree.write("sys/fs/cgroup/cpu/cpu.rt_runtime_us", "0\n");
-  const auto group = real_time_cgroup(tree.roots());
-  ASSERT_TRUE(group);
-  EXPECT_EQ(group->runtime_us, 0);
+  const auto cgroup = real_time_cgroup(tree.roots());
+  ASSERT_TRUE(cgroup);
+  EXPECT_EQ(cgroup->runtime_us, 0);
 }
 
 TEST(LinuxPrivilege, WithoutTheCapabilityItIsNamed) {

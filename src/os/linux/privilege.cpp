@@ -26,10 +26,10 @@ std::optional<RealTimeCgroup> read_cgroup(const std::string& folder) {
   const std::string file = folder + "/cpu.rt_runtime_us";
   const std::optional<std::int64_t> runtime = read_integer(file);
   if (!runtime) return std::nullopt;
-  RealTimeCgroup group{file, *runtime};
+  RealTimeCgroup cgroup{file, *runtime};
   const std::optional<std::int64_t> period = read_integer(folder + "/cpu.rt_period_us");
-  if (period && *period > 0) group.period_us = *period;
-  return group;
+  if (period && *period > 0) cgroup.period_us = *period;
+  return cgroup;
 }
 
 // Lines of /proc/self/cgroup: "number:controllers:path".
@@ -40,11 +40,11 @@ std::optional<RealTimeCgroup> cgroup_of_line(const LinuxRoots& roots, std::strin
   const std::string_view controllers = line.substr(first + 1, second - first - 1);
   if (!names_cpu_controller(controllers)) return std::nullopt;
   const std::string_view path = line.substr(second + 1);
-  // In a container the path may be the host's, and the mount is the group itself.
+  // In a container the path may be the host's, and the mount is the cgroup itself.
   for (const std::string_view mount : {controllers, std::string_view("cpu"), std::string_view("cpu,cpuacct")}) {
     const std::string top = fmt::format("{}/fs/cgroup/{}", roots.sysfs, mount);
-    if (auto group = read_cgroup(path == "/" ? top : fmt::format("{}{}", top, path))) return group;
-    if (auto group = read_cgroup(top)) return group;
+    if (auto cgroup = read_cgroup(path == "/" ? top : fmt::format("{}{}", top, path))) return cgroup;
+    if (auto cgroup = read_cgroup(top)) return cgroup;
   }
   return std::nullopt;
 }
@@ -68,12 +68,12 @@ std::string program_path(const LinuxRoots& roots) {
 }
 
 std::optional<RealTimeCgroup> real_time_cgroup(const LinuxRoots& roots) {
-  const std::optional<std::string> groups = read_text(roots.procfs + "/self/cgroup");
-  if (!groups) return std::nullopt;
-  std::string_view rest = *groups;
+  const std::optional<std::string> cgroups = read_text(roots.procfs + "/self/cgroup");
+  if (!cgroups) return std::nullopt;
+  std::string_view rest = *cgroups;
   while (!rest.empty()) {
     const std::size_t end = rest.find('\n');
-    if (auto group = cgroup_of_line(roots, rest.substr(0, end))) return group;
+    if (auto cgroup = cgroup_of_line(roots, rest.substr(0, end))) return cgroup;
     if (end == std::string_view::npos) break;
     rest.remove_prefix(end + 1);
   }
@@ -81,17 +81,16 @@ std::optional<RealTimeCgroup> real_time_cgroup(const LinuxRoots& roots) {
 }
 
 std::string how_to_permit(const LinuxRoots& roots) {
-  const std::optional<RealTimeCgroup> group = real_time_cgroup(roots);
-  if (group && group->runtime_us == 0) {
+  const std::optional<RealTimeCgroup> cgroup = real_time_cgroup(roots);
+  if (cgroup && cgroup->runtime_us == 0) {
     return fmt::format(
         "this process is in a control group without time for real-time threads: set some, as in "
-        "`echo 950000 > {}` (each group above needs at least as much), or start it in the top group",
-        group->file);
+        "`echo 950000 > {}` (each cgroup above needs at least as much), or start it in the top cgroup",
+        cgroup->file);
   }
   if (has_cap_sys_nice(roots)) {
-    return "this process has CAP_SYS_NICE, so something else forbids it: a control group (start it in the top group, "
-           "or "
-           "boot with rt_group_sched=0), a container's system call filter, or a security module";
+    return "this process has CAP_SYS_NICE, so something else forbids it: a control group (start it in the top cgroup, "
+           "or boot with rt_group_sched=0), a container's system call filter, or a security module";
   }
   return fmt::format(
       "run as root; or grant it once to the program: `sudo setcap cap_sys_nice+ep {}`; or to the user: a line "

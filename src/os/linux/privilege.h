@@ -18,7 +18,7 @@ struct RealTimeCgroup {
   std::int64_t period_us = 1'000'000;
 };
 
-// The group of this process, where the kernel budgets real-time threads by group.
+// The cgroup of this process, where the kernel budgets real-time threads by cgroup.
 std::optional<RealTimeCgroup> real_time_cgroup(const LinuxRoots& roots);
 
 // Whether this process has the privilege that lets root set any scheduling.
