@@ -61,7 +61,7 @@ TEST(Examples, NodeInC) {
 
 TEST(Examples, NodeInPython) {
   if (std::system("command -v python3 > /dev/null") != 0) {
-    const char* const must = std::getenv("CATAN_REQUIRE_REALTIME");  // as src/os/requires_real_time.h has it
+    const char* const must = std::getenv("CATAN_REQUIRE_REALTIME");  // as src/os/testing/requires_real_time.h has it
     if (must != nullptr && std::string(must) == "1") FAIL() << "there is no python3: install it";
     GTEST_SKIP() << "there is no python3: install it";
   }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::model {
 namespace {

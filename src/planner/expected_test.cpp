@@ -16,8 +16,8 @@
 #include "planner/formulas.h"
 #include "planner/frames.h"
 #include "planner/planner.h"
-#include "planner/random_apps.h"
 #include "planner/surrogate.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::planner {
 namespace {

@@ -11,9 +11,9 @@
 #include <csignal>
 #include <string>
 
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/forked_process.h"
-#include "os/requires_real_time.h"
+#include "os/linux/testing/fabricated_tree.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
