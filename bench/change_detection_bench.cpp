@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "model/change_detection_cases.h"
 #include "model/change_detector.h"
+#include "model/testing/change_detection_cases.h"
 
 namespace {
 

@@ -1,5 +1,6 @@
 // Random apps for contests of policies: whole apps as their files say them, with loads that vary, for the simulator.
-// (planner/random_apps.h makes others: values with one cost a node, of many odd kinds, for proofs of the planner.)
+// (planner/testing/random_apps.h makes others: values with one cost a node, of many odd kinds, for proofs of the
+// planner.)
 //
 // What an app has:
 //   - 2 to 12 subchains of 1 to 3 nodes. Costs (95th percentiles) are log-uniform from 0.3 to 150 ms; those of one

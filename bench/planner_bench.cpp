@@ -11,7 +11,7 @@
 #include "plan/validate.h"
 #include "planner/formulas.h"
 #include "planner/frames.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn {
 namespace {

@@ -36,12 +36,12 @@ json run(const std::string& example, const std::string& command) {
 }
 
 // That it ran at about this rate; a machine that is busy with other things does not reach it.
-void expect_scheduled(const json& report, const std::string& name, double least_hz, double most_hz) {
+void expect_scheduled(const json& report, const std::string& name, double min_hz, double max_hz) {
   const json entry = node(report, name);
   ASSERT_FALSE(entry.is_null()) << report;
   ASSERT_FALSE(entry["rate_hz"].is_null()) << report;
-  EXPECT_GT(entry["rate_hz"].get<double>(), least_hz) << entry;
-  EXPECT_LT(entry["rate_hz"].get<double>(), most_hz) << entry;
+  EXPECT_GT(entry["rate_hz"].get<double>(), min_hz) << entry;
+  EXPECT_LT(entry["rate_hz"].get<double>(), max_hz) << entry;
 }
 
 TEST(Examples, NodesInProcessesOfTheirOwn) {
@@ -61,7 +61,7 @@ TEST(Examples, NodeInC) {
 
 TEST(Examples, NodeInPython) {
   if (std::system("command -v python3 > /dev/null") != 0) {
-    const char* const must = std::getenv("CATAN_REQUIRE_REALTIME");  // as src/os/requires_real_time.h has it
+    const char* const must = std::getenv("CATAN_REQUIRE_REALTIME");  // as src/os/testing/requires_real_time.h has it
     if (must != nullptr && std::string(must) == "1") FAIL() << "there is no python3: install it";
     GTEST_SKIP() << "there is no python3: install it";
   }

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "plan/json.h"
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 #include "plan/validate.h"
 
 namespace {

@@ -13,7 +13,7 @@
 
 #include "command_test.h"
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::test {
 namespace {

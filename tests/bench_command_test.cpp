@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::test {
 namespace {

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "os/linux/forked_process.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 #include "record/app_changes.h"
 #include "record/reader.h"
 #include "runtime/control.h"

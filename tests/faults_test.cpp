@@ -8,7 +8,7 @@
 #include <string>
 
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::faults {
 namespace {

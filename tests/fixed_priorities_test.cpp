@@ -11,7 +11,7 @@
 
 #include "config/app_file.h"
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "runtime/engine.h"

@@ -15,8 +15,8 @@
 
 #include "os/linux/linux_os.h"
 #include "os/linux/shared_memory.h"
-#include "os/requires_real_time.h"
 #include "os/scheduling_guard.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 #include "record/reader.h"
 
 namespace ctn {

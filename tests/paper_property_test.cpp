@@ -20,7 +20,7 @@
 #include "plan/json.h"
 #include "plan/limits.h"
 #include "plan/validate.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::paper {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "base/mixed.h"
 #include "planner/promised.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 #include "trial/trial.h"
 #include "trial_runs.h"
 

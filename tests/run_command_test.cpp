@@ -12,7 +12,7 @@
 
 #include "command_test.h"
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 #include "test_apps.h"
 
 namespace ctn::test {

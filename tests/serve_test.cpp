@@ -13,7 +13,7 @@
 #include "os/linux/forked_process.h"
 #include "os/linux/listener.h"
 #include "os/linux/shared_memory.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 #include "runtime/protocol.h"
 #include "served_app.h"
 

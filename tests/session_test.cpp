@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "os/linux/linux_os.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn {
 namespace {

@@ -14,7 +14,7 @@
 #include "base/mixed.h"
 #include "baselines/policies.h"
 #include "planner/frames.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 #include "policy/replan.h"
 #include "policy/testing/given_places.h"
 #include "sim/clocks.h"

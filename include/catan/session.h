@@ -109,6 +109,7 @@ class Session {
   Snapshot snapshot() const;
 
  private:
+  friend class SessionAccess;  // the command
   class Impl;
   explicit Session(std::unique_ptr<Impl> impl);
   ChannelBase& open_channel(std::string_view from, std::string_view to, bool queue, std::type_index type,

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/policies.h"
+#include "api/session_access.h"
 #include "config/app_file.h"
 #include "os/linux/linux_os.h"
 #include "runtime/engine.h"
@@ -25,7 +26,11 @@ class Session::Impl {
 Result<Session> Session::open(const std::string& app_file, const SessionOptions& options) {
   Result<graph::App> app = config::load_app(app_file);
   if (!app) return app.error();
-  const auto policy = api::live_policy(options.policy, *app);
+  return SessionAccess::open(std::move(*app), options);
+}
+
+Result<Session> SessionAccess::open(graph::App app, const SessionOptions& options) {
+  const auto policy = api::live_policy(options.policy, app);
   if (!policy) return policy.error();
 
   std::optional<graph::FrameMode> frames;
@@ -33,7 +38,7 @@ Result<Session> Session::open(const std::string& app_file, const SessionOptions&
     frames = *options.fixed_frames ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
   }
   std::unique_ptr<os::Os> system = os::make_linux_os();
-  Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(*app), *system,
+  Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(app), *system,
                                                                             {.policy = *policy,
                                                                              .cpus = os::CpuSet(options.cpus),
                                                                              .record = options.record,
@@ -43,7 +48,7 @@ Result<Session> Session::open(const std::string& app_file, const SessionOptions&
                                                                              .frames = frames,
                                                                              .on_notice = options.on_notice});
   if (!engine) return engine.error();
-  return Session(std::make_unique<Impl>(std::move(system), std::move(*engine)));
+  return Session(std::make_unique<Session::Impl>(std::move(system), std::move(*engine)));
 }
 
 Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -8,8 +8,8 @@
 #include "baselines/picas.h"
 #include "baselines/reservations.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
-#include "planner/random_apps.h"
+#include "graph/testing/spec_text.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::baselines {
 namespace {

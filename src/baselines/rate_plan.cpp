@@ -54,9 +54,9 @@ Status check_request(const graph::App& app, const RateRequest& request) {
     return mistake("slack", fmt::format("a slack of {}", request.slack), "a fraction from 0 to below 1");
   }
   if (app.graph.subchains().empty()) return mistake("nodes", "nothing to schedule", "give a node that is scheduled");
-  if (app.graph.subchains().size() > planner::kMostSubchains) {
+  if (app.graph.subchains().size() > planner::kMaxSubchains) {
     return mistake("subchains", fmt::format("{} subchains", app.graph.subchains().size()),
-                   fmt::format("at most {}", planner::kMostSubchains));
+                   fmt::format("at most {}", planner::kMaxSubchains));
   }
   return Done{};
 }
@@ -137,7 +137,7 @@ std::vector<std::vector<double>> stretched_costs(const graph::App& app, const mo
     std::vector<double> of_kind;
     for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
       const double cost = on_kind.subchain_total(app.graph, SubchainId(i)).count();
-      of_kind.push_back(std::max(cost, kLeastCost) / (1.0 - slack));
+      of_kind.push_back(std::max(cost, kMinCost) / (1.0 - slack));
     }
     stretched.push_back(std::move(of_kind));
   }

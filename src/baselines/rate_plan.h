@@ -92,9 +92,9 @@ void fill_figures(RatePlan& plan, const graph::App& app, const model::CostTable&
 // weighs adds up, every soft bound holds or is named with the right factor. Says what is wrong.
 Status check_rates(const RatePlan& plan, const graph::App& app, const model::CostTable& costs, int cores);
 
-// What a run of each subchain takes on each kind of cores, stretched by the slack; at least kLeastCost, so that what
+// What a run of each subchain takes on each kind of cores, stretched by the slack; at least kMinCost, so that what
 // costs nothing has a rate too. [kind][subchain].
-constexpr double kLeastCost = 1e-3;  // ms
+constexpr double kMinCost = 1e-3;  // ms
 std::vector<std::vector<double>> stretched_costs(const graph::App& app, const model::CostTable& costs, double slack);
 
 // How long a reader may have to wait for an output of the element, beyond its period. 0: it emits as often as it runs.

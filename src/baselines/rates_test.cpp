@@ -12,9 +12,9 @@
 #include "baselines/response_times.h"
 #include "baselines/verucchi.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "planner/planner.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::baselines {
 namespace {

@@ -32,7 +32,7 @@ Reservations reserve(const graph::App& app, const model::CostTable& costs, std::
     made.asked += part;
     tightest = std::max(tightest, part);
   }
-  made.factor = std::max({1.0, made.asked / (rules.most_bandwidth * cores), tightest});
+  made.factor = std::max({1.0, made.asked / (rules.max_bandwidth * cores), tightest});
   made.admitted = made.factor <= 1.0;
   for (const Rate rate : rates) {
     // Rounded up, and a nanosecond more where it was lowered, so that the sum is within the limit.

@@ -24,7 +24,7 @@ namespace ctn::baselines {
 
 struct ReservationRules {
   double margin = 1.1;                            // on each cost
-  double most_bandwidth = 0.95;                   // of all cores together
+  double max_bandwidth = 0.95;                    // of all cores together
   Nanos shortest = std::chrono::microseconds{2};  // the kernel refuses runtimes of about a microsecond
 };
 

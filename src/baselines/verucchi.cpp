@@ -19,8 +19,8 @@
 namespace ctn::baselines {
 namespace {
 
-constexpr int kMostDoublings = 8;
-constexpr std::size_t kMostCombinations = 2'000'000;
+constexpr int kMaxDoublings = 8;
+constexpr std::size_t kMaxCombinations = 2'000'000;
 constexpr std::size_t kDefaultEffort = 4'000'000;
 
 struct Candidate {
@@ -80,10 +80,10 @@ class Verucchi {
       if (subchain && app.graph.subchain(*subchain).head() == node) rank_[subchain->index()] = rank++;
     }
     make_terms(costs);
-    most_period_.assign(count_, kInfinity);
+    max_period_.assign(count_, kInfinity);
     for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
       if (!bound.node) continue;
-      double& most = most_period_[app.graph.node(*bound.node).subchain->index()];
+      double& most = max_period_[app.graph.node(*bound.node).subchain->index()];
       most = std::min(most, bound.asked.count());
     }
   }
@@ -178,11 +178,11 @@ class Verucchi {
   }
 
   // No graph of runs is better than this: a chain waits for its slowest task, and each of its tasks runs.
-  Value least_value(const Candidate& at, double base) const {
+  Value min_value(const Candidate& at, double base) const {
     if (base == kInfinity) return {};
     Value least{1.0, 0.0};
     for (std::size_t i = 0; i < count_; ++i) {
-      least.factor = std::max(least.factor, period(at, base, static_cast<int>(i)) / most_period_[i]);
+      least.factor = std::max(least.factor, period(at, base, static_cast<int>(i)) / max_period_[i]);
     }
     for (const TermParts& term : terms_) {
       double value = term.constant;
@@ -229,7 +229,7 @@ class Verucchi {
   // Builds the graphs of a candidate; keeps the best of them if it is the best so far.
   void look_at(const Candidate& at) {
     const double base = base_of(at);
-    if (hopeless(least_value(at, base))) return;
+    if (hopeless(min_value(at, base))) return;
     const int least = *std::min_element(at.doublings.begin(), at.doublings.end());
     const double unit = std::ldexp(base, least);
     const std::vector<DagTask> tasks = tasks_of(at, base);
@@ -287,7 +287,7 @@ class Verucchi {
     found.value = {1.0, 0.0};
     const auto period_of = [&](int task) { return unit * tasks[static_cast<std::size_t>(task)].every; };
     for (std::size_t i = 0; i < count_; ++i) {
-      found.value.factor = std::max(found.value.factor, period_of(static_cast<int>(i)) / most_period_[i]);
+      found.value.factor = std::max(found.value.factor, period_of(static_cast<int>(i)) / max_period_[i]);
     }
     for (const TermParts& term : terms_) {
       double value = term.constant;
@@ -360,7 +360,7 @@ class Verucchi {
   // The fastest has no doublings, the slowest no more than there may be.
   static void normalise(Candidate& at) {
     const int least = *std::min_element(at.doublings.begin(), at.doublings.end());
-    for (int& doublings : at.doublings) doublings = std::min(doublings - least, kMostDoublings);
+    for (int& doublings : at.doublings) doublings = std::min(doublings - least, kMaxDoublings);
   }
 
   // How good a candidate is to climb from, where none has been found that can be scheduled.
@@ -382,7 +382,7 @@ class Verucchi {
   void descend(Candidate from) {
     const std::size_t until = effort_ / 2;
     // Slow down what is not exact until exact rates can be met.
-    for (int tries = 0; base_of(from) == kInfinity && tries < 4 * kMostDoublings * static_cast<int>(count_); ++tries) {
+    for (int tries = 0; base_of(from) == kInfinity && tries < 4 * kMaxDoublings * static_cast<int>(count_); ++tries) {
       Candidate next = from;
       for (const Candidate& other : neighbours(from)) {
         if (excess(other) < excess(next)) next = other;
@@ -451,8 +451,8 @@ class Verucchi {
 
   // All combinations, those with the best lower bounds first; none where there are too many.
   void enumerate() {
-    double combinations = std::pow(kMostDoublings + 1.0, static_cast<double>(count_));
-    const auto as_many = static_cast<double>(kMostCombinations);
+    double combinations = std::pow(kMaxDoublings + 1.0, static_cast<double>(count_));
+    const auto as_many = static_cast<double>(kMaxCombinations);
     if (combinations > as_many) return;
     std::vector<std::vector<int>> placements;
     std::vector<int> core(count_, 0);
@@ -470,7 +470,7 @@ class Verucchi {
       at.core = placements[placement];
       for (std::uint32_t rates = 0; rates < static_cast<std::uint32_t>(combinations); ++rates) {
         if (!unpack(rates, at.doublings)) continue;
-        const Value least = least_value(at, base_of(at));
+        const Value least = min_value(at, base_of(at));
         if (least.objective < kInfinity && !hopeless(least)) entries.push_back({least, placement, rates});
       }
     }
@@ -494,8 +494,8 @@ class Verucchi {
   // False where no task has the base period: another combination is the same.
   bool unpack(std::uint32_t rates, std::vector<int>& doublings) const {
     for (int& of : doublings) {
-      of = static_cast<int>(rates % (kMostDoublings + 1));
-      rates /= kMostDoublings + 1;
+      of = static_cast<int>(rates % (kMaxDoublings + 1));
+      rates /= kMaxDoublings + 1;
     }
     return *std::min_element(doublings.begin(), doublings.end()) == 0;
   }
@@ -525,8 +525,8 @@ class Verucchi {
   std::size_t spent_ = 0;
   const std::size_t count_;
   std::vector<plan::PeriodLimits> limits_;
-  std::vector<double> most_period_;  // by min_rate
-  std::vector<int> rank_;            // of heads in the order of the data
+  std::vector<double> max_period_;  // by min_rate
+  std::vector<int> rank_;           // of heads in the order of the data
   std::vector<double> weight_;
   std::vector<TermParts> terms_;
   std::vector<std::pair<int, int>> pairs_;  // tasks that follow each other in a chain

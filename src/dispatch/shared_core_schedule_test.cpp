@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 
 namespace ctn::dispatch {
 namespace {

@@ -7,8 +7,8 @@
 #include <algorithm>
 
 #include "os/linux/control_groups.h"
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/linux_os.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::doctor {
 namespace {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::graph {
 namespace {

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::graph {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "base/numbers.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::graph {
 namespace {

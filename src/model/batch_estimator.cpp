@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kErrorsApart = 4.0;
 // Items that together come to less than this part of a run are not told of.
-constexpr double kLeastPart = 0.02;
+constexpr double kMinPart = 0.02;
 // From the line, in standard deviations of a normal distribution; and where runs hardly differ, in parts of their mean.
 constexpr double kOutlier = 4.0;
 constexpr double kOutlierAnyway = 0.02;
@@ -21,7 +21,7 @@ constexpr double kDeviationsOfMedian = 1.4826;
 constexpr double kAlike = 0.1;
 
 // What is far more precise than any clock is taken to be as precise as this part of a run.
-constexpr double kLeastDeviation = 1e-3;
+constexpr double kMinDeviation = 1e-3;
 
 // Means of the runs of each mode.
 struct Means {
@@ -95,7 +95,7 @@ std::optional<BatchEstimator::Line> BatchEstimator::fitted(const std::vector<Run
     squares += off * off;
   }
   const double freedom = std::max(static_cast<double>(runs.size() - means.size()) - 1.0, 1.0);
-  const double deviation = std::max(std::sqrt(squares / freedom), kLeastDeviation * line.mean_cpu);
+  const double deviation = std::max(std::sqrt(squares / freedom), kMinDeviation * line.mean_cpu);
   line.error = deviation / std::sqrt(across);
   return line;
 }
@@ -135,7 +135,7 @@ bool BatchEstimator::tell() {
   if (!line) return false;
   const double slope = std::max(line->slope, 0.0);
   const bool first = told_ == 0.0;
-  if (first && slope * line->mean_items < kLeastPart * line->mean_cpu) return false;
+  if (first && slope * line->mean_items < kMinPart * line->mean_cpu) return false;
   const bool moved = std::abs(slope - told_) > kErrorsApart * line->error;
   const bool known_better = !first && (!told_error_ || line->error < *told_error_);
   if (!moved && !known_better) return false;

@@ -18,20 +18,20 @@ Millis longest_output_period(const graph::Graph& graph, const graph::Subchain& s
   return longest;
 }
 
-double no_more_than_fit(double items) { return std::min(items, kMostItems); }
+double no_more_than_fit(double items) { return std::min(items, kMaxItems); }
 
 }  // namespace
 
 double BatchInput::mean_items(Millis window, Millis runs_apart) const {
   if (one_a_run) return 1.0;
   const Millis outputs = subchain ? std::max(runs_apart * runs_per_output, output_period) : apart * runs_per_output;
-  return outputs > Millis{0} ? no_more_than_fit(window / outputs) : kMostItems;
+  return outputs > Millis{0} ? no_more_than_fit(window / outputs) : kMaxItems;
 }
 
-double BatchInput::most_items(Millis window, Millis runs_apart) const {
+double BatchInput::max_items(Millis window, Millis runs_apart) const {
   if (one_a_run) return 1.0;
   const Millis outputs = subchain ? std::max(runs_apart, output_period) : apart;
-  return outputs > Millis{0} ? no_more_than_fit(std::ceil(window / outputs - kRounding) + 1.0) : kMostItems;
+  return outputs > Millis{0} ? no_more_than_fit(std::ceil(window / outputs - kRounding) + 1.0) : kMaxItems;
 }
 
 std::vector<BatchInput> batch_inputs(const graph::Graph& graph, const CostTable& costs, NodeId node) {

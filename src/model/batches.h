@@ -5,7 +5,7 @@
 //   at most      one more than that, rounded up: each output may come a little later than usual, and no more than by
 //                the time between two
 //
-// A predecessor in the node's own subchain gives each run just one. No queue holds more than kMostItems.
+// A predecessor in the node's own subchain gives each run just one. No queue holds more than kMaxItems.
 //
 // Units: Millis. Thread safety: plain values, pure functions.
 #pragma once
@@ -21,7 +21,7 @@
 namespace ctn::model {
 
 // As a queue channel's capacity (catan/channel.h).
-constexpr double kMostItems = 4096.0;
+constexpr double kMaxItems = 4096.0;
 
 // A predecessor of a queue node.
 struct BatchInput {
@@ -34,7 +34,7 @@ struct BatchInput {
   // Within that time, where the subchain's runs are so far apart: the mean of both, or both at worst (the longest
   // window; runs as close together as they come on average over many).
   double mean_items(Millis window, Millis runs_apart) const;
-  double most_items(Millis window, Millis runs_apart) const;
+  double max_items(Millis window, Millis runs_apart) const;
 };
 
 // Precondition: the node is no external one.
@@ -50,10 +50,10 @@ double mean_items(const std::vector<BatchInput>& inputs, Millis window, const Ru
   return items;
 }
 template <class RunsApart>
-double most_items(const std::vector<BatchInput>& inputs, Millis window, const RunsApart& runs_apart) {
+double max_items(const std::vector<BatchInput>& inputs, Millis window, const RunsApart& runs_apart) {
   double items = 0.0;
   for (const BatchInput& input : inputs) {
-    items += input.most_items(window, input.subchain ? runs_apart(*input.subchain) : Millis{0});
+    items += input.max_items(window, input.subchain ? runs_apart(*input.subchain) : Millis{0});
   }
   return items;
 }

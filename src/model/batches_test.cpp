@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::model {
 namespace {
@@ -39,12 +39,12 @@ TEST(Batches, OnAverageAreWhatComesBetweenTwoRuns) {
 }
 
 TEST(Batches, AtMostAreOneMoreOfEachAndAsIfEachRunGaveOne) {
-  EXPECT_DOUBLE_EQ(most_items(Into().inputs(), Millis{100}, every_10), 11.0 + 21.0 + 1.0);
-  EXPECT_DOUBLE_EQ(most_items(Into().inputs(), Millis{2}, every_10), 2.0 + 2.0 + 1.0);
+  EXPECT_DOUBLE_EQ(max_items(Into().inputs(), Millis{100}, every_10), 11.0 + 21.0 + 1.0);
+  EXPECT_DOUBLE_EQ(max_items(Into().inputs(), Millis{2}, every_10), 2.0 + 2.0 + 1.0);
 }
 
 TEST(Batches, FitIntoQueues) {
-  EXPECT_DOUBLE_EQ(most_items(Into().inputs(), Millis{1e9}, every_10), 2.0 * kMostItems + 1.0);
+  EXPECT_DOUBLE_EQ(max_items(Into().inputs(), Millis{1e9}, every_10), 2.0 * kMaxItems + 1.0);
 }
 
 TEST(Batches, OutputsOfExternalNodesAreNoItems) {

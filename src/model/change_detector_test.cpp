@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "model/change_detection_cases.h"
+#include "model/testing/change_detection_cases.h"
 
 namespace ctn::model {
 namespace {

@@ -13,7 +13,7 @@ constexpr double kStray = 0.25;
 constexpr std::int64_t kLongestGap = 1000;
 // So many times the median distance from the line is far from it; at the least, in ns.
 constexpr double kFar = 4.0;
-constexpr double kLeastFar = 1000.0;
+constexpr double kMinFar = 1000.0;
 // The line is drawn anew at each of so many ticks, then at every so-many-th.
 constexpr std::size_t kFitEach = 64;
 constexpr int kFitEvery = 8;
@@ -103,7 +103,7 @@ void ClockEstimator::fit() {
     std::vector<double> off = distances(points, line);
     const double middle = median(off);
     for (double& each : off) each = std::abs(each - middle);
-    const double far = std::max(kFar * median(off), kLeastFar);
+    const double far = std::max(kFar * median(off), kMinFar);
     std::vector<Point> near;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (off[i] <= far) near.push_back(points[i]);

@@ -72,7 +72,7 @@ int CostProfile::threads_used(int q) const {
   return knows_all_ ? std::prev(by_threads_.upper_bound(q))->first : q;
 }
 
-int CostProfile::most_threads(int max_threads) const {
+int CostProfile::max_useful_threads(int max_threads) const {
   assert(max_threads >= 1);
   return knows_all_ ? by_threads_.rbegin()->first : max_threads;
 }
@@ -163,10 +163,10 @@ Millis CostTable::subchain_total(const graph::Graph& graph, SubchainId subchain)
   return sum;
 }
 
-int CostTable::most_threads(const graph::Graph& graph, SubchainId subchain) const {
+int CostTable::max_useful_threads(const graph::Graph& graph, SubchainId subchain) const {
   int most = 1;
   for (const NodeId node : graph.subchain(subchain).nodes) {
-    most = std::max(most, (*this)[node].most_threads(graph.node(node).max_threads));
+    most = std::max(most, (*this)[node].max_useful_threads(graph.node(node).max_threads));
   }
   return most;
 }

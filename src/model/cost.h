@@ -72,7 +72,7 @@ class CostProfile {
   // Precondition: q >= 1.
   int threads_used(int q) const;
   // More threads than this change nothing. Precondition: max_threads >= 1.
-  int most_threads(int max_threads) const;
+  int max_useful_threads(int max_threads) const;
 
   // The same, all times multiplied. Precondition: factor >= 0.
   CostProfile times(double factor) const;
@@ -131,7 +131,7 @@ class CostTable {
   // C_i: the sum of single_thread() over the subchain's nodes.
   Millis subchain_total(const graph::Graph& graph, SubchainId subchain) const;
   // More threads than this change nothing for any of its nodes.
-  int most_threads(const graph::Graph& graph, SubchainId subchain) const;
+  int max_useful_threads(const graph::Graph& graph, SubchainId subchain) const;
   // W_i: what they wait.
   Millis subchain_wait(const graph::Graph& graph, SubchainId subchain) const;
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::model {
 namespace {
@@ -36,14 +36,14 @@ TEST(CostProfile, GoesByWhatWasMeasuredAndElseByPerfectScaling) {
   EXPECT_EQ(profile.with_threads(8, 6), Millis{2}) << "no more than six";
   EXPECT_EQ(profile.with_threads(8, 4), Millis{7});
   EXPECT_EQ(profile.threads_used(3), 3);
-  EXPECT_EQ(profile.most_threads(6), 6);
+  EXPECT_EQ(profile.max_useful_threads(6), 6);
   EXPECT_EQ(profile.times(2.0).with_threads(2, 6), Millis{18});
 }
 
 TEST(CostProfile, WhatIsAssumedIsSoOnAnyNumberOfThreads) {
   const CostProfile profile = CostProfile::assumed(Millis{5});
   EXPECT_EQ(profile.with_threads(8, 8), Millis{5});
-  EXPECT_EQ(profile.most_threads(8), 1);
+  EXPECT_EQ(profile.max_useful_threads(8), 1);
   EXPECT_EQ(profile.times(0.5).with_threads(2, 8), Millis{2.5});
 }
 

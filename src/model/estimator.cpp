@@ -63,19 +63,19 @@ void Estimator::add(RunTime run, std::size_t mode, std::size_t items) {
   ++count_;
 }
 
-std::vector<Estimator::Seen> Estimator::newest(std::size_t mode, std::size_t most) const {
+std::vector<Estimator::Seen> Estimator::newest(std::size_t mode, std::size_t max_count) const {
   const Ring<Seen>& runs = runs_[mode];
   const std::size_t size = runs.values.size();
   std::vector<Seen> newest;
-  for (std::size_t i = size - std::min(most, size); i < size; ++i) {
+  for (std::size_t i = size - std::min(max_count, size); i < size; ++i) {
     newest.push_back(runs.values[(runs.oldest + i) % size]);
   }
   return newest;
 }
 
-std::vector<RunTime> Estimator::newest_runs(std::size_t mode, std::size_t most) const {
+std::vector<RunTime> Estimator::newest_runs(std::size_t mode, std::size_t max_count) const {
   std::vector<RunTime> runs;
-  for (const Seen& seen : newest(mode, most)) runs.push_back(without_items(seen));
+  for (const Seen& seen : newest(mode, max_count)) runs.push_back(without_items(seen));
   return runs;
 }
 

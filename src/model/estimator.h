@@ -76,8 +76,8 @@ class Estimator {
   };
 
   // In order of time; all, if there are no more.
-  std::vector<Seen> newest(std::size_t mode, std::size_t most) const;
-  std::vector<RunTime> newest_runs(std::size_t mode, std::size_t most) const;
+  std::vector<Seen> newest(std::size_t mode, std::size_t max_count) const;
+  std::vector<RunTime> newest_runs(std::size_t mode, std::size_t max_count) const;
   RunTime without_items(const Seen& seen) const;
 
   std::size_t window_;

@@ -9,7 +9,7 @@
 
 #include "base/statistics.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::model {
 namespace {

@@ -3,7 +3,7 @@
 // On a real system nothing here fails for being slow: bounds are lower ones, and upper ones only keep a broken
 // implementation from hanging. Tests that raise a thread do so for a few calls, under a guard that gives the level
 // back.
-#include "os/conformance.h"
+#include "os/testing/conformance.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "os/os.h"
-#include "os/requires_real_time.h"
 #include "os/scheduling_guard.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os::conformance {
 namespace {

@@ -16,7 +16,7 @@ using Matrix = Eigen::MatrixXd;
 
 constexpr double kGap = 1e-11;        // of the logarithm of the value
 constexpr double kStationary = 1e-8;  // residual of the dual at the end
-constexpr int kMostSteps = 150;
+constexpr int kMaxSteps = 150;
 
 // The logarithm of a posynomial, with its gradient, at one point.
 struct LogPosynomial {
@@ -90,7 +90,7 @@ class InteriorPoint {
     evaluate(y);
     duals_.resize(static_cast<Eigen::Index>(m));
     for (std::size_t j = 0; j < m; ++j) dual(j) = -1.0 / constraints_[j].value;
-    for (int step = 0; step < kMostSteps && !enough(y); ++step) {
+    for (int step = 0; step < kMaxSteps && !enough(y); ++step) {
       const double gap = surrogate_gap();
       if (gap < kGap && dual_residual().norm() < kStationary) break;
       constexpr double kCentering = 10.0;

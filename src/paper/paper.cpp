@@ -23,13 +23,13 @@ namespace {
 
 std::optional<Error> mistake(const graph::App& app, const Request& request) {
   const std::size_t subchains = app.graph.subchains().size();
-  const int listed = app.core_count().value_or(kMostCores);
+  const int listed = app.core_count().value_or(kMaxCores);
   std::vector<ctn::Problem> problems;
-  if (request.cores < 1 || request.cores > std::min(listed, kMostCores)) {
+  if (request.cores < 1 || request.cores > std::min(listed, kMaxCores)) {
     problems.push_back({{},
                         "cores",
                         fmt::format("there are {} cores to plan for", request.cores),
-                        fmt::format("give from 1 to {}{}", std::min(listed, kMostCores),
+                        fmt::format("give from 1 to {}{}", std::min(listed, kMaxCores),
                                     app.core_count() ? ", which the app lists" : "")});
   }
   if (!(request.slack >= 0.0 && request.slack < 1.0)) {
@@ -38,11 +38,11 @@ std::optional<Error> mistake(const graph::App& app, const Request& request) {
                         fmt::format("a slack of {} % leaves nothing to plan with, or is no share", 100 * request.slack),
                         "give 0 % or more and less than 100 %"});
   }
-  if (subchains == 0 || subchains > kMostSubchains) {
+  if (subchains == 0 || subchains > kMaxSubchains) {
     problems.push_back({{},
                         "subchains",
                         fmt::format("the app has {} subchains", subchains),
-                        fmt::format("this planner takes from 1 to {}", kMostSubchains)});
+                        fmt::format("this planner takes from 1 to {}", kMaxSubchains)});
   }
   if (problems.empty()) return std::nullopt;
   return Error(ErrorKind::kCaller, std::move(problems));

@@ -29,8 +29,8 @@
 
 namespace ctn::paper {
 
-constexpr std::size_t kMostSubchains = 256;
-constexpr int kMostCores = 1024;
+constexpr std::size_t kMaxSubchains = 256;
+constexpr int kMaxCores = 1024;
 
 struct Request {
   int cores = 1;                          // of those that the app lists, the first so many

@@ -13,7 +13,7 @@ namespace ctn::paper {
 namespace {
 
 // Where slices may be as short as one likes, a run is spread over no more frames than this.
-constexpr double kMostEvery = 1000.0;
+constexpr double kMaxEvery = 1000.0;
 constexpr double kTimingRounding = 1e-12;
 
 double ms(const std::optional<Nanos>& time) { return to_millis(time.value_or(Nanos{0})).count(); }
@@ -111,10 +111,10 @@ OnKind on_kind(const graph::App& app, const Costs& costs, SubchainId id, int cor
   on.cost = costs.busy.subchain_total(app.graph, id).count();
   const double min_slice = to_millis(app.scheduler.min_slice).count();
   if (on.cost >= min_slice && on.cost > 0.0) {
-    const double slices = min_slice > 0.0 ? on.cost / min_slice : kMostEvery;
-    on.most_every = std::min(kMostEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kTimingRounding)));
+    const double slices = min_slice > 0.0 ? on.cost / min_slice : kMaxEvery;
+    on.max_every = std::min(kMaxEvery, subchain.queue ? slices : std::floor(slices * (1.0 + kTimingRounding)));
   }
-  const int threads = costs.busy.most_threads(app.graph, id);
+  const int threads = costs.busy.max_useful_threads(app.graph, id);
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
   for (int k = 1; k <= cores && k <= nodes * threads; ++k) {
     on.owned.push_back(best_owned(app, costs, id, k, threads, subchain, slack));

@@ -62,7 +62,7 @@ struct Owned {
 // A subchain on cores of one kind. (The paper's cores are all alike.)
 struct OnKind {
   double cost = 0.0;         // c(S): of one run
-  double most_every = 1.0;   // 1/f at most: a slice is at least min_slice, or a whole run
+  double max_every = 1.0;    // 1/f at most: a slice is at least min_slice, or a whole run
   std::vector<Owned> owned;  // [k - 1]: with k cores, as many as are of use
 };
 

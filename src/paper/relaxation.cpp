@@ -13,7 +13,7 @@ namespace {
 constexpr double kBoundRounding = 1e-9;
 constexpr double kShortestFrame = 1e-6;
 // Frames are no longer than so many runs of all members.
-constexpr double kMostRounds = 100.0;
+constexpr double kMaxRounds = 100.0;
 
 class Formulation {
  public:
@@ -22,7 +22,7 @@ class Formulation {
     periods_.resize(problem_.subchains.size());
     limits_.resize(problem_.subchains.size());
     for (const SharedCore& core : division.cores) add_core(core);
-    goal.least_factor ? minimise_factor() : minimise_objective();
+    goal.minimise_factor ? minimise_factor() : minimise_objective();
   }
 
   std::optional<Relaxed> solved() const {
@@ -45,7 +45,7 @@ class Formulation {
     std::optional<Metric::Slowest> subchain;  // none: the fixed period
     std::size_t constraint = 0;
   };
-  // Which constraints limit a period: by a rate cap, by T and by most_every T.
+  // Which constraints limit a period: by a rate cap, by T and by max_every T.
   struct Limits {
     std::optional<std::size_t> cap{};
     std::optional<std::size_t> shortest{};
@@ -82,10 +82,10 @@ class Formulation {
     const auto given = [&](std::size_t i) -> std::optional<double> {
       if (division_.is_free(i)) return std::nullopt;
       if (!every_.empty()) return every_[i];
-      return division_.most_every(i) <= 1.0 ? std::optional(1.0) : std::nullopt;
+      return division_.max_every(i) <= 1.0 ? std::optional(1.0) : std::nullopt;
     };
     const auto any_every = [&](std::size_t i) {
-      const double most = division_.most_every(i);
+      const double most = division_.max_every(i);
       const Monomial every = add_variable(division_.is_free(i) ? 0.5 * most : std::sqrt(most));
       limits_[i].longest = program_.constraints.size();
       require({1.0 / most * every});
@@ -111,7 +111,7 @@ class Formulation {
         periods_[i] = subchain.exact_period * Monomial{};
         if (core.exact != i) {
           const Monomial every = periods_[i] * frame.inverse();
-          require({1.0 / division_.most_every(i) * every});
+          require({1.0 / division_.max_every(i) * every});
           if (!division_.is_free(i)) require({every.inverse()});
         }
       } else {
@@ -262,7 +262,7 @@ class Formulation {
     const double longest = worth(limits_[i].longest);
     const double cap = std::min(worth(limits_[i].cap), price + longest);
     const double shortest = std::min(worth(limits_[i].shortest), price + longest - cap);
-    return {std::max(0.0, price - cap - shortest + longest), shortest - division_.most_every(i) * longest,
+    return {std::max(0.0, price - cap - shortest + longest), shortest - division_.max_every(i) * longest,
             cap * problem_.subchains[i].min_period};
   }
 
@@ -276,7 +276,7 @@ class Formulation {
     for (const Written& bound : bounds_) {
       if (!bound.bound) continue;
       const double dual = solution.duals[*bound.bound];
-      if (goal_.least_factor) {
+      if (goal_.minimise_factor) {
         add(bound, dual / std::max(1.0, sum) / bound.metric->limit, solution.duals, prices);
       } else {
         const double limit = bound.metric->limit * goal_.factor;
@@ -285,7 +285,7 @@ class Formulation {
         prices.constant -= weight * limit;
       }
     }
-    if (goal_.least_factor) prices.constant += std::max(0.0, 1.0 - sum);
+    if (goal_.minimise_factor) prices.constant += std::max(0.0, 1.0 - sum);
     for (std::size_t i = 0; i < limits_.size(); ++i) {
       if (division_.core_of[i] >= 0 && !division_.is_exact(i)) prices.open[i] = open(i, prices.of[i], solution);
     }
@@ -333,7 +333,7 @@ Division divide(const Problem& problem, const Allocation& allocation) {
       longest_cap = std::max(longest_cap, problem.subchains[i].min_period);
       if (!core.exact && division.is_exact(i) && !division.is_free(i)) core.exact = i;
     }
-    core.longest_frame = std::max({kMostRounds * round, 2.0 * longest_cap, 1.0});
+    core.longest_frame = std::max({kMaxRounds * round, 2.0 * longest_cap, 1.0});
   }
   return division;
 }

@@ -26,8 +26,8 @@ struct Division {
   std::vector<Timing> timings;  // of those; 0 for others
 
   double cost(std::size_t i) const { return problem.on(i, cores[static_cast<std::size_t>(core_of[i])].kind).cost; }
-  double most_every(std::size_t i) const {
-    return problem.on(i, cores[static_cast<std::size_t>(core_of[i])].kind).most_every;
+  double max_every(std::size_t i) const {
+    return problem.on(i, cores[static_cast<std::size_t>(core_of[i])].kind).max_every;
   }
   // Its number of frames a run need not be whole.
   bool is_free(std::size_t i) const { return problem.subchains[i].queue && cost(i) > 0.0; }
@@ -39,14 +39,14 @@ Division divide(const Problem& problem, const Allocation& allocation);
 // What is to be least: the objective while all bounds hold if relaxed by `factor` (infinite: whatever they are), or
 // that factor itself.
 struct Goal {
-  bool least_factor = false;
+  bool minimise_factor = false;
   double factor = 0.0;
 };
 
 // The goal is at least constant + sum_i price_i p_i, summed over members of shared cores. As long as a member's number
 // of frames is open, part of its price goes into what limits its period p on a core with frames of T,
 //
-//   shortest period <= p,   T <= p <= most_every T   (of a free number only the last),
+//   shortest period <= p,   T <= p <= max_every T   (of a free number only the last),
 //
 // so that price p >= open.period p + open.frame T + open.constant for every p within these limits.
 struct Prices {

@@ -28,9 +28,9 @@ struct OpenCore {
   double shortest = 0.0;   // frame
   double longest = 0.0;
 
-  double least() const {
-    const double least_work = work + open_work;
-    const double shortest_frame = std::max(shortest, least_work > 0.0 ? least_work / usable : 0.0);
+  double min_total() const {
+    const double min_work = work + open_work;
+    const double shortest_frame = std::max(shortest, min_work > 0.0 ? min_work / usable : 0.0);
     if (usable <= 0.0 && (work > 0.0 || roots > 0.0)) return kInfinity;
     if (shortest_frame > longest * (1.0 + kStageRounding)) return kInfinity;
     if (roots <= 0.0) return constant + price * (price >= 0.0 ? shortest_frame : longest);
@@ -61,7 +61,7 @@ class WholeNumbers {
   std::optional<StageTwo> run() {
     const std::size_t cores = division_.cores.size();
     rest_.assign(cores + 1, 0.0);
-    for (std::size_t core = cores; core-- > 0;) rest_[core] = rest_[core + 1] + least_of(core);
+    for (std::size_t core = cores; core-- > 0;) rest_[core] = rest_[core + 1] + min_of(core);
     lower_bound_ = relaxed_.prices.constant + rest_.front();
     choose(0, 0, begin_[0].open, relaxed_.prices.constant);
     return found_;
@@ -87,11 +87,11 @@ class WholeNumbers {
       if (division_.is_exact(i)) {
         open.constant += relaxed_.prices.of[i] * subchain.exact_period;
         open.usable -= division_.cost(i) / subchain.exact_period;
-        open.shortest = std::max(open.shortest, subchain.exact_period / division_.most_every(i));
+        open.shortest = std::max(open.shortest, subchain.exact_period / division_.max_every(i));
         if (!division_.is_free(i)) open.longest = std::min(open.longest, subchain.exact_period);
       } else {
         open.roots += root(i);
-        open.open_work += division_.cost(i) / division_.most_every(i);
+        open.open_work += division_.cost(i) / division_.max_every(i);
         open.constant += relaxed_.prices.open[i].constant;
         open.price += relaxed_.prices.open[i].frame;
       }
@@ -99,7 +99,7 @@ class WholeNumbers {
     }
     const auto rank = [&](std::size_t i) {
       return division_.is_exact(i) ? std::pair(core.exact == i ? -2.0 : -1.0, 0.0)
-                                   : std::pair(division_.most_every(i), -division_.cost(i));
+                                   : std::pair(division_.max_every(i), -division_.cost(i));
     };
     std::stable_sort(begun.whole.begin(), begun.whole.end(),
                      [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
@@ -122,7 +122,7 @@ class WholeNumbers {
     next.roots = std::max(0.0, open.roots - root(i));
     next.price += relaxed_.prices.of[i] * n;
     next.work += division_.cost(i) / n;
-    next.open_work = std::max(0.0, open.open_work - division_.cost(i) / division_.most_every(i));
+    next.open_work = std::max(0.0, open.open_work - division_.cost(i) / division_.max_every(i));
     next.shortest = std::max(open.shortest, subchain.min_period / n);
     return next;
   }
@@ -131,11 +131,11 @@ class WholeNumbers {
   // it is convex.
   template <typename Limit, typename Visit>
   void for_each(const OpenCore& open, std::size_t i, const Limit& limit, const Visit& visit) {
-    const int most = static_cast<int>(division_.most_every(i));
+    const int most = static_cast<int>(division_.max_every(i));
     const auto at = [&](int n) {
       if (steps_ > 0) --steps_;
       const OpenCore next = with(open, i, n);
-      return std::pair(next, next.least());
+      return std::pair(next, next.min_total());
     };
     if (division_.is_exact(i)) {
       // It sets the frame, or has to fit it.
@@ -185,7 +185,7 @@ class WholeNumbers {
   }
 
   // The least of a core by itself, with whole numbers. Where it takes too long, without.
-  double least_of(std::size_t number) {
+  double min_of(std::size_t number) {
     const Begun& begin = begin_[number];
     double best = kInfinity;
     constexpr std::size_t kShare = 10;
@@ -202,14 +202,14 @@ class WholeNumbers {
           open, begin.whole[at], [&] { return best; },
           [&](int, const OpenCore& next, double next_least) { self(self, at + 1, next, next_least); });
     };
-    descend(descend, 0, begin.open, begin.open.least());
-    return takes_too_long() ? begin.open.least() : best;
+    descend(descend, 0, begin.open, begin.open.min_total());
+    return takes_too_long() ? begin.open.min_total() : best;
   }
 
   void choose(std::size_t core, std::size_t at, const OpenCore& open, double before) {
     if (at == begin_[core].whole.size()) {
       frames_.push_back(open);
-      const double so_far = before + open.least();
+      const double so_far = before + open.min_total();
       if (core + 1 == begin_.size()) {
         judge();
       } else {
@@ -244,8 +244,8 @@ class WholeNumbers {
       set(core, free ? &*free : nullptr, found);
     }
     const double factor = factor_of(division_.problem.bounds, found.timings);
-    if (!goal_.least_factor && factor > goal_.factor * (1.0 + kStageRounding)) return;
-    const double value = goal_.least_factor ? factor : objective_of(division_.problem.terms, found.timings);
+    if (!goal_.minimise_factor && factor > goal_.factor * (1.0 + kStageRounding)) return;
+    const double value = goal_.minimise_factor ? factor : objective_of(division_.problem.terms, found.timings);
     if (!(value < best_)) return;
     best_ = value;
     found_ = std::move(found);
@@ -304,7 +304,7 @@ struct Answer {
   double lower_bound = 0.0;
 };
 
-std::optional<Answer> least(const Division& division, const Goal& goal, const Relaxed& relaxed, std::size_t& steps) {
+std::optional<Answer> minimise(const Division& division, const Goal& goal, const Relaxed& relaxed, std::size_t& steps) {
   WholeNumbers search(division, goal, relaxed, steps);
   std::optional<StageTwo> found = search.run();
   if (!found) return std::nullopt;
@@ -336,7 +336,7 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   const std::optional<Relaxed> relaxed = relax(division, free, {});
   if (!relaxed) return std::nullopt;
   std::size_t left = steps;
-  std::optional<Answer> best = least(division, free, *relaxed, left);
+  std::optional<Answer> best = minimise(division, free, *relaxed, left);
   if (!best) return std::nullopt;
   best->stage.gap = gap_of(best->value, best->lower_bound);
   if (factor_of(problem.bounds, best->stage.timings) <= 1.0 + kStageRounding) return best->stage;
@@ -347,17 +347,17 @@ std::optional<StageTwo> divide_cores(const Problem& problem, const Allocation& a
   const std::optional<Relaxed> towards = relax(division, nearest, {});
   if (!towards) return best->stage;
   left = steps;
-  std::optional<Answer> least_factor = least(division, nearest, *towards, left);
-  if (!least_factor) return best->stage;
+  std::optional<Answer> min_factor = minimise(division, nearest, *towards, left);
+  if (!min_factor) return best->stage;
   constexpr double kUnscaled = 1.0 + 1e-9;
-  const Goal within{false, std::max(1.0, least_factor->value) * kUnscaled};
+  const Goal within{false, std::max(1.0, min_factor->value) * kUnscaled};
   const std::optional<Relaxed> tight = relax(division, within, {});
   left = steps;
-  std::optional<Answer> answer = least(division, within, tight ? *tight : *relaxed, left);
-  StageTwo& stage = answer ? answer->stage : least_factor->stage;
+  std::optional<Answer> answer = minimise(division, within, tight ? *tight : *relaxed, left);
+  StageTwo& stage = answer ? answer->stage : min_factor->stage;
   stage.gap = gap_of(objective_of(problem.terms, stage.timings),
                      answer ? std::max(lower_bound, answer->lower_bound) : lower_bound);
-  if (least_factor->lower_bound < least_factor->value * (1.0 - kStageRounding)) stage.gap = 1.0;
+  if (min_factor->lower_bound < min_factor->value * (1.0 - kStageRounding)) stage.gap = 1.0;
   return stage;
 }
 

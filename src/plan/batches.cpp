@@ -42,8 +42,8 @@ std::optional<std::vector<Batch>> needed_batches(const Plan& plan, const graph::
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     const NodeId node(index);
     if (!costs.has_batches(node)) continue;
-    const double items = model::most_items(model::batch_inputs(app.graph, costs, node), longest_window(plan, app, node),
-                                           [&](SubchainId id) { return (*promises)[id.index()].spacing; });
+    const double items = model::max_items(model::batch_inputs(app.graph, costs, node), longest_window(plan, app, node),
+                                          [&](SubchainId id) { return (*promises)[id.index()].spacing; });
     needed.push_back({node, static_cast<int>(items)});
   }
   return needed;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "plan/recost.h"
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 #include "plan/validate.h"
 
 namespace ctn::plan {

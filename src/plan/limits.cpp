@@ -108,12 +108,12 @@ bool takes_batches(const graph::Graph& graph, SubchainId subchain) {
 
 std::optional<TickCount> ticks_of(Millis period, Millis clock) {
   constexpr double kDigits = 1e-3;
-  constexpr double kMost = 1e6;
-  constexpr int kMostParts = 4;
-  for (int parts = 1; parts <= kMostParts; ++parts) {
+  constexpr double kMaxTicks = 1e6;
+  constexpr int kMaxParts = 4;
+  for (int parts = 1; parts <= kMaxParts; ++parts) {
     const double ticks = parts * (period / clock);
     const double whole = std::round(ticks);
-    if (whole < 1.0 || whole > kMost || std::abs(ticks - whole) > kDigits * whole / parts) continue;
+    if (whole < 1.0 || whole > kMaxTicks || std::abs(ticks - whole) > kDigits * whole / parts) continue;
     return TickCount{static_cast<int>(whole), parts};
   }
   return std::nullopt;

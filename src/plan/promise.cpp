@@ -14,7 +14,7 @@ constexpr int kSteps = 64;
 // A trigger that comes a hair before the end of a period (rounding) is the next period's.
 constexpr double kRounding = 1e-9;
 // Nothing is triggered more often than dispatchers allow.
-constexpr Millis kLeastSpacing{0.1};
+constexpr Millis kMinSpacing{0.1};
 constexpr int kRounds = 1000;
 
 class Analysis {
@@ -46,7 +46,7 @@ class Analysis {
 
  private:
   // T: between two triggers.
-  Millis spacing_of(SubchainId id) const { return std::max(planned_spacing_of(id), kLeastSpacing); }
+  Millis spacing_of(SubchainId id) const { return std::max(planned_spacing_of(id), kMinSpacing); }
   Millis planned_spacing_of(SubchainId id) const {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
@@ -124,7 +124,7 @@ class Analysis {
     const Millis carried = carried_over(member, waits);
     const Line by_jitter{1.0 + (jitter_[i] + carried) / spacing_[i], 1.0 / spacing_[i].count()};
     const Millis apart = held_apart(member);
-    if (apart < kLeastSpacing) return by_jitter;
+    if (apart < kMinSpacing) return by_jitter;
     const Line held{1.0 + carried / apart, 1.0 / apart.count()};
     const auto at = [&](const Line& line) { return line.at_once + line.rate * window.count(); };
     return at(held) < at(by_jitter) ? held : by_jitter;
@@ -134,7 +134,7 @@ class Analysis {
     const Millis reach = window + carried_over(member, waits);
     const double by_jitter = std::ceil((reach + jitter_[i]) / spacing_[i] - kRounding);
     const Millis apart = held_apart(member);
-    return apart < kLeastSpacing ? by_jitter : std::min(by_jitter, std::ceil(reach / apart - kRounding));
+    return apart < kMinSpacing ? by_jitter : std::min(by_jitter, std::ceil(reach / apart - kRounding));
   }
 
   // How often that member may come while a run of the one at `rank` is pending, if it goes back to outputs of one that

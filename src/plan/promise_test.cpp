@@ -7,7 +7,7 @@
 #include <string>
 
 #include "plan/json.h"
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 #include "plan/validate.h"
 
 namespace ctn::plan {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 #include "plan/validate.h"
 
 namespace ctn::plan {

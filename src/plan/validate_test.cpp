@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/numbers.h"
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 
 namespace ctn::plan {
 namespace {

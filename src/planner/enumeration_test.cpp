@@ -11,7 +11,7 @@
 
 #include "base/numbers.h"
 #include "planner/expected.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 #include "trial/trial.h"
 
 namespace ctn::planner {

@@ -16,8 +16,8 @@
 #include "planner/formulas.h"
 #include "planner/frames.h"
 #include "planner/planner.h"
-#include "planner/random_apps.h"
 #include "planner/surrogate.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::planner {
 namespace {
@@ -293,7 +293,7 @@ TEST(ExpectedPlan, RefusesWhatNobodyCanPlanFor) {
   EXPECT_THAT(refusal(1, 1.0), testing::HasSubstr("less than 100 %"));
   EXPECT_THAT(refusal(0, -0.5), testing::AllOf(testing::HasSubstr("cores"), testing::HasSubstr("slack")));
   std::vector<std::string> names;
-  for (std::size_t i = 0; i <= kMostSubchains; ++i) names.push_back("n" + std::to_string(i));
+  for (std::size_t i = 0; i <= kMaxSubchains; ++i) names.push_back("n" + std::to_string(i));
   graph::AppSpec spec = graph::spec_of(names, {});
   spec.objective = {graph::period("n0", 1.0)};
   const graph::App app = graph::build_app(spec).value();

@@ -198,7 +198,7 @@ class Explaining {
     request_.known = &again_;
     explanation.again = again_;
     const double now = explanation.again.expected->objective;
-    explanation.noise = std::max(kLeastNoise, score(plan_) / score(explanation.again) - 1.0);
+    explanation.noise = std::max(kMinNoise, score(plan_) / score(explanation.again) - 1.0);
     explanation.terms = terms_of(app_, explanation.again);
     for (const plan::SoftBound& bound : bounds_) explanation.bounds.push_back(cost_of(bound, now, explanation.noise));
     const Reasons reasons(app_, samples_, costs_, plan_, explanation.bounds);

@@ -89,11 +89,11 @@ struct DoubledWeight {
 };
 
 // A difference by less than this part of the objective is no difference, even if going on gave less of one.
-constexpr double kLeastNoise = 0.01;
+constexpr double kMinNoise = 0.01;
 
 struct Explanation {
   plan::Plan again;             // the best for the app as it is that was found: what the others are compared with
-  double noise = kLeastNoise;   // a part of the objective, and of a term
+  double noise = kMinNoise;     // a part of the objective, and of a term
   std::vector<Millis> terms;    // of `again`, in the order of the objective
   std::vector<Reason> reasons;  // by SubchainId
   std::vector<BoundCost> bounds;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "plan/validate.h"
 
 namespace ctn::planner {

@@ -18,12 +18,12 @@ using trial::Schedule;
 // Most steps are small; a few are not.
 constexpr double kSmallStep = 0.12;
 constexpr double kLargeStep = 0.8;
-constexpr std::size_t kMostOutputs = 6;
+constexpr std::size_t kMaxOutputs = 6;
 // A follower is held apart by so much of the time between the outputs that trigger it.
 constexpr double kHeldApart = 0.8;
 // A phase against a clock is moved by so much of the period, or less; and a period is so many ticks more, or fewer.
 constexpr double kPhaseStep = 0.1;
-constexpr std::size_t kMostTicks = 8;
+constexpr std::size_t kMaxTicks = 8;
 
 // By a factor between exp(-size) and exp(size).
 double stretched(double value, double size, Random& random) {
@@ -152,7 +152,7 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
   if (limits.exact && !can_be_shortest) return;
   const bool shortest = can_be_shortest && (limits.exact || random.once_in(2));
   const Nanos::rep least = std::max<Nanos::rep>((limits.shortest + clock.period - Nanos{1}) / clock.period, 1);
-  const auto more = random.once_in(2) ? Nanos::rep{0} : static_cast<Nanos::rep>(random.below(kMostTicks));
+  const auto more = random.once_in(2) ? Nanos::rep{0} : static_cast<Nanos::rep>(random.below(kMaxTicks));
   place.pause.reset();
   place.after.reset();
   place.clock = clock.node;
@@ -303,7 +303,7 @@ void Moves::change_one(Schedule& schedule, Random& random) const {
   if (place.form == trial::Form::kFrames) return;
   constexpr std::size_t kSeldom = 12;
   if (place.form == trial::Form::kPipeline ||
-      (cores_ > 1 && pipelines_.most_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
+      (cores_ > 1 && pipelines_.max_cores(SubchainId(i)) > 1 && random.once_in(kSeldom))) {
     return change_cores(schedule, i, random);
   }
   if (!clocks_[i].empty() && random.once_in(3)) return change_clock(place, i, random);
@@ -351,7 +351,7 @@ void Moves::align(Schedule& schedule, std::size_t subchain, Random& random) cons
   if (other.clock != place.clock && (limits.exact || (other.clock && !knows(subchain, *other.clock)))) return;
   if (!limits.exact) {
     const Nanos::rep least = (limits.shortest + other.period - Nanos{1}) / other.period;
-    const Nanos::rep more = random.once_in(4) ? 1 + static_cast<Nanos::rep>(random.below(kMostTicks)) : 0;
+    const Nanos::rep more = random.once_in(4) ? 1 + static_cast<Nanos::rep>(random.below(kMaxTicks)) : 0;
     place.period = (std::max<Nanos::rep>(least, 1) + more) * other.period;
     place.pause.reset();
     place.after.reset();
@@ -426,7 +426,7 @@ void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random)
   for (const int core : cores_for_priorities(schedule)) {
     if (core != place.core && app_.kind_of(core) == app_.kind_of(place.core)) others.push_back(core);
   }
-  const auto most = static_cast<std::size_t>(pipelines_.most_cores(SubchainId(subchain)) - 1);
+  const auto most = static_cast<std::size_t>(pipelines_.max_cores(SubchainId(subchain)) - 1);
   if (others.empty() || most == 0) return;
   std::vector<int> cores{place.core};
   for (std::size_t more = 1 + random.below(std::min(most, others.size())); more > 0; --more) {
@@ -473,7 +473,7 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   if (limits_[subchain].exact || asked == graph::TriggerBy::kTime) return;
   Place& place = schedule.subchains[subchain];
   if (asked == graph::TriggerBy::kArrival || (!arrivals.empty() && random.once_in(2))) {
-    const int every = random.once_in(2) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
+    const int every = random.once_in(2) ? 1 + static_cast<int>(random.below(kMaxOutputs)) : 1;
     return follow_arrivals(place, subchain, arrivals[random.below(arrivals.size())], every);
   }
   if (place.after && random.once_in(2)) {
@@ -487,7 +487,7 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   place.pause.reset();
   place.clock.reset();
   place.phase = Nanos{0};
-  const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMostOutputs)) : 1;
+  const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMaxOutputs)) : 1;
   const std::size_t feeder = some_feeder(subchain, random);
   place.after = plan::After{SubchainId(feeder), every};
   // Some less than outputs are likely to be apart.

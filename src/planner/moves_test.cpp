@@ -6,7 +6,7 @@
 #include <array>
 
 #include "plan/limits.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::planner {
 namespace {

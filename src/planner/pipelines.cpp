@@ -27,7 +27,7 @@ model::CostTable usual_costs(const graph::App& app, const trial::Samples& sample
 // So many cores can be of use to it at once.
 int useful_cores(const graph::App& app, const model::CostTable& costs, SubchainId id, int cores) {
   const auto nodes = static_cast<long long>(app.graph.subchain(id).nodes.size());
-  return static_cast<int>(std::min<long long>(cores, nodes * costs.most_threads(app.graph, id)));
+  return static_cast<int>(std::min<long long>(cores, nodes * costs.max_useful_threads(app.graph, id)));
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const
         app.graph.node(app.graph.subchain(SubchainId(i)).head()).trigger == graph::TriggerBy::kArrival;
     const std::vector<NodeId>& nodes = app.graph.subchain(SubchainId(i)).nodes;
     batches_.push_back(std::any_of(nodes.begin(), nodes.end(), [&](NodeId node) { return planned.has_batches(node); }));
-    most_cores_.push_back(by_arrival || batches_.back() ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
+    max_cores_.push_back(by_arrival || batches_.back() ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
   }
 }
 

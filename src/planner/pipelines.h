@@ -22,7 +22,7 @@ class Pipelines {
   Pipelines(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack);
 
   // The largest number of cores that the subchain can use at once.
-  int most_cores(SubchainId subchain) const { return most_cores_[subchain.index()]; }
+  int max_cores(SubchainId subchain) const { return max_cores_[subchain.index()]; }
 
   // On these cores, at the number of threads with the least execution time and period together. None where an exact
   // rate cannot be promised, or runs depend on the size of batches: how long they take, and so the pace, depends on who
@@ -35,7 +35,7 @@ class Pipelines {
   std::vector<model::CostTable> promised_;  // by kind of core
   std::vector<model::CostTable> usual_;     // by kind of core
   std::vector<bool> batches_;               // by SubchainId: its runs depend on the size of batches
-  std::vector<int> most_cores_;             // by SubchainId
+  std::vector<int> max_cores_;              // by SubchainId
 };
 
 // A pipeline in a plan, with as many threads as it has. `costs`: planned, on its kind of cores.

@@ -36,12 +36,12 @@ Status check_request(const graph::App& app, int cores, double slack) {
                         "subchains",
                         "the app has no subchain: there is nothing to schedule",
                         "leave at least one node neither external nor unscheduled"});
-  } else if (subchains > kMostSubchains) {
+  } else if (subchains > kMaxSubchains) {
     problems.push_back(
         {{},
          "subchains",
          fmt::format("the app has {} subchains, more than this version plans for", subchains),
-         fmt::format("put nodes that run one after the other into one subchain, at most {} in all", kMostSubchains)});
+         fmt::format("put nodes that run one after the other into one subchain, at most {} in all", kMaxSubchains)});
   }
   if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
   return Done{};

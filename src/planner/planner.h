@@ -25,7 +25,7 @@ namespace ctn::planner {
 
 // As many as Linux can name in an affinity mask of default size.
 constexpr int kMaxCores = 1024;
-constexpr std::size_t kMostSubchains = 256;
+constexpr std::size_t kMaxSubchains = 256;
 
 // Whether an app can be planned for at all. Errors (kCaller): no cores, too many, or more than the app lists; slack out
 // of range; no subchains, or more than this plans for.

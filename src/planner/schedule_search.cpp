@@ -18,8 +18,8 @@ constexpr double kOverload = 1e9;
 constexpr std::size_t kCandidates = 5;
 // To try them all again would use up the time in which others could be found.
 constexpr std::size_t kKeptAtNewCosts = 2;
-constexpr std::size_t kMostBeginnings = 16;
-constexpr std::size_t kLeastStepsABeginning = 1000;
+constexpr std::size_t kMaxBeginnings = 16;
+constexpr std::size_t kMinStepsABeginning = 1000;
 constexpr std::size_t kSortsOfBeginnings = 3;
 // At the start of the annealing, a step that makes the score worse by so much of it is taken once in e times.
 constexpr double kTemperature = 0.03;
@@ -43,7 +43,7 @@ constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
 // Whose trial shows a core that is used too much has periods so much longer, and again, so many times at most.
 constexpr double kSlowerBy = 1.06;
-constexpr int kMostSlowings = 4;
+constexpr int kMaxSlowings = 4;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
 // Two periods that hardly differ keep a lucky phase for longer than a trial; not for hours.
@@ -163,7 +163,7 @@ bool ScheduleSearch::keeps_asked_triggers(const Schedule& schedule) const {
 // --- By formulas ---
 
 void ScheduleSearch::guess(std::size_t steps, const std::function<void()>& after_each) {
-  const std::size_t beginnings = std::clamp(steps / kLeastStepsABeginning, std::size_t{2}, kMostBeginnings);
+  const std::size_t beginnings = std::clamp(steps / kMinStepsABeginning, std::size_t{2}, kMaxBeginnings);
   const auto known =
       std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.factors.empty(); });
   // What is known of one schedule is likely to be so of others, and makes guesses comparable with what was tried.
@@ -196,8 +196,8 @@ Schedule ScheduleSearch::beginning(bool even) {
   const std::size_t count = app_.graph.subchains().size();
   std::vector<double> weight;
   for (std::size_t i = 0; i < count; ++i) {
-    constexpr double kLeastWeight = 1e-4;
-    weight.push_back(std::max(app_.weight_of(SubchainId(i)), kLeastWeight));
+    constexpr double kMinWeight = 1e-4;
+    weight.push_back(std::max(app_.weight_of(SubchainId(i)), kMinWeight));
   }
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), 0);
@@ -349,7 +349,7 @@ bool ScheduleSearch::try_again(Candidate& candidate) {
 void ScheduleSearch::try_whole(Candidate& candidate) {
   for (int slowings = 0; try_first(candidate) || try_again(candidate); ++slowings) {
     Schedule slower = slowed(candidate.schedule, kSlowerBy);
-    if (fixed(candidate) || slowings == kMostSlowings || slower == candidate.schedule) {
+    if (fixed(candidate) || slowings == kMaxSlowings || slower == candidate.schedule) {
       if (!candidate.tried) try_again(candidate);
       return;
     }
@@ -438,7 +438,7 @@ void ScheduleSearch::replace_by_new(Candidate& candidate) {
   costs_->surrogate.correct({});
   Schedule schedule = beginning(false);
   arrange(schedule, random_.below(kSortsOfBeginnings), true);
-  Candidate fresh = anneal(std::move(schedule), kLeastStepsABeginning, kTemperature);
+  Candidate fresh = anneal(std::move(schedule), kMinStepsABeginning, kTemperature);
   try_whole(fresh);
   if (fixed(candidate)) return keep(std::move(fresh));
   if (fresh.score < candidates_.front().score) steps_in_vain_ = 0;

@@ -35,7 +35,7 @@ double own_period(const graph::Graph& graph, NodeId node) {
 // What part of its time on one thread a run takes on so many, from 1 to as many as are of use.
 std::vector<double> parts_by_threads(const graph::Graph& graph, const model::CostTable& costs, SubchainId id) {
   const std::vector<NodeId>& nodes = graph.subchain(id).nodes;
-  const int most = costs.most_threads(graph, id);
+  const int most = costs.max_useful_threads(graph, id);
   const Millis alone = costs.subchain_total(graph, id);
   std::vector<double> parts;
   for (int threads = 1; threads <= most; ++threads) {

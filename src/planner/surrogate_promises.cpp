@@ -61,7 +61,7 @@ void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
   timing.planned = planned_[kind][subchain];
   for (const Batches& batches : batches_[subchain]) {
     const double items =
-        model::most_items(batches.inputs, window, [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
+        model::max_items(batches.inputs, window, [&](SubchainId id) { return Millis{timings_[id.index()].spacing}; });
     timing.planned += batches.per_item[kind] * items / usable_;
   }
 }
@@ -106,7 +106,7 @@ void Surrogate::promise_cores(const trial::Schedule& schedule) {
 // With those above it on its core in order_[first, last).
 void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last) {
   constexpr double kOutOfReach = 1e9;
-  constexpr double kLeastHeld = 1e-6;
+  constexpr double kMinHeld = 1e-6;
   const trial::Place& place = schedule.subchains[i];
   plan_batches(place, i);
   Timing& timing = timings_[i];
@@ -156,7 +156,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
     jitter = 0.0;
   }
   timing.promised_rate = 1.0 / spacing;
-  timing.held_rate = 1.0 / (may_come_ever_earlier(schedule, i) ? std::max(held, kLeastHeld) : spacing);
+  timing.held_rate = 1.0 / (may_come_ever_earlier(schedule, i) ? std::max(held, kMinHeld) : spacing);
   timing.promised_at_once = 1.0 + (jitter + carried) / spacing;
 }
 

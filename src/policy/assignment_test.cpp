@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "plan/sample_plan.h"
+#include "plan/testing/sample_plan.h"
 #include "policy/replan.h"
 
 namespace ctn::policy {

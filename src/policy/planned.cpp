@@ -13,7 +13,7 @@ namespace ctn::policy {
 namespace {
 
 // How often assumed costs are halved at most. A guess that is 256 times too high is not what stands in the way.
-constexpr int kMostHalvings = 8;
+constexpr int kMaxHalvings = 8;
 
 model::CostTable with_assumed(model::CostTable costs, std::span<const NodeId> assumed, double factor) {
   for (const NodeId node : assumed) costs.set(node, costs[node].times(factor));
@@ -43,7 +43,7 @@ Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& 
   Result<plan::Plan> plan = make(situation.app, situation.costs, false);
   if (plan) return expecting(std::move(*plan), situation);
   if (!plan::has_exact_rates(situation.app.graph)) return plan.error();
-  for (int halvings = 1; halvings <= kMostHalvings && !situation.assumed.empty(); ++halvings) {
+  for (int halvings = 1; halvings <= kMaxHalvings && !situation.assumed.empty(); ++halvings) {
     const double factor = std::ldexp(1.0, -halvings);
     const model::CostTable costs = with_assumed(situation.costs, situation.assumed, factor);
     Result<plan::Plan> lower = make(situation.app, costs, true);

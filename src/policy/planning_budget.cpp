@@ -11,15 +11,7 @@ Nanos PlanningBudget::owed(TimePoint now) const {
 }
 
 bool PlanningBudget::allows(TimePoint now, Urgency urgency) const {
-  switch (urgency) {
-    case Urgency::kRoutine:
-      return owed(now) <= Nanos{0};
-    case Urgency::kChange:
-      return owed(now) <= last_;
-    case Urgency::kEmergency:
-      return true;
-  }
-  return true;
+  return owed(now) <= (urgency == Urgency::kChange ? last_ : Nanos{0});
 }
 
 void PlanningBudget::spend(TimePoint now, Nanos cpu) {

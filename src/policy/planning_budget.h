@@ -27,7 +27,7 @@ class PlanningBudget {
   // `saved`: so much may be used at once, once it was not used for long enough; and at the beginning.
   explicit PlanningBudget(Nanos saved = Nanos{0}) : saved_(saved), owed_(-saved) {}
 
-  enum class Urgency { kRoutine, kChange, kEmergency };
+  enum class Urgency { kRoutine, kChange };
 
   bool allows(TimePoint now, Urgency urgency) const;
   // A plan was made, or failed, and took that much. Precondition: calls come in the order of time.

@@ -9,7 +9,7 @@
 
 #include "config/testing/apps.h"
 #include "plan/validate.h"
-#include "planner/random_apps.h"
+#include "planner/testing/random_apps.h"
 
 namespace ctn::policy {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "record/app_changes.h"
 #include "record/lineage.h"
-#include "record/record_fixture.h"
 #include "record/schema.h"
 #include "record/sqlite.h"
+#include "record/testing/record_fixture.h"
 
 namespace ctn::record {
 namespace {

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 
 #include "record/app_changes.h"
-#include "record/faulty_vfs.h"
-#include "record/record_fixture.h"
 #include "record/sqlite.h"
+#include "record/testing/faulty_vfs.h"
+#include "record/testing/record_fixture.h"
 
 namespace ctn::record {
 namespace {

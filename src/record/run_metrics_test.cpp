@@ -6,7 +6,7 @@
 
 #include "base/testing/times.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::record {
 namespace {

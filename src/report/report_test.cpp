@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "plan/json.h"
-#include "record/record_fixture.h"
+#include "record/testing/record_fixture.h"
 #include "report/json.h"
 #include "report/metrics.h"
 #include "report/page.h"

@@ -102,8 +102,8 @@ bool read_cpus(const Json& fields, Changes& changes, std::size_t& found_fields) 
   if (!found->is_array()) return false;
   changes.cpus.emplace();
   for (const Json& cpu : *found) {
-    constexpr std::int64_t kMostCpus = 1 << 20;
-    if (!cpu.is_number_integer() || cpu.get<std::int64_t>() < 0 || cpu.get<std::int64_t>() >= kMostCpus) return false;
+    constexpr std::int64_t kMaxCpus = 1 << 20;
+    if (!cpu.is_number_integer() || cpu.get<std::int64_t>() < 0 || cpu.get<std::int64_t>() >= kMaxCpus) return false;
     changes.cpus->push_back(static_cast<int>(cpu.get<std::int64_t>()));
   }
   return true;

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::sim {
 namespace {

@@ -126,8 +126,6 @@ class Cpus {
   std::uint64_t events() const { return events_; }
   // How often the limit kept real-time threads from a CPU.
   std::uint64_t throttled() const { return throttled_; }
-  // How often threads had spent their reserved budget with work left.
-  std::uint64_t out_of_budget() const { return out_of_budget_; }
 
  private:
   enum class State : std::uint8_t {
@@ -223,7 +221,6 @@ class Cpus {
   std::int64_t last_order_ = 0;
   std::uint64_t events_ = 0;
   std::uint64_t throttled_ = 0;
-  std::uint64_t out_of_budget_ = 0;
 };
 
 }  // namespace ctn::sim

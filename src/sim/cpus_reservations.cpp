@@ -43,7 +43,6 @@ void Cpus::give_way_without_budget(int number) {
   const Thread thread = cpu.current;
   const ReservationServer& server = *servers_[thread];
   if (server.may_run()) return;
-  ++out_of_budget_;
   cpu.current = kNobody;
   threads_[thread].state = State::kNoBudget;
   if (server.replenished_at() <= now_) {

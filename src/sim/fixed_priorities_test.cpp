@@ -13,7 +13,7 @@
 
 #include "config/testing/apps.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "sim/json.h"

@@ -29,7 +29,6 @@ class Timers {
 
   TimePoint next() const { return tree_[1].time; }
   Source next_source() const { return tree_[1].source; }
-  TimePoint time_of(Source source) const { return tree_[leaves_ + source].time; }
 
   // kNever: not at all.
   void set(Source source, TimePoint time) {

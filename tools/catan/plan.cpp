@@ -56,8 +56,8 @@ Result<model::Workload> work_of(const graph::App& app, const std::string& file) 
 }
 
 // How long the search is, as a multiple of a few seconds.
-constexpr double kLeastEffort = 0.001;
-constexpr double kMostEffort = 1000.0;
+constexpr double kMinEffort = 0.001;
+constexpr double kMaxEffort = 1000.0;
 
 // What is to be planned, by whomever.
 struct Task {
@@ -188,7 +188,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       ->add_option("--effort", options->effort,
                    "How long to search, as a multiple of a few seconds: of --planner auto, and of what is printed "
                    "beside davare and verucchi")
-      ->check(CLI::Range(kLeastEffort, kMostEffort))
+      ->check(CLI::Range(kMinEffort, kMaxEffort))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
   command->add_flag("--explain", options->explain,

@@ -14,6 +14,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/session_access.h"
 #include "base/text.h"
 #include "catan/session.h"
 #include "command.h"
@@ -80,7 +81,7 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
   configured->note = load_note(options);
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   SyntheticLoad load(app, std::move(*work), options.seed, *os);
-  auto session = Session::open(options.app, *configured);
+  auto session = SessionAccess::open(app, *configured);
   if (!session) return session.error();
   load.attach(*session);
   load.begin();

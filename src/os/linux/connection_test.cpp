@@ -15,14 +15,14 @@
 #include <fstream>
 #include <thread>
 
-#include "os/conformance.h"
 #include "os/linux/files.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/listener.h"
 #include "os/linux/poller.h"
 #include "os/linux/shared_memory.h"
-#include "os/requires_real_time.h"
+#include "os/testing/conformance.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

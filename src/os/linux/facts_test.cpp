@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/privilege.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "os/linux/fabricated_tree.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -21,14 +21,14 @@
 #include <thread>
 
 #include "os/linux/descriptor.h"
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/files.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/guardian_process.h"
 #include "os/linux/kernel_calls.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
-#include "os/requires_real_time.h"
+#include "os/linux/testing/fabricated_tree.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "os/linux/fabricated_tree.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -12,12 +12,12 @@
 #include <new>
 #include <thread>
 
-#include "os/conformance.h"
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/kernel_calls.h"
-#include "os/requires_real_time.h"
+#include "os/linux/testing/fabricated_tree.h"
 #include "os/scheduling_guard.h"
+#include "os/testing/conformance.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

@@ -16,7 +16,7 @@
 
 #include "os/linux/forked_process.h"
 #include "os/linux/local_address.h"
-#include "os/requires_real_time.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

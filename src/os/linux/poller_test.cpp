@@ -10,11 +10,11 @@
 #include <set>
 #include <thread>
 
-#include "os/conformance.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/process.h"
-#include "os/requires_real_time.h"
+#include "os/testing/conformance.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {

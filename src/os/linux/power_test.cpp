@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "os/linux/fabricated_tree.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -39,13 +39,6 @@ std::optional<std::uint64_t> parse_number(std::string_view stat, int wanted) {
 
 }  // namespace
 
-bool owns_thread(ProcessId process, ThreadId thread, const LinuxRoots& roots) {
-  if (static_cast<int>(process) <= 0 || static_cast<int>(thread) <= 0) return false;
-  const std::string folder =
-      fmt::format("{}/{}/task/{}", roots.procfs, static_cast<int>(process), static_cast<int>(thread));
-  return ::access(folder.c_str(), F_OK) == 0;
-}
-
 std::optional<std::uint64_t> start_time(ThreadId thread, const LinuxRoots& roots) {
   return read_start_time(roots.procfs.c_str(), thread);
 }

@@ -1,8 +1,8 @@
 // Facts about other processes and their threads, for a server that is asked to schedule them.
 //
 // A number alone says little: when a thread ends, its number may be given to another. Its start time tells the two
-// apart. To act on a thread that a client named: check that the client owns it, note its start time, act, and look
-// whether the start time is still the same.
+// apart. To act on a thread of another process: note its start time, act, and look whether the start time is still the
+// same.
 //
 // Thread safety: pure functions of the file system.
 #pragma once
@@ -16,9 +16,6 @@
 #include "os/os.h"
 
 namespace ctn::os {
-
-// Whether that is a live thread of that process.
-bool owns_thread(ProcessId process, ThreadId thread, const LinuxRoots& roots = {});
 
 // When a thread began, in clock ticks since the system's start; nothing when it is gone.
 std::optional<std::uint64_t> start_time(ThreadId thread, const LinuxRoots& roots = {});

@@ -10,11 +10,10 @@
 #include <cerrno>
 #include <csignal>
 #include <string>
-#include <thread>
 
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/forked_process.h"
-#include "os/requires_real_time.h"
+#include "os/linux/testing/fabricated_tree.h"
+#include "os/testing/requires_real_time.h"
 
 namespace ctn::os {
 namespace {
@@ -25,23 +24,6 @@ std::string stat_of(const std::string& name) {
   std::string text = "42 (" + name + ") S";
   for (int field = 4; field <= 52; ++field) text += ' ' + std::to_string(field == 22 ? 987654321 : field);
   return text + '\n';
-}
-
-TEST(ThreadOwner, IsTheProcessThatHasTheThread) {
-  const ProcessId self{::getpid()};
-  const ProcessId parent{::getppid()};
-  EXPECT_TRUE(owns_thread(self, this_thread()));
-  EXPECT_FALSE(owns_thread(parent, this_thread()));
-  ThreadId other{};
-  std::thread([&] {
-    other = this_thread();
-    EXPECT_TRUE(owns_thread(self, other));
-    EXPECT_FALSE(owns_thread(parent, other));
-  }).join();
-  for (const int nobody : {0, -1, 0x3fffffff}) {
-    EXPECT_FALSE(owns_thread(self, ThreadId{nobody}));
-    EXPECT_FALSE(owns_thread(ProcessId{nobody}, this_thread()));
-  }
 }
 
 TEST(StartTime, IsThatOfTheThread) {

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "os/linux/fabricated_tree.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "os/linux/fabricated_tree.h"
 #include "os/linux/linux_os.h"
+#include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/testing/times.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "trial/trial.h"
 
 namespace ctn::trial {

@@ -15,7 +15,7 @@
 #include "base/mixed.h"
 #include "base/numbers.h"
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "model/evaluate.h"
 #include "model/formulas.h"
 #include "plan/limits.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "graph/build.h"
-#include "graph/spec_text.h"
+#include "graph/testing/spec_text.h"
 #include "model/cost.h"
 #include "plan/plan.h"
 #include "plan/predict.h"

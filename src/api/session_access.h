@@ -1,0 +1,16 @@
+// What a session does for the project's own tools and for nobody else.
+#pragma once
+
+#include "catan/result.h"
+#include "catan/session.h"
+#include "graph/app.h"
+
+namespace ctn {
+
+class SessionAccess {
+ public:
+  // Session::open() for who has read the app file already, and needs what it said then.
+  static Result<Session> open(graph::App app, const SessionOptions& options);
+};
+
+}  // namespace ctn
