@@ -59,8 +59,8 @@ TEST_F(FixedPrioritiesTest, AfterAPause) {
 
 // A promise may be many times what happens.
 TEST_F(FixedPrioritiesTest, ARunHangsThatTakesTenUsualPeriods) {
+  plan::Plan changed = plan;
   const auto hang_after = [&](double execution, double period) {
-    plan::Plan changed = plan;
     changed.subchains[3].execution = Millis{execution};
     changed.expected.emplace();
     changed.expected->subchains.assign(plan.subchains.size(), {.period = Millis{period}});
@@ -69,6 +69,9 @@ TEST_F(FixedPrioritiesTest, ARunHangsThatTakesTenUsualPeriods) {
   EXPECT_EQ(hang_after(5000.0, 300.0), seconds{3});
   EXPECT_EQ(hang_after(200.0, 300.0), seconds{2});
   EXPECT_EQ(hang_after(5000.0, 10.0), kShortestHang);
+  changed.for_typical = true;
+  for (plan::Member& member : changed.cores[0].members) member.budget = Millis{400};
+  EXPECT_EQ(hang_after(200.0, 10.0), seconds{4}) << "its budget is longer than what is promised of typical runs";
 }
 
 TEST_F(FixedPrioritiesTest, WhoFollowsSomebodyThatIsNotThereGoesByTime) {
