@@ -190,6 +190,9 @@ struct Plan {
   friend bool operator==(const Plan&, const Plan&) = default;
 };
 
+// What promises are for, in documents: "typical" or "percentile".
+inline const char* promises_for(bool typical) { return typical ? "typical" : "percentile"; }
+
 // Where a subchain has a fixed priority; null where it has none. Precondition: it has a core of the plan's.
 const Member* member_of(const Plan& plan, SubchainId subchain);
 

@@ -243,10 +243,10 @@ void Reader::read_plan(const Json& value, Plan& plan) {
   read_array(value, "", "batches", [&](const Json& e, const std::string& path) { read_batch(e, path, plan); });
   if (value.contains("promises_for")) {
     const std::string costs = read_text(value, "", "promises_for");
-    if (costs != "typical" && costs != "percentile") {
+    plan.for_typical = costs == promises_for(true);
+    if (!plan.for_typical && costs != promises_for(false)) {
       problem("promises_for", fmt::format("there are no promises for '{}'", costs), "write percentile or typical");
     }
-    plan.for_typical = costs == "typical";
   }
   if (const Json* expected = member(value, "expected")) read_expected(*expected, plan);
 }

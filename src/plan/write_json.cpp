@@ -135,7 +135,7 @@ std::string to_json(const Plan& plan, const graph::App& app) {
   for (const Batch& batch : plan.batches) {
     document["batches"].push_back({{"node", app.graph.node(batch.node).name}, {"items", batch.items}});
   }
-  if (plan.for_typical) document["promises_for"] = "typical";
+  if (plan.for_typical) document["promises_for"] = promises_for(true);
   if (plan.expected) document["expected"] = expected_json(*plan.expected, app.graph);
   return document.dump(1, ' ', false, Ordered::error_handler_t::replace);
 }

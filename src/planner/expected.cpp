@@ -67,10 +67,11 @@ plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, 
   for (std::size_t i = 0; i < plan.subchains.size(); ++i) {
     const plan::SubchainPlan& promised = plan.subchains[i];
     const Millis period{figures.subchains[i].period_ms};
+    plan::Expectation::Timing& timing =
+        expectation.subchains.emplace_back(plan::Expectation::Timing{promised.period, promised.execution});
     const bool measured = period > Millis{0};
-    const Millis longest = plan.for_typical ? period : promised.period;
-    plan::Expectation::Timing& timing = expectation.subchains.emplace_back(
-        plan::Expectation::Timing{measured ? std::min(period, longest) : promised.period, promised.execution});
+    // A promise for typical compute times is not the longest period.
+    if (measured && (plan.for_typical || period < promised.period)) timing.period = period;
     const trial::Place& place = schedule.subchains[i];
     const bool owner = promised.cores.size() == 1 && !plan::shares_core(plan, promised);
     if (owner && place.pause) timing.execution = std::max(timing.period - to_millis(*place.pause), Millis{0});

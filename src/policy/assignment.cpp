@@ -11,9 +11,9 @@ namespace {
 
 // What is promised of a run may be many times what ever happens. It ends once a period on average. A promise for
 // typical compute times is exceeded by a run that takes its whole budget, which is no reason to think that it hangs.
-Millis longest_usual_run(const plan::Plan& plan, const plan::Member& member) {
+Millis longest_usual_run(const plan::Plan& plan, const plan::Member& member, Millis usual_period) {
   const plan::SubchainPlan& planned = plan.subchains[member.subchain.index()];
-  const Millis longest = std::max(plan::usual_timing(plan, member.subchain).period, planned.slice + planned.wait);
+  const Millis longest = std::max(usual_period, planned.slice + planned.wait);
   return plan.for_typical ? std::max(longest, member.budget + planned.wait) : std::min(planned.execution, longest);
 }
 
@@ -23,7 +23,7 @@ dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan,
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
   const Millis usual = plan::usual_timing(plan, member.subchain).period;
-  pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual_run(plan, member) * kHangMultiple));
+  pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual_run(plan, member, usual) * kHangMultiple));
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };

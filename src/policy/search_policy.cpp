@@ -95,6 +95,13 @@ trial::MeasuredRuns without_overhead(trial::MeasuredRuns runs) {
   return runs;
 }
 
+// What was decided on last, and what is known of it at the costs that the search goes by.
+struct Chosen {
+  trial::Schedule schedule;
+  std::optional<plan::Plan> plan{};
+  std::optional<planner::Found> as_tried{};
+};
+
 // One app, on one set of cores.
 struct Searching {
   explicit Searching(const Situation& situation)
@@ -116,8 +123,7 @@ struct Searching {
   double step_factor = 1.0;          // the same
   std::optional<plan::Plan> frames;  // the plan in frames, at costs that may have changed since
   std::optional<trial::Schedule> frames_schedule;
-  std::optional<trial::Schedule> chosen;          // that was decided on last
-  std::optional<planner::Found> chosen_as_tried;  // at these costs
+  std::optional<Chosen> chosen;
 };
 
 class SearchMemory : public Memory {
@@ -153,10 +159,10 @@ class Deciding {
     std::optional<plan::Plan> now = in_force_now();
     if (!now) return best_of_all(fresh);
     const bool slower = try_chosen(now);
-    const double score = planner::relaxed_score(with_.chosen_as_tried->score, now->relax_factor);
+    const double score = planner::relaxed_score(with_.chosen->as_tried->score, now->relax_factor);
     Result<std::optional<Decision>> better = best(score * (1.0 - kBetter));
     if (!better || *better || !(fresh || slower)) return better;
-    return std::optional(following(*now, *with_.chosen));
+    return std::optional(following(*now, with_.chosen->schedule));
   }
 
  private:
@@ -175,7 +181,7 @@ class Deciding {
     with_.search.set_costs(trial::Samples(with_.app, without_overhead(with_.runs), with_.costs),
                            may_promise_typical() ? with_.typical : with_.costs,
                            trial::Overheads::with_steps(with_.step_factor));
-    with_.chosen_as_tried.reset();
+    if (with_.chosen) with_.chosen = Chosen{with_.chosen->schedule};
     return true;
   }
 
@@ -214,7 +220,7 @@ class Deciding {
     return false;
   }
 
-  bool has_frames() const { return with_.chosen && with_.chosen == with_.frames_schedule; }
+  bool has_frames() const { return with_.chosen && with_.chosen->schedule == with_.frames_schedule; }
 
   // Where there is no such plan any more, the one before is not there either: it would not hold.
   void ask_for_frames() {
@@ -232,10 +238,7 @@ class Deciding {
     plan->expected = plan::expect(*plan, plan::as_planned(with_.app, *plan), situation_.typical);
     with_.frames = std::move(*plan);
     with_.frames_schedule = trial::schedule_of(with_.app, *with_.frames);
-    if (followed) {
-      with_.chosen = with_.frames_schedule;
-      with_.chosen_as_tried.reset();
-    }
+    if (followed) with_.chosen = Chosen{*with_.frames_schedule};
     with_.search.add(*with_.frames_schedule, with_.frames->relax_factor);
   }
 
@@ -261,14 +264,14 @@ class Deciding {
   // With longer periods, where it holds by these alone. None: it cannot go on.
   std::optional<plan::Plan> in_force_now() {
     if (!with_.chosen) return std::nullopt;
-    if (has_frames()) return plan_of(*with_.chosen);
+    if (with_.chosen->plan) return with_.chosen->plan;
+    if (has_frames()) return with_.chosen->plan = plan_of(with_.chosen->schedule);
     for (const double factor : planner::kSlowedBy) {
-      trial::Schedule slowed = with_.search.slowed(*with_.chosen, factor);
+      trial::Schedule slowed = with_.search.slowed(with_.chosen->schedule, factor);
       std::optional<plan::Plan> plan = plan_of(slowed);
       if (!plan) continue;
-      if (slowed != *with_.chosen) with_.chosen_as_tried.reset();
-      with_.chosen = std::move(slowed);
-      return plan;
+      if (slowed != with_.chosen->schedule) with_.chosen = Chosen{std::move(slowed)};
+      return with_.chosen->plan = std::move(plan);
     }
     return std::nullopt;
   }
@@ -276,14 +279,16 @@ class Deciding {
   // At these costs; what would overload a core is chosen with longer periods, where that holds, and `now` is its plan.
   // Whether that is so.
   bool try_chosen(std::optional<plan::Plan>& now) {
-    if (with_.chosen_as_tried) return false;
-    with_.chosen_as_tried = with_.search.tried(*with_.chosen, std::nullopt);
-    if (with_.chosen_as_tried->schedule == *with_.chosen) return false;
-    std::optional<plan::Plan> plan = plan_of(with_.chosen_as_tried->schedule);
-    if (!plan) return false;
-    with_.chosen = with_.chosen_as_tried->schedule;
-    now = std::move(plan);
-    return true;
+    if (with_.chosen->as_tried) return false;
+    planner::Found tried = with_.search.tried(with_.chosen->schedule, std::nullopt);
+    const bool slower = tried.schedule != with_.chosen->schedule;
+    std::optional<plan::Plan> plan = slower ? plan_of(tried.schedule) : std::nullopt;
+    if (plan) {
+      now = plan;
+      with_.chosen = Chosen{tried.schedule, std::move(plan)};
+    }
+    with_.chosen->as_tried = std::move(tried);
+    return slower && with_.chosen->schedule == with_.chosen->as_tried->schedule;
   }
 
   // Whatever it is worth. `must`: it is an error if there is none.
@@ -300,8 +305,7 @@ class Deciding {
       if (!any && !found.tried) continue;
       const std::optional<plan::Plan> plan = plan_of(found.schedule);
       if (!plan || planner::relaxed_score(found.score, plan->relax_factor) >= limit) continue;
-      with_.chosen = found.schedule;
-      with_.chosen_as_tried.reset();
+      with_.chosen = Chosen{found.schedule, plan};
       return std::optional(following(*plan, found.schedule));
     }
     return std::optional<Decision>();

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "plan/plan.h"
+
 namespace ctn::report {
 namespace {
 
@@ -104,7 +106,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"cores_used", metrics.cores_used},
       {"plans", metrics.plans},
       {"relax_factor", metrics.relax_factor},
-      {"promises_for", metrics.for_typical ? "typical" : "percentile"},
+      {"promises_for", plan::promises_for(metrics.for_typical)},
       {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
       {"chains", list(metrics.chains)},
       {"nodes", list(metrics.nodes)},

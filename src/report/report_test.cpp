@@ -218,6 +218,15 @@ TEST_F(ReportTest, TextNamesWhatMattersAndNothingControlsTheTerminal) {
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
 }
 
+TEST_F(ReportTest, SaysWhatPromisesAreFor) {
+  auto run = metrics(true);
+  EXPECT_EQ(to_text(run).find("typically take"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(to_json(run))["promises_for"], "percentile");
+  run.for_typical = true;
+  EXPECT_THAT(to_text(run), HasSubstr("what is promised is for what runs typically take"));
+  EXPECT_EQ(nlohmann::json::parse(to_json(run))["promises_for"], "typical");
+}
+
 TEST_F(ReportTest, JsonHoldsTheSameFigures) {
   const RunMetrics run = metrics(true);
   const auto json = nlohmann::json::parse(to_json(run));

@@ -148,16 +148,12 @@ std::string relaxed_text(const plan::Plan& plan) {
   return fmt::format("\nnot all bounds can hold: relaxed by a factor of {:.4g}\n{}", plan.relax_factor, table.text());
 }
 
-std::string promises_text(const plan::Plan& plan) {
-  return plan.for_typical ? "\n'at worst' is for what runs typically take: some core has no time for more\n" : "";
-}
-
 }  // namespace
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
-  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}{}", head(plan, app), subchains_text(plan, app),
+  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
                      waits_text(plan, app), cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app),
-                     relaxed_text(plan), promises_text(plan));
+                     relaxed_text(plan));
 }
 
 }  // namespace ctn::tool
