@@ -70,10 +70,7 @@ void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
 std::optional<record::CostChange> PlanningLoop::ran(const record::Run& run) {
   if (!hung_runs_.counts(run)) return std::nullopt;
   std::optional<record::CostChange> change = measured_.add(run, kinds_.of(run.on_cpu));
-  if (change) {
-    cost_changed_ = true;
-    ++cost_changes_;
-  }
+  if (change) cost_changed_ = true;
   return change;
 }
 
@@ -198,6 +195,12 @@ model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::v
     costs.set(assumed.node, model::CostProfile::assumed(assumed.cost));
   }
   return costs;
+}
+
+std::optional<double> PlanningLoop::hand_set_hz() const {
+  const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
+  if (options_.policy->follows_plan() || places.empty()) return std::nullopt;
+  return Rate::every(places.front().pacing.period).hertz();
 }
 
 bool PlanningLoop::names_missing_cpu() const {

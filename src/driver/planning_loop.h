@@ -133,7 +133,8 @@ class PlanningLoop {
   const os::CpuSet& cpus() const { return online_; }              // that are planned for
   double slack() const { return options_.slack; }                 // the plan's, where there is one
   const policy::PlanningBudget& budget() const { return clock_.budget(); }
-  std::uint64_t cost_changes() const { return cost_changes_; }
+  // Rate of the first subchain's head, where the policy follows no plan.
+  std::optional<double> hand_set_hz() const;
 
  private:
   bool check_cpus(TimePoint now, PlanningHost& host);
@@ -164,7 +165,6 @@ class PlanningLoop {
   TimePoint next_cpu_check_{};
   TimePoint next_power_check_{};
   policy::Decision decision_;
-  std::uint64_t cost_changes_ = 0;
   bool cost_changed_ = false;  // since the last turn
   bool asked_changed_ = false;
   bool cpus_changed_ = false;  // and that is not adopted yet

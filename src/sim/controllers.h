@@ -18,9 +18,9 @@
 #include "graph/app.h"
 #include "policy/assignment.h"
 #include "sim/cpus.h"
-#include "sim/event_log.h"
 #include "sim/machine.h"
 #include "sim/nodes.h"
+#include "sim/outcome.h"
 
 namespace ctn::sim {
 

@@ -1,10 +1,9 @@
-// The outcome of a simulation, and its collector: run by run, in bounded memory.
+// The outcome of a simulation, from what was measured in it (driver/measurements.h), in bounded memory.
 //
 // What counts is what lies between the end of the warm-up and the end, all that it spans included, as in the report of
 // a real run (report/metrics.h).
 //
-// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values; OutcomeCollector has one
-// owner.
+// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values and a pure function.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +12,9 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "driver/event_log.h"
+#include "driver/measurements.h"
 #include "graph/app.h"
-#include "plan/plan.h"
-#include "plan/predicted_means.h"
-#include "record/events.h"
-#include "record/run_metrics.h"
 #include "sim/histogram.h"
 
 namespace ctn::sim {
@@ -85,35 +82,13 @@ struct Outcome {
   std::uint64_t plans_made = 0;
   std::uint64_t plans_adopted = 0;  // the first included
   std::uint64_t cost_changes = 0;
-  std::vector<std::string> notices;  // plans that could not be made
+  std::vector<std::string> notices;  // the newest, as a user of a real session gets them
 };
 
-class OutcomeCollector {
- public:
-  // `app` outlives it.
-  OutcomeCollector(const graph::App& app, TimePoint warm_from);
+using Measurements = driver::Measurements<Histogram>;
+using EventLog = driver::EventLog<Histogram>;
 
-  // A run has ended; each after those it consumed.
-  void add(const record::Run& run) { metrics_.add(run); }
-  void clock_read(const record::ClockReading& reading) { metrics_.set_clock(reading.node, reading.ticks); }
-  void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
-  void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
-  void over_budget(TimePoint at) { budget_overruns_ += at >= warm_from_ ? 1U : 0U; }
-  void plan_in_force(TimePoint since, const plan::Plan& plan) { predicted_.in_force(since, plan); }
-
-  // All but what only the simulation knows.
-  Outcome outcome(TimePoint end) const;
-
- private:
-  void measure_objective(Outcome& outcome) const;
-
-  const graph::App& app_;
-  TimePoint warm_from_;
-  record::RunMetrics<Histogram> metrics_;
-  plan::PredictedMeans predicted_;
-  std::uint64_t triggers_ = 0;
-  std::uint64_t steals_ = 0;
-  std::uint64_t budget_overruns_ = 0;
-};
+// All but what only the simulation knows, up to `end`.
+Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoint end);
 
 }  // namespace ctn::sim
