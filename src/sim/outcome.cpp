@@ -8,20 +8,6 @@ namespace {
 
 double seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
 
-void measure_objective(const graph::App& app, const record::RunMetrics<Histogram>& metrics, Outcome& outcome) {
-  double sum = 0.0;
-  std::size_t chain = 0;
-  for (const graph::Term& term : app.objective) {
-    const Summary measured = term.metric == graph::Metric::kResponseTime
-                                 ? metrics.chains()[chain++].response.summary_ms()
-                                 : metrics.node(term.path.front()).period.summary_ms();
-    if (term.weight == 0.0) continue;
-    if (measured.count == 0) return;
-    sum += term.weight * measured.mean;
-  }
-  outcome.objective = sum;
-}
-
 }  // namespace
 
 Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoint end) {
@@ -39,6 +25,7 @@ Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoin
   const plan::Predictions predicted = measured.predicted().until(end);
   const std::optional<plan::Predictions> current = measured.predicted().current();
   outcome.source_hz = predicted.source_hz.value_or(current ? current->source_hz.value_or(0.0) : 0.0);
+  outcome.objective = metrics.objective(app);
   outcome.objective_predicted = predicted.objective;
   outcome.relax_factor = std::max(predicted.relax_factor, current ? current->relax_factor : 1.0);
   std::size_t index = 0;
@@ -80,7 +67,6 @@ Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoin
                             .stale = edge.stale,
                             .age_ms = edge.age.summary_ms()});
   }
-  measure_objective(app, metrics, outcome);
   return outcome;
 }
 
