@@ -110,7 +110,7 @@ TEST_P(StoppedSensor, IsCountedAndToldToTheMillisecond) {
               ElementsAre(milliseconds{14}, milliseconds{34}, milliseconds{54}, milliseconds{74}, milliseconds{94}));
   EXPECT_EQ(called_with_stale, 3);
   ASSERT_EQ(outcome.ages.size(), 2U);
-  const sim::AgeOutcome& of_look = outcome.ages[0];
+  const AgeSnapshot& of_look = outcome.ages[0];
   EXPECT_EQ(of_look.from + " -> " + of_look.to, "imu -> look");
   EXPECT_EQ(of_look.max_age_ms, 50.0);
   EXPECT_FALSE(of_look.skips);
@@ -304,7 +304,7 @@ TEST_P(AgesOnBoth, TheSimulatorCountsAboutWhatTheRuntimeDoes) {
   ASSERT_EQ(simulated.ages.size(), 3U);
   for (std::size_t i = 0; i < ran.ages.size(); ++i) {
     const AgeSnapshot& real = ran.ages[i];
-    const sim::AgeOutcome& virtual_one = simulated.ages[i];
+    const AgeSnapshot& virtual_one = simulated.ages[i];
     const std::string edge = real.from + " -> " + real.to;
     EXPECT_EQ(virtual_one.from + " -> " + virtual_one.to, edge);
     EXPECT_GT(real.stale, 20U) << edge;
@@ -330,7 +330,7 @@ TEST_P(AgesOnBoth, TheRecordOfALiveRunSaysWhatItsSnapshotDid) {
   ASSERT_EQ(ran.ages.size(), metrics->ages.size());
   for (std::size_t i = 0; i < ran.ages.size(); ++i) {
     const AgeSnapshot& live = ran.ages[i];
-    const report::AgeMetrics& reported = metrics->ages[i];
+    const AgeSnapshot& reported = metrics->ages[i];
     EXPECT_EQ(live.from + live.to, reported.from + reported.to);
     EXPECT_EQ(live.max_age_ms, reported.max_age_ms);
     EXPECT_EQ(live.skips, reported.skips);

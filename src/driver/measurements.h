@@ -160,12 +160,7 @@ void Measurements<Samples>::fill(Snapshot& snapshot, TimePoint now, const graph:
     const double rate = measured_s > 0.0 ? static_cast<double>(measured.runs) / measured_s : 0.0;
     snapshot.nodes.push_back({node.name, measured.compute.summary_ms(), rate});
   }
-  for (const record::MeasuredEdge<Samples>& edge : metrics_.edges()) {
-    snapshot.ages.push_back({app_.graph.node(edge.edge->from).name, app_.graph.node(edge.edge->to).name,
-                             to_millis(edge.edge->age_limit->max_age).count(),
-                             edge.edge->age_limit->on_stale == graph::OnStale::kSkip, edge.runs, edge.stale,
-                             edge.age.summary_ms()});
-  }
+  snapshot.ages = metrics_.ages(app_.graph);
   show_asked(asked, snapshot);
 }
 

@@ -17,6 +17,7 @@
 
 #include "base/statistics.h"
 #include "base/time.h"
+#include "catan/snapshot.h"
 #include "graph/app.h"
 #include "record/events.h"
 #include "record/lineage.h"
@@ -100,6 +101,18 @@ class RunMetrics {
   const std::vector<MeasuredChain<Samples>>& chains() const { return chains_; }  // in the order of the objective
   const std::vector<MeasuredEdge<Samples>>& edges() const { return edges_; }  // with an age limit, as the app has them
   const MeasuredNode<Samples>& node(NodeId node) const { return nodes_[node.index()]; }
+
+  // The same edges, by name.
+  std::vector<AgeSnapshot> ages(const graph::Graph& graph) const {
+    std::vector<AgeSnapshot> ages;
+    for (const MeasuredEdge<Samples>& edge : edges_) {
+      const graph::AgeLimit& limit = *edge.edge->age_limit;
+      ages.push_back({graph.node(edge.edge->from).name, graph.node(edge.edge->to).name,
+                      to_millis(limit.max_age).count(), limit.on_stale == graph::OnStale::kSkip, edge.runs, edge.stale,
+                      edge.age.summary_ms()});
+    }
+    return ages;
+  }
 
   // The app's objective at what was measured: of means. None where a term that weighs was not. `app`: as it was made
   // of.

@@ -53,14 +53,14 @@ NodeMetrics metrics_of(const record::MeasuredNode<AllSamples>& node, const std::
   return metrics;
 }
 
-NodeMetrics* find_node(RunMetrics& metrics, const std::string& name) {
+NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
   const auto found = std::find_if(metrics.nodes.begin(), metrics.nodes.end(),
                                   [&](const NodeMetrics& node) { return node.name == name; });
   return found == metrics.nodes.end() ? nullptr : &*found;
 }
 
 Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
-                    RunMetrics& metrics) {
+                    RunFigures& metrics) {
   record::RunMetrics<AllSamples> measured(app, interval);
   std::vector<AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
@@ -95,15 +95,11 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
     if (node != nullptr) node->weight = node->weight.value_or(0.0) + term.weight;
   }
   metrics.objective.measured = measured.objective(app);
-  for (const record::MeasuredEdge<AllSamples>& edge : measured.edges()) {
-    const graph::AgeLimit& limit = *edge.edge->age_limit;
-    metrics.ages.push_back({app.graph.node(edge.edge->from).name, app.graph.node(edge.edge->to).name, ms(limit.max_age),
-                            limit.on_stale == graph::OnStale::kSkip, edge.runs, edge.stale, edge.age.summary_ms()});
-  }
+  metrics.ages = measured.ages(app.graph);
   return Done{};
 }
 
-Status measure_triggers(const record::Reader& record, const record::Interval& interval, RunMetrics& metrics) {
+Status measure_triggers(const record::Reader& record, const record::Interval& interval, RunFigures& metrics) {
   const auto subchains = record.app().graph.subchains();
   std::vector<std::vector<double>> late(subchains.size());
   const Status done = record.each_trigger([&](const record::Trigger& trigger) {
@@ -117,7 +113,7 @@ Status measure_triggers(const record::Reader& record, const record::Interval& in
   return Done{};
 }
 
-void put_predictions(const plan::Predictions& predicted, const graph::App& app, RunMetrics& metrics) {
+void put_predictions(const plan::Predictions& predicted, const graph::App& app, RunFigures& metrics) {
   metrics.plans = predicted.plans;
   metrics.relax_factor = predicted.relax_factor;
   metrics.for_typical = predicted.for_typical;
@@ -131,8 +127,8 @@ void put_predictions(const plan::Predictions& predicted, const graph::App& app, 
 
 }  // namespace
 
-Result<RunMetrics> measure(const record::Reader& record, bool whole) {
-  RunMetrics metrics;
+Result<RunFigures> measure(const record::Reader& record, bool whole) {
+  RunFigures metrics;
   metrics.app = record.app().name;
   metrics.header = record.header();
   metrics.ending = record.ending();

@@ -58,15 +58,7 @@ Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoin
     shown.too_slow = node.min_rate && shown.rate_hz + one < node.min_rate->hertz();
     shown.too_fast = node.max_rate && shown.rate_hz - one > node.max_rate->hertz();
   }
-  for (const record::MeasuredEdge<Histogram>& edge : metrics.edges()) {
-    outcome.ages.push_back({.from = app.graph.node(edge.edge->from).name,
-                            .to = app.graph.node(edge.edge->to).name,
-                            .max_age_ms = to_millis(edge.edge->age_limit->max_age).count(),
-                            .skips = edge.edge->age_limit->on_stale == graph::OnStale::kSkip,
-                            .runs = edge.runs,
-                            .stale = edge.stale,
-                            .age_ms = edge.age.summary_ms()});
-  }
+  outcome.ages = metrics.ages(app.graph);
   return outcome;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "catan/snapshot.h"
 #include "driver/event_log.h"
 #include "driver/measurements.h"
 #include "graph/app.h"
@@ -44,17 +45,6 @@ struct NodeOutcome {
   std::optional<Summary> wait_ms;  // none: its runs did not wait
 };
 
-// An edge with an age limit.
-struct AgeOutcome {
-  std::string from;
-  std::string to;
-  double max_age_ms = 0.0;
-  bool skips = false;       // stale runs give no output
-  std::uint64_t runs = 0;   // of `to`, whose input has an age
-  std::uint64_t stale = 0;  // of these, older than the limit
-  Summary age_ms;
-};
-
 struct CoreOutcome {
   double real_time = 0.0;  // of the time
   double ordinary = 0.0;
@@ -68,7 +58,7 @@ struct Outcome {
       0.0;  // rate of the first subchain's head, as planned (averaged over the plans in force) or hand-set
   std::vector<ChainOutcome> chains;  // in the order of the objective
   std::vector<NodeOutcome> nodes;    // in the order of the app
-  std::vector<AgeOutcome> ages;      // edges with an age limit, in the order of the app
+  std::vector<AgeSnapshot> ages;     // edges with an age limit, in the order of the app
   std::vector<CoreOutcome> cores;
   std::optional<double> objective;            // as measured, of means; none where a term was not
   std::optional<double> objective_predicted;  // averaged over the plans in force; none without a plan
