@@ -19,7 +19,7 @@
 #include "os/os.h"
 #include "record/events.h"
 #include "runtime/clock_watch.h"
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 #include "runtime/measurements.h"
 #include "runtime/membership.h"
 #include "runtime/node_link.h"
@@ -34,7 +34,7 @@ using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>
 // Who reports. References outlive the collector.
 struct Reporting {
   Links& links;
-  const std::vector<std::unique_ptr<Controller>>& controllers;
+  const std::vector<std::unique_ptr<ControllerThread>>& controllers;
   Membership& members;
   Dropped dropped;  // may be empty
 };

@@ -134,18 +134,14 @@ Status Housekeeping::finish() {
   return log_.close(os_.now(), os_.host_facts());
 }
 
-void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
-  raise_above(decision);
-  publish();
-  log_.in_force(os_.now(), decision, reason);
+void Housekeeping::raise(const driver::Levels& levels) {
+  controllers_.raise(levels.dispatcher);
+  members_.raise_unscheduled(levels.unscheduled);
 }
 
-// Before anybody follows the decision. Never lower: what was decided before may still be followed.
-void Housekeeping::raise_above(const policy::Decision& decision) {
-  if (std::exchange(dispatcher_level_, std::max(dispatcher_level_, decision.dispatcher_level)) < dispatcher_level_) {
-    controllers_.raise(dispatcher_level_);
-  }
-  members_.raise_unscheduled(decision.unscheduled_level);
+void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
+  publish();
+  log_.in_force(os_.now(), decision, reason);
 }
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.

@@ -57,13 +57,13 @@ class Housekeeping : private driver::PlanningHost {
   Result<os::CpuSet> usable_cpus() override { return allowed_.now(); }
   os::PowerState power_state() override { return os_.power_state(cpus_); }
   driver::ControllerWork controller_work() override { return controllers_.work(); }
+  void raise(const driver::Levels& levels) override;
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override;
   void cpus_changed(const os::CpuSet& cpus) override;
   void notice(const std::string& kind, const std::string& detail) override { log_.notice({os_.now(), kind, detail}); }
 
   void run();
   void turn(TimePoint& next_flush);
-  void raise_above(const policy::Decision& decision);
   void publish();
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
@@ -91,8 +91,6 @@ class Housekeeping : private driver::PlanningHost {
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};
   bool moved_told_ = false;
-
-  os::Level dispatcher_level_ = os::Level::kOrdinary;  // the highest of any decision so far
 
   std::unique_ptr<os::Thread> thread_;
   std::atomic<bool> stopping_{false};

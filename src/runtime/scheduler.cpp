@@ -76,7 +76,6 @@ Status Scheduler::prepare() {
   const double slack = app_.scheduler.slack.value_or(std::max(graph::kDefaultSlack, facts.reserved + kSlackMargin));
   driver::PlanningLoop loop = planning_loop(slack);
   if (Status decided = loop.decide_first(); !decided) return decided;
-  const policy::Decision& decision = loop.decision();
 
   const TimePoint start = os_.now();
   const TimePoint warm_from = start + app_.scheduler.bootstrap + policy::kSettle;
@@ -89,11 +88,8 @@ Status Scheduler::prepare() {
   Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
   if (!writer) return writer.error();
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
-  Membership::Placement placement{.cpus = cpus_};
-  if (policy.raises()) {
-    placement.scheduled = os::Level::kBackground;
-    placement.unscheduled = decision.unscheduled_level;
-  }
+  Membership::Placement placement{
+      .cpus = cpus_, .scheduled = loop.levels().scheduled, .unscheduled = loop.levels().unscheduled};
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
   joined_.open(parts_->enforcer, std::move(placement));
@@ -140,15 +136,11 @@ void Scheduler::keep_cpus_ready() {
 Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
                                                                const driver::PlanningLoop& loop) const {
   if (options_.record.empty()) return std::unique_ptr<record::Writer>();
-  record::Header header;
-  header.scheduler = options_.policy->name();
-  header.cpus = cpus_;
+  record::Header header = loop.record_header();
   header.host = os_.host_facts();
   header.real_time = real_time;
-  if (loop.decision().plan) header.slack = loop.slack();
   header.started = start;
   header.warm_up = warm_from - start;
-  header.stealing = options_.stealing;
   header.note = options_.note;
   return record::Writer::create(options_.record, app_, header);
 }

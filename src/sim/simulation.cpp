@@ -204,13 +204,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   void start() {
     started_ = true;
-    const policy::Decision& decision = loop_.decision();
-    const bool raises = options_.policy->raises();
-    unscheduled_level_ = decision.unscheduled_level;
-    dispatcher_level_ = decision.dispatcher_level;
-    nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
-                 raises ? decision.unscheduled_level : os::Level::kOrdinary, clocks_.timers);
-    controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
+    nodes_.start(setting_.cpus, loop_.levels().scheduled, loop_.levels().unscheduled, clocks_.timers);
+    controllers_.start(loop_.decision().assignment, setting_.cpus, loop_.levels().dispatcher,
+                       options_.phases.subchains);
     const Machine& machine = options_.machine;
     cpus_.set_cpus(housekeeping_,
                    machine.housekeeping_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
@@ -256,11 +252,12 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   void notice(const std::string& kind, const std::string& detail) override {
     event_log_.notice({cpus_.now(), kind, detail});
   }
+  void raise(const driver::Levels& levels) override {
+    controllers_.set_level(levels.dispatcher);
+    nodes_.set_level_of_unscheduled(levels.unscheduled);
+  }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override {
-    if (started_) {
-      raise_above(decision);
-      controllers_.publish(decision.assignment);
-    }
+    if (started_) controllers_.publish(decision.assignment);
     event_log_.in_force(cpus_.now(), decision, reason);
   }
 
@@ -268,18 +265,6 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     const std::uint64_t plans = loop_.budget().plans();
     measurements_.planned(plans, options_.machine.costs.planning * static_cast<Nanos::rep>(plans));
     measurements_.starved(cpus_.throttled(), Nanos{0});
-  }
-
-  // As a session does (policy/levels.h).
-  void raise_above(const policy::Decision& decision) {
-    if (decision.dispatcher_level > dispatcher_level_) {
-      dispatcher_level_ = decision.dispatcher_level;
-      controllers_.set_level(dispatcher_level_);
-    }
-    if (options_.policy->raises() && decision.unscheduled_level > unscheduled_level_) {
-      unscheduled_level_ = decision.unscheduled_level;
-      nodes_.set_level_of_unscheduled(unscheduled_level_);
-    }
   }
 
   os::HostFacts host_facts() const {
@@ -293,13 +278,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Status open_record() {
     if (!options_.recording) return Done{};
-    record::Header header;
-    header.scheduler = options_.policy->name();
-    header.cpus = setting_.cpus;
+    record::Header header = loop_.record_header();
     header.host = host_facts();
     header.real_time = real_time();
-    if (loop_.decision().plan) header.slack = loop_.slack();
-    header.stealing = options_.stealing;
     header.warm_up = warm_from_ - TimePoint{};
     header.note = options_.recording->note;
     auto writer = record::Writer::create(options_.recording->path, app_, header);
@@ -330,8 +311,6 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   Clocks clocks_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
-  os::Level unscheduled_level_ = os::Level::kOrdinary;
-  os::Level dispatcher_level_ = os::Level::kOrdinary;
 
   std::size_t plans_followed_ = 0;              // of those that are given
   std::optional<policy::Decision> next_given_;  // of one of them, and soon in force
