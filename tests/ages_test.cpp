@@ -110,7 +110,7 @@ TEST_P(StoppedSensor, IsCountedAndToldToTheMillisecond) {
               ElementsAre(milliseconds{14}, milliseconds{34}, milliseconds{54}, milliseconds{74}, milliseconds{94}));
   EXPECT_EQ(called_with_stale, 3);
   ASSERT_EQ(outcome.ages.size(), 2U);
-  const sim::AgeOutcome& of_look = outcome.ages[0];
+  const AgeSnapshot& of_look = outcome.ages[0];
   EXPECT_EQ(of_look.from + " -> " + of_look.to, "imu -> look");
   EXPECT_EQ(of_look.max_age_ms, 50.0);
   EXPECT_FALSE(of_look.skips);
@@ -121,14 +121,14 @@ TEST_P(StoppedSensor, IsCountedAndToldToTheMillisecond) {
   EXPECT_EQ(outcome.ages[1].stale, 3U) << "act begins 2 ms later: 16, 36, 56, 76, 96";
   EXPECT_DOUBLE_EQ(outcome.ages[1].age_ms.max, 96.0);
   EXPECT_EQ(outcome.nodes[2].runs, outcome.nodes[1].runs);
-  EXPECT_THAT(
-      stale_notices(read(path)),
-      ElementsAre("what look takes from imu is 54 ms old, its max_age is 50 ms",
-                  "what act takes from look is 56 ms old, its max_age is 50 ms",
-                  "what look takes from imu is no older than its max_age of 50 ms again; 3 runs had older data, "
-                  "the oldest of 94 ms",
-                  "what act takes from look is no older than its max_age of 50 ms again; 3 runs had older data, "
-                  "the oldest of 96 ms"));
+  const std::vector<std::string> told = stale_notices(read(path));
+  EXPECT_THAT(told, ElementsAre("what look takes from imu is 54 ms old, its max_age is 50 ms",
+                                "what act takes from look is 56 ms old, its max_age is 50 ms",
+                                "what look takes from imu is no older than its max_age of 50 ms again; 3 runs had "
+                                "older data, the oldest of 94 ms",
+                                "what act takes from look is no older than its max_age of 50 ms again; 3 runs had "
+                                "older data, the oldest of 96 ms"));
+  for (const std::string& notice : told) EXPECT_THAT(outcome.notices, testing::Contains("stale-input: " + notice));
 }
 
 TEST_P(StoppedSensor, SkippedOutputReachesNobody) {
@@ -304,7 +304,7 @@ TEST_P(AgesOnBoth, TheSimulatorCountsAboutWhatTheRuntimeDoes) {
   ASSERT_EQ(simulated.ages.size(), 3U);
   for (std::size_t i = 0; i < ran.ages.size(); ++i) {
     const AgeSnapshot& real = ran.ages[i];
-    const sim::AgeOutcome& virtual_one = simulated.ages[i];
+    const AgeSnapshot& virtual_one = simulated.ages[i];
     const std::string edge = real.from + " -> " + real.to;
     EXPECT_EQ(virtual_one.from + " -> " + virtual_one.to, edge);
     EXPECT_GT(real.stale, 20U) << edge;
@@ -330,7 +330,7 @@ TEST_P(AgesOnBoth, TheRecordOfALiveRunSaysWhatItsSnapshotDid) {
   ASSERT_EQ(ran.ages.size(), metrics->ages.size());
   for (std::size_t i = 0; i < ran.ages.size(); ++i) {
     const AgeSnapshot& live = ran.ages[i];
-    const report::AgeMetrics& reported = metrics->ages[i];
+    const AgeSnapshot& reported = metrics->ages[i];
     EXPECT_EQ(live.from + live.to, reported.from + reported.to);
     EXPECT_EQ(live.max_age_ms, reported.max_age_ms);
     EXPECT_EQ(live.skips, reported.skips);

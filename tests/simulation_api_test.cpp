@@ -213,6 +213,28 @@ TEST_F(SimulationApi, ManyShortCallsComeToTheSameAsALongOne) {
   EXPECT_EQ(pushes[0], pushes[1]);
 }
 
+TEST_F(SimulationApi, SnapshotsSayWhatThoseOfASessionSay) {
+  std::string text = kLoop;
+  text.replace(text.find("think: {}"), 9, "think: { min_rate: 5Hz }");
+  text.replace(text.find("weight: 1"), 9, "weight: 2, max: 400ms");
+  write(app_, text);
+  auto simulation = open("catan");
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  const Snapshot before = simulation->snapshot();
+  EXPECT_FALSE(before.warmed_up);
+  EXPECT_TRUE(before.chains[0].predicted_response_ms.has_value()) << "by the plan of the bootstrap";
+  ASSERT_TRUE(simulation->run_for(seconds{4}).ok());
+  const Snapshot snapshot = simulation->snapshot();
+  EXPECT_TRUE(snapshot.warmed_up);
+  EXPECT_EQ(snapshot.cpus, std::vector<int>{0});
+  ASSERT_EQ(snapshot.objective.size(), 1U);
+  EXPECT_EQ(snapshot.objective[0].term, "look -> think -> push");
+  EXPECT_EQ(snapshot.objective[0].weight, 2.0);
+  EXPECT_EQ(snapshot.objective[0].max_ms, 400.0);
+  EXPECT_FALSE(snapshot.nodes[0].min_rate_hz);
+  EXPECT_EQ(snapshot.nodes[1].min_rate_hz, 5.0);
+}
+
 // A node without a function takes its time, and response times go through it.
 TEST_F(SimulationApi, NodesNeedNoFunction) {
   auto simulation = open();

@@ -95,8 +95,9 @@ class Simulation {
   // Closes the record. May be called twice; what comes later is not recorded. Errors: what could not be written.
   Status finish();
 
-  // What was measured up to now, as a session tells it. Not from within a node's function. Percentiles are exact to
-  // 0.4 %; starved_ms is always 0.
+  // What was measured up to now, as a session tells it. Not from within a node's function. Percentiles are of all
+  // samples, and exact to 0.4 %. What a simulation cannot know: starved_ms is always 0; nor can anything be changed
+  // while it runs, so `changes` is 0.
   Snapshot snapshot() const;
 
  private:

@@ -68,10 +68,7 @@ Result<std::shared_ptr<const policy::Policy>> live_policy(std::string_view name,
     return Error::caller(fmt::format("scheduler '{}' reserves CPU time, which only the simulator can do", name),
                          "use catan sim, or another scheduler");
   }
-  if (made->policy->needs_costs()) {
-    return Error::caller(fmt::format("scheduler '{}' decides once, by compute times that are known before", name),
-                         fmt::format("say which: {}:COSTS.yaml", name));
-  }
+  if (made->policy->needs_costs()) return policy::costs_missing(*made->policy);
   return std::move(made->policy);
 }
 

@@ -38,10 +38,8 @@ sim::Options simulator_options(const SimulationOptions& options, const graph::Ap
 
 class Simulation::Impl {
  public:
-  Impl(graph::App app, bool real_time, Nanos planning, std::unique_ptr<sim::Simulation> simulation)
+  Impl(graph::App app, std::unique_ptr<sim::Simulation> simulation)
       : app_(std::move(app)),
-        real_time_(real_time),
-        planning_(planning),
         simulation_(std::move(simulation)),
         connections_(app_, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
           simulation_->use_channel(consumer, slot, channel);
@@ -79,36 +77,7 @@ class Simulation::Impl {
   Status finish() { return simulation_->finish(); }
 
   Snapshot snapshot() const {
-    const sim::Outcome outcome = simulation_->outcome();
-    Snapshot snapshot;
-    snapshot.policy = outcome.scheduler;
-    snapshot.real_time = real_time_;
-    snapshot.warmed_up = simulation_->now() >= simulation_->warm_from();
-    snapshot.source_hz = outcome.source_hz;
-    snapshot.plans = outcome.plans_adopted;
-    snapshot.cost_changes = outcome.cost_changes;
-    snapshot.planning_ms = static_cast<double>(outcome.plans_made) * to_millis(planning_).count();
-    snapshot.budget_overruns = outcome.budget_overruns;
-    snapshot.starved = outcome.throttled;
-    if (simulation_->plan()) runtime::show_plan(app_, *simulation_->plan(), snapshot);
-    std::size_t index = 0;
-    for (const graph::Term& term : app_.objective) {
-      if (term.metric != graph::Metric::kResponseTime) continue;
-      const sim::ChainOutcome& chain = outcome.chains[index++];
-      ChainSnapshot& shown = snapshot.chains.emplace_back();
-      for (const NodeId node : term.path) shown.path.push_back(app_.graph.node(node).name);
-      shown.response_ms = chain.response_ms;
-      shown.latency_ms = chain.latency_ms;
-      shown.period_ms = chain.period_ms;
-      shown.predicted_response_ms = chain.predicted_ms;
-    }
-    for (const sim::NodeOutcome& node : outcome.nodes) {
-      snapshot.nodes.push_back({node.name, node.compute_ms, node.rate_hz});
-    }
-    for (const sim::AgeOutcome& edge : outcome.ages) {
-      snapshot.ages.push_back({edge.from, edge.to, edge.max_age_ms, edge.skips, edge.runs, edge.stale, edge.age_ms});
-    }
-    snapshot.notices = outcome.notices;
+    Snapshot snapshot = simulation_->snapshot();
     for (const auto& [edge, count] : connections_.dropped()) {
       snapshot.notices.push_back(fmt::format("lost: {} values on {}: their reader did not keep up", count, edge));
     }
@@ -131,8 +100,6 @@ class Simulation::Impl {
   }
 
   graph::App app_;
-  bool real_time_;
-  Nanos planning_;  // that the model of the machine takes for a plan
   std::unique_ptr<sim::Simulation> simulation_;
   runtime::Connections connections_;
   bool started_ = false;
@@ -153,8 +120,7 @@ Result<Simulation> Simulation::open(const std::string& app_file, const Simulatio
   auto simulation = sim::Simulation::create(
       *app, std::make_unique<sim::DrawnCosts>(*app, *work, options.seed, options.slowdown), chosen);
   if (!simulation) return simulation.error();
-  return Simulation(std::make_unique<Impl>(std::move(*app), options.real_time && chosen.policy->raises(),
-                                           chosen.machine.costs.planning, std::move(*simulation)));
+  return Simulation(std::make_unique<Impl>(std::move(*app), std::move(*simulation)));
 }
 
 Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -1,5 +1,5 @@
-// What a controller (controller.h) needs from outside. In the runtime threads provide it (runtime/controller.h), in the
-// simulator events (sim/controllers.h), in tests a fake that remembers the calls (testing/fake_world.h).
+// What a controller (controller.h) needs from outside. In the runtime threads provide it (runtime/controller_thread.h),
+// in the simulator events (sim/controllers.h), in tests a fake that remembers the calls (testing/fake_world.h).
 //
 // An actuator acts for one controller at a time. It carries out each call at once, and never waits. Time is an
 // argument of Controller::step(); an actuator has a clock of its own where it must say when something was done.

@@ -11,9 +11,22 @@
 // Units: in the types. Thread safety: none; each belongs to one thread, as its actuator does.
 #pragma once
 
+#include <cstddef>
+
+#include "base/ids.h"
 #include "base/time.h"
+#include "policy/assignment.h"
 
 namespace ctn::driver {
+
+// Controllers are numbered: those of so many subchains, then those of cores.
+inline std::size_t number_of_core(int core, std::size_t subchains) {
+  return subchains + static_cast<std::size_t>(core);
+}
+// The one that is to have a subchain by an assignment.
+inline std::size_t holder_of(SubchainId subchain, const policy::SubchainPlace& place, std::size_t subchains) {
+  return place.core >= 0 ? number_of_core(place.core, subchains) : subchain.index();
+}
 
 class Controller {
  public:

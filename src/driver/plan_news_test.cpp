@@ -11,7 +11,7 @@
 namespace ctn::driver {
 namespace {
 
-using Notices = std::vector<PlanNews::Notice>;
+using News = std::vector<PlanNews::Notice>;
 
 graph::App two(const std::string& a = "{}") {
   return parse("catan: 1\napp: two\nnodes: { a: " + a + ", b: {} }\nedges: [ a -> b ]\nobjective:\n" +
@@ -28,18 +28,18 @@ plan::Plan relaxed(double planned) {
 TEST(PlanNews, RelaxedBoundsAreToldWhenTheyBeginChangeMuchAndEnd) {
   const graph::App app = two();
   PlanNews news(app);
-  EXPECT_EQ(news.in_force({}), Notices{});
-  const Notices begun = news.in_force(relaxed(50.0));
+  EXPECT_EQ(news.in_force({}), News{});
+  const News begun = news.in_force(relaxed(50.0));
   ASSERT_EQ(begun.size(), 1U);
   EXPECT_EQ(begun[0].kind, "relaxed");
   EXPECT_NE(begun[0].detail.find("by a factor of 1.25: objective[0].max: 50 ms, not 40 ms"), std::string::npos)
       << begun[0].detail;
-  EXPECT_EQ(news.in_force(relaxed(54.0)), Notices{}) << "not much more";
-  EXPECT_EQ(news.in_force(relaxed(46.0)), Notices{}) << "nor less, than was told";
+  EXPECT_EQ(news.in_force(relaxed(54.0)), News{}) << "not much more";
+  EXPECT_EQ(news.in_force(relaxed(46.0)), News{}) << "nor less, than was told";
   EXPECT_EQ(news.in_force(relaxed(60.0)).size(), 1U);
-  EXPECT_EQ(news.in_force(relaxed(60.0)), Notices{});
-  EXPECT_EQ(news.in_force({}), (Notices{{"relaxed", "all bounds hold again"}}));
-  EXPECT_EQ(news.in_force({}), Notices{});
+  EXPECT_EQ(news.in_force(relaxed(60.0)), News{});
+  EXPECT_EQ(news.in_force({}), (News{{"relaxed", "all bounds hold again"}}));
+  EXPECT_EQ(news.in_force({}), News{});
 }
 
 TEST(PlanNews, AnotherBoundThatGivesWayMuchIsToldAndOneThatDoesHardlyIsNot) {
@@ -48,9 +48,9 @@ TEST(PlanNews, AnotherBoundThatGivesWayMuchIsToldAndOneThatDoesHardlyIsNot) {
   news.in_force(relaxed(50.0));
   plan::Plan both = relaxed(50.0);
   both.relaxed.push_back({"nodes.b.min_rate", Millis{100}, Millis{105}});
-  EXPECT_EQ(news.in_force(both), Notices{});
+  EXPECT_EQ(news.in_force(both), News{});
   both.relaxed.back().planned = Millis{125};
-  const Notices told = news.in_force(both);
+  const News told = news.in_force(both);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_NE(told[0].detail.find("nodes.b.min_rate: 8 Hz, not 10 Hz"), std::string::npos) << told[0].detail;
 }
@@ -60,13 +60,13 @@ TEST(PlanNews, NodesWhoseCostsAreAssumedAreNamedOnceAndWhenTheyAreKnown) {
   PlanNews news(app);
   plan::Plan plan;
   plan.assumed = {{NodeId(1), Millis{5}}};
-  const Notices told = news.in_force(plan);
+  const News told = news.in_force(plan);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].kind, "assumed-costs");
   EXPECT_NE(told[0].detail.find("b (5 ms)"), std::string::npos) << told[0].detail;
-  EXPECT_EQ(news.in_force(plan), Notices{});
-  EXPECT_EQ(news.in_force({}), (Notices{{"assumed-costs", "compute times are known now of: b"}}));
-  EXPECT_EQ(news.in_force({}), Notices{});
+  EXPECT_EQ(news.in_force(plan), News{});
+  EXPECT_EQ(news.in_force({}), (News{{"assumed-costs", "compute times are known now of: b"}}));
+  EXPECT_EQ(news.in_force({}), News{});
 }
 
 TEST(PlanNews, OfABootstrapPlanNothingIsToldButWhatExactRatesCost) {
@@ -74,17 +74,17 @@ TEST(PlanNews, OfABootstrapPlanNothingIsToldButWhatExactRatesCost) {
   PlanNews news(app);
   plan::Plan guess = relaxed(50.0);
   guess.assumed = {{NodeId(0), Millis{5}}, {NodeId(1), Millis{5}}};
-  EXPECT_EQ(news.in_force(guess), Notices{});
+  EXPECT_EQ(news.in_force(guess), News{});
   plan::Plan lower = guess;
   for (plan::AssumedCost& assumed : lower.assumed) assumed.cost = Millis{2.5};
-  const Notices lowered = news.in_force(lower);
+  const News lowered = news.in_force(lower);
   ASSERT_EQ(lowered.size(), 1U);
   EXPECT_EQ(lowered[0].kind, "assumed-costs");
-  EXPECT_EQ(news.in_force(lower), Notices{});
+  EXPECT_EQ(news.in_force(lower), News{});
   guess.relaxed.push_back({"nodes.a.min_rate", Millis{10}, Millis{20}});
   ASSERT_EQ(news.in_force(guess).size(), 1U);
-  EXPECT_EQ(news.in_force({}), (Notices{{"assumed-costs", "the compute times of all nodes are known now"},
-                                        {"relaxed", "all bounds hold again"}}));
+  EXPECT_EQ(news.in_force({}), (News{{"assumed-costs", "the compute times of all nodes are known now"},
+                                     {"relaxed", "all bounds hold again"}}));
 }
 
 TEST(PlanNews, ALongListIsCutShort) {
@@ -95,7 +95,7 @@ TEST(PlanNews, ALongListIsCutShort) {
   for (int term = 0; term < 20; ++term) {
     plan.relaxed.push_back({"objective[" + std::to_string(term) + "].max", Millis{10}, Millis{20}});
   }
-  const Notices told = news.in_force(plan);
+  const News told = news.in_force(plan);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_TRUE(told[0].detail.ends_with(" and 12 more")) << told[0].detail;
 }

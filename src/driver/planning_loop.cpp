@@ -37,11 +37,7 @@ PlanningLoop::PlanningLoop(const graph::App& app, PlanningOptions options)
 
 Status PlanningLoop::decide_first() {
   const policy::Policy& policy = *options_.policy;
-  if (policy.needs_costs() && !options_.known_costs) {
-    return Error::caller(
-        fmt::format("scheduler '{}' decides once, by compute times that are known before", policy.name()),
-        fmt::format("say which: {}:COSTS.yaml", policy.name()));
-  }
+  if (policy.needs_costs() && !options_.known_costs) return policy::costs_missing(policy);
   const model::CostTable costs = policy.needs_costs()
                                      ? *options_.known_costs
                                      : model::CostTable::assumed(app_.graph, app_.scheduler.bootstrap_cost);
@@ -59,6 +55,24 @@ Status PlanningLoop::decide_first() {
 void PlanningLoop::begin_with(policy::Decision decision) {
   decision_ = std::move(decision);
   if (decision_.plan) options_.slack = decision_.plan->slack;
+  if (options_.policy->raises()) levels_.scheduled = os::Level::kBackground;
+  rise();
+}
+
+bool PlanningLoop::rise() {
+  const Levels before = levels_;
+  levels_.dispatcher = std::max(before.dispatcher, decision_.dispatcher_level);
+  if (options_.policy->raises()) levels_.unscheduled = std::max(before.unscheduled, decision_.unscheduled_level);
+  return levels_.dispatcher > before.dispatcher || levels_.unscheduled > before.unscheduled;
+}
+
+record::Header PlanningLoop::record_header() const {
+  record::Header header;
+  header.scheduler = options_.policy->name();
+  header.cpus = options_.cpus;
+  if (decision_.plan) header.slack = options_.slack;
+  header.stealing = options_.stealing;
+  return header;
 }
 
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
@@ -70,10 +84,7 @@ void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
 std::optional<record::CostChange> PlanningLoop::ran(const record::Run& run) {
   if (!hung_runs_.counts(run)) return std::nullopt;
   std::optional<record::CostChange> change = measured_.add(run, kinds_.of(run.on_cpu));
-  if (change) {
-    cost_changed_ = true;
-    ++cost_changes_;
-  }
+  if (change) cost_changed_ = true;
   return change;
 }
 
@@ -200,6 +211,12 @@ model::CostTable PlanningLoop::with_assumed(model::CostTable costs, const std::v
   return costs;
 }
 
+std::optional<double> PlanningLoop::hand_set_hz() const {
+  const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
+  if (options_.policy->follows_plan() || places.empty()) return std::nullopt;
+  return Rate::every(places.front().pacing.period).hertz();
+}
+
 bool PlanningLoop::names_missing_cpu() const {
   const std::vector<policy::SubchainPlace>& places = decision_.assignment.places;
   return std::any_of(places.begin(), places.end(), [&](const policy::SubchainPlace& place) {
@@ -221,6 +238,7 @@ void PlanningLoop::adopt(policy::Decision decision, PlanReason reason, PlanningH
 }
 
 void PlanningLoop::in_force(PlanReason reason, PlanningHost& host) {
+  if (rise()) host.raise(levels_);
   host.in_force(decision_, reason);
   if (!decision_.plan) return;
   for (const PlanNews::Notice& notice : news_.in_force(*decision_.plan)) host.notice(notice.kind, notice.detail);

@@ -37,6 +37,7 @@
 #include "policy/replan.h"
 #include "policy/step_cost.h"
 #include "record/events.h"
+#include "record/writer.h"
 
 namespace ctn::driver {
 
@@ -70,6 +71,14 @@ struct ControllerWork {
   std::uint64_t by_event = 0;
 };
 
+// Of threads: of nodes in a subchain until a controller holds them, of nodes that run by themselves, and of
+// controllers.
+struct Levels {
+  os::Level scheduled = os::Level::kOrdinary;
+  os::Level unscheduled = os::Level::kOrdinary;
+  os::Level dispatcher = os::Level::kOrdinary;
+};
+
 // What the loop needs from outside. Called from within plan() and adopt() only.
 class PlanningHost {
  public:
@@ -80,6 +89,9 @@ class PlanningHost {
   virtual os::PowerState power_state() = 0;
   virtual ControllerWork controller_work() = 0;
 
+  // Controllers, and nodes that run by themselves, are at these levels from now on, before anybody follows what comes
+  // into force next: they are no lower than before, and not all the same.
+  virtual void raise(const Levels& levels) = 0;
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
   // It may have no plan although the one before had.
   virtual void in_force(const policy::Decision& decision, policy::PlanReason reason) = 0;
@@ -128,12 +140,17 @@ class PlanningLoop {
   // What a policy decides on. Valid until the loop's next turn, and as long as the tables.
   policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const;
 
+  // Where threads begin; then the highest of any decision so far, since those before may still be followed.
+  const Levels& levels() const { return levels_; }
+  // All but where, when and how the app runs.
+  record::Header record_header() const;
+
   bool adapts() const { return options_.policy->adapts(); }
   const policy::Decision& decision() const { return decision_; }  // in force
   const os::CpuSet& cpus() const { return online_; }              // that are planned for
-  double slack() const { return options_.slack; }                 // the plan's, where there is one
   const policy::PlanningBudget& budget() const { return clock_.budget(); }
-  std::uint64_t cost_changes() const { return cost_changes_; }
+  // Rate of the first subchain's head, where the policy follows no plan.
+  std::optional<double> hand_set_hz() const;
 
  private:
   bool check_cpus(TimePoint now, PlanningHost& host);
@@ -144,6 +161,7 @@ class PlanningLoop {
                                 policy::PlanReason why) const;
   bool names_missing_cpu() const;  // what is in force does
   void in_force(policy::PlanReason reason, PlanningHost& host);
+  bool rise();  // to the decision's levels; false: it is there already
   policy::Assignment on_given_cores(policy::Assignment assignment) const;
 
   const graph::App& app_;
@@ -164,7 +182,7 @@ class PlanningLoop {
   TimePoint next_cpu_check_{};
   TimePoint next_power_check_{};
   policy::Decision decision_;
-  std::uint64_t cost_changes_ = 0;
+  Levels levels_;
   bool cost_changed_ = false;  // since the last turn
   bool asked_changed_ = false;
   bool cpus_changed_ = false;  // and that is not adopted yet

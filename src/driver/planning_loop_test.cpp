@@ -84,6 +84,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
   Result<os::CpuSet> usable_cpus() override { return online; }
   os::PowerState power_state() override { return {}; }
   ControllerWork controller_work() override { return {}; }
+  void raise(const Levels& levels) override { raised.push_back(levels); }
   void in_force(const policy::Decision& /*decision*/, policy::PlanReason reason) override {
     told.push_back(std::string("plan ") + policy::to_string(reason));
   }
@@ -94,9 +95,26 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
   std::shared_ptr<Tested> tested = std::make_shared<Tested>();
   os::CpuSet online{0};
   std::vector<std::string> told;
+  std::vector<Levels> raised;
 };
 
 using Told = std::vector<std::string>;
+
+TEST_F(PlanningLoopTest, LevelsRiseAndNeverFall) {
+  PlanningLoop loop = loop_of();
+  EXPECT_TRUE(raised.empty()) << "threads begin there";
+  const policy::Decision first = loop.decision();
+  EXPECT_EQ(loop.levels().dispatcher, first.dispatcher_level);
+  policy::Decision higher = first;
+  higher.dispatcher_level = os::fixed_level(5);
+  loop.adopt(higher, policy::PlanReason::kAsked, *this);
+  ASSERT_EQ(raised.size(), 1U);
+  EXPECT_EQ(raised[0].dispatcher, os::fixed_level(5));
+  EXPECT_EQ(raised[0].unscheduled, os::Level::kOrdinary) << "a policy that needs no levels";
+  loop.adopt(first, policy::PlanReason::kAsked, *this);
+  EXPECT_EQ(raised.size(), 1U);
+  EXPECT_EQ(loop.levels().dispatcher, os::fixed_level(5));
+}
 
 TEST_F(PlanningLoopTest, PlansWithWhatIsKnownAndSaysWhatIsNot) {
   PlanningLoop loop = loop_of();

@@ -26,6 +26,12 @@ Result<std::optional<Decision>> Policy::decide_again(const Situation& situation,
   return std::optional(std::move(*decision));
 }
 
+Error costs_missing(const Policy& policy) {
+  return Error::caller(
+      fmt::format("scheduler '{}' decides once, by compute times that are known before", policy.name()),
+      fmt::format("say which: {}:COSTS.yaml", policy.name()));
+}
+
 Result<Made> make_policy(std::string_view text) {
   if (text == "catan" || text == "auto") return Made(std::make_shared<SearchPolicy>(std::string(text)));
   if (text == "paper") return Made(std::make_shared<PaperPolicy>());

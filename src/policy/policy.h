@@ -118,6 +118,9 @@ class Policy {
   std::string name_;
 };
 
+// Of a policy that needs costs where there are none (kCaller).
+Error costs_missing(const Policy& policy);
+
 // "catan", "auto", "paper", "default", "fifo", "rate:30", "rate:12.5Hz". kCaller: it is none of these.
 Result<std::shared_ptr<const Policy>> make_policy(std::string_view text);
 

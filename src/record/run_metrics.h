@@ -2,7 +2,8 @@
 // A figure counts if all that it spans lies in the interval that is measured. For the period of a node that takes
 // batches, a run counts that had at least one input; where an external node feeds it, which nobody can tell, each does.
 //
-// `Samples` is where durations go, each by add(Nanos): all of them, the newest, or counts.
+// `Samples` is where durations go, each by add(Nanos), and where summary_ms() comes from: all of them, the newest, or
+// counts.
 //
 // Units: Nanos. Thread safety: none; one owner. Memory: that of the samples, and of record/lineage.h.
 #pragma once
@@ -14,7 +15,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "base/time.h"
+#include "catan/snapshot.h"
 #include "graph/app.h"
 #include "record/events.h"
 #include "record/lineage.h"
@@ -98,6 +101,34 @@ class RunMetrics {
   const std::vector<MeasuredChain<Samples>>& chains() const { return chains_; }  // in the order of the objective
   const std::vector<MeasuredEdge<Samples>>& edges() const { return edges_; }  // with an age limit, as the app has them
   const MeasuredNode<Samples>& node(NodeId node) const { return nodes_[node.index()]; }
+
+  // The same edges, by name.
+  std::vector<AgeSnapshot> ages(const graph::Graph& graph) const {
+    std::vector<AgeSnapshot> ages;
+    for (const MeasuredEdge<Samples>& edge : edges_) {
+      const graph::AgeLimit& limit = *edge.edge->age_limit;
+      ages.push_back({graph.node(edge.edge->from).name, graph.node(edge.edge->to).name,
+                      to_millis(limit.max_age).count(), limit.on_stale == graph::OnStale::kSkip, edge.runs, edge.stale,
+                      edge.age.summary_ms()});
+    }
+    return ages;
+  }
+
+  // The app's objective at what was measured: of means. None where a term that weighs was not. `app`: as it was made
+  // of.
+  std::optional<double> objective(const graph::App& app) const {
+    double sum = 0.0;
+    std::size_t chain = 0;
+    for (const graph::Term& term : app.objective) {
+      const bool of_chain = term.metric == graph::Metric::kResponseTime;
+      const Samples& measured = of_chain ? chains_[chain++].response : nodes_[term.path.front().index()].period;
+      if (term.weight == 0.0) continue;
+      const Summary summary = measured.summary_ms();
+      if (summary.count == 0) return std::nullopt;
+      sum += term.weight * summary.mean;
+    }
+    return sum;
+  }
 
  private:
   struct Track {

@@ -15,6 +15,11 @@ using std::chrono::milliseconds;
 
 struct All {
   void add(Nanos sample) { samples.push_back(sample); }
+  Summary summary_ms() const {
+    std::vector<double> all;
+    for (const Nanos sample : samples) all.push_back(to_millis(sample).count());
+    return summarize(std::move(all));
+  }
   std::vector<Nanos> samples;
 };
 
@@ -45,6 +50,21 @@ std::vector<Nanos> periods_of(const graph::App& app) {
 
 TEST(RunMetrics, ThePeriodOfAQueueNodeIsOfRunsThatHadAnInput) {
   EXPECT_EQ(periods_of(feeding(graph::InputKind::kQueue, false)), (std::vector<Nanos>{milliseconds{30}}));
+}
+
+TEST(RunMetrics, TheObjectiveIsOfWhatWasMeasured) {
+  const graph::App app = feeding(graph::InputKind::kLatest, false);
+  RunMetrics<All> metrics(app, {.begin = at_ms(0)});
+  record::Run run;
+  run.node = *app.graph.find_node("to");
+  run.number = 1;
+  run.end = at_ms(10);
+  metrics.add(run);
+  EXPECT_FALSE(metrics.objective(app)) << "there is no period yet";
+  run.number = 2;
+  run.end = at_ms(40);
+  metrics.add(run);
+  EXPECT_EQ(metrics.objective(app), 30.0);
 }
 
 TEST(RunMetrics, OfAllOthersEachRunCounts) {

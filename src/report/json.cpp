@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "plan/plan.h"
+#include "record/metrics_json.h"
 
 namespace ctn::report {
 namespace {
@@ -11,11 +12,7 @@ using Json = nlohmann::ordered_json;
 
 Json json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
-Json json(const Summary& summary) {
-  if (summary.count == 0) return nullptr;
-  return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
-          {"p95", summary.p95},     {"p99", summary.p99},   {"max", summary.max}};
-}
+using record::to_json;
 
 Json json(const ChainMetrics& chain) {
   Json predicted = nullptr;
@@ -29,9 +26,9 @@ Json json(const ChainMetrics& chain) {
           {"weight", chain.weight},
           {"bound_ms", json(chain.bound_ms)},
           {"predicted", predicted},
-          {"response_ms", json(chain.response_ms)},
-          {"latency_ms", json(chain.latency_ms)},
-          {"period_ms", json(chain.period_ms)}};
+          {"response_ms", to_json(chain.response_ms)},
+          {"latency_ms", to_json(chain.latency_ms)},
+          {"period_ms", to_json(chain.period_ms)}};
 }
 
 Json json(const NodeMetrics& node) {
@@ -41,26 +38,16 @@ Json json(const NodeMetrics& node) {
                {"rate_hz", node.rate_hz},
                {"predicted_rate_hz", json(node.predicted_rate_hz)},
                {"weight", json(node.weight)},
-               {"period_ms", json(node.period_ms)},
-               {"compute_ms", json(node.compute_ms)},
-               {"wall_ms", json(node.wall_ms)},
+               {"period_ms", to_json(node.period_ms)},
+               {"compute_ms", to_json(node.compute_ms)},
+               {"wall_ms", to_json(node.wall_ms)},
                {"cores", node.cores}};
-  if (node.wait_ms) figures["wait_ms"] = json(*node.wait_ms);
+  if (node.wait_ms) figures["wait_ms"] = to_json(*node.wait_ms);
   return figures;
 }
 
-Json json(const AgeMetrics& edge) {
-  return {{"from", edge.from},
-          {"to", edge.to},
-          {"max_age_ms", edge.max_age_ms},
-          {"on_stale", edge.skips ? "skip" : "run"},
-          {"runs", edge.runs},
-          {"stale", edge.stale},
-          {"age_ms", json(edge.age_ms)}};
-}
-
 Json json(const TriggerMetrics& trigger) {
-  return {{"subchain", trigger.subchain}, {"late_ms", json(trigger.late_ms)}};
+  return {{"subchain", trigger.subchain}, {"late_ms", to_json(trigger.late_ms)}};
 }
 
 Json json(const record::Notice& notice, TimePoint started) {
@@ -76,10 +63,12 @@ Json list(const Values& values) {
 
 }  // namespace
 
-std::string to_json(const RunMetrics& metrics) {
+std::string to_json(const RunFigures& metrics) {
   const record::Header& header = metrics.header;
   Json notices = Json::array();
   for (const record::Notice& notice : metrics.notices) notices.push_back(json(notice, header.started));
+  Json ages = Json::array();
+  for (const AgeSnapshot& edge : metrics.ages) ages.push_back(to_json(edge));
   Json changes = Json::array();
   for (const AppChangeMetrics& change : metrics.changes) {
     changes.push_back({{"at_ms", 1000.0 * change.at_s}, {"what", change.what}});
@@ -110,7 +99,7 @@ std::string to_json(const RunMetrics& metrics) {
       {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
       {"chains", list(metrics.chains)},
       {"nodes", list(metrics.nodes)},
-      {"ages", list(metrics.ages)},
+      {"ages", ages},
       {"triggers", list(metrics.triggers)},
       {"changes", changes},
       {"notices", notices}};

@@ -9,6 +9,6 @@ namespace ctn::report {
 
 // One document, indented by one space, with a newline at its end. Units are in the names of the keys; what was not
 // measured or predicted is null. Schema: docs/report-schema.md.
-std::string to_json(const RunMetrics& metrics);
+std::string to_json(const RunFigures& metrics);
 
 }  // namespace ctn::report

@@ -23,7 +23,7 @@ double seconds(const record::Interval& interval) {
 class AllSamples {
  public:
   void add(Nanos duration) { samples_.push_back(ms(duration)); }
-  Summary summary() const { return summarize(samples_); }
+  Summary summary_ms() const { return summarize(samples_); }
 
  private:
   std::vector<double> samples_;
@@ -34,9 +34,9 @@ ChainMetrics metrics_of(const record::MeasuredChain<AllSamples>& chain, const gr
   metrics.path = graph.path_name(chain.term->path);
   metrics.weight = chain.term->weight;
   if (chain.term->max) metrics.bound_ms = ms(*chain.term->max);
-  metrics.response_ms = chain.response.summary();
-  metrics.latency_ms = chain.latency.summary();
-  metrics.period_ms = chain.period.summary();
+  metrics.response_ms = chain.response.summary_ms();
+  metrics.latency_ms = chain.latency.summary_ms();
+  metrics.period_ms = chain.period.summary_ms();
   return metrics;
 }
 
@@ -47,14 +47,20 @@ NodeMetrics metrics_of(const record::MeasuredNode<AllSamples>& node, const std::
   metrics.outputs = node.outputs;
   metrics.rate_hz = seconds > 0.0 ? static_cast<double>(node.runs) / seconds : 0.0;
   metrics.cores = seconds > 0.0 ? std::chrono::duration<double>(node.cpu).count() / seconds : 0.0;
-  metrics.period_ms = node.period.summary();
-  metrics.compute_ms = node.compute.summary();
-  if (node.waits) metrics.wait_ms = node.wait.summary();
+  metrics.period_ms = node.period.summary_ms();
+  metrics.compute_ms = node.compute.summary_ms();
+  if (node.waits) metrics.wait_ms = node.wait.summary_ms();
   return metrics;
 }
 
+NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
+  const auto found = std::find_if(metrics.nodes.begin(), metrics.nodes.end(),
+                                  [&](const NodeMetrics& node) { return node.name == name; });
+  return found == metrics.nodes.end() ? nullptr : &*found;
+}
+
 Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
-                    RunMetrics& metrics) {
+                    RunFigures& metrics) {
   record::RunMetrics<AllSamples> measured(app, interval);
   std::vector<AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
@@ -80,18 +86,20 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
     const graph::Node& node = app.graph.nodes()[i];
     if (node.external) continue;
     metrics.nodes.push_back(metrics_of(measured.node(NodeId(i)), node.name, metrics.measured_s));
-    metrics.nodes.back().wall_ms = wall[i].summary();
+    metrics.nodes.back().wall_ms = wall[i].summary_ms();
     metrics.cores_used += metrics.nodes.back().cores;
   }
-  for (const record::MeasuredEdge<AllSamples>& edge : measured.edges()) {
-    const graph::AgeLimit& limit = *edge.edge->age_limit;
-    metrics.ages.push_back({app.graph.node(edge.edge->from).name, app.graph.node(edge.edge->to).name, ms(limit.max_age),
-                            limit.on_stale == graph::OnStale::kSkip, edge.runs, edge.stale, edge.age.summary()});
+  for (const graph::Term& term : app.objective) {
+    if (term.metric == graph::Metric::kResponseTime) continue;
+    NodeMetrics* const node = find_node(metrics, app.graph.node(term.path.front()).name);
+    if (node != nullptr) node->weight = node->weight.value_or(0.0) + term.weight;
   }
+  metrics.objective.measured = measured.objective(app);
+  metrics.ages = measured.ages(app.graph);
   return Done{};
 }
 
-Status measure_triggers(const record::Reader& record, const record::Interval& interval, RunMetrics& metrics) {
+Status measure_triggers(const record::Reader& record, const record::Interval& interval, RunFigures& metrics) {
   const auto subchains = record.app().graph.subchains();
   std::vector<std::vector<double>> late(subchains.size());
   const Status done = record.each_trigger([&](const record::Trigger& trigger) {
@@ -105,13 +113,7 @@ Status measure_triggers(const record::Reader& record, const record::Interval& in
   return Done{};
 }
 
-NodeMetrics* find_node(RunMetrics& metrics, const std::string& name) {
-  const auto found = std::find_if(metrics.nodes.begin(), metrics.nodes.end(),
-                                  [&](const NodeMetrics& node) { return node.name == name; });
-  return found == metrics.nodes.end() ? nullptr : &*found;
-}
-
-void put_predictions(const plan::Predictions& predicted, const graph::App& app, RunMetrics& metrics) {
+void put_predictions(const plan::Predictions& predicted, const graph::App& app, RunFigures& metrics) {
   metrics.plans = predicted.plans;
   metrics.relax_factor = predicted.relax_factor;
   metrics.for_typical = predicted.for_typical;
@@ -123,29 +125,10 @@ void put_predictions(const plan::Predictions& predicted, const graph::App& app, 
   }
 }
 
-void measure_objective(const graph::App& app, RunMetrics& metrics) {
-  double sum = 0.0;
-  bool all = true;
-  std::size_t chain = 0;
-  for (const graph::Term& term : app.objective) {
-    const Summary* measured = nullptr;
-    if (term.metric == graph::Metric::kResponseTime) {
-      measured = &metrics.chains[chain++].response_ms;
-    } else if (NodeMetrics* node = find_node(metrics, app.graph.node(term.path.front()).name)) {
-      node->weight = node->weight.value_or(0.0) + term.weight;
-      measured = &node->period_ms;
-    }
-    if (term.weight == 0.0) continue;
-    all = all && measured != nullptr && measured->count > 0;
-    if (all) sum += term.weight * measured->mean;
-  }
-  if (all) metrics.objective.measured = sum;
-}
-
 }  // namespace
 
-Result<RunMetrics> measure(const record::Reader& record, bool whole) {
-  RunMetrics metrics;
+Result<RunFigures> measure(const record::Reader& record, bool whole) {
+  RunFigures metrics;
   metrics.app = record.app().name;
   metrics.header = record.header();
   metrics.ending = record.ending();
@@ -168,7 +151,6 @@ Result<RunMetrics> measure(const record::Reader& record, bool whole) {
   const auto predicted = predictions(record, interval.begin, interval.end);
   if (!predicted) return predicted.error();
   put_predictions(*predicted, *app, metrics);
-  measure_objective(*app, metrics);
   auto notices = record.notices();
   if (!notices) return notices.error();
   metrics.notices = std::move(*notices);

@@ -14,6 +14,7 @@
 
 #include "base/result.h"
 #include "base/statistics.h"
+#include "catan/snapshot.h"
 #include "graph/app.h"
 #include "plan/predicted_means.h"
 #include "record/events.h"
@@ -49,17 +50,6 @@ struct NodeMetrics {
   std::optional<double> predicted_rate_hz;
 };
 
-// An edge with an age limit: the age of data, by lineage (record/ages.h), when a run of `to` took it.
-struct AgeMetrics {
-  std::string from;
-  std::string to;
-  double max_age_ms = 0.0;
-  bool skips = false;       // stale runs give no output
-  std::uint64_t runs = 0;   // of `to`, whose input had an age
-  std::uint64_t stale = 0;  // of these, above the limit
-  Summary age_ms;
-};
-
 // How late the triggers of a subchain were sent: sent - due.
 struct TriggerMetrics {
   std::string subchain;
@@ -78,7 +68,7 @@ struct AppChangeMetrics {
   std::string what;   // as record::describe() has it
 };
 
-struct RunMetrics {
+struct RunFigures {
   std::string app;
   record::Header header;
   record::Ending ending;
@@ -90,7 +80,7 @@ struct RunMetrics {
   ObjectiveMetrics objective;
   std::vector<ChainMetrics> chains;       // in the order of the objective
   std::vector<NodeMetrics> nodes;         // in the order of the app
-  std::vector<AgeMetrics> ages;           // edges with an age limit
+  std::vector<AgeSnapshot> ages;          // edges with an age limit
   std::vector<TriggerMetrics> triggers;   // those that were sent any
   double cores_used = 0.0;                // by all nodes together; of header.cpus.size()
   std::vector<AppChangeMetrics> changes;  // of the whole run: figures are by what was in force at its end
@@ -98,6 +88,6 @@ struct RunMetrics {
 };
 
 // `whole`: include the warm-up. Errors: those of the reader; a plan in the record that cannot be read (kCaller).
-Result<RunMetrics> measure(const record::Reader& record, bool whole = false);
+Result<RunFigures> measure(const record::Reader& record, bool whole = false);
 
 }  // namespace ctn::report

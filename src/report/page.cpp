@@ -7,7 +7,7 @@
 
 namespace ctn::report {
 
-std::string to_html(const RunMetrics& metrics) {
+std::string to_html(const RunFigures& metrics) {
   const record::Header& header = metrics.header;
   Page page("Run of " + metrics.app, headline(metrics));
   std::string started = header.host.utc;

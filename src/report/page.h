@@ -7,6 +7,6 @@
 
 namespace ctn::report {
 
-std::string to_html(const RunMetrics& metrics);
+std::string to_html(const RunFigures& metrics);
 
 }  // namespace ctn::report

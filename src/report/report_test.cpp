@@ -77,14 +77,14 @@ void write_run(const std::string& path, const graph::App& app, bool with_plans,
 
 class ReportTest : public testing::Test {
  protected:
-  RunMetrics metrics(bool with_plans, bool whole = false) {
+  RunFigures metrics(bool with_plans, bool whole = false) {
     write_run(folder_.file("r"), app_, with_plans);
     auto result = measure(open(folder_.file("r")), whole);
     EXPECT_TRUE(result.ok()) << (result ? "" : result.error().message());
     return std::move(*result);
   }
 
-  RunMetrics metrics_without_changes() {
+  RunFigures metrics_without_changes() {
     write_run(folder_.file("other"), app_, false);
     return *measure(open(folder_.file("other")));
   }
@@ -94,7 +94,7 @@ class ReportTest : public testing::Test {
 };
 
 TEST_F(ReportTest, MeasuresWhatCameAfterTheWarmUp) {
-  const RunMetrics run = metrics(true);
+  const RunFigures run = metrics(true);
   EXPECT_DOUBLE_EQ(run.measured_s, 18.0);
   ASSERT_EQ(run.chains.size(), 2U);
   const ChainMetrics& chain = run.chains.front();
@@ -108,7 +108,7 @@ TEST_F(ReportTest, MeasuresWhatCameAfterTheWarmUp) {
 }
 
 TEST_F(ReportTest, SaysWhatRunsWaitWhereTheyDo) {
-  const RunMetrics run = metrics(false);
+  const RunFigures run = metrics(false);
   const auto document = nlohmann::json::parse(to_json(run));
   for (std::size_t i = 0; i < run.nodes.size(); ++i) {
     const NodeMetrics& node = run.nodes[i];
@@ -139,7 +139,7 @@ TEST_F(ReportTest, WeightsAndBoundsAreThoseInForceAtTheEndAndItSaysSo) {
 }
 
 TEST_F(ReportTest, MeasuresNodesAndTriggers) {
-  const RunMetrics run = metrics(true);
+  const RunFigures run = metrics(true);
   ASSERT_EQ(run.nodes.size(), 5U) << "base is external";
   const NodeMetrics& planner = run.nodes[3];
   EXPECT_EQ(planner.name, "LP");
@@ -158,7 +158,7 @@ TEST_F(ReportTest, MeasuresNodesAndTriggers) {
 }
 
 TEST_F(ReportTest, AveragesPredictionsOverTheTimeTheyHeld) {
-  const RunMetrics run = metrics(true);
+  const RunFigures run = metrics(true);
   EXPECT_EQ(run.plans, 2U) << "the bootstrap's was not in force";
   const double period = (12.0 * 10.0 + 6.0 * 16.0) / 18.0;
   ASSERT_TRUE(run.chains.front().predicted.has_value());
@@ -174,14 +174,14 @@ TEST_F(ReportTest, AveragesPredictionsOverTheTimeTheyHeld) {
 }
 
 TEST_F(ReportTest, IncludesTheWarmUpOnDemand) {
-  const RunMetrics run = metrics(true, true);
+  const RunFigures run = metrics(true, true);
   EXPECT_DOUBLE_EQ(run.measured_s, 20.0);
   EXPECT_EQ(run.plans, 3U);
   EXPECT_NEAR(run.chains.front().period_ms.max, 40.0, 1e-9);
 }
 
 TEST_F(ReportTest, DoesWithoutPlans) {
-  const RunMetrics run = metrics(false);
+  const RunFigures run = metrics(false);
   EXPECT_EQ(run.chains.front().predicted, std::nullopt);
   EXPECT_EQ(run.objective.predicted, std::nullopt);
   EXPECT_THAT(to_text(run), HasSubstr("response time"));
@@ -228,7 +228,7 @@ TEST_F(ReportTest, SaysWhatPromisesAreFor) {
 }
 
 TEST_F(ReportTest, JsonHoldsTheSameFigures) {
-  const RunMetrics run = metrics(true);
+  const RunFigures run = metrics(true);
   const auto json = nlohmann::json::parse(to_json(run));
   EXPECT_EQ(json["chains"][0]["response_ms"]["mean"], run.chains[0].response_ms.mean);
   EXPECT_EQ(json["chains"][0]["predicted"]["response_ms"], run.chains[0].predicted->response_ms);

@@ -34,7 +34,7 @@ void add_chain_row(Table& table, const std::string& path, const char* metric, co
   table.rows.push_back(std::move(row));
 }
 
-Table chain_table(const RunMetrics& metrics) {
+Table chain_table(const RunFigures& metrics) {
   Table table{
       .header = {"chain", "in ms", "bound", "promised", "predicted", "mean", "p50", "p95", "p99", "max", "samples"},
       .caption = "Chains: predicted beside measured"};
@@ -50,7 +50,7 @@ Table chain_table(const RunMetrics& metrics) {
   return table;
 }
 
-Table node_table(const RunMetrics& metrics) {
+Table node_table(const RunFigures& metrics) {
   Table table{.header = {"node", "Hz predicted", "Hz", "runs", "compute ms mean", "p50", "p95", "p99", "max", "cores"},
               .caption = "Nodes: rate, CPU time of a run, share of a core"};
   for (const NodeMetrics& node : metrics.nodes) {
@@ -65,7 +65,7 @@ Table node_table(const RunMetrics& metrics) {
 
 // Of nodes whose runs wait: where their time goes. What is neither computing nor waiting is the part of runs in which
 // others had the core; where several threads work on a run it cannot be told.
-Table wait_table(const RunMetrics& metrics) {
+Table wait_table(const RunFigures& metrics) {
   Table table{.header = {"node", "wall ms mean", "compute ms mean", "wait ms mean", "p50", "p95", "p99", "max"},
               .caption = "Runs that wait, without using a core"};
   for (const NodeMetrics& node : metrics.nodes) {
@@ -77,10 +77,10 @@ Table wait_table(const RunMetrics& metrics) {
   return table;
 }
 
-Table age_table(const RunMetrics& metrics) {
+Table age_table(const RunFigures& metrics) {
   Table table{.header = {"edge", "max_age", "on_stale", "stale", "of runs", "age ms mean", "p50", "p95", "p99", "max"},
               .caption = "Age of inputs: since the begin of the oldest source run"};
-  for (const AgeMetrics& edge : metrics.ages) {
+  for (const AgeSnapshot& edge : metrics.ages) {
     std::vector<std::string> row{edge.from + " -> " + edge.to, number(edge.max_age_ms), edge.skips ? "skip" : "run",
                                  std::to_string(edge.stale), std::to_string(edge.runs)};
     append(row, edge.age_ms);
@@ -89,7 +89,7 @@ Table age_table(const RunMetrics& metrics) {
   return table;
 }
 
-Table trigger_table(const RunMetrics& metrics) {
+Table trigger_table(const RunFigures& metrics) {
   Table table{.header = {"subchain", "triggers", "late ms mean", "p50", "p95", "p99", "max"},
               .caption = "Triggers: how late they were sent"};
   for (const TriggerMetrics& trigger : metrics.triggers) {
@@ -102,7 +102,7 @@ Table trigger_table(const RunMetrics& metrics) {
 
 }  // namespace
 
-std::vector<Table> tables(const RunMetrics& metrics) {
+std::vector<Table> tables(const RunFigures& metrics) {
   std::vector<Table> result;
   for (Table& table : std::vector<Table>{chain_table(metrics), node_table(metrics), wait_table(metrics),
                                          age_table(metrics), trigger_table(metrics)}) {
@@ -111,7 +111,7 @@ std::vector<Table> tables(const RunMetrics& metrics) {
   return result;
 }
 
-std::string headline(const RunMetrics& metrics) {
+std::string headline(const RunFigures& metrics) {
   const record::Header& header = metrics.header;
   std::string text = fmt::format("{}, scheduler {}, {}, CPUs {}: {:.1f} s measured", metrics.app, header.scheduler,
                                  header.real_time ? "real-time levels" : "ordinary levels",
@@ -129,7 +129,7 @@ std::string headline(const RunMetrics& metrics) {
   return text;
 }
 
-std::vector<std::string> warnings(const RunMetrics& metrics) {
+std::vector<std::string> warnings(const RunFigures& metrics) {
   std::vector<std::string> result;
   if (!metrics.ending.closed) {
     result.emplace_back(
@@ -171,7 +171,7 @@ std::vector<std::string> warnings(const RunMetrics& metrics) {
   return result;
 }
 
-std::string to_text(const RunMetrics& metrics) {
+std::string to_text(const RunFigures& metrics) {
   std::string text = printable(headline(metrics)) + "\n";
   if (!metrics.header.note.empty()) text += "note: " + printable(metrics.header.note) + "\n";
   for (const std::string& warning : warnings(metrics)) text += "! " + printable(warning) + "\n";

@@ -10,14 +10,14 @@
 namespace ctn::report {
 
 // Chains, nodes, triggers; those that have rows. What there is of each is in the caption.
-std::vector<Table> tables(const RunMetrics& metrics);
+std::vector<Table> tables(const RunFigures& metrics);
 
 // One line: what ran, under which scheduler, where, and how long of it is measured.
-std::string headline(const RunMetrics& metrics);
+std::string headline(const RunFigures& metrics);
 
 // What a reader must know before they believe the figures: an unfinished record, bounds that were relaxed, notices.
-std::vector<std::string> warnings(const RunMetrics& metrics);
+std::vector<std::string> warnings(const RunFigures& metrics);
 
-std::string to_text(const RunMetrics& metrics);
+std::string to_text(const RunFigures& metrics);
 
 }  // namespace ctn::report

@@ -1,5 +1,6 @@
-// How an assignment (policy/assignment.h) gets to controllers (controller.h) that may never wait for it: the session's
-// housekeeping thread publishes it on a board, and subchains pass from one controller to another by a hand-over.
+// How an assignment (policy/assignment.h) gets to controllers (controller_thread.h) that may never wait for it: the
+// session's housekeeping thread publishes it on a board, and subchains pass from one controller to another by a
+// hand-over.
 //
 // Units: in the types. Thread safety: as each class says.
 #pragma once

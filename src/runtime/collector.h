@@ -1,5 +1,5 @@
-// Collects what nodes and controllers have reported. Each run is passed on to the record, to the measurements that
-// snapshots show, and to the planning loop.
+// Collects what nodes and controllers have reported, drops what cannot be true, and passes the rest on to the event log
+// (driver/event_log.h).
 //
 // How it collects: it drains the rings of successors before those of their predecessors, then passes the runs on in the
 // opposite order. A node reports a run before its successors can consume it, so whatever a run consumed has been passed
@@ -15,19 +15,14 @@
 #include <utility>
 #include <vector>
 
-#include "base/result.h"
-#include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
-#include "policy/stale_inputs.h"
 #include "record/events.h"
-#include "record/writer.h"
 #include "runtime/clock_watch.h"
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 #include "runtime/measurements.h"
 #include "runtime/membership.h"
 #include "runtime/node_link.h"
-#include "runtime/notices.h"
 #include "runtime/report_check.h"
 #include "runtime/starvation.h"
 
@@ -36,66 +31,47 @@ namespace ctn::runtime {
 // Values that were lost on their way between nodes, by edge name ("scan -> GL").
 using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>()>;
 
-// Where what happened goes. References outlive the collector.
-struct Collecting {
+// Who reports. References outlive the collector.
+struct Reporting {
   Links& links;
-  const std::vector<std::unique_ptr<Controller>>& controllers;
+  const std::vector<std::unique_ptr<ControllerThread>>& controllers;
   Membership& members;
-  Measurements& measurements;
-  Notices& notices;
-  Dropped dropped;                         // may be empty
-  std::unique_ptr<record::Writer> writer;  // null: nothing is recorded
+  Dropped dropped;  // may be empty
 };
 
 class Collector : private ReportSink {
  public:
   // All references outlive it.
-  Collector(const graph::App& app, os::Os& os, Collecting from, ClockWatch& clocks, driver::PlanningLoop& loop);
+  Collector(const graph::App& app, os::Os& os, Reporting from, ClockWatch& clocks, Measurements& measurements,
+            EventLog& log);
 
   // All that was reported since the last call.
   void collect();
-  // What is known of a clock of others from now on.
-  void clock_read(const record::ClockReading& reading);
-  // A plan came into force.
-  void plan_in_force(const plan::Plan& plan, policy::PlanReason reason);
-
-  // A weight or a bound was changed.
-  void app_changed(const record::AppChange& change);
-
   // Says what was lost, how often dispatchers were flooded, and what the kernel took. About once a second.
   void note_losses();
   void note_ignored_wakes();
   void check_starvation();
   bool has_pending_starvation() const { return starvation_.has_pending(); }
 
-  // Writes what was recorded. About once a second.
-  void flush();
-  // Closes the record. Errors: the writer's.
-  Status close();
-
  private:
-  void triggered(const record::Trigger& trigger) override;
-  void slot_over(const record::SlotUse& slot) override;
-  void stole(const record::Steal& steal) override;
-  void hang_changed(SubchainId subchain, bool began, TimePoint at) override;
-  void over_budget(const record::Overrun& overrun) override;
-  void woke_late(int cpu, TimePoint due, TimePoint woke) override;
-
-  void pass_on(std::vector<record::Run>& runs, TimePoint now);
-  void write_notices();
+  void triggered(const record::Trigger& trigger) override { log_.triggered(trigger); }
+  void slot_over(const record::SlotUse& slot) override { log_.slot_over(slot); }
+  void stole(const record::Steal& steal) override { log_.stole(steal); }
+  void hang_changed(SubchainId subchain, bool began, TimePoint at) override { log_.hang_changed(subchain, began, at); }
+  void over_budget(const record::Overrun& overrun) override { log_.over_budget(overrun); }
+  void woke_late(int cpu, TimePoint due, TimePoint woke) override { starvation_.woke_late(cpu, due, woke); }
 
   const graph::App& app_;
   os::Os& os_;
-  Collecting from_;
+  Reporting from_;
   ClockWatch& clocks_;
-  driver::PlanningLoop& loop_;
+  Measurements& measurements_;
+  EventLog& log_;
   ReportCheck check_;
   std::vector<std::vector<record::Run>> collected_;  // by position in the topological order, reused
   Starvation starvation_;
-  policy::StaleInputs stale_;
   std::uint64_t losses_noted_ = 0;
   std::uint64_t ignored_wakes_noted_ = 0;
-  bool record_failed_ = false;
 };
 
 }  // namespace ctn::runtime

@@ -20,7 +20,7 @@ void ControllerThreads::spawn(bool shared) {
   // A subchain that is the only one shares with nobody.
   const std::size_t cores = shared && subchains > 1 ? cpus_.size() : 0;
   for (std::size_t number = 0; number < subchains + cores; ++number) {
-    controllers_.push_back(std::make_unique<Controller>(controls_, subchains_, number));
+    controllers_.push_back(std::make_unique<ControllerThread>(controls_, subchains_, number));
   }
   ids_.resize(controllers_.size());
   for (std::size_t index = 0; index < controllers_.size(); ++index) {

@@ -15,14 +15,14 @@
 #include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 #include "runtime/enforcer.h"
 #include "runtime/node_link.h"
 #include "runtime/region.h"
 
 namespace ctn::runtime {
 
-using Controllers = std::vector<std::unique_ptr<Controller>>;
+using Controllers = std::vector<std::unique_ptr<ControllerThread>>;
 
 class ControllerThreads {
  public:

@@ -4,11 +4,11 @@
 
 namespace ctn::runtime {
 
-Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, Notices* notices)
+Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, driver::Notices* notices)
     : os_(os), real_time_(real_time), notices_(notices), guardian_(std::move(guard)) {}
 
 void Enforcer::tell(const std::string& kind, const std::string& detail) {
-  if (notices_ != nullptr) notices_->add(kind, detail);
+  if (notices_ != nullptr) notices_->add({os_.now(), kind, detail});
 }
 
 Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner) {

@@ -14,15 +14,15 @@
 #include <string>
 
 #include "base/result.h"
+#include "driver/notices.h"
 #include "os/os.h"
-#include "runtime/notices.h"
 
 namespace ctn::runtime {
 
 class Enforcer {
  public:
   // `notices` hears of what was refused and how to get it, if ever a level is, and of the guard. Both may be null.
-  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, Notices* notices);
+  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, driver::Notices* notices);
   ~Enforcer() { release_all(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;
@@ -70,7 +70,7 @@ class Enforcer {
 
   os::Os& os_;
   std::atomic<bool> real_time_;
-  Notices* const notices_;
+  driver::Notices* const notices_;
   mutable std::mutex mutex_;  // guards what follows
   std::map<os::ThreadId, os::SavedScheduling> saved_;
   std::unique_ptr<os::Guardian> guardian_;

@@ -324,7 +324,7 @@ objective: [ { period: left, weight: 1 } ]
   os::FakeOs fake{os::fake_topology(1)};
   LocalRegion memory(app.graph, 1);
   Links links = links_of(fake, app.graph, memory.region());
-  Notices notices(fake, {}, false);
+  driver::Notices notices({}, false);
   Enforcer enforcer(fake, true, nullptr, &notices);
   Membership members(app, fake, memory.region(), links, notices);
   members.open(enforcer,

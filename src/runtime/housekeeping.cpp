@@ -21,7 +21,8 @@ constexpr Nanos kSettled = std::chrono::seconds{1};
 }  // namespace
 
 Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
-                           AllowedCpus& allowed, AskedChanges& asked, ControllerThreads& controllers, Collecting from,
+                           AllowedCpus& allowed, AskedChanges& asked, ControllerThreads& controllers, Reporting from,
+                           Measurements& measurements, driver::Notices& notices, std::unique_ptr<record::Writer> writer,
                            driver::PlanningLoop loop)
     : app_(app),
       os_(os),
@@ -32,14 +33,17 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       controllers_(controllers),
       links_(from.links),
       members_(from.members),
-      measurements_(from.measurements),
-      notices_(from.notices),
+      measurements_(measurements),
+      notices_(notices),
       cpus_(loop.cpus()),
       carried_out_{app, cpus_},
       loop_(std::move(loop)),
       clocks_(app.graph, region),
-      collector_(app, os, std::move(from), clocks_, loop_),
-      paced_(app.graph.subchains().size(), false) {}
+      log_(app, loop_, measurements, notices),
+      collector_(app, os, std::move(from), clocks_, measurements, log_),
+      paced_(app.graph.subchains().size(), false) {
+  log_.record_to(std::move(writer));
+}
 
 void Housekeeping::begin(TimePoint start) {
   measurements_.cpus_in_use(cpus_);
@@ -72,13 +76,12 @@ void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
   for (const record::ClockReading& reading : clocks_.look(now)) {
-    collector_.clock_read(reading);
+    log_.clock_read(reading);
     controllers_.know_clock(reading.node, reading.ticks);
-    loop_.clock_known(reading.node);
   }
   update_membership();
   carry_out_changes(now);
-  if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
+  if (loop_.plan(now, *this)) measurements_.planned(loop_.budget().plans(), loop_.budget().spent());
   loop_.adopt(*this);
   const bool time_to_flush = now >= next_flush;
   if (time_to_flush || collector_.has_pending_starvation()) collector_.check_starvation();
@@ -86,7 +89,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
     next_flush = now + kFlushEvery;
     collector_.note_losses();
     collector_.note_ignored_wakes();
-    collector_.flush();
+    log_.flush(now);
     keep_places(now);
   }
   notices_.deliver();
@@ -98,7 +101,7 @@ void Housekeeping::carry_out_changes(TimePoint now) {
   std::string told;
   const auto tell = [&](const std::string& what) { told += (told.empty() ? "" : "; ") + what; };
   for (const record::AppChange& change : record::differences(carried_out_.app, asked->app, now)) {
-    collector_.app_changed(change);
+    log_.app_changed(change);
     tell(record::describe(app_, change));
   }
   if (asked->cpus != carried_out_.cpus) {
@@ -106,7 +109,7 @@ void Housekeeping::carry_out_changes(TimePoint now) {
   }
   carried_out_ = *asked;
   if (told.empty()) return;  // it is so already
-  notices_.add("changed", told);
+  log_.notice({now, "changed", told});
   loop_.change(std::move(asked->app), std::move(asked->cpus));
 }
 
@@ -128,25 +131,17 @@ Status Housekeeping::finish() {
   collector_.note_losses();
   collector_.check_starvation();
   notices_.deliver();
-  return collector_.close();
+  return log_.close(os_.now(), os_.host_facts());
+}
+
+void Housekeeping::raise(const driver::Levels& levels) {
+  controllers_.raise(levels.dispatcher);
+  members_.raise_unscheduled(levels.unscheduled);
 }
 
 void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
-  raise_above(decision);
   publish();
-  if (decision.plan) {
-    collector_.plan_in_force(*decision.plan, reason);
-  } else {
-    measurements_.no_plan_in_force();
-  }
-}
-
-// Before anybody follows the decision. Never lower: what was decided before may still be followed.
-void Housekeeping::raise_above(const policy::Decision& decision) {
-  if (std::exchange(dispatcher_level_, std::max(dispatcher_level_, decision.dispatcher_level)) < dispatcher_level_) {
-    controllers_.raise(dispatcher_level_);
-  }
-  members_.raise_unscheduled(decision.unscheduled_level);
+  log_.in_force(os_.now(), decision, reason);
 }
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
@@ -174,12 +169,12 @@ void Housekeeping::keep_places(TimePoint now) {
   }
   controllers_.keep_on_cpus(loop_.cpus());
   if (moved == 0 || std::exchange(moved_told_, true)) return;
-  notices_.add(
-      "moved",
-      fmt::format("somebody has bound {} of the app's threads to other CPUs than planned: they are moved back, "
-                  "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
-                  "main threads, or from the server or session",
-                  moved));
+  log_.notice(
+      {now, "moved",
+       fmt::format("somebody has bound {} of the app's threads to other CPUs than planned: they are moved back, "
+                   "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
+                   "main threads, or from the server or session",
+                   moved)});
 }
 
 // What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go
@@ -209,8 +204,8 @@ void Housekeeping::update_membership() {
   for (const SubchainId id : change.back) paced_[id.index()] = true;
   if (!change.left.empty() || !change.back.empty()) publish();
   for (const SubchainId id : change.back) {
-    notices_.add("subchain",
-                 fmt::format("subchain {} runs: all of its nodes have registered", app_.graph.subchain(id).name));
+    log_.notice({os_.now(), "subchain",
+                 fmt::format("subchain {} runs: all of its nodes have registered", app_.graph.subchain(id).name)});
   }
 }
 

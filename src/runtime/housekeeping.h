@@ -31,9 +31,10 @@ namespace ctn::runtime {
 
 class Housekeeping : private driver::PlanningHost {
  public:
-  // `loop` has decided. References outlive it.
+  // `loop` has decided. Without a `writer` nothing is recorded. References outlive it.
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
-               AskedChanges& asked, ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
+               AskedChanges& asked, ControllerThreads& controllers, Reporting from, Measurements& measurements,
+               driver::Notices& notices, std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop);
   ~Housekeeping() override { stop(); }
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
@@ -56,13 +57,13 @@ class Housekeeping : private driver::PlanningHost {
   Result<os::CpuSet> usable_cpus() override { return allowed_.now(); }
   os::PowerState power_state() override { return os_.power_state(cpus_); }
   driver::ControllerWork controller_work() override { return controllers_.work(); }
+  void raise(const driver::Levels& levels) override;
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override;
   void cpus_changed(const os::CpuSet& cpus) override;
-  void notice(const std::string& kind, const std::string& detail) override { notices_.add(kind, detail); }
+  void notice(const std::string& kind, const std::string& detail) override { log_.notice({os_.now(), kind, detail}); }
 
   void run();
   void turn(TimePoint& next_flush);
-  void raise_above(const policy::Decision& decision);
   void publish();
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
@@ -79,18 +80,17 @@ class Housekeeping : private driver::PlanningHost {
   Links& links_;
   Membership& members_;
   Measurements& measurements_;
-  Notices& notices_;
+  driver::Notices& notices_;
   const os::CpuSet cpus_;            // that were given
   AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;
   ClockWatch clocks_;
+  EventLog log_;
   Collector collector_;
   std::vector<bool> paced_;         // by subchain: all of its nodes are registered, and a controller is to hold it
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};
   bool moved_told_ = false;
-
-  os::Level dispatcher_level_ = os::Level::kOrdinary;  // the highest of any decision so far
 
   std::unique_ptr<os::Thread> thread_;
   std::atomic<bool> stopping_{false};

@@ -8,7 +8,7 @@
 
 namespace ctn::runtime {
 
-Membership::Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices)
+Membership::Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices)
     : app_(app),
       os_(os),
       region_(region),
@@ -159,8 +159,8 @@ bool Membership::leave(NodeId node, const std::string& why) {
   link->remove_all_threads();
   for (const os::ThreadId thread : threads) enforcer_->release(thread);
   if (!expected) {
-    notices_.add("node-left",
-                 fmt::format("node {} is gone: {}{}", app_.graph.node(node).name, why, broken_chains(node)));
+    notices_.add({os_.now(), "node-left",
+                  fmt::format("node {} is gone: {}{}", app_.graph.node(node).name, why, broken_chains(node))});
   }
   return true;
 }

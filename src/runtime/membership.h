@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "driver/notices.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/enforcer.h"
 #include "runtime/node_link.h"
-#include "runtime/notices.h"
 #include "runtime/region.h"
 
 namespace ctn::runtime {
@@ -31,7 +31,7 @@ class Membership {
   };
 
   // References outlive it. Until open(), threads may be named for nodes, but no node can join.
-  Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, Notices& notices);
+  Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices);
   // `enforcer` outlives its use: until release(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
 
@@ -78,7 +78,7 @@ class Membership {
   os::Os& os_;
   const Region& region_;
   Links& links_;
-  Notices& notices_;
+  driver::Notices& notices_;
   // Set before the first node joins, which who reads them has seen under the lock.
   Enforcer* enforcer_ = nullptr;
   Placement placement_;

@@ -1,5 +1,5 @@
 // A user's callback may do whatever a user may: no lock is held when it is called.
-#include "runtime/notices.h"
+#include "driver/notices.h"
 
 #include <gtest/gtest.h>
 
@@ -20,48 +20,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-TEST(Notices, AreToldInOrderAndKept) {
-  os::FakeOs fake{os::fake_topology(1)};
-  std::vector<std::string> told;
-  Notices notices(
-      fake, [&](const std::string& text) { told.push_back(text); }, true);
-  notices.add("a", "1");
-  notices.add("b", "2");
-  EXPECT_TRUE(told.empty()) << "nobody is called by who has something to say";
-  notices.deliver();
-  notices.deliver();
-  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
-  EXPECT_EQ(notices.newest(), told);
-  EXPECT_EQ(notices.take_unrecorded().size(), 2U);
-  EXPECT_TRUE(notices.take_unrecorded().empty());
-}
-
-TEST(Notices, WhatTheCallbackAddsIsToldToo) {
-  os::FakeOs fake{os::fake_topology(1)};
-  std::vector<std::string> told;
-  Notices* all = nullptr;
-  Notices notices(
-      fake,
-      [&](const std::string& text) {
-        told.push_back(text);
-        if (told.size() == 1) all->add("b", "2");
-      },
-      false);
-  all = &notices;
-  notices.add("a", "1");
-  notices.deliver();
-  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
-}
-
-TEST(Notices, WithoutACallbackTheNewestAreKept) {
-  os::FakeOs fake{os::fake_topology(1)};
-  Notices notices(fake, {}, false);
-  for (int number = 0; number < 1500; ++number) notices.add("n", std::to_string(number));
-  notices.deliver();
-  EXPECT_EQ(notices.newest().size(), 1000U);
-  EXPECT_EQ(notices.newest().back(), "n: 1499");
-}
 
 // Each of these takes the lock of somebody who has notices to add: the enforcer's when a level is refused, the
 // membership's when a node has left.

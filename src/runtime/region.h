@@ -56,7 +56,7 @@ struct alignas(64) Heartbeat {
       0};  // ns; a server that runs is never this late with the next. 0: no heartbeat
 };
 
-// What a controller (controller.h) sleeps on.
+// What a controller (controller_thread.h) sleeps on.
 struct alignas(64) ControllerCell {
   std::atomic<std::uint32_t> word{0};
 

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "graph/change.h"
-
 namespace ctn::runtime {
 namespace {
 
@@ -44,7 +42,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       cpus_(std::move(cpus)),
       region_(region),
       links_(links_of(os, app_.graph, region)),
-      notices_(os, options_.on_notice, !options_.record.empty()),
+      notices_(options_.on_notice, !options_.record.empty()),
       joined_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
 }
@@ -78,7 +76,6 @@ Status Scheduler::prepare() {
   const double slack = app_.scheduler.slack.value_or(std::max(graph::kDefaultSlack, facts.reserved + kSlackMargin));
   driver::PlanningLoop loop = planning_loop(slack);
   if (Status decided = loop.decide_first(); !decided) return decided;
-  const policy::Decision& decision = loop.decision();
 
   const TimePoint start = os_.now();
   const TimePoint warm_from = start + app_.scheduler.bootstrap + policy::kSettle;
@@ -90,23 +87,19 @@ Status Scheduler::prepare() {
   }
   Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
   if (!writer) return writer.error();
-  std::optional<double> hand_set_hz;
-  if (!policy.follows_plan()) hand_set_hz = Rate::every(decision.assignment.places.front().pacing.period).hertz();
-  Membership::Placement placement{.cpus = cpus_};
-  if (policy.raises()) {
-    placement.scheduled = os::Level::kBackground;
-    placement.unscheduled = decision.unscheduled_level;
-  }
+  const std::optional<double> hand_set_hz = loop.hand_set_hz();
+  Membership::Placement placement{
+      .cpus = cpus_, .scheduled = loop.levels().scheduled, .unscheduled = loop.levels().unscheduled};
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
   joined_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
-  if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
+  if (policy.raises() && !facts.permitted) notices_.add({os_.now(), "rates-only", facts.why_not});
   if (!os_.ready_time()) {
     notices_.add(
-        "waits-unknown",
-        "this system does not tell how long threads were ready to run without running, so what runs wait is not "
-        "measured, and plans leave it out (Linux: a kernel with CONFIG_SCHED_INFO tells)");
+        {os_.now(), "waits-unknown",
+         "this system does not tell how long threads were ready to run without running, so what runs wait is not "
+         "measured, and plans leave it out (Linux: a kernel with CONFIG_SCHED_INFO tells)"});
   }
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.begin(start);
@@ -125,22 +118,17 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       asked(of.app_, of.cpus_),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
-      housekeeping(of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
-                   {.links = of.links_,
-                    .controllers = controllers.all(),
-                    .members = of.joined_,
-                    .measurements = measurements,
-                    .notices = of.notices_,
-                    .dropped = of.dropped_,
-                    .writer = std::move(writer)},
-                   std::move(loop)) {}
+      housekeeping(
+          of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
+          {.links = of.links_, .controllers = controllers.all(), .members = of.joined_, .dropped = of.dropped_},
+          measurements, of.notices_, std::move(writer), std::move(loop)) {}
 
 void Scheduler::keep_cpus_ready() {
   Result<std::unique_ptr<os::ReadyCpus>> ready = os_.keep_cpus_ready();
   if (ready) {
     parts_->ready_cpus = std::move(*ready);
   } else {
-    notices_.add("idle-cpus", ready.error().message());
+    notices_.add({os_.now(), "idle-cpus", ready.error().message()});
   }
 }
 
@@ -148,15 +136,11 @@ void Scheduler::keep_cpus_ready() {
 Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
                                                                const driver::PlanningLoop& loop) const {
   if (options_.record.empty()) return std::unique_ptr<record::Writer>();
-  record::Header header;
-  header.scheduler = options_.policy->name();
-  header.cpus = cpus_;
+  record::Header header = loop.record_header();
   header.host = os_.host_facts();
   header.real_time = real_time;
-  if (loop.decision().plan) header.slack = loop.slack();
   header.started = start;
   header.warm_up = warm_from - start;
-  header.stealing = options_.stealing;
   header.note = options_.note;
   return record::Writer::create(options_.record, app_, header);
 }
@@ -225,19 +209,8 @@ Snapshot Scheduler::snapshot() const {
   snapshot.policy = options_.policy->name();
   if (!prepared_.load(std::memory_order_acquire)) return snapshot;
   snapshot.real_time = parts_->enforcer.real_time();
-  parts_->measurements.fill(snapshot, os_.now(), parts_->hand_set_hz);
-  const AskedChanges::State asked = parts_->asked.now();
   snapshot.changes = parts_->asked.count();
-  for (const graph::Term& term : asked.app.objective) {
-    TermSnapshot& shown = snapshot.objective.emplace_back();
-    shown.term = graph::term_name(asked.app, term);
-    shown.weight = term.weight;
-    if (term.max) shown.max_ms = to_millis(*term.max).count();
-  }
-  for (NodeSnapshot& node : snapshot.nodes) {
-    const graph::Node& of_app = asked.app.graph.node(*asked.app.graph.find_node(node.name));
-    if (of_app.min_rate) node.min_rate_hz = of_app.min_rate->hertz();
-  }
+  parts_->measurements.fill(snapshot, os_.now(), parts_->asked.now().app, parts_->hand_set_hz);
   snapshot.notices = notices_.newest();
   return snapshot;
 }

@@ -7,7 +7,7 @@
 //   housekeeping.h         one thread, at level ordinary, which owns all that is planned and recorded
 //   membership.h           which nodes are registered: any thread, locks
 //   enforcer.h             the scheduling that threads had before: any thread, locks
-//   measurements.h, notices.h   from the housekeeping thread to whoever reads: lock
+//   measurements.h, driver/notices.h   from the housekeeping thread to whoever reads: lock
 // This class puts them together, starts and stops them.
 //
 // It places the threads of nodes, which are made elsewhere:
@@ -28,6 +28,7 @@
 
 #include "base/result.h"
 #include "catan/snapshot.h"
+#include "driver/notices.h"
 #include "driver/planning_loop.h"
 #include "graph/app.h"
 #include "os/os.h"
@@ -42,7 +43,6 @@
 #include "runtime/measurements.h"
 #include "runtime/membership.h"
 #include "runtime/node_link.h"
-#include "runtime/notices.h"
 #include "runtime/region.h"
 
 namespace ctn::runtime {
@@ -56,7 +56,7 @@ struct SchedulerOptions {
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   bool guard = false;                        // nodes are other processes': their threads are guarded (os.h)
-  Notices::Callback on_notice;               // called with no lock held; from the housekeeping thread while it runs
+  driver::Notices::Callback on_notice;       // called with no lock held; from the housekeeping thread while it runs
 };
 
 // All problems with the requested CPUs, or the CPUs to use.
@@ -106,7 +106,7 @@ class Scheduler {
 
   // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
-  void notice(const std::string& kind, const std::string& detail) { notices_.add(kind, detail); }
+  void notice(const std::string& kind, const std::string& detail) { notices_.add({os_.now(), kind, detail}); }
   // Cheap, unlike snapshot(), which sorts all that was measured.
   bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;
@@ -142,7 +142,7 @@ class Scheduler {
   const Region& region_;
   Links links_;
   Dropped dropped_;
-  Notices notices_;
+  driver::Notices notices_;
   Membership joined_;
   std::unique_ptr<Parts> parts_;
   std::atomic<bool> released_{false};

@@ -101,8 +101,7 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
   nodes_.signal(subchain).wants_completions = false;
   nodes_.signal(subchain).holder.reset();
   handed_over_[subchain.index()] = state;
-  const policy::SubchainPlace& place = assignment_.places[subchain.index()];
-  wake(place.core >= 0 ? number_of_core(place.core) : subchain.index(), -1);
+  wake(driver::holder_of(subchain, assignment_.places[subchain.index()], pacers_.size()), -1);
 }
 
 bool Controllers::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t /*known*/) {

@@ -1,6 +1,6 @@
 // The threads of controllers (driver/controller.h), in virtual time: the drivers that the runtime has
-// (runtime/controller.h), one a subchain and under a plan one a core, each stepped when its thread has a CPU, at what
-// that costs on the machine.
+// (runtime/controller_thread.h), one a subchain and under a plan one a core, each stepped when its thread has a CPU, at
+// what that costs on the machine.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -18,9 +18,9 @@
 #include "graph/app.h"
 #include "policy/assignment.h"
 #include "sim/cpus.h"
-#include "sim/event_log.h"
 #include "sim/machine.h"
 #include "sim/nodes.h"
+#include "sim/outcome.h"
 
 namespace ctn::sim {
 
@@ -56,7 +56,6 @@ class Controllers final : private driver::Actuator {
     TimePoint until = kNever;
   };
 
-  std::size_t number_of_core(int core) const { return pacers_.size() + static_cast<std::size_t>(core); }
   void take_over(policy::Assignment assignment);
   Nanos first_of(std::size_t controller, const std::vector<Nanos>& first) const;
 

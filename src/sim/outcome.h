@@ -1,10 +1,9 @@
-// The outcome of a simulation, and its collector: run by run, in bounded memory.
+// The outcome of a simulation, from what was measured in it (driver/measurements.h), in bounded memory.
 //
 // What counts is what lies between the end of the warm-up and the end, all that it spans included, as in the report of
 // a real run (report/metrics.h).
 //
-// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values; OutcomeCollector has one
-// owner.
+// Units: milliseconds, hertz and fractions, as the names say. Thread safety: plain values and a pure function.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +12,10 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "catan/snapshot.h"
+#include "driver/event_log.h"
+#include "driver/measurements.h"
 #include "graph/app.h"
-#include "plan/plan.h"
-#include "plan/predicted_means.h"
-#include "record/events.h"
-#include "record/run_metrics.h"
 #include "sim/histogram.h"
 
 namespace ctn::sim {
@@ -47,17 +45,6 @@ struct NodeOutcome {
   std::optional<Summary> wait_ms;  // none: its runs did not wait
 };
 
-// An edge with an age limit.
-struct AgeOutcome {
-  std::string from;
-  std::string to;
-  double max_age_ms = 0.0;
-  bool skips = false;       // stale runs give no output
-  std::uint64_t runs = 0;   // of `to`, whose input has an age
-  std::uint64_t stale = 0;  // of these, older than the limit
-  Summary age_ms;
-};
-
 struct CoreOutcome {
   double real_time = 0.0;  // of the time
   double ordinary = 0.0;
@@ -71,7 +58,7 @@ struct Outcome {
       0.0;  // rate of the first subchain's head, as planned (averaged over the plans in force) or hand-set
   std::vector<ChainOutcome> chains;  // in the order of the objective
   std::vector<NodeOutcome> nodes;    // in the order of the app
-  std::vector<AgeOutcome> ages;      // edges with an age limit, in the order of the app
+  std::vector<AgeSnapshot> ages;     // edges with an age limit, in the order of the app
   std::vector<CoreOutcome> cores;
   std::optional<double> objective;            // as measured, of means; none where a term was not
   std::optional<double> objective_predicted;  // averaged over the plans in force; none without a plan
@@ -85,35 +72,13 @@ struct Outcome {
   std::uint64_t plans_made = 0;
   std::uint64_t plans_adopted = 0;  // the first included
   std::uint64_t cost_changes = 0;
-  std::vector<std::string> notices;  // plans that could not be made
+  std::vector<std::string> notices;  // the newest, as a user of a real session gets them
 };
 
-class OutcomeCollector {
- public:
-  // `app` outlives it.
-  OutcomeCollector(const graph::App& app, TimePoint warm_from);
+using Measurements = driver::Measurements<Histogram>;
+using EventLog = driver::EventLog<Histogram>;
 
-  // A run has ended; each after those it consumed.
-  void add(const record::Run& run) { metrics_.add(run); }
-  void clock_read(const record::ClockReading& reading) { metrics_.set_clock(reading.node, reading.ticks); }
-  void triggered(TimePoint at) { triggers_ += at >= warm_from_ ? 1U : 0U; }
-  void stole(TimePoint begin) { steals_ += begin >= warm_from_ ? 1U : 0U; }
-  void over_budget(TimePoint at) { budget_overruns_ += at >= warm_from_ ? 1U : 0U; }
-  void plan_in_force(TimePoint since, const plan::Plan& plan) { predicted_.in_force(since, plan); }
-
-  // All but what only the simulation knows.
-  Outcome outcome(TimePoint end) const;
-
- private:
-  void measure_objective(Outcome& outcome) const;
-
-  const graph::App& app_;
-  TimePoint warm_from_;
-  record::RunMetrics<Histogram> metrics_;
-  plan::PredictedMeans predicted_;
-  std::uint64_t triggers_ = 0;
-  std::uint64_t steals_ = 0;
-  std::uint64_t budget_overruns_ = 0;
-};
+// All but what only the simulation knows, up to `end`.
+Outcome outcome_of(const graph::App& app, const Measurements& measured, TimePoint end);
 
 }  // namespace ctn::sim

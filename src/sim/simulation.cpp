@@ -79,7 +79,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
         nodes_(app_, options_.machine, setting_.kinds, *costs_, cpus_, 0, *this),
         warm_from_(TimePoint{} + app_.scheduler.bootstrap + policy::kSettle),
         loop_(app_, planning_options(setting_, options_)),
-        event_log_(app_, warm_from_, loop_),
+        measurements_(app_, warm_from_),
+        notices_({}, options_.recording.has_value()),
+        event_log_(app_, loop_, measurements_, notices_),
         controllers_(app_, options_.machine, core_controllers(), nodes_, cpus_, first_controller_, event_log_),
         clocks_(clocks_of(app_.graph, options_)) {}
 
@@ -89,7 +91,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       if (clocks_.timers[index].period > Nanos{0}) clocks[index] = clocks_.timers[index];
       if (clocks[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
     }
-    controllers_.know_clocks(std::move(clocks));
+    controllers_.know_clocks(clocks);
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);
     if (!options_.plans.empty()) {
       loop_.begin_with(follow_next_plan(unmeasured));
@@ -103,21 +105,17 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       }
     }
     if (Status opened = open_record(); !opened) return opened;
-    for (std::size_t index = 0; index < clocks_.external.size(); ++index) {
-      if (clocks_.external[index].period > Nanos{0}) {
-        event_log_.clock_read({TimePoint{}, NodeId(index), clocks_.external[index]});
-      }
+    for (std::size_t index = 0; index < clocks.size(); ++index) {
+      if (clocks[index].period > Nanos{0}) event_log_.clock_read({TimePoint{}, NodeId(index), clocks[index]});
     }
+    measurements_.cpus_in_use(setting_.cpus);
     loop_.begin(TimePoint{}, *this);
     return Done{};
   }
 
   Status finish() {
-    record::Totals totals;
-    totals.plans_made = loop_.budget().plans();
-    totals.planning_cpu = options_.machine.costs.planning * static_cast<Nanos::rep>(totals.plans_made);
-    totals.starved = cpus_.throttled();
-    return event_log_.close(cpus_.now(), totals, host_facts());
+    measure_totals();
+    return event_log_.close(cpus_.now(), host_facts());
   }
 
   void run_for(Nanos duration) {
@@ -132,7 +130,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Outcome outcome() {
     const TimePoint now = cpus_.now();
-    Outcome outcome = event_log_.collector().outcome(now);
+    Outcome outcome = outcome_of(app_, measurements_, now);
     outcome.scheduler = options_.policy->name();
     const auto measured = static_cast<double>(std::max(now - warm_from_, Nanos{0}).count());
     for (int core = 0; core < options_.machine.cores; ++core) {
@@ -142,18 +140,22 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       shown.real_time = static_cast<double>(used.real_time.count()) / measured;
       shown.ordinary = static_cast<double>(used.ordinary.count()) / measured;
     }
-    const std::vector<policy::SubchainPlace>& places = loop_.decision().assignment.places;
-    if (!options_.policy->follows_plan() && !places.empty()) {
-      outcome.source_hz = Rate::every(places.front().pacing.period).hertz();
-    }
-    outcome.hangs = event_log_.hangs();
+    outcome.source_hz = loop_.hand_set_hz().value_or(outcome.source_hz);
     outcome.dropped = nodes_.dropped();
     outcome.throttled = cpus_.throttled();
     outcome.plans_made = loop_.budget().plans();
-    outcome.plans_adopted = plans_adopted_;
-    outcome.cost_changes = loop_.cost_changes();
-    outcome.notices = event_log_.notices();
+    outcome.notices = notices_.newest();
     return outcome;
+  }
+
+  Snapshot snapshot() {
+    measure_totals();
+    Snapshot snapshot;
+    snapshot.policy = options_.policy->name();
+    snapshot.real_time = real_time();
+    measurements_.fill(snapshot, cpus_.now(), app_, loop_.hand_set_hz());
+    snapshot.notices = notices_.newest();
+    return snapshot;
   }
 
   Nodes& nodes() { return nodes_; }
@@ -198,15 +200,13 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
     return app_.graph.subchains().size() + static_cast<std::size_t>(core_controllers());
   }
 
+  bool real_time() const { return options_.machine.real_time && options_.policy->raises(); }
+
   void start() {
     started_ = true;
-    const policy::Decision& decision = loop_.decision();
-    const bool raises = options_.policy->raises();
-    unscheduled_level_ = decision.unscheduled_level;
-    dispatcher_level_ = decision.dispatcher_level;
-    nodes_.start(setting_.cpus, raises ? os::Level::kBackground : os::Level::kOrdinary,
-                 raises ? decision.unscheduled_level : os::Level::kOrdinary, clocks_.timers);
-    controllers_.start(decision.assignment, setting_.cpus, decision.dispatcher_level, options_.phases.subchains);
+    nodes_.start(setting_.cpus, loop_.levels().scheduled, loop_.levels().unscheduled, clocks_.timers);
+    controllers_.start(loop_.decision().assignment, setting_.cpus, loop_.levels().dispatcher,
+                       options_.phases.subchains);
     const Machine& machine = options_.machine;
     cpus_.set_cpus(housekeeping_,
                    machine.housekeeping_elsewhere ? CpuMask::only(machine.cores) : CpuMask(setting_.cpus));
@@ -221,7 +221,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   // --- Events of nodes ---
 
-  void run_ended(const record::Run& run) override { event_log_.ended(run); }
+  void run_ended(const record::Run& run) override { event_log_.ran(run); }
 
   void wake(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
@@ -252,26 +252,19 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   void notice(const std::string& kind, const std::string& detail) override {
     event_log_.notice({cpus_.now(), kind, detail});
   }
+  void raise(const driver::Levels& levels) override {
+    controllers_.set_level(levels.dispatcher);
+    nodes_.set_level_of_unscheduled(levels.unscheduled);
+  }
   void in_force(const policy::Decision& decision, policy::PlanReason reason) override {
-    if (started_) {
-      raise_above(decision);
-      controllers_.publish(decision.assignment);
-    }
-    if (!decision.plan) return;
-    ++plans_adopted_;
-    event_log_.plan_in_force(cpus_.now(), *decision.plan, policy::to_string(reason));
+    if (started_) controllers_.publish(decision.assignment);
+    event_log_.in_force(cpus_.now(), decision, reason);
   }
 
-  // As a session does (policy/levels.h).
-  void raise_above(const policy::Decision& decision) {
-    if (decision.dispatcher_level > dispatcher_level_) {
-      dispatcher_level_ = decision.dispatcher_level;
-      controllers_.set_level(dispatcher_level_);
-    }
-    if (options_.policy->raises() && decision.unscheduled_level > unscheduled_level_) {
-      unscheduled_level_ = decision.unscheduled_level;
-      nodes_.set_level_of_unscheduled(unscheduled_level_);
-    }
+  void measure_totals() {
+    const std::uint64_t plans = loop_.budget().plans();
+    measurements_.planned(plans, options_.machine.costs.planning * static_cast<Nanos::rep>(plans));
+    measurements_.starved(cpus_.throttled(), Nanos{0});
   }
 
   os::HostFacts host_facts() const {
@@ -285,13 +278,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Status open_record() {
     if (!options_.recording) return Done{};
-    record::Header header;
-    header.scheduler = options_.policy->name();
-    header.cpus = setting_.cpus;
+    record::Header header = loop_.record_header();
     header.host = host_facts();
-    header.real_time = options_.machine.real_time && options_.policy->raises();
-    if (loop_.decision().plan) header.slack = loop_.slack();
-    header.stealing = options_.stealing;
+    header.real_time = real_time();
     header.warm_up = warm_from_ - TimePoint{};
     header.note = options_.recording->note;
     auto writer = record::Writer::create(options_.recording->path, app_, header);
@@ -315,17 +304,16 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   Nodes nodes_;
   TimePoint warm_from_;
   driver::PlanningLoop loop_;
+  Measurements measurements_;
+  driver::Notices notices_;
   EventLog event_log_;
   Controllers controllers_;
   Clocks clocks_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
-  os::Level unscheduled_level_ = os::Level::kOrdinary;
-  os::Level dispatcher_level_ = os::Level::kOrdinary;
 
   std::size_t plans_followed_ = 0;              // of those that are given
   std::optional<policy::Decision> next_given_;  // of one of them, and soon in force
-  std::uint64_t plans_adopted_ = 0;
 };
 
 Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, std::unique_ptr<RunCosts> costs,
@@ -356,6 +344,7 @@ TimePoint Simulation::now() const { return impl_->cpus().now(); }
 TimePoint Simulation::warm_from() const { return impl_->warm_from(); }
 void Simulation::run_for(Nanos duration) { impl_->run_for(duration); }
 Outcome Simulation::outcome() { return impl_->outcome(); }
+Snapshot Simulation::snapshot() { return impl_->snapshot(); }
 const std::optional<plan::Plan>& Simulation::plan() const { return impl_->plan(); }
 std::uint64_t Simulation::events() const { return impl_->cpus().events(); }
 Status Simulation::finish() { return impl_->finish(); }

@@ -30,6 +30,7 @@
 
 #include "base/result.h"
 #include "catan/channel.h"
+#include "catan/snapshot.h"
 #include "graph/app.h"
 #include "model/cost.h"
 #include "plan/plan.h"
@@ -125,6 +126,8 @@ class Simulation {
 
   // Up to now.
   Outcome outcome();
+  // As a session shows it; its percentiles are the outcome's.
+  Snapshot snapshot();
   const std::optional<plan::Plan>& plan() const;  // in force; none where the policy follows none
   std::uint64_t events() const;
 

@@ -77,9 +77,46 @@ scheduler: { slack: 0%, bootstrap: 1s }
   };
   const Outcome alone = outcome_of({600, 620, 640});
   EXPECT_EQ(alone.hangs, 3U);
+  EXPECT_EQ(std::count(alone.notices.begin(), alone.notices.end(),
+                       "watchdog: a run of subchain lone hangs: it was suspended"),
+            3)
+      << "told as in life";
   EXPECT_NEAR(*alone.objective_predicted, 20.0, 1e-6);
   EXPECT_EQ(alone.plans_adopted, 2U) << "the one of the bootstrap and the measured one";
   EXPECT_GT(outcome_of({600, 601, 602, 603, 604, 605}).plans_adopted, 2U) << "the node has become that slow";
+}
+
+// From run 200 on, runs take twice as long.
+class Doubles : public RunCosts {
+ public:
+  int threads_used(NodeId /*node*/, int /*most*/) const override { return 1; }
+  model::RunDraw draw(NodeId /*node*/, std::uint64_t number, Nanos /*since_start*/, int /*threads*/,
+                      std::size_t /*kind*/) override {
+    return {.cpu = milliseconds{number < 200 ? 5 : 10}};
+  }
+};
+
+// As a live record has it.
+TEST(Simulation, ARecordHasCostChangesUnderAPolicyThatDoesNotAdapt) {
+  const graph::App app = parse(R"(
+catan: 1
+app: lone
+nodes: { lone: { fallback_rate: 50Hz } }
+objective: [ { response_time: [lone], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)");
+  const std::string path = testing::TempDir() + fmt::format("doubles_{}.catan", getpid());
+  std::remove(path.c_str());
+  Options options = on_ideal_machine(*policy::make_policy("default"));
+  options.recording = {.path = path, .note = {}};
+  const Outcome outcome = *sim::simulate(app, std::make_unique<Doubles>(), options, seconds{10});
+  EXPECT_EQ(outcome.cost_changes, 1U);
+  const auto record = record::Reader::open(path);
+  ASSERT_TRUE(record.ok()) << record.error().message();
+  ASSERT_EQ(record->cost_changes()->size(), 1U);
+  EXPECT_EQ(record->cost_changes()->front().before, milliseconds{5});
+  EXPECT_EQ(record->cost_changes()->front().after, milliseconds{10});
+  std::remove(path.c_str());
 }
 
 // Plans once, and then no more.

@@ -124,7 +124,7 @@ std::string nodes_text(const std::vector<Seeded>& runs) {
 }
 
 std::string ages_text(const std::vector<Seeded>& runs) {
-  const std::vector<sim::AgeOutcome>& edges = runs.front().outcome.ages;
+  const std::vector<AgeSnapshot>& edges = runs.front().outcome.ages;
   if (edges.empty()) return "";
   report::Table table{
       .header = {"edge", "max_age", "on_stale", "stale", "of runs", "age mean", "p50", "p95", "p99", "max"}};

@@ -179,9 +179,7 @@ class FakeWorld {
       subchain.awaited = false;
       subchain.holder.reset();
       subchain.handed_over = state;
-      const policy::SubchainPlace& place = world_->assignment_->places[id.index()];
-      const std::size_t next =
-          place.core >= 0 ? world_->subchains.size() + static_cast<std::size_t>(place.core) : id.index();
+      const std::size_t next = holder_of(id, world_->assignment_->places[id.index()], world_->subchains.size());
       world_->acting_[next].until = world_->now;
     }
     void move(SubchainId id, const os::CpuSet& cpus) override {

@@ -7,7 +7,7 @@
 
 #include "bench/gaps.h"
 #include "config/app_file.h"
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 #include "runtime/node_port.h"
 
 namespace ctn::tool {
@@ -194,7 +194,7 @@ Status measure_runtime(const BenchContext& context, const graph::App& app, Sampl
   runtime::Controls controls(os, enforcer, region, app.graph, 1);
   for (runtime::Handover& handover : controls.handovers) handover.put({});
   controls.board.publish(two_slots(context));
-  runtime::Controller core(controls, subchains, controls.number_of_core(0));
+  runtime::ControllerThread core(controls, subchains, driver::number_of_core(0, subchains.size()));
 
   std::vector<std::unique_ptr<runtime::NodePort>> ports;
   for (std::size_t index = 0; index < 2; ++index) {

@@ -6,7 +6,7 @@
 
 #include "bench/peer.h"
 #include "bench/shared_app.h"
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 #include "runtime/node_port.h"
 
 namespace ctn::tool {
@@ -58,7 +58,7 @@ void be_triggered(os::Os& os, const SharedApp& app, int cpu) {
 // Triggers as a controller does, in a rhythm of its own.
 class Triggering {
  public:
-  Triggering(runtime::Controller& controller, const BenchContext& context, Agreement& agreement)
+  Triggering(runtime::ControllerThread& controller, const BenchContext& context, Agreement& agreement)
       : controller_(controller), os_(context.os), cpu_(context.core), agreement_(agreement) {}
 
   void run(TimePoint until) {
@@ -101,7 +101,7 @@ class Triggering {
     return true;
   }
 
-  runtime::Controller& controller_;
+  runtime::ControllerThread& controller_;
   os::Os& os_;
   int cpu_;
   Agreement& agreement_;
@@ -119,7 +119,7 @@ Result<Figure> trigger_figure(const BenchContext& context, int cpu, Nanos durati
   const runtime::Links links = runtime::links_of(os, shared.graph(), shared.region());
   const auto subchains = runtime::subchain_links(shared.graph(), links, shared.region());
   runtime::Controls controls(os, enforcer, shared.region(), shared.graph(), 0);
-  runtime::Controller controller(controls, subchains, 0);
+  runtime::ControllerThread controller(controls, subchains, 0);
   Triggering triggering(controller, context, shared.agreement());
   os.spawn("bench-trigger", [&] { triggering.run(os.now() + duration); })->join();
   if (!triggering.done) return triggering.done.error();

@@ -1,10 +1,10 @@
-#include "runtime/notices.h"
+#include "driver/notices.h"
 
 #include <cstddef>
 #include <optional>
 #include <utility>
 
-namespace ctn::runtime {
+namespace ctn::driver {
 namespace {
 
 // For the snapshot, and for a callback that blocks; the record has all.
@@ -46,4 +46,4 @@ std::vector<record::Notice> Notices::take_unrecorded() {
   return std::exchange(unrecorded_, {});
 }
 
-}  // namespace ctn::runtime
+}  // namespace ctn::driver

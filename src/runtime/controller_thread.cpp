@@ -1,4 +1,4 @@
-#include "runtime/controller.h"
+#include "runtime/controller_thread.h"
 
 #include <algorithm>
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace ctn::runtime {
 
-Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number)
+ControllerThread::ControllerThread(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number)
     : controls_(controls),
       subchains_(subchains),
       number_(number),
@@ -24,7 +24,7 @@ Controller::Controller(Controls& controls, const std::vector<SubchainLinks>& sub
   }
 }
 
-void Controller::run() {
+void ControllerThread::run() {
   for (;;) {
     // Before it looks whether to stop: who stops it, counts a wake after saying so.
     const std::uint32_t seen = wake_count();
@@ -35,12 +35,12 @@ void Controller::run() {
   }
 }
 
-void Controller::stop() {
+void ControllerThread::stop() {
   stopping_.store(true, std::memory_order_release);
   cell_.wake(controls_.os);
 }
 
-void Controller::sleep(std::uint32_t seen, TimePoint until) {
+void ControllerThread::sleep(std::uint32_t seen, TimePoint until) {
   const bool awake = std::exchange(event_came_, false);
   const TimePoint asleep = controls_.os.now();
   if (!wakes_.take(asleep)) {
@@ -58,7 +58,7 @@ void Controller::sleep(std::uint32_t seen, TimePoint until) {
 
 // --- Who has which subchain ---
 
-std::optional<dispatch::RunState> Controller::take(SubchainId id) {
+std::optional<dispatch::RunState> ControllerThread::take(SubchainId id) {
   const std::optional<dispatch::RunState> state = controls_.handovers[id.index()].take();
   if (!state) return std::nullopt;
   listen(id);
@@ -66,29 +66,29 @@ std::optional<dispatch::RunState> Controller::take(SubchainId id) {
   return state;
 }
 
-void Controller::hand_over(SubchainId id, const dispatch::RunState& state) {
+void ControllerThread::hand_over(SubchainId id, const dispatch::RunState& state) {
   await_completion(id, false, 0);
   std::erase_if(held_, [&](const Held& each) { return each.subchain == id; });
   controls_.handovers[id.index()].put(state);
   // A newer assignment than the one looked at here wakes everybody when it is published.
-  controls_.wake(controls_.holder_of(assignment().places[id.index()], id));
+  controls_.wake(driver::holder_of(id, assignment().places[id.index()], subchains_.size()));
 }
 
 // --- Threads ---
 
-void Controller::move(SubchainId id, const os::CpuSet& cpus) {
+void ControllerThread::move(SubchainId id, const os::CpuSet& cpus) {
   for (const NodeLink* node : subchains_[id.index()].nodes) {
     node->for_each_thread([&](os::ThreadId thread) { controls_.enforcer.move_now(thread, cpus); });
   }
 }
 
-void Controller::set_level(SubchainId id, os::Level level) {
+void ControllerThread::set_level(SubchainId id, os::Level level) {
   for (const NodeLink* node : subchains_[id.index()].nodes) {
     node->for_each_thread([&](os::ThreadId thread) { controls_.enforcer.set_level_now(thread, level); });
   }
 }
 
-void Controller::set_levels(SubchainId id, const policy::SubchainPlace& place) {
+void ControllerThread::set_levels(SubchainId id, const policy::SubchainPlace& place) {
   const std::vector<NodeLink*>& nodes = subchains_[id.index()].nodes;
   for (std::size_t position = 0; position < nodes.size(); ++position) {
     nodes[position]->for_each_thread(
@@ -96,13 +96,13 @@ void Controller::set_levels(SubchainId id, const policy::SubchainPlace& place) {
   }
 }
 
-std::uint32_t Controller::threads_joined(SubchainId id) const {
+std::uint32_t ControllerThread::threads_joined(SubchainId id) const {
   std::uint32_t joined = 0;
   for (const NodeLink* node : subchains_[id.index()].nodes) joined += node->threads_joined();
   return joined;
 }
 
-bool Controller::threads_joined() {
+bool ControllerThread::threads_joined() {
   bool any = false;
   for (Held& held : held_) {
     const std::uint32_t joined = threads_joined(held.subchain);
@@ -114,34 +114,34 @@ bool Controller::threads_joined() {
 
 // --- Runs ---
 
-void Controller::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
+void ControllerThread::trigger(SubchainId id, std::uint64_t number, TimePoint due) {
   subchains_[id.index()].trigger(number);
   report(Report::kTrigger, id, number, to_word(due), to_word(controls_.os.now()));
 }
 
-void Controller::listen(SubchainId id) const {
+void ControllerThread::listen(SubchainId id) const {
   signal(id).listener.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
 }
 
-void Controller::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
+void ControllerThread::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
   // Writes the listener again, since other processes may have overwritten it.
   if (wanted) listen(id);
   signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
   if (wanted && completed(id) != known) event_came_ = true;
 }
 
-OutputCell& Controller::output_cell(const plan::Leader& leader) const {
+OutputCell& ControllerThread::output_cell(const plan::Leader& leader) const {
   if (const SubchainId* const subchain = std::get_if<SubchainId>(&leader)) return signal(*subchain);
   return controls_.region.node(std::get<NodeId>(leader)).led;
 }
 
-Controller::Outputs Controller::outputs(const plan::Leader& leader) const {
+ControllerThread::Outputs ControllerThread::outputs(const plan::Leader& leader) const {
   const OutputCell& cell = output_cell(leader);
   const std::uint64_t count = cell.outputs.load(std::memory_order_seq_cst);
   return {count, to_time(static_cast<std::uint64_t>(cell.newest_output.load(std::memory_order_relaxed)))};
 }
 
-bool Controller::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) {
+bool ControllerThread::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) {
   OutputCell& cell = output_cell(leader);
   if (!wanted) {
     cell.remove_follower(number_);
@@ -154,33 +154,33 @@ bool Controller::await_outputs(const plan::Leader& leader, bool wanted, std::uin
 
 // --- Reports ---
 
-void Controller::report(Report kind, SubchainId id, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+void ControllerThread::report(Report kind, SubchainId id, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
   const std::array<std::uint64_t, kWords> words{static_cast<std::uint64_t>(kind), id.index(), a, b, c};
   reports_.push(words);
 }
 
-void Controller::slot_over(const dispatch::SlotUse& slot) {
+void ControllerThread::slot_over(const dispatch::SlotUse& slot) {
   report(Report::kSlot, slot.subchain, to_word(slot.planned), to_word(slot.begin), to_word(slot.end));
 }
 
-void Controller::stole(const dispatch::Steal& steal) {
+void ControllerThread::stole(const dispatch::Steal& steal) {
   report(Report::kSteal, steal.thief, steal.victim.index(), to_word(steal.begin), to_word(steal.end));
 }
 
-void Controller::hang_changed(SubchainId id, bool began, TimePoint at) {
+void ControllerThread::hang_changed(SubchainId id, bool began, TimePoint at) {
   report(began ? Report::kHangBegan : Report::kHangEnded, id, to_word(at), 0, 0);
 }
 
-void Controller::over_budget(const dispatch::Overrun& overrun) {
+void ControllerThread::over_budget(const dispatch::Overrun& overrun) {
   report(Report::kOverBudget, overrun.subchain, overrun.number, to_word(overrun.at),
          static_cast<std::uint64_t>(overrun.cpu.count()));
 }
 
-void Controller::drain(ReportSink& sink) {
+void ControllerThread::drain(ReportSink& sink) {
   reports_.drain([&](std::span<const std::uint64_t> words) { deliver(words, sink); });
 }
 
-void Controller::deliver(std::span<const std::uint64_t> words, ReportSink& sink) const {
+void ControllerThread::deliver(std::span<const std::uint64_t> words, ReportSink& sink) const {
   const SubchainId id{static_cast<std::size_t>(words[1])};
   switch (static_cast<Report>(words[0])) {
     case Report::kTrigger:

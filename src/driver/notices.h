@@ -1,8 +1,7 @@
 // What a user should be told. Any thread may add a notice, at any time and under any lock, because add() only stores
-// it: for the snapshot and the record, and in the queue for the user's callback, which deliver() calls with no lock
-// held.
+// it: for snapshots and the record, and in the queue for the user's callback, which deliver() calls with no lock held.
 //
-// Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: the
+// Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: in life the
 // housekeeping thread while it runs, before and after whoever starts and stops the session.
 #pragma once
 
@@ -10,22 +9,20 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "os/os.h"
 #include "record/events.h"
 
-namespace ctn::runtime {
+namespace ctn::driver {
 
 class Notices {
  public:
   using Callback = std::function<void(const std::string&)>;
 
   // `on_notice` may be empty. `recorded`: somebody takes them for the record.
-  Notices(os::Os& os, Callback on_notice, bool recorded)
-      : os_(os), on_notice_(std::move(on_notice)), recorded_(recorded) {}
+  Notices(Callback on_notice, bool recorded) : on_notice_(std::move(on_notice)), recorded_(recorded) {}
 
-  void add(const std::string& kind, const std::string& detail) { add({os_.now(), kind, detail}); }
   void add(record::Notice notice);
 
   // The newest, oldest first, as a user reads them.
@@ -37,7 +34,6 @@ class Notices {
   std::vector<record::Notice> take_unrecorded();
 
  private:
-  os::Os& os_;
   const Callback on_notice_;
   const bool recorded_;
   mutable std::mutex mutex_;  // held only while a notice is stored or copied; guards what follows
@@ -46,4 +42,4 @@ class Notices {
   std::vector<record::Notice> unrecorded_;
 };
 
-}  // namespace ctn::runtime
+}  // namespace ctn::driver

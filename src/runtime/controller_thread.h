@@ -42,13 +42,7 @@ struct Controls {
         clocks(graph.nodes().size()),
         handovers(graph.subchains().size()) {}
 
-  // Controllers are numbered as their cells in the region, on which they sleep: those of subchains, then those of
-  // cores.
-  std::size_t number_of_core(int core) const { return handovers.size() + static_cast<std::size_t>(core); }
-  // The controller that is to have a subchain by an assignment.
-  std::size_t holder_of(const policy::SubchainPlace& place, SubchainId subchain) const {
-    return place.core >= 0 ? number_of_core(place.core) : subchain.index();
-  }
+  // By its number (driver/controller.h), which is that of its cell in the region, on which it sleeps.
   void wake(std::size_t controller) { region.controller_cell(controller).wake(os); }
   void wake_all() {
     for (std::size_t controller = 0; controller < region.controller_cells(); ++controller) wake(controller);
@@ -74,10 +68,10 @@ class ReportSink {
   virtual void woke_late(int cpu, TimePoint due, TimePoint woke) = 0;  // starvation.h
 };
 
-class Controller final : public driver::Actuator {
+class ControllerThread final : public driver::Actuator {
  public:
   // Its number tells which subchain or core it is for. All references outlive it.
-  Controller(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number);
+  ControllerThread(Controls& controls, const std::vector<SubchainLinks>& subchains, std::size_t number);
 
   void run();
   void stop();

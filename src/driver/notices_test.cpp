@@ -1,0 +1,49 @@
+#include "driver/notices.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace ctn::driver {
+namespace {
+
+TEST(Notices, AreToldInOrderAndKept) {
+  std::vector<std::string> told;
+  Notices notices([&](const std::string& text) { told.push_back(text); }, true);
+  notices.add({{}, "a", "1"});
+  notices.add({{}, "b", "2"});
+  EXPECT_TRUE(told.empty()) << "nobody is called by who has something to say";
+  notices.deliver();
+  notices.deliver();
+  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
+  EXPECT_EQ(notices.newest(), told);
+  EXPECT_EQ(notices.take_unrecorded().size(), 2U);
+  EXPECT_TRUE(notices.take_unrecorded().empty());
+}
+
+TEST(Notices, WhatTheCallbackAddsIsToldToo) {
+  std::vector<std::string> told;
+  Notices* all = nullptr;
+  Notices notices(
+      [&](const std::string& text) {
+        told.push_back(text);
+        if (told.size() == 1) all->add({{}, "b", "2"});
+      },
+      false);
+  all = &notices;
+  notices.add({{}, "a", "1"});
+  notices.deliver();
+  EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
+}
+
+TEST(Notices, WithoutACallbackTheNewestAreKept) {
+  Notices notices({}, false);
+  for (int number = 0; number < 1500; ++number) notices.add({{}, "n", std::to_string(number)});
+  notices.deliver();
+  EXPECT_EQ(notices.newest().size(), 1000U);
+  EXPECT_EQ(notices.newest().back(), "n: 1499");
+}
+
+}  // namespace
+}  // namespace ctn::driver
