@@ -450,6 +450,25 @@ TEST_F(ServeTest, AThreadCanBeNamedWhileThereIsNoServer) {
   EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
 }
 
+TEST_F(ServeTest, TheCallbackOfAProgramMayCallItBack) {
+  serve();
+  std::atomic<Client*> client{nullptr};
+  std::atomic<int> told{0};
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}}, [&](const std::string& text) {
+    ++told;
+    if (client == nullptr || text.find("it is gone") == std::string::npos) return;
+    EXPECT_FALSE(client.load()->served());
+    EXPECT_TRUE(client.load()->adopt_this_thread("eye").ok());
+  });
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  client = &fast->client();
+  kill_server(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return told == 1; }));
+  EXPECT_TRUE(fast->runs_on(10));
+  serve();
+  EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
+}
+
 TEST_F(ServeTest, AThreadThatWasNamedWithoutAServerIsRaisedByTheNext) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();

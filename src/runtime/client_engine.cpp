@@ -29,7 +29,7 @@ Result<std::unique_ptr<ClientEngine>> ClientEngine::connect(os::Os& os, ClientEn
 }
 
 ClientEngine::ClientEngine(os::Os& os, ClientEngineOptions options)
-    : os_(os), options_(std::move(options)), link_(os, options_.sockets), registered_(os) {}
+    : os_(os), options_(std::move(options)), link_(os, options_.sockets), notices_(os, options_.on_notice, false), registered_(os) {}
 
 ClientEngine::~ClientEngine() { stop(); }
 
@@ -172,12 +172,15 @@ void ClientEngine::watch() {
   TimePoint wake = os_.now();
   while (!stopping_.load()) {
     const Result<bool> gone = link_.wait(wake);
-    if (!gone) return notice("server: it cannot be watched: " + gone.error().message());
+    if (!gone) notices_.add("server", "it cannot be watched: " + gone.error().message());
+    if (!gone) break;
     const TimePoint now = os_.now();
     if (*gone || (served() && !server_alive(now))) lose_server(now, *gone);
     if (served()) watch_->regions.drop_old(*wiring_, running());
     wake = served() ? watch_->heartbeat.next_check() : run_without_server(now);
+    notices_.deliver();
   }
+  notices_.deliver();
 }
 
 void ClientEngine::begin_heartbeat() {
@@ -208,7 +211,7 @@ void ClientEngine::lose_server(TimePoint now, bool gone) {
     watch_->pacer.begin(now, heads);
   }
   const std::string rates = "; nodes go on at the rates that were planned last";
-  notice((gone ? "server: it is gone" : "server: it does nothing any more") + (was_served ? rates : ""));
+  notices_.add("server", (gone ? "it is gone" : "it does nothing any more") + (was_served ? rates : ""));
 }
 
 void ClientEngine::restore_threads(TimePoint now) {
@@ -245,12 +248,12 @@ TimePoint ClientEngine::pace_and_restore(TimePoint now) {
 
 // True: there is a server again, and it has all nodes.
 bool ClientEngine::reconnect() {
-  const Dialled dialled = dial_and_join();  // notices follow after the conversation, since a callback may start one
+  const Dialled dialled = dial_and_join();
   if (dialled.done) {
     watch_->refusal.clear();
     watch_->redial.not_now();
     served_.store(true, std::memory_order_release);
-    notice("server: there is one again, and it schedules the nodes");
+    notices_.add("server", "there is one again, and it schedules the nodes");
     return true;
   }
   link_.hang_up();
@@ -263,7 +266,7 @@ bool ClientEngine::reconnect() {
   }
   const std::string why = dialled.done.error().message();
   if (dialled.answered && std::exchange(watch_->refusal, why) != why) {
-    notice("server: there is one, but nodes go on without it: " + why);
+    notices_.add("server", "there is one, but nodes go on without it: " + why);
   }
   return false;
 }
@@ -315,10 +318,6 @@ std::vector<NodeId> ClientEngine::running() const {
   std::vector<NodeId> nodes;
   for (const ClientMembers::RegisteredNode& registered : registered_.all()) nodes.push_back(registered.node);
   return nodes;
-}
-
-void ClientEngine::notice(const std::string& text) const {
-  if (options_.on_notice) options_.on_notice(text);
 }
 
 }  // namespace ctn::runtime

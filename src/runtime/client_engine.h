@@ -19,7 +19,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +32,7 @@
 #include "runtime/client_members.h"
 #include "runtime/heartbeat_watch.h"
 #include "runtime/node_threads.h"
+#include "runtime/notices.h"
 #include "runtime/redial.h"
 #include "runtime/served_regions.h"
 #include "runtime/unserved_pacer.h"
@@ -44,7 +44,7 @@ struct ClientEngineOptions {
   std::vector<std::string> sockets;
   std::string app;  // empty: any
   Nanos wait = std::chrono::seconds{10};
-  std::function<void(const std::string&)> on_notice;
+  Notices::Callback on_notice;
 };
 
 class ClientEngine {
@@ -109,11 +109,11 @@ class ClientEngine {
   Status take_over(const Conversation& conversation, os::SharedMemory memory, bool known);
   Status rejoin(const Conversation& conversation);
   std::vector<NodeId> running() const;
-  void notice(const std::string& text) const;
 
   os::Os& os_;
   ClientEngineOptions options_;
   ClientLink link_;
+  Notices notices_;  // delivered by the watching thread
   std::unique_ptr<graph::App> app_;
   std::optional<Watch> watch_;  // its regions outlive the nodes, which use them until they end
   std::unique_ptr<Wiring> wiring_;

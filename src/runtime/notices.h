@@ -3,7 +3,8 @@
 // held.
 //
 // Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: the
-// housekeeping thread while it runs, before and after whoever starts and stops the session.
+// housekeeping thread while it runs, before and after whoever starts and stops the session; in a program whose nodes a
+// server schedules, the thread that watches the server.
 #pragma once
 
 #include <deque>
