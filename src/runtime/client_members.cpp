@@ -38,6 +38,20 @@ void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
+Status ClientMembers::join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
+                           const Meanwhile& meanwhile) {
+  const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
+    return conversation.call({.kind = kind, .node = name, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
+  };
+  if (Status joined = ask(Request::Kind::kJoin, registered.thread); !joined) return joined;
+  for (const os::ThreadId other : registered.others) {
+    Status added = ask(Request::Kind::kAdd, other);
+    if (!added && added.error().kind() != ErrorKind::kCaller) return added;
+    if (!added) remove_thread(registered.node, other);  // it has ended meanwhile
+  }
+  return Done{};
+}
+
 void ClientMembers::update_saved_scheduling() {
   const auto members = members_.lock();
   for (RegisteredNode& member : *members) {

@@ -1,7 +1,7 @@
 // The nodes of this program that are registered with a server, their threads, and what scheduling these had before any
 // server touched them; gives that back when there is no server to do it.
 //
-// Units: in the types. Thread safety: every call from any thread; none waits for anything but the others.
+// Units: in the types. Thread safety: every call from any thread; none but join() waits for anything but the others.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,10 @@
 
 #include "base/guarded.h"
 #include "base/ids.h"
+#include "base/result.h"
 #include "os/os.h"
 #include "runtime/region.h"
+#include "runtime/server_link.h"
 
 namespace ctn::runtime {
 
@@ -37,6 +39,9 @@ class ClientMembers {
   void add_thread(NodeId node, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   std::vector<RegisteredNode> all() const { return *members_.lock(); }
+  // Says to a server that this program runs the node, with all its threads. Those that have ended by now are forgotten.
+  Status join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
+              const Meanwhile& meanwhile);
   // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
   void update_saved_scheduling();
 
