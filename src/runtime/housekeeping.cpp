@@ -53,19 +53,10 @@ void Housekeeping::pace_members() {
   publish();
 }
 
-void Housekeeping::start() {
-  thread_ = os_.spawn("catan-house", [this] { run(); });
-}
-
-void Housekeeping::run() {
+void Housekeeping::run(const std::function<bool(TimePoint)>& sleep_until) {
   allowed_.watch(os_.current_thread());
   TimePoint next_flush = os_.now() + kFlushEvery;
-  while (!stopping_.load(std::memory_order_acquire)) {
-    const std::uint32_t seen = wakes_.load(std::memory_order_acquire);
-    if (stopping_.load(std::memory_order_acquire)) break;
-    os_.wait(wakes_, seen, os_.now() + kTurn);
-    turn(next_flush);
-  }
+  while (sleep_until(os_.now() + kTurn)) turn(next_flush);
 }
 
 void Housekeeping::turn(TimePoint& next_flush) {
@@ -108,19 +99,6 @@ void Housekeeping::carry_out_changes(TimePoint now) {
   if (told.empty()) return;  // it is so already
   notices_.add("changed", told);
   loop_.change(std::move(asked->app), std::move(asked->cpus));
-}
-
-void Housekeeping::wake() {
-  wakes_.fetch_add(1, std::memory_order_release);
-  os_.wake(wakes_);
-}
-
-void Housekeeping::stop() {
-  if (!thread_) return;
-  stopping_.store(true, std::memory_order_release);
-  wake();
-  thread_->join();
-  thread_.reset();
 }
 
 Status Housekeeping::finish() {

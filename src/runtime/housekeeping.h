@@ -2,16 +2,14 @@
 // (collector.h), updates which nodes are registered (membership.h), turns the planning loop (driver/planning_loop.h),
 // delivers notices and writes the record. Nothing on the hot path ever waits for it.
 //
-// From start() to stop(), its thread owns all that this class holds; before and after, the one thread that calls these.
-// Other threads only wake() it: what they tell it goes through Membership and Notices, and what they read is in
-// Measurements.
+// Its thread has it alone (owning_thread.h). What other threads tell it goes through Membership and Notices, and what
+// they read is in Measurements.
 //
-// Units: in the types. Thread safety: wake() from any thread; the rest as above.
+// Units: in the types. Thread safety: none; one owner.
 #pragma once
 
-#include <atomic>
-#include <cstdint>
-#include <memory>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -34,7 +32,7 @@ class Housekeeping : private driver::PlanningHost {
   // `loop` has decided. References outlive it.
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
                AskedChanges& asked, ControllerThreads& controllers, Collecting from, driver::PlanningLoop loop);
-  ~Housekeeping() override { stop(); }
+  ~Housekeeping() override = default;
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
 
@@ -42,14 +40,12 @@ class Housekeeping : private driver::PlanningHost {
   void begin(TimePoint start);
   // The subchains whose nodes have all registered are paced. To be called before controllers run.
   void pace_members();
-  void start();
-  // It takes its turn at once.
-  void wake();
-  void stop();
-  // After stop(), once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
+  // Turns until `sleep_until` says that it is to end.
+  void run(const std::function<bool(TimePoint)>& sleep_until);
+  // Once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
   Status finish();
 
-  const policy::Decision& decision() const { return loop_.decision(); }  // not while the thread runs
+  const policy::Decision& decision() const { return loop_.decision(); }
 
  private:
   // --- driver::PlanningHost ---
@@ -60,7 +56,6 @@ class Housekeeping : private driver::PlanningHost {
   void cpus_changed(const os::CpuSet& cpus) override;
   void notice(const std::string& kind, const std::string& detail) override { notices_.add(kind, detail); }
 
-  void run();
   void turn(TimePoint& next_flush);
   void raise_above(const policy::Decision& decision);
   void publish();
@@ -91,10 +86,6 @@ class Housekeeping : private driver::PlanningHost {
   bool moved_told_ = false;
 
   os::Level dispatcher_level_ = os::Level::kOrdinary;  // the highest of any decision so far
-
-  std::unique_ptr<os::Thread> thread_;
-  std::atomic<bool> stopping_{false};
-  std::atomic<std::uint32_t> wakes_{0};
 };
 
 }  // namespace ctn::runtime

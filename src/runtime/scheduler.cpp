@@ -109,7 +109,7 @@ Status Scheduler::prepare() {
         "measured, and plans leave it out (Linux: a kernel with CONFIG_SCHED_INFO tells)");
   }
   if (real_time) keep_cpus_ready();
-  parts_->housekeeping.begin(start);
+  parts_->housekeeping.idle().begin(start);
   prepared_.store(true, std::memory_order_release);
   notices_.deliver();
   return Done{};
@@ -125,14 +125,14 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       asked(of.app_, of.cpus_),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
-      housekeeping(of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
-                   {.links = of.links_,
-                    .controllers = controllers.all(),
-                    .members = of.joined_,
-                    .measurements = measurements,
-                    .notices = of.notices_,
-                    .dropped = of.dropped_,
-                    .writer = std::move(writer)},
+      housekeeping(of.os_, of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
+                   Collecting{.links = of.links_,
+                              .controllers = controllers.all(),
+                              .members = of.joined_,
+                              .measurements = measurements,
+                              .notices = of.notices_,
+                              .dropped = of.dropped_,
+                              .writer = std::move(writer)},
                    std::move(loop)) {}
 
 void Scheduler::keep_cpus_ready() {
@@ -162,15 +162,18 @@ Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, 
 }
 
 Status Scheduler::start() {
-  const policy::Decision& decision = parts_->housekeeping.decision();
-  parts_->housekeeping.pace_members();
+  Housekeeping& housekeeping = parts_->housekeeping.idle();
+  const policy::Decision& decision = housekeeping.decision();
+  housekeeping.pace_members();
   parts_->controllers.spawn(decision.plan.has_value());
   if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
     release();
     return placed;
   }
   parts_->controllers.go();
-  parts_->housekeeping.start();
+  parts_->housekeeping.start("catan-house", [this](Housekeeping& mine) {
+    mine.run([this](TimePoint deadline) { return parts_->housekeeping.sleep_until(deadline); });
+  });
   return Done{};
 }
 
@@ -178,7 +181,8 @@ void Scheduler::release() {
   if (!parts_) return;
   released_.store(true, std::memory_order_release);
   joined_.release();
-  parts_->housekeeping.stop();
+  parts_->housekeeping.request_stop();
+  parts_->housekeeping.join();
   // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
   // level. It is done before the controllers end, because they then end sooner, and once more after, because until then
   // they still set levels.
@@ -188,7 +192,7 @@ void Scheduler::release() {
   parts_->enforcer.release_all();
 }
 
-Status Scheduler::finish() { return parts_->housekeeping.finish(); }
+Status Scheduler::finish() { return parts_->housekeeping.idle().finish(); }
 
 Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
   Status joined = joined_.join(node, process, thread);

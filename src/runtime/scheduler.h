@@ -43,6 +43,7 @@
 #include "runtime/membership.h"
 #include "runtime/node_link.h"
 #include "runtime/notices.h"
+#include "runtime/owning_thread.h"
 #include "runtime/region.h"
 
 namespace ctn::runtime {
@@ -124,7 +125,7 @@ class Scheduler {
     AskedChanges asked;
     Measurements measurements;
     ControllerThreads controllers;
-    Housekeeping housekeeping;
+    OwningThread<Housekeeping> housekeeping;
     std::unique_ptr<os::ReadyCpus> ready_cpus{};  // while the session is under way
   };
 
