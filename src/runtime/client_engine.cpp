@@ -95,11 +95,11 @@ Status ClientEngine::start() {
   return Done{};
 }
 
-// The thread is registered here before the server is asked, so that its scheduling is restored whatever the answer is.
+// Threads are known here before the server is asked, so that their scheduling is restored whatever the answer is.
 Status ClientEngine::join(NodeId node, os::ThreadId thread) {
   const std::unique_ptr<Conversation> conversation = link_.converse();
   registered_.add(node, thread);
-  const Status joined = registered_.join({node, thread, {}, {}}, app_->graph.node(node).name, *conversation, {});
+  const Status joined = registered_.join({node, thread}, app_->graph.node(node).name, *conversation, {});
   if (!joined) registered_.remove(node, thread);
   return joined;
 }
@@ -123,13 +123,14 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
   if (!node) return node.error();
   const os::ThreadId thread = os_.current_thread();
   const std::unique_ptr<Conversation> conversation = link_.converse();
+  registered_.add_thread(*node, thread);
   const Status added = conversation->call(
       {.kind = Request::Kind::kAdd, .node = std::string(name), .thread = static_cast<std::int32_t>(thread)});
   // Where there is no server at this moment, the next one is told when nodes register with it.
   const bool later = !added && added.error().kind() == ErrorKind::kEnvironment && registered_.has(*node);
-  if (!added && !later) return added;
-  registered_.add_thread(*node, thread);
-  return Done{};
+  if (added || later) return Done{};
+  registered_.remove_thread(*node, thread);
+  return added;
 }
 
 void ClientEngine::stop() {

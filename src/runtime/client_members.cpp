@@ -6,35 +6,38 @@
 namespace ctn::runtime {
 
 void ClientMembers::add(NodeId node, os::ThreadId thread) {
-  RegisteredNode member{node, thread, {}, scheduling_before(thread)};
-  members_.lock()->push_back(std::move(member));
+  const auto state = state_.lock();
+  save(state->saved, thread);
+  state->nodes.push_back({node, thread});
 }
 
 void ClientMembers::remove(NodeId node, os::ThreadId thread) {
-  const auto members = members_.lock();
-  const auto found = std::find_if(members->rbegin(), members->rend(), [&](const RegisteredNode& member) {
-    return member.node == node && member.thread == thread;
+  const auto state = state_.lock();
+  const auto found = std::find_if(state->nodes.rbegin(), state->nodes.rend(), [&](const RegisteredNode& registered) {
+    return registered.node == node && registered.thread == thread;
   });
-  if (found != members->rend()) members->erase(std::next(found).base());
+  if (found != state->nodes.rend()) state->nodes.erase(std::next(found).base());
 }
 
 bool ClientMembers::has(NodeId node) const {
-  const auto members = members_.lock();
-  return std::any_of(members->begin(), members->end(),
-                     [&](const RegisteredNode& member) { return member.node == node; });
+  const auto state = state_.lock();
+  return std::any_of(state->nodes.begin(), state->nodes.end(),
+                     [&](const RegisteredNode& registered) { return registered.node == node; });
 }
 
 void ClientMembers::add_thread(NodeId node, os::ThreadId thread) {
-  const auto members = members_.lock();
-  for (RegisteredNode& member : *members) {
-    if (member.node == node) return member.others.push_back(thread);
+  const auto state = state_.lock();
+  for (RegisteredNode& registered : state->nodes) {
+    if (registered.node != node) continue;
+    save(state->saved, thread);
+    return registered.others.push_back(thread);
   }
 }
 
 void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
-  const auto members = members_.lock();
-  for (RegisteredNode& member : *members) {
-    if (member.node == node) std::erase(member.others, thread);
+  const auto state = state_.lock();
+  for (RegisteredNode& registered : state->nodes) {
+    if (registered.node == node) std::erase(registered.others, thread);
   }
 }
 
@@ -53,19 +56,27 @@ Status ClientMembers::join(const RegisteredNode& registered, const std::string& 
 }
 
 void ClientMembers::update_saved_scheduling() {
-  const auto members = members_.lock();
-  for (RegisteredNode& member : *members) {
-    auto before = scheduling_before(member.thread);
-    const bool reused = before && member.before && !before->same_thread(*member.before);
-    if (before && !reused) member.before = std::move(before);
+  const auto state = state_.lock();
+  const auto update = [&](os::ThreadId thread) {
+    const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+    // One that has the number of a thread that ended is not the node's.
+    if (now && (state->saved.has(*now) || !state->saved.has(thread))) save(state->saved, thread);
+  };
+  for (const RegisteredNode& registered : state->nodes) {
+    update(registered.thread);
+    for (const os::ThreadId thread : registered.others) update(thread);
   }
 }
 
-// A thread that a server has found and raised before the program named it: only that server knows what it had.
-std::optional<os::SavedScheduling> ClientMembers::scheduling_before(os::ThreadId thread) const {
-  const Result<os::SavedScheduling> saved = os_.save_scheduling(thread);
-  if (!saved || raised_by_server(thread)) return std::nullopt;
-  return *saved;
+// What a thread had that a server has found and raised before the program named it only that server knows.
+void ClientMembers::save(SavedThreads& saved, os::ThreadId thread) const {
+  const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+  if (!now) return;
+  if (!raised_by_server(thread)) {
+    saved.save(*now);
+  } else if (!saved.has(*now)) {
+    saved.forget(thread);
+  }
 }
 
 // By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
@@ -76,17 +87,25 @@ bool ClientMembers::raised_by_server(os::ThreadId thread) const {
   return found && found->reset_on_fork;
 }
 
+// Of the node: its own, and those that the region lists. `living`: of this process.
+std::vector<os::ThreadId> ClientMembers::threads_of(const RegisteredNode& registered, const Region& region,
+                                                    const std::vector<os::ThreadId>& living) {
+  std::vector<os::ThreadId> threads{registered.thread};
+  for (const std::atomic<std::int32_t>& listed : region.node(registered.node).thread) {
+    threads.push_back(os::ThreadId{listed.load(std::memory_order_acquire)});
+  }
+  std::erase_if(threads,
+                [&](os::ThreadId thread) { return !std::binary_search(living.begin(), living.end(), thread); });
+  return threads;
+}
+
 bool ClientMembers::any_raised(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return false;
-  const auto raised = [&](os::ThreadId thread) {
-    return std::binary_search(living->begin(), living->end(), thread) && raised_by_server(thread);
-  };
-  for (const RegisteredNode& member : all()) {
-    if (raised(member.thread)) return true;
-    for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
-      if (raised(os::ThreadId{listed.load(std::memory_order_acquire)})) return true;
-    }
+  for (const RegisteredNode& registered : all()) {
+    const std::vector<os::ThreadId> threads = threads_of(registered, region, *living);
+    const auto raised = [this](os::ThreadId thread) { return raised_by_server(thread); };
+    if (std::any_of(threads.begin(), threads.end(), raised)) return true;
   }
   return false;
 }
@@ -94,23 +113,15 @@ bool ClientMembers::any_raised(const Region& region) const {
 void ClientMembers::restore_threads(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
-  for (const RegisteredNode& member : all()) restore_threads(member, *living, region);
-}
-
-void ClientMembers::restore_threads(const RegisteredNode& member, const std::vector<os::ThreadId>& living,
-                                    const Region& region) const {
-  const auto alive = [&](os::ThreadId thread) { return std::binary_search(living.begin(), living.end(), thread); };
-  for (const std::atomic<std::int32_t>& listed : region.node(member.node).thread) {
-    const os::ThreadId thread{listed.load(std::memory_order_acquire)};
-    if (thread == member.thread || !alive(thread)) continue;
-    if (raised_by_server(thread)) static_cast<void>(os_.set_level(thread, os::Level::kOrdinary));
-    if (member.before) static_cast<void>(os_.set_affinity(thread, member.before->affinity));
-  }
-  if (!alive(member.thread)) return;
-  if (member.before) {
-    static_cast<void>(os_.restore_scheduling(*member.before));
-  } else if (raised_by_server(member.thread)) {
-    static_cast<void>(os_.set_level(member.thread, os::Level::kOrdinary));
+  const auto state = state_.lock();
+  for (const RegisteredNode& registered : state->nodes) {
+    for (const os::ThreadId thread : threads_of(registered, region, *living)) {
+      if (state->saved.has(thread)) {
+        state->saved.restore(thread);
+      } else {
+        state->saved.restore_unknown(thread, raised_by_server(thread), registered.thread);
+      }
+    }
   }
 }
 

@@ -77,17 +77,31 @@ TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerKnewBecomeOrdinary) {
   EXPECT_EQ(*fake.affinity(other_id), *fake.affinity(fake.current_thread()));
 }
 
+// Guards: the program gave them the CPUs of the node's own thread.
+TEST_F(ClientMembersTest, ThreadsThatTheProgramNamedGetBackTheirOwnScheduling) {
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  members.add(node, fake.current_thread());
+  members.add_thread(node, other_id);
+  list(other_id);
+  raise(other_id);
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
+}
+
 TEST_F(ClientMembersTest, TheSchedulingThatAServerGaveIsNotSaved) {
   raise(other_id);
   members.add(node, other_id);
-  EXPECT_FALSE(members.all().front().before) << "a server had raised it by then";
-  ASSERT_TRUE(fake.set_level(other_id, os::Level::kOrdinary).ok());
+  members.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1}) << "a server had moved it by then";
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
   members.update_saved_scheduling();
-  ASSERT_TRUE(members.all().front().before);
   raise(other_id);
   members.update_saved_scheduling();
   members.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
 }
 
 TEST_F(ClientMembersTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
