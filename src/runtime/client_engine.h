@@ -18,7 +18,7 @@
 #include "base/result.h"
 #include "os/os.h"
 #include "runtime/client_link.h"
-#include "runtime/client_members.h"
+#include "runtime/client_nodes.h"
 #include "runtime/node_threads.h"
 #include "runtime/notices.h"
 #include "runtime/owning_thread.h"
@@ -66,7 +66,7 @@ class ClientEngine {
   ClientEngineOptions options_;
   ClientLink link_;
   Notices notices_;
-  ClientMembers registered_;
+  ClientNodes registered_;
   std::atomic<bool> served_{false};
   std::atomic<std::uint32_t> connected_{0};  // 1: it has succeeded or failed; from then on what follows stays
   std::unique_ptr<graph::App> app_;

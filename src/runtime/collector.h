@@ -25,9 +25,9 @@
 #include "runtime/clock_watch.h"
 #include "runtime/controller.h"
 #include "runtime/measurements.h"
-#include "runtime/membership.h"
 #include "runtime/node_link.h"
 #include "runtime/notices.h"
+#include "runtime/registered_nodes.h"
 #include "runtime/report_check.h"
 #include "runtime/starvation.h"
 
@@ -40,7 +40,7 @@ using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>
 struct Collecting {
   Links& links;
   const std::vector<std::unique_ptr<Controller>>& controllers;
-  Membership& members;
+  RegisteredNodes& registered;
   Measurements& measurements;
   Notices& notices;
   Dropped dropped;                         // may be empty

@@ -31,7 +31,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       asked_(asked),
       controllers_(controllers),
       links_(from.links),
-      members_(from.members),
+      registered_(from.registered),
       measurements_(from.measurements),
       notices_(from.notices),
       cpus_(loop.cpus()),
@@ -46,9 +46,9 @@ void Housekeeping::begin(TimePoint start) {
   loop_.begin(start, *this);
 }
 
-void Housekeeping::pace_members() {
+void Housekeeping::pace_registered() {
   for (std::size_t index = 0; index < paced_.size(); ++index) {
-    paced_[index] = members_.has_all_of(app_.graph.subchains()[index]);
+    paced_[index] = registered_.has_all_of(app_.graph.subchains()[index]);
   }
   publish();
 }
@@ -67,7 +67,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
     controllers_.know_clock(reading.node, reading.ticks);
     loop_.clock_known(reading.node);
   }
-  update_membership();
+  update_registered();
   carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget());
   loop_.adopt(*this);
@@ -124,12 +124,12 @@ void Housekeeping::raise_above(const policy::Decision& decision) {
   if (std::exchange(dispatcher_level_, std::max(dispatcher_level_, decision.dispatcher_level)) < dispatcher_level_) {
     controllers_.raise(dispatcher_level_);
   }
-  members_.raise_unscheduled(decision.unscheduled_level);
+  registered_.raise_unscheduled(decision.unscheduled_level);
 }
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
-  members_.place_on(cpus);
+  registered_.place_on(cpus);
   measurements_.cpus_in_use(cpus);
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     if (!app_.graph.nodes()[index].unscheduled) continue;
@@ -180,8 +180,8 @@ void Housekeeping::publish() {
   controllers_.publish(std::move(assignment));
 }
 
-void Housekeeping::update_membership() {
-  Membership::Change change = members_.settle(paced_);
+void Housekeeping::update_registered() {
+  RegisteredNodes::Change change = registered_.settle(paced_);
   for (const SubchainId id : change.left) paced_[id.index()] = false;
   std::erase_if(change.back, [&](SubchainId id) { return !prepare_restart(id); });
   for (const SubchainId id : change.back) paced_[id.index()] = true;

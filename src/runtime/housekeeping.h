@@ -1,9 +1,9 @@
 // The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
-// (collector.h), updates which nodes are registered (membership.h), turns the planning loop (driver/planning_loop.h),
-// delivers notices and writes the record. Nothing on the hot path ever waits for it.
+// (collector.h), updates which nodes are registered (registered_nodes.h), turns the planning loop
+// (driver/planning_loop.h), delivers notices and writes the record. Nothing on the hot path ever waits for it.
 //
-// Its thread has it alone (owning_thread.h). What other threads tell it goes through Membership and Notices, and what
-// they read is in Measurements.
+// Its thread has it alone (owning_thread.h). What other threads tell it goes through RegisteredNodes and Notices, and
+// what they read is in Measurements.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -22,8 +22,8 @@
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
-#include "runtime/membership.h"
 #include "runtime/region.h"
+#include "runtime/registered_nodes.h"
 
 namespace ctn::runtime {
 
@@ -39,7 +39,7 @@ class Housekeeping : private driver::PlanningHost {
   // The first decision is in force: it is published and recorded.
   void begin(TimePoint start);
   // The subchains whose nodes have all registered are paced. To be called before controllers run.
-  void pace_members();
+  void pace_registered();
   // Turns until `sleep_until` says that it is to end.
   void run(const std::function<bool(TimePoint)>& sleep_until);
   // Once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
@@ -61,7 +61,7 @@ class Housekeeping : private driver::PlanningHost {
   void publish();
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
-  void update_membership();
+  void update_registered();
   bool prepare_restart(SubchainId subchain);
 
   const graph::App& app_;
@@ -72,7 +72,7 @@ class Housekeeping : private driver::PlanningHost {
   AskedChanges& asked_;
   ControllerThreads& controllers_;
   Links& links_;
-  Membership& members_;
+  RegisteredNodes& registered_;
   Measurements& measurements_;
   Notices& notices_;
   const os::CpuSet cpus_;            // that were given

@@ -64,7 +64,7 @@ TEST(Notices, WithoutACallbackTheNewestAreKept) {
 }
 
 // Each of these takes the lock of somebody who has notices to add: the enforcer's when a level is refused, the
-// membership's when a node has left.
+// that of the registered nodes when one has left.
 TEST(Notices, TheCallbackMayCallTheSchedulerBack) {
   const graph::App app = parse(R"(
 catan: 1

@@ -1,5 +1,5 @@
 // The scheduling that threads had before Catan changed it, and the way back: the only place that remembers it, for the
-// scheduler (enforcer.h) and for programs that restore their threads themselves (client_members.h).
+// scheduler (enforcer.h) and for programs that restore their threads themselves (client_nodes.h).
 //
 // Thread safety: none; its owner locks.
 #pragma once

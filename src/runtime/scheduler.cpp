@@ -45,7 +45,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       region_(region),
       links_(links_of(os, app_.graph, region)),
       notices_(os, options_.on_notice, !options_.record.empty()),
-      joined_(app_, os, region, links_, notices_) {
+      registered_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
 }
 
@@ -92,14 +92,14 @@ Status Scheduler::prepare() {
   if (!writer) return writer.error();
   std::optional<double> hand_set_hz;
   if (!policy.follows_plan()) hand_set_hz = Rate::every(decision.assignment.places.front().pacing.period).hertz();
-  Membership::Placement placement{.cpus = cpus_};
+  RegisteredNodes::Placement placement{.cpus = cpus_};
   if (policy.raises()) {
     placement.scheduled = os::Level::kBackground;
     placement.unscheduled = decision.unscheduled_level;
   }
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
-  joined_.open(parts_->enforcer, std::move(placement));
+  registered_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add("rates-only", facts.why_not);
   if (!os_.ready_time()) {
@@ -128,7 +128,7 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       housekeeping(of.os_, of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
                    Collecting{.links = of.links_,
                               .controllers = controllers.all(),
-                              .members = of.joined_,
+                              .registered = of.registered_,
                               .measurements = measurements,
                               .notices = of.notices_,
                               .dropped = of.dropped_,
@@ -164,7 +164,7 @@ Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, 
 Status Scheduler::start() {
   Housekeeping& housekeeping = parts_->housekeeping.idle();
   const policy::Decision& decision = housekeeping.decision();
-  housekeeping.pace_members();
+  housekeeping.pace_registered();
   parts_->controllers.spawn(decision.plan.has_value());
   if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
     release();
@@ -180,7 +180,7 @@ Status Scheduler::start() {
 void Scheduler::release() {
   if (!parts_) return;
   released_.store(true, std::memory_order_release);
-  joined_.release();
+  registered_.release();
   parts_->housekeeping.request_stop();
   parts_->housekeeping.join();
   // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
@@ -195,19 +195,19 @@ void Scheduler::release() {
 Status Scheduler::finish() { return parts_->housekeeping.idle().finish(); }
 
 Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  Status joined = joined_.join(node, process, thread);
+  Status joined = registered_.join(node, process, thread);
   if (joined) parts_->housekeeping.wake();
   return joined;
 }
 
 Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  return joined_.add_thread(node, process, thread);
+  return registered_.add_thread(node, process, thread);
 }
 
-void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { joined_.remove_thread(node, thread); }
+void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { registered_.remove_thread(node, thread); }
 
 void Scheduler::leave(NodeId node, const std::string& why) {
-  if (joined_.leave(node, why)) parts_->housekeeping.wake();
+  if (registered_.leave(node, why)) parts_->housekeeping.wake();
 }
 
 Status Scheduler::change(const Changes& changes) {

@@ -175,7 +175,7 @@ Status ServerWatch::rejoin(Conversation& conversation) {
     return std::min(pacer_.pace_heads(now), heartbeat_.next_check());
   };
   program_.registered.update_saved_scheduling();
-  for (const ClientMembers::RegisteredNode& registered : program_.registered.all()) {
+  for (const ClientNodes::RegisteredNode& registered : program_.registered.all()) {
     const std::string& name = program_.app.graph.node(registered.node).name;
     if (Status joined = program_.registered.join(registered, name, conversation, meanwhile); !joined) return joined;
   }
@@ -185,7 +185,7 @@ Status ServerWatch::rejoin(Conversation& conversation) {
 
 std::vector<NodeId> ServerWatch::running() const {
   std::vector<NodeId> nodes;
-  for (const ClientMembers::RegisteredNode& registered : program_.registered.all()) nodes.push_back(registered.node);
+  for (const ClientNodes::RegisteredNode& registered : program_.registered.all()) nodes.push_back(registered.node);
   return nodes;
 }
 

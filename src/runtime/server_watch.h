@@ -5,7 +5,7 @@
 //   away     there is no connection; another is tried now and then (redial.h)
 //
 // While none schedules them, it runs the subchains whose heads are this program's at their own rates
-// (unserved_pacer.h), and restores the scheduling of threads (client_members.h). The program does so although the
+// (unserved_pacer.h), and restores the scheduling of threads (client_nodes.h). The program does so although the
 // server's guardian does the same: the guardian may have been killed with the server, and it does nothing while the
 // server is only stopped. A stopped server may have been in a call that raises a thread, which takes effect later; so
 // for some seconds it is checked again whether a thread is raised.
@@ -24,7 +24,7 @@
 #include "base/result.h"
 #include "graph/app.h"
 #include "os/os.h"
-#include "runtime/client_members.h"
+#include "runtime/client_nodes.h"
 #include "runtime/heartbeat_watch.h"
 #include "runtime/notices.h"
 #include "runtime/redial.h"
@@ -48,7 +48,7 @@ class ServerWatch {
     const graph::App& app;
     ServerLink& link;
     Wiring& wiring;
-    ClientMembers& registered;
+    ClientNodes& registered;
     Notices& notices;
     std::atomic<bool>& served;  // written here
     std::function<bool()> stopping;

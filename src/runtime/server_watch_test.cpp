@@ -165,7 +165,7 @@ class ServerWatchTest : public ::testing::Test {
   VirtualServer server{fake, app};
   ServedRegions regions = first_region();
   Wiring wiring{app, fake, regions.newest()};
-  ClientMembers registered{fake};
+  ClientNodes registered{fake};
   std::vector<std::pair<Nanos, std::string>> told;
   std::function<void(const std::string&)> on_notice = [](const std::string&) {};
   Notices notices{fake,

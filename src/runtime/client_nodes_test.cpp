@@ -1,5 +1,5 @@
 // In virtual time, with the fake OS.
-#include "runtime/client_members.h"
+#include "runtime/client_nodes.h"
 
 #include <gtest/gtest.h>
 
@@ -13,9 +13,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-class ClientMembersTest : public ::testing::Test {
+class ClientNodesTest : public ::testing::Test {
  protected:
-  ClientMembersTest() {
+  ClientNodesTest() {
     other = fake.spawn("other", [this] {
       other_id = fake.current_thread();
       fake.sleep_until(TimePoint{std::chrono::hours{1}});
@@ -41,104 +41,104 @@ class ClientMembersTest : public ::testing::Test {
   Region& region = memory.region();
   os::ThreadId other_id{};
   std::unique_ptr<os::Thread> other;
-  ClientMembers members{fake};
+  ClientNodes nodes{fake};
 };
 
-TEST_F(ClientMembersTest, ThreadsGetBackTheSchedulingThatTheyRegisteredWith) {
-  members.add(node, other_id);
+TEST_F(ClientNodesTest, ThreadsGetBackTheSchedulingThatTheyRegisteredWith) {
+  nodes.add(node, other_id);
   const os::CpuSet before = *fake.affinity(other_id);
   raise(other_id);
-  EXPECT_TRUE(members.any_raised(region));
-  members.restore_threads(region);
+  EXPECT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), before);
-  EXPECT_FALSE(members.any_raised(region));
+  EXPECT_FALSE(nodes.any_raised(region));
 }
 
 // Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
-TEST_F(ClientMembersTest, AThreadThatIsRaisedAfterItWasRestoredIsRestoredAgain) {
-  members.add(node, other_id);
+TEST_F(ClientNodesTest, AThreadThatIsRaisedAfterItWasRestoredIsRestoredAgain) {
+  nodes.add(node, other_id);
   raise(other_id);
-  members.restore_threads(region);
+  nodes.restore_threads(region);
   raise(other_id);
-  ASSERT_TRUE(members.any_raised(region));
-  members.restore_threads(region);
+  ASSERT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
-TEST_F(ClientMembersTest, ThreadsThatOnlyTheServerKnewBecomeOrdinary) {
-  members.add(node, fake.current_thread());
+TEST_F(ClientNodesTest, ThreadsThatOnlyTheServerKnewBecomeOrdinary) {
+  nodes.add(node, fake.current_thread());
   list(other_id);
-  EXPECT_FALSE(members.any_raised(region));
+  EXPECT_FALSE(nodes.any_raised(region));
   raise(other_id);
-  EXPECT_TRUE(members.any_raised(region));
-  members.restore_threads(region);
+  EXPECT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), *fake.affinity(fake.current_thread()));
 }
 
 // Guards: the program gave them the CPUs of the node's own thread.
-TEST_F(ClientMembersTest, ThreadsThatTheProgramNamedGetBackTheirOwnScheduling) {
+TEST_F(ClientNodesTest, ThreadsThatTheProgramNamedGetBackTheirOwnScheduling) {
   ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
-  members.add(node, fake.current_thread());
-  members.add_thread(node, other_id);
+  nodes.add(node, fake.current_thread());
+  nodes.add_thread(node, other_id);
   list(other_id);
   raise(other_id);
-  members.restore_threads(region);
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
 }
 
-TEST_F(ClientMembersTest, TheSchedulingThatAServerGaveIsNotSaved) {
+TEST_F(ClientNodesTest, TheSchedulingThatAServerGaveIsNotSaved) {
   raise(other_id);
-  members.add(node, other_id);
-  members.restore_threads(region);
+  nodes.add(node, other_id);
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1}) << "a server had moved it by then";
   ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
-  members.update_saved_scheduling();
+  nodes.update_saved_scheduling();
   raise(other_id);
-  members.update_saved_scheduling();
-  members.restore_threads(region);
+  nodes.update_saved_scheduling();
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
 }
 
-TEST_F(ClientMembersTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
-  members.add(node, other_id);
+TEST_F(ClientNodesTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
+  nodes.add(node, other_id);
   fake.reuse_number(other_id);
   ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{1}).ok());
-  members.restore_threads(region);
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1});
-  members.update_saved_scheduling();
+  nodes.update_saved_scheduling();
   ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
-  members.restore_threads(region);
+  nodes.restore_threads(region);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
 }
 
-TEST_F(ClientMembersTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
-  members.add(node, other_id);
+TEST_F(ClientNodesTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
+  nodes.add(node, other_id);
   list(os::ThreadId{-7});
-  members.restore_threads(region);
+  nodes.restore_threads(region);
   list(os::ThreadId{12345});
-  members.restore_threads(region);
-  EXPECT_FALSE(members.any_raised(region));
+  nodes.restore_threads(region);
+  EXPECT_FALSE(nodes.any_raised(region));
   EXPECT_TRUE(fake.changes().empty());
 }
 
-TEST_F(ClientMembersTest, NodesAndTheirThreadsCanBeAddedAndRemoved) {
-  EXPECT_FALSE(members.has(node));
-  members.add_thread(node, other_id);
-  members.add(node, fake.current_thread());
-  members.add(node, other_id);
-  members.remove(node, other_id);
-  ASSERT_TRUE(members.has(node));
-  ASSERT_EQ(members.all().size(), 1U);
-  EXPECT_EQ(members.all().front().thread, fake.current_thread());
-  members.add_thread(node, other_id);
-  EXPECT_EQ(members.all().front().others, std::vector<os::ThreadId>{other_id});
-  members.remove_thread(node, other_id);
-  EXPECT_TRUE(members.all().front().others.empty());
+TEST_F(ClientNodesTest, NodesAndTheirThreadsCanBeAddedAndRemoved) {
+  EXPECT_FALSE(nodes.has(node));
+  nodes.add_thread(node, other_id);
+  nodes.add(node, fake.current_thread());
+  nodes.add(node, other_id);
+  nodes.remove(node, other_id);
+  ASSERT_TRUE(nodes.has(node));
+  ASSERT_EQ(nodes.all().size(), 1U);
+  EXPECT_EQ(nodes.all().front().thread, fake.current_thread());
+  nodes.add_thread(node, other_id);
+  EXPECT_EQ(nodes.all().front().others, std::vector<os::ThreadId>{other_id});
+  nodes.remove_thread(node, other_id);
+  EXPECT_TRUE(nodes.all().front().others.empty());
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 
 namespace ctn::runtime {
 
-class ClientMembers {
+class ClientNodes {
  public:
   struct RegisteredNode {
     NodeId node;
@@ -26,7 +26,7 @@ class ClientMembers {
   };
 
   // `os` outlives it.
-  explicit ClientMembers(os::Os& os) : os_(os), state_(os) {}
+  explicit ClientNodes(os::Os& os) : os_(os), state_(os) {}
 
   // Remembers what the thread has, unless a server has raised it already.
   void add(NodeId node, os::ThreadId thread);

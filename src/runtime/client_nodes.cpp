@@ -1,17 +1,17 @@
-#include "runtime/client_members.h"
+#include "runtime/client_nodes.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace ctn::runtime {
 
-void ClientMembers::add(NodeId node, os::ThreadId thread) {
+void ClientNodes::add(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
   save(state->saved, thread);
   state->nodes.push_back({node, thread});
 }
 
-void ClientMembers::remove(NodeId node, os::ThreadId thread) {
+void ClientNodes::remove(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
   const auto found = std::find_if(state->nodes.rbegin(), state->nodes.rend(), [&](const RegisteredNode& registered) {
     return registered.node == node && registered.thread == thread;
@@ -19,13 +19,13 @@ void ClientMembers::remove(NodeId node, os::ThreadId thread) {
   if (found != state->nodes.rend()) state->nodes.erase(std::next(found).base());
 }
 
-bool ClientMembers::has(NodeId node) const {
+bool ClientNodes::has(NodeId node) const {
   const auto state = state_.lock();
   return std::any_of(state->nodes.begin(), state->nodes.end(),
                      [&](const RegisteredNode& registered) { return registered.node == node; });
 }
 
-void ClientMembers::add_thread(NodeId node, os::ThreadId thread) {
+void ClientNodes::add_thread(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
   for (RegisteredNode& registered : state->nodes) {
     if (registered.node != node) continue;
@@ -34,15 +34,15 @@ void ClientMembers::add_thread(NodeId node, os::ThreadId thread) {
   }
 }
 
-void ClientMembers::remove_thread(NodeId node, os::ThreadId thread) {
+void ClientNodes::remove_thread(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
   for (RegisteredNode& registered : state->nodes) {
     if (registered.node == node) std::erase(registered.others, thread);
   }
 }
 
-Status ClientMembers::join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
-                           const Meanwhile& meanwhile) {
+Status ClientNodes::join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
+                         const Meanwhile& meanwhile) {
   const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
     return conversation.call({.kind = kind, .node = name, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
   };
@@ -55,7 +55,7 @@ Status ClientMembers::join(const RegisteredNode& registered, const std::string& 
   return Done{};
 }
 
-void ClientMembers::update_saved_scheduling() {
+void ClientNodes::update_saved_scheduling() {
   const auto state = state_.lock();
   const auto update = [&](os::ThreadId thread) {
     const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
@@ -69,7 +69,7 @@ void ClientMembers::update_saved_scheduling() {
 }
 
 // What a thread had that a server has found and raised before the program named it only that server knows.
-void ClientMembers::save(SavedThreads& saved, os::ThreadId thread) const {
+void ClientNodes::save(SavedThreads& saved, os::ThreadId thread) const {
   const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
   if (!now) return;
   if (!raised_by_server(thread)) {
@@ -80,7 +80,7 @@ void ClientMembers::save(SavedThreads& saved, os::ThreadId thread) const {
 }
 
 // By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
-bool ClientMembers::raised_by_server(os::ThreadId thread) const {
+bool ClientNodes::raised_by_server(os::ThreadId thread) const {
   const Result<os::Level> level = os_.level(thread);
   if (!level || *level == os::Level::kOrdinary) return false;
   const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
@@ -88,8 +88,8 @@ bool ClientMembers::raised_by_server(os::ThreadId thread) const {
 }
 
 // Of the node: its own, and those that the region lists. `living`: of this process.
-std::vector<os::ThreadId> ClientMembers::threads_of(const RegisteredNode& registered, const Region& region,
-                                                    const std::vector<os::ThreadId>& living) {
+std::vector<os::ThreadId> ClientNodes::threads_of(const RegisteredNode& registered, const Region& region,
+                                                  const std::vector<os::ThreadId>& living) {
   std::vector<os::ThreadId> threads{registered.thread};
   for (const std::atomic<std::int32_t>& listed : region.node(registered.node).thread) {
     threads.push_back(os::ThreadId{listed.load(std::memory_order_acquire)});
@@ -99,7 +99,7 @@ std::vector<os::ThreadId> ClientMembers::threads_of(const RegisteredNode& regist
   return threads;
 }
 
-bool ClientMembers::any_raised(const Region& region) const {
+bool ClientNodes::any_raised(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return false;
   for (const RegisteredNode& registered : all()) {
@@ -110,7 +110,7 @@ bool ClientMembers::any_raised(const Region& region) const {
   return false;
 }
 
-void ClientMembers::restore_threads(const Region& region) const {
+void ClientNodes::restore_threads(const Region& region) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
   const auto state = state_.lock();
