@@ -450,6 +450,25 @@ TEST_F(ServeTest, AThreadCanBeNamedWhileThereIsNoServer) {
   EXPECT_TRUE(eventually([&] { return fast->client().served(); })) << said();
 }
 
+TEST_F(ServeTest, TheCallbackOfAProgramMayCallItBack) {
+  serve();
+  std::atomic<Client*> client{nullptr};
+  std::vector<std::string> told;
+  const auto fast = run_here({{"eye", milliseconds{1}}, {"hand", milliseconds{1}}}, [&](const std::string& text) {
+    told.push_back(text);
+    if (client == nullptr || text.find("it is gone") == std::string::npos) return;
+    EXPECT_FALSE(client.load()->served());
+    EXPECT_TRUE(client.load()->adopt_this_thread("eye").ok());
+    client.load()->stop();
+  });
+  ASSERT_TRUE(fast && fast->runs_on(10)) << said();
+  client = &fast->client();
+  kill_server(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return !fast->runs_on(1, milliseconds{500}); })) << "it has stopped";
+  fast->client().stop();
+  EXPECT_EQ(told.size(), 1U);
+}
+
 TEST_F(ServeTest, AThreadThatWasNamedWithoutAServerIsRaisedByTheNext) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();

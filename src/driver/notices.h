@@ -2,7 +2,8 @@
 // it: for snapshots and the record, and in the queue for the user's callback, which deliver() calls with no lock held.
 //
 // Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: in life the
-// housekeeping thread while it runs, before and after whoever starts and stops the session.
+// housekeeping thread while it runs, before and after whoever starts and stops the session; in a program whose nodes a
+// server schedules, the thread that watches the server.
 #pragma once
 
 #include <deque>

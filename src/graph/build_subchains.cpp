@@ -156,8 +156,8 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
           fmt::format("no unscheduled node feeds {}: nothing arrives that could trigger it", quote(spec.name.value)),
           "add an edge from one, or write trigger: any");
     }
-    const auto exact = [&](NodeId member) {
-      const Node& node = app_.graph.node(member);
+    const auto exact = [&](NodeId each) {
+      const Node& node = app_.graph.node(each);
       return node.min_rate && node.min_rate == node.max_rate;
     };
     if (std::any_of(subchain.nodes.begin(), subchain.nodes.end(), exact)) {

@@ -1,41 +1,28 @@
 // The nodes of a process that a server (server.h) schedules; include/catan/client.h is this.
 //
 // It connects, finds its app in the region that the server hands out, and registers its nodes. One thread of its own,
-// at the ordinary level, watches the server:
-//   while there is one     it looks at the server's heartbeat (heartbeat_watch.h). A server that is stopped has none,
-//                          and counts as gone until it goes on
-//   while there is none    it runs the subchains whose heads are this process's at their own rates (unserved_pacer.h),
-//                          restores the scheduling of threads (client_members.h), and connects again (redial.h)
-//   when one is back       it registers all nodes again, all or none, and moves them to the server's region
-//                          (served_regions.h)
-//
-// The program restores the scheduling of its threads although the server's guardian does the same: the guardian may
-// have been killed with the server, and it does nothing while the server is only stopped. A stopped server may have
-// been in a call that raises a thread, which takes effect later; so for some seconds the program checks again whether a
-// thread is raised.
+// at the ordinary level, connects, watches the server, moves the nodes to the next one (server_watch.h), and delivers
+// notices.
 //
 // Units: Nanos. Thread safety: as include/catan/client.h says.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/result.h"
 #include "os/os.h"
 #include "runtime/client_link.h"
-#include "runtime/client_members.h"
-#include "runtime/heartbeat_watch.h"
+#include "runtime/client_nodes.h"
 #include "runtime/node_threads.h"
-#include "runtime/redial.h"
-#include "runtime/served_regions.h"
-#include "runtime/unserved_pacer.h"
+#include "driver/notices.h"
+#include "runtime/owning_thread.h"
+#include "runtime/server_watch.h"
 #include "runtime/wiring.h"
 
 namespace ctn::runtime {
@@ -44,7 +31,7 @@ struct ClientEngineOptions {
   std::vector<std::string> sockets;
   std::string app;  // empty: any
   Nanos wait = std::chrono::seconds{10};
-  std::function<void(const std::string&)> on_notice;
+  driver::Notices::Callback on_notice;
 };
 
 class ClientEngine {
@@ -59,6 +46,7 @@ class ClientEngine {
   Wiring& wiring() { return *wiring_; }
 
   Status start();
+  // Called by on_notice, it returns at once; what it does follows when on_notice has returned.
   void stop();
   // The calling thread is the node's. Good until this ends.
   Result<NodePort*> attach(std::string_view node);
@@ -66,65 +54,25 @@ class ClientEngine {
   bool served() const { return served_.load(std::memory_order_acquire); }
 
  private:
-  using Conversation = ClientLink::Conversation;
-  using Meanwhile = ClientLink::Meanwhile;
-
   ClientEngine(os::Os& os, ClientEngineOptions options);
 
   Status connect_first();
-  Status take_first(os::SharedMemory memory);
+  Status dial_first(std::optional<ServerWatch>& watch);
+  Status take_first(os::SharedMemory memory, std::optional<ServerWatch>& watch);
   Result<NodeId> own_node(std::string_view node) const;
   Status join(NodeId node, os::ThreadId thread);
-  Status request_join(const Conversation& conversation, const ClientMembers::RegisteredNode& registered,
-                      const Meanwhile& meanwhile = {});
-
-  // Only the watching thread, once it runs.
-  struct Watch {
-    explicit Watch(ServedRegions served) : regions(std::move(served)) {}
-
-    ServedRegions regions;
-    HeartbeatWatch heartbeat;
-    bool silent = false;  // connected to a server that has no heartbeat any more
-    Redial redial;
-    UnservedPacer pacer;
-    TimePoint find_raised{};  // when to check again whether a server that is away has raised a thread,
-    TimePoint wait_until{};   // and until when to check
-    std::string refusal;      // why the newest server is not this program's
-  };
-  void watch();
-  bool server_alive(TimePoint now);
-  void begin_heartbeat();
-  void lose_server(TimePoint now, bool gone);
-  void restore_threads(TimePoint now);
-  TimePoint run_without_server(TimePoint now);
-  TimePoint pace_and_restore(TimePoint now);
-  struct Dialled {
-    Status done;
-    bool answered = false;         // a server was there
-    bool known = false;            // it is the one of before
-    bool may_have_raised = false;  // some nodes may have joined before it refused others
-  };
-  bool reconnect();
-  Dialled dial_and_join();
-  Status take_over(const Conversation& conversation, os::SharedMemory memory, bool known);
-  Status rejoin(const Conversation& conversation);
-  std::vector<NodeId> running() const;
-  void notice(const std::string& text) const;
 
   os::Os& os_;
   ClientEngineOptions options_;
   ClientLink link_;
+  driver::Notices notices_;
+  ClientNodes registered_;
+  std::atomic<bool> served_{false};
+  std::atomic<std::uint32_t> connected_{0};  // 1: it has succeeded or failed; from then on what follows stays
   std::unique_ptr<graph::App> app_;
-  std::optional<Watch> watch_;  // its regions outlive the nodes, which use them until they end
+  OwningThread<std::optional<ServerWatch>> watcher_;  // has the regions, which the nodes use until they end
   std::unique_ptr<Wiring> wiring_;
   std::unique_ptr<NodeThreads> nodes_;
-  ClientMembers registered_;
-
-  std::atomic<std::int32_t> service_{0};  // the watching thread's number
-  std::atomic<std::uint32_t> ready_{0};
-  std::atomic<bool> served_{false};
-  std::atomic<bool> stopping_{false};
-  std::unique_ptr<os::Thread> watcher_;
 };
 
 }  // namespace ctn::runtime

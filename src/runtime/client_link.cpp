@@ -135,9 +135,21 @@ Result<std::shared_ptr<ClientLink::Line>> ClientLink::connect() const {
   return sockets_.size() == 1 && refusal ? *refusal : no_server(sockets_);
 }
 
-Result<os::SharedMemory> ClientLink::Conversation::dial(os::ThreadId service, const Meanwhile& meanwhile) const {
-  return link_.dial(service, meanwhile);
-}
+class ClientLink::LockedConversation : public Conversation {
+ public:
+  explicit LockedConversation(ClientLink& link) : link_(link), lock_(link.conversation_) {}
+
+  Result<os::SharedMemory> dial(os::ThreadId service, const Meanwhile& meanwhile) override {
+    return link_.dial(service, meanwhile);
+  }
+  Status call(const Request& request, const Meanwhile& meanwhile) override { return link_.call(request, meanwhile); }
+
+ private:
+  ClientLink& link_;
+  std::unique_lock<std::mutex> lock_;
+};
+
+std::unique_ptr<Conversation> ClientLink::converse() { return std::make_unique<LockedConversation>(*this); }
 
 Result<os::SharedMemory> ClientLink::dial(os::ThreadId service, const Meanwhile& meanwhile) {
   hang_up();
@@ -180,12 +192,12 @@ Result<os::Message> ClientLink::ask(const std::shared_ptr<Line>& line, const Req
   return Error::environment("the server does not answer", "check whether it was stopped");
 }
 
-Status ClientLink::Conversation::call(const Request& request, const Meanwhile& meanwhile) const {
-  const std::shared_ptr<Line> line = link_.current_.lock()->line;
+Status ClientLink::call(const Request& request, const Meanwhile& meanwhile) {
+  const std::shared_ptr<Line> line = current_.lock()->line;
   if (!line) return lost();
-  const Result<os::Message> answer = link_.ask(line, request, meanwhile);
+  const Result<os::Message> answer = ask(line, request, meanwhile);
   if (answer) return parse_reply(answer->text);
-  link_.drop(line);
+  drop(line);
   return answer.error();
 }
 

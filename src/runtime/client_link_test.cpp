@@ -43,7 +43,7 @@ class ClientLinkTest : public ::testing::Test {
       hear(*connection);
       EXPECT_TRUE(connection->send(to_text(Status(Done{})), &memory.descriptor()).ok());
     });
-    EXPECT_TRUE(link.converse().dial(os->current_thread()).ok());
+    EXPECT_TRUE(link.converse()->dial(os->current_thread(), {}).ok());
     server.join();
     return std::move(*connection);
   }
@@ -62,7 +62,7 @@ TEST_F(ClientLinkTest, ACallReturnsTheAnswerOfTheServer) {
     EXPECT_EQ(hear(server), to_text(leave));
     EXPECT_TRUE(server.send(to_text(Status(Error::caller("no", "why not")))).ok());
   });
-  const Status answer = link.converse().call(leave);
+  const Status answer = link.converse()->call(leave);
   answering.join();
   ASSERT_FALSE(answer.ok());
   EXPECT_EQ(answer.error().kind(), ErrorKind::kCaller);
@@ -71,11 +71,11 @@ TEST_F(ClientLinkTest, ACallReturnsTheAnswerOfTheServer) {
 // Guards: a late answer was taken for that to the next request.
 TEST_F(ClientLinkTest, ACallWithoutAnAnswerInTimeEndsTheConnection) {
   const os::Connection server = dialled();
-  const Status first = link.converse().call(leave, [] { return std::nullopt; });
+  const Status first = link.converse()->call(leave, [] { return std::nullopt; });
   ASSERT_FALSE(first.ok());
   EXPECT_EQ(first.error().kind(), ErrorKind::kEnvironment);
   static_cast<void>(server.send(to_text(Status(Done{}))));
-  EXPECT_FALSE(link.converse().call(leave).ok()) << "there is no connection any more";
+  EXPECT_FALSE(link.converse()->call(leave).ok()) << "there is no connection any more";
   EXPECT_EQ(*link.wait(os->now() + seconds{5}), true) << "wait() reports it";
   EXPECT_EQ(*link.wait(os->now()), false) << "once";
   os::Message message;
@@ -89,9 +89,9 @@ TEST_F(ClientLinkTest, WaitDoesNotBlockOnACallUnderWay) {
   std::optional<os::Connection> server = dialled();
   std::atomic<bool> asking{false};
   std::thread asks([&] {
-    const ClientLink::Conversation conversation = link.converse();
+    const std::unique_ptr<Conversation> conversation = link.converse();
     asking.store(true);
-    EXPECT_FALSE(conversation.call(leave).ok());
+    EXPECT_FALSE(conversation->call(leave).ok());
   });
   while (!asking.load()) std::this_thread::sleep_for(milliseconds{1});
   hear(*server);
@@ -108,7 +108,7 @@ TEST_F(ClientLinkTest, WaitReportsOnceThatTheServerHasClosedTheConnection) {
   server.reset();
   EXPECT_EQ(*link.wait(os->now() + seconds{5}), true);
   EXPECT_EQ(*link.wait(os->now()), false);
-  EXPECT_FALSE(link.converse().call(leave).ok());
+  EXPECT_FALSE(link.converse()->call(leave).ok());
 }
 
 TEST_F(ClientLinkTest, AMessageThatNobodyAskedForIsDropped) {
@@ -119,13 +119,13 @@ TEST_F(ClientLinkTest, AMessageThatNobodyAskedForIsDropped) {
     hear(server);
     EXPECT_TRUE(server.send(to_text(Status(Done{}))).ok());
   });
-  EXPECT_TRUE(link.converse().call(leave).ok());
+  EXPECT_TRUE(link.converse()->call(leave).ok());
   answering.join();
 }
 
 TEST_F(ClientLinkTest, DialFailsAtOnceWhereNoServerListens) {
   listener.reset();
-  const auto dialled = link.converse().dial(os->current_thread());
+  const auto dialled = link.converse()->dial(os->current_thread(), {});
   ASSERT_FALSE(dialled.ok());
   EXPECT_EQ(dialled.error().kind(), ErrorKind::kEnvironment);
 }

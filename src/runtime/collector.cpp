@@ -28,7 +28,7 @@ void Collector::collect() {
   }
   for (const auto& controller : from_.controllers) controller->drain(*this);
   // After the rings: a node has joined before it reports.
-  for (const NodeId node : from_.members.take_joined()) check_.restart(node);
+  for (const NodeId node : from_.registered.take_joined()) check_.restart(node);
   const TimePoint now = os_.now();
   for (std::vector<record::Run>& runs : collected_) {
     for (record::Run& run : runs) {

@@ -21,8 +21,8 @@
 #include "runtime/clock_watch.h"
 #include "runtime/controller_thread.h"
 #include "runtime/measurements.h"
-#include "runtime/membership.h"
 #include "runtime/node_link.h"
+#include "runtime/registered_nodes.h"
 #include "runtime/report_check.h"
 #include "runtime/starvation.h"
 
@@ -35,7 +35,7 @@ using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>
 struct Reporting {
   Links& links;
   const std::vector<std::unique_ptr<ControllerThread>>& controllers;
-  Membership& members;
+  RegisteredNodes& registered;
   Dropped dropped;  // may be empty
 };
 

@@ -5,7 +5,7 @@
 namespace ctn::runtime {
 
 Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, driver::Notices* notices)
-    : os_(os), real_time_(real_time), notices_(notices), guardian_(std::move(guard)) {}
+    : os_(os), real_time_(real_time), notices_(notices), saved_(os), guardian_(std::move(guard)) {}
 
 void Enforcer::tell(const std::string& kind, const std::string& detail) {
   if (notices_ != nullptr) notices_->add({os_.now(), kind, detail});
@@ -15,8 +15,7 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
   const std::lock_guard lock(mutex_);
   Result<os::SavedScheduling> now = os_.save_scheduling(thread);
   if (!now) return Done{};  // gone
-  // One that has the number of a thread that ended has a scheduling of its own.
-  if (const auto known = saved_.find(thread); known == saved_.end() || !known->second.same_thread(*now)) {
+  if (!saved_.has(*now)) {
     // Whom nobody watches is left alone: it would stay as it is put if this process were killed.
     if (owner != os_.current_process() && !(guardian_ && guardian_->watch(*now))) {
       if (!os_.affinity(thread)) return Done{};  // gone meanwhile
@@ -24,7 +23,7 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
           "there is no guardian for threads of other processes",
           "check whether this system lets the server start processes, and schedule fewer threads");
     }
-    saved_.insert_or_assign(thread, std::move(*now));
+    saved_.save(std::move(*now));
   }
   if (Status placed = os_.set_affinity(thread, cpus); !placed) {
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
@@ -38,7 +37,7 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
 
 bool Enforcer::has_placed(os::ThreadId thread) const {
   const std::lock_guard lock(mutex_);
-  return saved_.contains(thread);
+  return saved_.has(thread);
 }
 
 void Enforcer::raise(os::ThreadId thread, os::Level level) {
@@ -69,11 +68,7 @@ bool Enforcer::keep_on(os::ThreadId thread, const os::CpuSet& cpus) {
 
 void Enforcer::refuse(const std::string& why) {
   real_time_.store(false, std::memory_order_release);
-  for (const auto& [thread, saved] : saved_) {
-    const Result<os::CpuSet> cpus = os_.affinity(thread);
-    static_cast<void>(os_.restore_scheduling(saved));
-    if (cpus) static_cast<void>(os_.set_affinity(thread, *cpus));
-  }
+  saved_.restore_levels();
   tell("rates-only", why);
 }
 
@@ -94,24 +89,21 @@ void Enforcer::check_guardian() {
 
 void Enforcer::release(os::ThreadId thread) {
   const std::lock_guard lock(mutex_);
-  const auto saved = saved_.find(thread);
-  if (saved == saved_.end()) return;
-  static_cast<void>(os_.restore_scheduling(saved->second));
+  if (!saved_.has(thread)) return;
+  saved_.restore(thread);
   if (guardian_) guardian_->forget(thread);
-  saved_.erase(saved);
+  saved_.forget(thread);
 }
 
 void Enforcer::restore_all() {
   const std::lock_guard lock(mutex_);
-  for (const auto& [thread, saved] : saved_) static_cast<void>(os_.restore_scheduling(saved));
+  saved_.restore_all();
 }
 
 void Enforcer::release_all() {
   const std::lock_guard lock(mutex_);
-  for (const auto& [thread, saved] : saved_) {
-    static_cast<void>(os_.restore_scheduling(saved));
-    if (guardian_) guardian_->forget(thread);
-  }
+  saved_.restore_all();
+  if (guardian_) saved_.for_each_thread([this](os::ThreadId thread) { guardian_->forget(thread); });
   saved_.clear();
 }
 

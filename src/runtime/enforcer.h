@@ -8,7 +8,6 @@
 #pragma once
 
 #include <atomic>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,6 +15,7 @@
 #include "base/result.h"
 #include "driver/notices.h"
 #include "os/os.h"
+#include "runtime/saved_threads.h"
 
 namespace ctn::runtime {
 
@@ -72,7 +72,7 @@ class Enforcer {
   std::atomic<bool> real_time_;
   driver::Notices* const notices_;
   mutable std::mutex mutex_;  // guards what follows
-  std::map<os::ThreadId, os::SavedScheduling> saved_;
+  SavedThreads saved_;
   std::unique_ptr<os::Guardian> guardian_;
   int guardians_replaced_ = 0;
   bool guardian_missing_ = false;

@@ -18,7 +18,7 @@
 #include "policy/testing/given_places.h"
 #include "record/reader.h"
 #include "runtime/engine.h"
-#include "runtime/membership.h"
+#include "runtime/registered_nodes.h"
 #include "runtime/run_clock.h"
 
 namespace ctn::runtime {
@@ -326,9 +326,9 @@ objective: [ { period: left, weight: 1 } ]
   Links links = links_of(fake, app.graph, memory.region());
   driver::Notices notices({}, false);
   Enforcer enforcer(fake, true, nullptr, &notices);
-  Membership members(app, fake, memory.region(), links, notices);
-  members.open(enforcer,
-               {.cpus = os::CpuSet{0}, .scheduled = os::Level::kBackground, .unscheduled = os::Level::kUnscheduled});
+  RegisteredNodes registered(app, fake, memory.region(), links, notices);
+  registered.open(enforcer,
+                  {.cpus = os::CpuSet{0}, .scheduled = os::Level::kBackground, .unscheduled = os::Level::kUnscheduled});
   const auto sleeper = [&] { return fake.spawn("node", [&fake] { fake.sleep_until(TimePoint{} + seconds{1}); }); };
   std::vector<std::unique_ptr<os::Thread>> threads;
   std::vector<os::ThreadId> ids;
@@ -338,17 +338,17 @@ objective: [ { period: left, weight: 1 } ]
   }
   ASSERT_EQ(ids.size(), 3U);
   const auto join = [&](const char* name, os::ThreadId thread) {
-    EXPECT_TRUE(members.join(*app.graph.find_node(name), fake.current_process(), thread).ok());
+    EXPECT_TRUE(registered.join(*app.graph.find_node(name), fake.current_process(), thread).ok());
   };
   join("imu", ids[0]);
   join("left", ids[1]);
   EXPECT_EQ(*fake.level(ids[0]), os::Level::kUnscheduled);
-  members.raise_unscheduled(os::fixed_level(3));
+  registered.raise_unscheduled(os::fixed_level(3));
   EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3));
   EXPECT_EQ(*fake.level(ids[1]), os::Level::kBackground) << "scheduled ones are the controllers'";
   join("gps", ids[2]);
   EXPECT_EQ(*fake.level(ids[2]), os::fixed_level(3));
-  members.raise_unscheduled(os::Level::kUnscheduled);
+  registered.raise_unscheduled(os::Level::kUnscheduled);
   EXPECT_EQ(*fake.level(ids[0]), os::fixed_level(3)) << "never lower";
   enforcer.release_all();
   for (const os::ThreadId thread : ids) EXPECT_EQ(*fake.level(thread), os::Level::kOrdinary);

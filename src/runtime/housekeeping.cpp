@@ -32,7 +32,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       asked_(asked),
       controllers_(controllers),
       links_(from.links),
-      members_(from.members),
+      registered_(from.registered),
       measurements_(measurements),
       notices_(notices),
       cpus_(loop.cpus()),
@@ -50,26 +50,17 @@ void Housekeeping::begin(TimePoint start) {
   loop_.begin(start, *this);
 }
 
-void Housekeeping::pace_members() {
+void Housekeeping::pace_registered() {
   for (std::size_t index = 0; index < paced_.size(); ++index) {
-    paced_[index] = members_.has_all_of(app_.graph.subchains()[index]);
+    paced_[index] = registered_.has_all_of(app_.graph.subchains()[index]);
   }
   publish();
 }
 
-void Housekeeping::start() {
-  thread_ = os_.spawn("catan-house", [this] { run(); });
-}
-
-void Housekeeping::run() {
+void Housekeeping::run(const std::function<bool(TimePoint)>& sleep_until) {
   allowed_.watch(os_.current_thread());
   TimePoint next_flush = os_.now() + kFlushEvery;
-  while (!stopping_.load(std::memory_order_acquire)) {
-    const std::uint32_t seen = wakes_.load(std::memory_order_acquire);
-    if (stopping_.load(std::memory_order_acquire)) break;
-    os_.wait(wakes_, seen, os_.now() + kTurn);
-    turn(next_flush);
-  }
+  while (sleep_until(os_.now() + kTurn)) turn(next_flush);
 }
 
 void Housekeeping::turn(TimePoint& next_flush) {
@@ -79,7 +70,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
     log_.clock_read(reading);
     controllers_.know_clock(reading.node, reading.ticks);
   }
-  update_membership();
+  update_registered();
   carry_out_changes(now);
   if (loop_.plan(now, *this)) measurements_.planned(loop_.budget().plans(), loop_.budget().spent());
   loop_.adopt(*this);
@@ -113,19 +104,6 @@ void Housekeeping::carry_out_changes(TimePoint now) {
   loop_.change(std::move(asked->app), std::move(asked->cpus));
 }
 
-void Housekeeping::wake() {
-  wakes_.fetch_add(1, std::memory_order_release);
-  os_.wake(wakes_);
-}
-
-void Housekeeping::stop() {
-  if (!thread_) return;
-  stopping_.store(true, std::memory_order_release);
-  wake();
-  thread_->join();
-  thread_.reset();
-}
-
 Status Housekeeping::finish() {
   collector_.collect();
   collector_.note_losses();
@@ -136,7 +114,7 @@ Status Housekeeping::finish() {
 
 void Housekeeping::raise(const driver::Levels& levels) {
   controllers_.raise(levels.dispatcher);
-  members_.raise_unscheduled(levels.unscheduled);
+  registered_.raise_unscheduled(levels.unscheduled);
 }
 
 void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason reason) {
@@ -146,7 +124,7 @@ void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason
 
 // Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
-  members_.place_on(cpus);
+  registered_.place_on(cpus);
   measurements_.cpus_in_use(cpus);
   for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
     if (!app_.graph.nodes()[index].unscheduled) continue;
@@ -197,8 +175,8 @@ void Housekeeping::publish() {
   controllers_.publish(std::move(assignment));
 }
 
-void Housekeeping::update_membership() {
-  Membership::Change change = members_.settle(paced_);
+void Housekeeping::update_registered() {
+  RegisteredNodes::Change change = registered_.settle(paced_);
   for (const SubchainId id : change.left) paced_[id.index()] = false;
   std::erase_if(change.back, [&](SubchainId id) { return !prepare_restart(id); });
   for (const SubchainId id : change.back) paced_[id.index()] = true;

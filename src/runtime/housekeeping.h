@@ -1,17 +1,15 @@
 // The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
-// (collector.h), updates which nodes are registered (membership.h), turns the planning loop (driver/planning_loop.h),
-// delivers notices and writes the record. Nothing on the hot path ever waits for it.
+// (collector.h), updates which nodes are registered (registered_nodes.h), turns the planning loop
+// (driver/planning_loop.h), delivers notices and writes the record. Nothing on the hot path ever waits for it.
 //
-// From start() to stop(), its thread owns all that this class holds; before and after, the one thread that calls these.
-// Other threads only wake() it: what they tell it goes through Membership and Notices, and what they read is in
-// Measurements.
+// Its thread has it alone (owning_thread.h). What other threads tell it goes through RegisteredNodes and Notices, and
+// what they read is in Measurements.
 //
-// Units: in the types. Thread safety: wake() from any thread; the rest as above.
+// Units: in the types. Thread safety: none; one owner.
 #pragma once
 
-#include <atomic>
-#include <cstdint>
-#include <memory>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -24,8 +22,8 @@
 #include "runtime/collector.h"
 #include "runtime/controller_threads.h"
 #include "runtime/enforcer.h"
-#include "runtime/membership.h"
 #include "runtime/region.h"
+#include "runtime/registered_nodes.h"
 
 namespace ctn::runtime {
 
@@ -35,22 +33,20 @@ class Housekeeping : private driver::PlanningHost {
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
                AskedChanges& asked, ControllerThreads& controllers, Reporting from, Measurements& measurements,
                driver::Notices& notices, std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop);
-  ~Housekeeping() override { stop(); }
+  ~Housekeeping() override = default;
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
 
   // The first decision is in force: it is published and recorded.
   void begin(TimePoint start);
   // The subchains whose nodes have all registered are paced. To be called before controllers run.
-  void pace_members();
-  void start();
-  // It takes its turn at once.
-  void wake();
-  void stop();
-  // After stop(), once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
+  void pace_registered();
+  // Turns until `sleep_until` says that it is to end.
+  void run(const std::function<bool(TimePoint)>& sleep_until);
+  // Once all nodes have ended: collects the rest, closes the record. Errors: the first of the record.
   Status finish();
 
-  const policy::Decision& decision() const { return loop_.decision(); }  // not while the thread runs
+  const policy::Decision& decision() const { return loop_.decision(); }
 
  private:
   // --- driver::PlanningHost ---
@@ -62,12 +58,11 @@ class Housekeeping : private driver::PlanningHost {
   void cpus_changed(const os::CpuSet& cpus) override;
   void notice(const std::string& kind, const std::string& detail) override { log_.notice({os_.now(), kind, detail}); }
 
-  void run();
   void turn(TimePoint& next_flush);
   void publish();
   void carry_out_changes(TimePoint now);
   void keep_places(TimePoint now);
-  void update_membership();
+  void update_registered();
   bool prepare_restart(SubchainId subchain);
 
   const graph::App& app_;
@@ -78,7 +73,7 @@ class Housekeeping : private driver::PlanningHost {
   AskedChanges& asked_;
   ControllerThreads& controllers_;
   Links& links_;
-  Membership& members_;
+  RegisteredNodes& registered_;
   Measurements& measurements_;
   driver::Notices& notices_;
   const os::CpuSet cpus_;            // that were given
@@ -92,9 +87,6 @@ class Housekeeping : private driver::PlanningHost {
   TimePoint published_{};
   bool moved_told_ = false;
 
-  std::unique_ptr<os::Thread> thread_;
-  std::atomic<bool> stopping_{false};
-  std::atomic<std::uint32_t> wakes_{0};
 };
 
 }  // namespace ctn::runtime

@@ -35,8 +35,8 @@ bool is_source(const graph::Graph& graph, NodeId node) {
 
 }  // namespace
 
-NodePort::Binding::Binding(const graph::Graph& graph, NodeId node, const Region& in)
-    : region(&in), own(&in.node(node)), reports(in.reports_writer(node)) {
+NodePort::Binding::Binding(const graph::Graph& graph, NodeId node, const Region& in, std::uint64_t made)
+    : number(made), region(&in), own(&in.node(node)), reports(in.reports_writer(node)) {
   for (const NodeId predecessor : graph.node(node).predecessors) {
     predecessors.push_back(graph.node(predecessor).external ? nullptr : &in.node(predecessor));
   }
@@ -51,75 +51,48 @@ NodePort::Binding::Binding(const graph::Graph& graph, NodeId node, const Region&
   signal = &in.signal(subchain);
 }
 
+// --- Any thread ---
+
 NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region)
-    : os_(os),
-      graph_(graph),
-      node_(node),
-      is_queue_(graph.node(node).input == graph::InputKind::kQueue),
-      follows_(graph.node(node).follows.has_value()),
-      is_source_(is_source(graph, node)),
-      edges_(record::input_edges(graph, node)),
-      words_(report_words(edges_.size())),
-      taken_(edges_.size(), 0),
-      origins_(edges_.size(), RunAccess::kNoOrigin),
-      wait_(os) {
-  move_to(region);
-  bind(*newest_binding_.load());
+    : os_(os), graph_(graph), node_(node), runs_(os, graph, node, shared_) {
+  add_binding(region);
+  runs_.follow_move();
 }
 
 void NodePort::move_to(const Region& region) {
-  const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
   add_binding(region);
-  if (before != nullptr) wake_if_moved();
+  wake_if_moved();
 }
 
 void NodePort::wake_if_moved() const {
-  const Binding* const in_use = binding_.load(std::memory_order_acquire);
-  if (in_use == newest_binding_.load(std::memory_order_acquire)) return;
+  const Binding* const in_use = shared_.in_use.load(std::memory_order_acquire);
+  if (in_use == &newest()) return;
   // Any change of the word wakes the node; it looks at its binding first.
   in_use->own->word.fetch_add(1, std::memory_order_release);
   os_.wake(in_use->own->word);
 }
 
 void NodePort::add_binding(const Region& region) {
-  const Binding* const before = newest_binding_.load(std::memory_order_relaxed);
-  const Binding* const in_use = binding_.load(std::memory_order_acquire);
+  const Binding* const before = shared_.newest.load(std::memory_order_relaxed);
+  const Binding* const in_use = shared_.in_use.load(std::memory_order_acquire);
   std::erase_if(bindings_, [&](const auto& binding) { return binding.get() != before && binding.get() != in_use; });
-  bindings_.push_back(std::make_unique<const Binding>(graph_, node_, region));
-  newest_binding_.store(bindings_.back().get(), std::memory_order_release);
+  bindings_.push_back(std::make_unique<const Binding>(graph_, node_, region, ++made_));
+  shared_.newest.store(bindings_.back().get(), std::memory_order_release);
 }
 
 // In the old region, the node may belong to another process, which must not be woken.
 void NodePort::bind_to(const Region& region) {
   add_binding(region);
-  bind(*newest_binding_.load(std::memory_order_acquire));
+  shared_.in_use.store(&newest(), std::memory_order_release);
 }
 
 bool NodePort::uses(const Region& region) const {
-  return newest_binding_.load(std::memory_order_acquire)->region == &region ||
-         binding_.load(std::memory_order_acquire)->region == &region;
-}
-
-void NodePort::bind(const Binding& binding) {
-  std::fill(taken_.begin(), taken_.end(), 0);
-  number_ = std::max(number_, binding.own->number.load(std::memory_order_acquire));
-  if (follows_) {
-    // Outputs given before the node was there are past; those given in the region that it moves to wait for it.
-    const bool moves = binding_.load(std::memory_order_relaxed) != nullptr;
-    token_ = moves ? 0 : binding.own->word.load(std::memory_order_acquire);
-    binding_.store(&binding, std::memory_order_release);
-    return;
-  }
-  // A node that comes to a subchain which has run before goes by its newest token. A trigger that waits already is
-  // taken; one that is past is not.
-  const std::uint64_t completed = binding.signal != nullptr ? binding.signal->completed.load() : 0;
-  token_ = std::min(token_near(completed, binding.own->word.load(std::memory_order_acquire)), completed);
-  binding_.store(&binding, std::memory_order_release);
+  return newest().region == &region || shared_.in_use.load(std::memory_order_acquire)->region == &region;
 }
 
 // A server that goes on just now may trigger it, too: then its token stands.
 bool NodePort::trigger_locally() {
-  const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
+  const Binding& binding = newest();
   const std::uint64_t completed = binding.signal->completed.load(std::memory_order_acquire);
   std::uint32_t word = binding.own->word.load(std::memory_order_acquire);
   if (token_near(completed, word) > completed) {
@@ -133,29 +106,73 @@ bool NodePort::trigger_locally() {
 }
 
 void NodePort::abandon_run() {
-  const Binding& binding = *newest_binding_.load(std::memory_order_acquire);
+  const Binding& binding = newest();
   const std::uint64_t completed = binding.signal->completed.load();
   binding.signal->completed.store(token_near(completed, binding.own->word.load(std::memory_order_acquire)),
                                   std::memory_order_release);
 }
 
-bool NodePort::wait_for_trigger() {
+void NodePort::stop() {
+  shared_.stopping.store(true, std::memory_order_release);
+  // Any change of the word wakes the node; it looks at the flag first.
+  NodeCell& own = *newest().own;
+  own.word.fetch_add(1, std::memory_order_release);
+  os_.wake(own.word);
+}
+
+// --- The node's own thread ---
+
+NodePort::Runs::Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared& shared)
+    : os_(os),
+      node_(graph.node(node)),
+      is_source_(is_source(graph, node)),
+      shared_(shared),
+      edges_(record::input_edges(graph, node)),
+      words_(report_words(edges_.size())),
+      taken_(edges_.size(), 0),
+      origins_(edges_.size(), RunAccess::kNoOrigin),
+      wait_(os) {}
+
+void NodePort::Runs::follow_move() {
+  const Binding& newest = *shared_.newest.load(std::memory_order_acquire);
+  if (newest.number != bound_) bind(newest);
+}
+
+void NodePort::Runs::bind(const Binding& binding) {
+  const bool moves = binding_ != nullptr;
+  binding_ = &binding;
+  bound_ = binding.number;
+  std::fill(taken_.begin(), taken_.end(), 0);
+  number_ = std::max(number_, binding.own->number.load(std::memory_order_acquire));
+  if (node_.follows) {
+    // Outputs given before the node was there are past; those given in the region that it moves to wait for it.
+    token_ = moves ? 0 : binding.own->word.load(std::memory_order_acquire);
+  } else {
+    // A node that comes to a subchain which has run before goes by its newest token. A trigger that waits already is
+    // taken; one that is past is not.
+    const std::uint64_t completed = binding.signal != nullptr ? binding.signal->completed.load() : 0;
+    token_ = std::min(token_near(completed, binding.own->word.load(std::memory_order_acquire)), completed);
+  }
+  shared_.in_use.store(&binding, std::memory_order_release);
+}
+
+bool NodePort::Runs::wait_for_trigger() {
   if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
+  const auto stopping = [this] { return shared_.stopping.load(std::memory_order_acquire); };
   for (;;) {
+    follow_move();
     if (stopping()) {
       // Restores the word that stop() changed, since the next program that runs this node goes by it.
-      binding().own->word.store(low(token_), std::memory_order_release);
+      binding_->own->word.store(low(token_), std::memory_order_release);
       return false;
     }
-    const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
-    if (newest != &binding()) bind(*newest);
     const std::uint32_t expected = low(token_);
-    const std::uint32_t word = binding().own->word.load(std::memory_order_acquire);
+    const std::uint32_t word = binding_->own->word.load(std::memory_order_acquire);
     if (word == expected) {
-      os_.wait(binding().own->word, expected, kNever);
+      os_.wait(binding_->own->word, expected, kNever);
       continue;
     }
-    if (stopping() || newest_binding_.load(std::memory_order_acquire) != &binding()) continue;
+    if (stopping() || shared_.newest.load(std::memory_order_acquire) != binding_) continue;
     // The low half tells the difference, which may be negative: a scheduler that was stopped while its nodes paced
     // themselves goes on with the tokens that it had.
     token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));
@@ -164,11 +181,14 @@ bool NodePort::wait_for_trigger() {
   }
 }
 
-void NodePort::begin(Run& run) {
-  if (!has_waited_ && binding().signal == nullptr) follow_move();
+void NodePort::Runs::begin(Run& run) {
+  if (!has_waited_) {
+    follow_move();
+    number_ = std::max(number_, binding_->own->number.load(std::memory_order_acquire));
+  }
   RunAccess::reset(run, ++number_, edges_.size());
   RunAccess::set_threads(run, threads_planned());
-  binding().own->number.store(number_, std::memory_order_relaxed);
+  binding_->own->number.store(number_, std::memory_order_relaxed);
   if (thread_ == 0) thread_ = static_cast<std::int32_t>(os_.current_thread());
   counted_early_ = std::exchange(has_waited_, false) && own_cpu_ && !has_other_threads();
   begin_cpu_ = counted_early_ ? *own_cpu_ : os_.thread_cpu_time() + cpu_time_of_other_threads();
@@ -181,40 +201,34 @@ void NodePort::begin(Run& run) {
   RunAccess::take_limited(run);
 }
 
-// Of a node that waits for no trigger.
-void NodePort::follow_move() {
-  const Binding* const newest = newest_binding_.load(std::memory_order_acquire);
-  if (newest != &binding()) bind(*newest);
-  number_ = std::max(number_, binding().own->number.load(std::memory_order_acquire));
-}
-
-void NodePort::consume_newest(Run& run) {
+void NodePort::Runs::consume_newest(Run& run) {
   for (std::size_t slot = 0; slot < edges_.size(); ++slot) {
-    const NodeCell* const predecessor = binding().predecessors[slot];
+    const NodeCell* const predecessor = binding_->predecessors[slot];
     if (predecessor != nullptr && edges_[slot].channel == nullptr) consume_newest(run, slot, *predecessor);
   }
 }
 
-void NodePort::consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor) {
+void NodePort::Runs::consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor) {
   // That of the newest output is unknown only if the predecessor gave another since, which is then the newest.
   constexpr int kTries = 3;
+  const bool is_queue = node_.input == graph::InputKind::kQueue;
   std::uint64_t newest = 0;
   std::int64_t origin = NodeCell::kUnknown;
   const std::uint64_t before = taken_[slot];
   for (int tried = 0; tried < kTries && origin == NodeCell::kUnknown; ++tried) {
     newest = predecessor.newest_output.load(std::memory_order_acquire);
-    if (newest == 0 || (is_queue_ && newest <= before)) break;
-    origin = is_queue_ ? predecessor.oldest_origin(before + 1, newest) : predecessor.origin_of(newest);
+    if (newest == 0 || (is_queue && newest <= before)) break;
+    origin = is_queue ? predecessor.oldest_origin(before + 1, newest) : predecessor.origin_of(newest);
   }
   taken_[slot] = newest;
-  if (newest == 0 || (is_queue_ && newest <= before)) return;
+  if (newest == 0 || (is_queue && newest <= before)) return;
   RunAccess::Origin known{origin};
   if (origin == NodeCell::kUnknown) known = std::max(origins_[slot], RunAccess::Origin{0});
-  RunAccess::consume(run, slot, is_queue_ ? before + 1 : newest, newest, known);
+  RunAccess::consume(run, slot, is_queue ? before + 1 : newest, newest, known);
 }
 
 // Whether the run gives output, what that goes back to, and what the next one needs to know.
-RunAccess::Origin NodePort::settle_ages(Run& run) {
+RunAccess::Origin NodePort::Runs::settle_ages(Run& run) {
   RunAccess::skip_if_stale(run);
   for (std::size_t slot = 0; slot < edges_.size(); ++slot) origins_[slot] = RunAccess::inputs(run)[slot].origin;
   const RunAccess::Origin oldest = RunAccess::oldest_consumed(run);
@@ -222,7 +236,7 @@ RunAccess::Origin NodePort::settle_ages(Run& run) {
   return is_source_ || origin_ == RunAccess::kNoOrigin ? begin_.time_since_epoch() : origin_;
 }
 
-void NodePort::end(Run& run) {
+void NodePort::Runs::end(Run& run) {
   own_cpu_ = os_.thread_cpu_time();
   Nanos cpu = std::max(*own_cpu_ + cpu_time_of_other_threads() - begin_cpu_, Nanos{0});
   end_ = os_.now();
@@ -235,54 +249,46 @@ void NodePort::end(Run& run) {
     measured.elapsed = std::max(end_ - begin_ - measured.wait - (ready_time() - begin_ready_), Nanos{0});
   }
   encode_report(run, measured, words_);
-  binding().reports.push(words_);
+  binding_->reports.push(words_);
   RunAccess::finish_writes(run, origin);
-  if (RunAccess::emits(run)) binding().own->give(run.number(), origin.count());
+  if (RunAccess::emits(run)) binding_->own->give(run.number(), origin.count());
   pass_on(RunAccess::emits(run));
 }
 
-void NodePort::pass_on(bool emits) {
-  if (binding().next != nullptr && emits) {
-    binding().next->word.store(low(token_), std::memory_order_release);
-    os_.wake(binding().next->word);
-  } else if (binding().signal != nullptr) {
-    if (emits) binding().signal->give_output(os_, *binding().region, end_);
-    complete(os_, *binding().region, *binding().signal, token_);
+void NodePort::Runs::pass_on(bool emits) {
+  if (binding_->next != nullptr && emits) {
+    binding_->next->word.store(low(token_), std::memory_order_release);
+    os_.wake(binding_->next->word);
+  } else if (binding_->signal != nullptr) {
+    if (emits) binding_->signal->give_output(os_, *binding_->region, end_);
+    complete(os_, *binding_->region, *binding_->signal, token_);
   } else if (emits) {
-    for (NodeCell* const follower : binding().followers) {
+    for (NodeCell* const follower : binding_->followers) {
       follower->word.fetch_add(1, std::memory_order_release);
       os_.wake(follower->word);
     }
-    binding().own->led.give_output(os_, *binding().region, end_);
+    binding_->own->led.give_output(os_, *binding_->region, end_);
   }
 }
 
-void NodePort::stop() {
-  stopping_.store(true, std::memory_order_release);
-  // Any change of the word wakes the node; it looks at the flag first.
-  NodeCell& own = *newest_binding_.load(std::memory_order_acquire)->own;
-  own.word.fetch_add(1, std::memory_order_release);
-  os_.wake(own.word);
-}
-
-int NodePort::threads_planned() const {
-  const int max = graph_.node(node_).max_threads;
-  const int planned = binding().signal != nullptr ? binding().signal->threads.load(std::memory_order_relaxed) : 0;
+int NodePort::Runs::threads_planned() const {
+  const int max = node_.max_threads;
+  const int planned = binding_->signal != nullptr ? binding_->signal->threads.load(std::memory_order_relaxed) : 0;
   return planned > 0 ? std::min(planned, max) : max;
 }
 
 // 0: the system does not tell.
-Nanos NodePort::ready_time() { return os_.ready_time().value_or(Nanos{0}); }
+Nanos NodePort::Runs::ready_time() { return os_.ready_time().value_or(Nanos{0}); }
 
-bool NodePort::has_other_threads() const {
-  const NodeCell& own = *binding().own;
+bool NodePort::Runs::has_other_threads() const {
+  const NodeCell& own = *binding_->own;
   const std::uint32_t count = own.threads.load(std::memory_order_acquire);
   return count > 1 || (count == 1 && own.thread[0].load(std::memory_order_acquire) != thread_);
 }
 
-Nanos NodePort::cpu_time_of_other_threads() {
+Nanos NodePort::Runs::cpu_time_of_other_threads() {
   Nanos total{0};
-  NodeCell& own = *binding().own;
+  NodeCell& own = *binding_->own;
   const auto count = std::min<std::size_t>(own.threads.load(std::memory_order_acquire), NodeCell::kMaxThreads);
   for (std::size_t index = 0; index < count; ++index) {
     const std::int32_t thread = own.thread[index].load(std::memory_order_acquire);

@@ -57,19 +57,19 @@ class NodePort {
   // --- before any thread runs ---
   // Input `slot` has a channel, which notes what is consumed. Without one, a run is taken to consume the predecessor's
   // newest output when it begins; a run of a queue node, all outputs since the run before.
-  void set_channel(std::size_t slot, ChannelBase& channel) { edges_[slot].channel = &channel; }
+  void set_channel(std::size_t slot, ChannelBase& channel) { runs_.set_channel(slot, channel); }
 
   // --- the node's own thread ---
   // Straight back is a thread that waits again this soon after the end of a run.
   static constexpr Nanos kStraightBack = std::chrono::microseconds{50};
   // Blocks until a trigger comes, or output of the node that this one follows; false: `stop` was called.
-  bool wait_for_trigger();
-  void begin(Run& run);
-  void end(Run& run);
+  bool wait_for_trigger() { return runs_.wait_for_trigger(); }
+  void begin(Run& run) { runs_.begin(run); }
+  void end(Run& run) { runs_.end(run); }
 
   // --- any thread ---
   void stop();
-  bool stopping() const { return stopping_.load(std::memory_order_acquire); }
+  bool stopping() const { return shared_.stopping.load(std::memory_order_acquire); }
 
   // --- without a scheduler: for one thread that is not the node's ---
   // Moves the node to `region` at its next trigger: another scheduler has taken over from one that is gone. The old
@@ -90,8 +90,9 @@ class NodePort {
  private:
   // What the node needs of a region.
   struct Binding {
-    Binding(const graph::Graph& graph, NodeId node, const Region& region);
+    Binding(const graph::Graph& graph, NodeId node, const Region& region, std::uint64_t number);
 
+    std::uint64_t number;  // of all bindings of the node; the first is 1
     const Region* region;
     NodeCell* own;
     std::vector<NodeCell*> predecessors;  // by input; null where it is external
@@ -101,47 +102,70 @@ class NodePort {
     RingWriter reports;
   };
 
+  // What the node's thread and others share. Whom `newest` and `in_use` point to stays while they do.
+  struct Shared {
+    std::atomic<bool> stopping{false};
+    std::atomic<const Binding*> newest{nullptr};
+    std::atomic<const Binding*> in_use{nullptr};  // a run may be under way in it
+  };
+
+  // The node's runs. What it holds is the node's thread's alone.
+  class Runs {
+   public:
+    Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared& shared);
+
+    void set_channel(std::size_t slot, ChannelBase& channel) { edges_[slot].channel = &channel; }
+    // Goes by the newest binding from now on.
+    void follow_move();
+    bool wait_for_trigger();
+    void begin(Run& run);
+    void end(Run& run);
+
+   private:
+    void bind(const Binding& binding);
+    void consume_newest(Run& run);
+    void consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor);
+    RunAccess::Origin settle_ages(Run& run);
+    void pass_on(bool emits);
+    int threads_planned() const;
+    Nanos ready_time();
+    bool has_other_threads() const;
+    Nanos cpu_time_of_other_threads();
+
+    os::Os& os_;
+    const graph::Node& node_;
+    const bool is_source_;
+    Shared& shared_;
+    const Binding* binding_ = nullptr;         // gone, if it is not the one in use any more
+    std::uint64_t bound_ = 0;                  // its number
+    std::vector<RunAccess::InputEdge> edges_;  // by input
+    std::vector<std::uint64_t> words_;         // one report, reused
+    std::vector<std::uint64_t> taken_;         // by input: the newest run consumed so far, where there is no channel
+    std::vector<RunAccess::Origin> origins_;   // by input: of what was consumed last
+    RunAccess::Origin origin_ = RunAccess::kNoOrigin;  // found by the last run that consumed anything
+    std::int32_t thread_ = 0;
+    std::uint64_t token_ = 0;
+    std::uint64_t number_ = 0;
+    TimePoint begin_{};
+    TimePoint end_{};             // of the run before
+    bool has_waited_ = false;     // for the run that is to begin
+    bool counted_early_ = false;  // from before its begin
+    Nanos begin_cpu_{0};          // of all its threads
+    Nanos begin_ready_{0};        // of its own thread, where the run is to work on several
+    WaitWatch wait_;
+    std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
+  };
+
   void add_binding(const Region& region);
-  void bind(const Binding& binding);
-  const Binding& binding() const { return *binding_.load(std::memory_order_relaxed); }
-  void follow_move();
-  void consume_newest(Run& run);
-  void consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor);
-  RunAccess::Origin settle_ages(Run& run);
-  void pass_on(bool emits);
-  int threads_planned() const;
-  Nanos ready_time();
-  bool has_other_threads() const;
-  Nanos cpu_time_of_other_threads();
+  const Binding& newest() const { return *shared_.newest.load(std::memory_order_acquire); }
 
   os::Os& os_;
   const graph::Graph& graph_;
-  NodeId node_;
-  bool is_queue_;
-  bool follows_;
-  bool is_source_;
-  std::vector<RunAccess::InputEdge> edges_;  // by input
-  std::atomic<bool> stopping_{false};
-  std::vector<std::unique_ptr<const Binding>> bindings_;  // a run may still be under way in the one before the newest
-  std::atomic<const Binding*> newest_binding_{nullptr};
-  std::atomic<const Binding*> binding_{nullptr};  // in use; the node's thread changes it
-
-  // The node's own.
-  std::vector<std::uint64_t> words_;        // one report, reused
-  std::vector<std::uint64_t> taken_;        // by input: the newest run consumed so far, where there is no channel
-  std::vector<RunAccess::Origin> origins_;  // by input: of what was consumed last
-  RunAccess::Origin origin_ = RunAccess::kNoOrigin;  // found by the last run that consumed anything
-  std::int32_t thread_ = 0;
-  std::uint64_t token_ = 0;
-  std::uint64_t number_ = 0;
-  TimePoint begin_{};
-  TimePoint end_{};             // of the run before
-  bool has_waited_ = false;     // for the run that is to begin
-  bool counted_early_ = false;  // from before its begin
-  Nanos begin_cpu_{0};          // of all its threads
-  Nanos begin_ready_{0};        // of its own thread, where the run is to work on several
-  WaitWatch wait_;
-  std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
+  const NodeId node_;
+  std::vector<std::unique_ptr<const Binding>> bindings_;  // those that are in use, and the newest
+  std::uint64_t made_ = 0;
+  Shared shared_;
+  Runs runs_;
 };
 
 }  // namespace ctn::runtime

@@ -22,7 +22,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 // Each of these takes the lock of somebody who has notices to add: the enforcer's when a level is refused, the
-// membership's when a node has left.
+// that of the registered nodes when one has left.
 TEST(Notices, TheCallbackMayCallTheSchedulerBack) {
   const graph::App app = parse(R"(
 catan: 1

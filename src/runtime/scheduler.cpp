@@ -43,7 +43,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       region_(region),
       links_(links_of(os, app_.graph, region)),
       notices_(options_.on_notice, !options_.record.empty()),
-      joined_(app_, os, region, links_, notices_) {
+      registered_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
 }
 
@@ -88,11 +88,11 @@ Status Scheduler::prepare() {
   Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
   if (!writer) return writer.error();
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
-  Membership::Placement placement{
+  RegisteredNodes::Placement placement{
       .cpus = cpus_, .scheduled = loop.levels().scheduled, .unscheduled = loop.levels().unscheduled};
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
                                    std::move(loop), *this);
-  joined_.open(parts_->enforcer, std::move(placement));
+  registered_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add({os_.now(), "rates-only", facts.why_not});
   if (!os_.ready_time()) {
@@ -102,7 +102,7 @@ Status Scheduler::prepare() {
          "measured, and plans leave it out (Linux: a kernel with CONFIG_SCHED_INFO tells)"});
   }
   if (real_time) keep_cpus_ready();
-  parts_->housekeeping.begin(start);
+  parts_->housekeeping.idle().begin(start);
   prepared_.store(true, std::memory_order_release);
   notices_.deliver();
   return Done{};
@@ -118,10 +118,12 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
       asked(of.app_, of.cpus_),
       measurements(of.app_, warm),
       controllers(of.app_, of.os_, enforcer, of.region_, of.links_, of.cpus_),
-      housekeeping(
-          of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
-          {.links = of.links_, .controllers = controllers.all(), .members = of.joined_, .dropped = of.dropped_},
-          measurements, of.notices_, std::move(writer), std::move(loop)) {}
+      housekeeping(of.os_, of.app_, of.os_, of.region_, enforcer, allowed, asked, controllers,
+                   Reporting{.links = of.links_,
+                             .controllers = controllers.all(),
+                             .registered = of.registered_,
+                             .dropped = of.dropped_},
+                   measurements, of.notices_, std::move(writer), std::move(loop)) {}
 
 void Scheduler::keep_cpus_ready() {
   Result<std::unique_ptr<os::ReadyCpus>> ready = os_.keep_cpus_ready();
@@ -146,23 +148,27 @@ Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, 
 }
 
 Status Scheduler::start() {
-  const policy::Decision& decision = parts_->housekeeping.decision();
-  parts_->housekeeping.pace_members();
+  Housekeeping& housekeeping = parts_->housekeeping.idle();
+  const policy::Decision& decision = housekeeping.decision();
+  housekeeping.pace_registered();
   parts_->controllers.spawn(decision.plan.has_value());
   if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
     release();
     return placed;
   }
   parts_->controllers.go();
-  parts_->housekeeping.start();
+  parts_->housekeeping.start("catan-house", [this](Housekeeping& mine) {
+    mine.run([this](TimePoint deadline) { return parts_->housekeeping.sleep_until(deadline); });
+  });
   return Done{};
 }
 
 void Scheduler::release() {
   if (!parts_) return;
   released_.store(true, std::memory_order_release);
-  joined_.release();
-  parts_->housekeeping.stop();
+  registered_.release();
+  parts_->housekeeping.request_stop();
+  parts_->housekeeping.join();
   // Scheduling is restored while the nodes' threads are still alive, so runs that are under way end at the ordinary
   // level. It is done before the controllers end, because they then end sooner, and once more after, because until then
   // they still set levels.
@@ -172,22 +178,22 @@ void Scheduler::release() {
   parts_->enforcer.release_all();
 }
 
-Status Scheduler::finish() { return parts_->housekeeping.finish(); }
+Status Scheduler::finish() { return parts_->housekeeping.idle().finish(); }
 
 Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  Status joined = joined_.join(node, process, thread);
+  Status joined = registered_.join(node, process, thread);
   if (joined) parts_->housekeeping.wake();
   return joined;
 }
 
 Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
-  return joined_.add_thread(node, process, thread);
+  return registered_.add_thread(node, process, thread);
 }
 
-void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { joined_.remove_thread(node, thread); }
+void Scheduler::remove_thread(NodeId node, os::ThreadId thread) { registered_.remove_thread(node, thread); }
 
 void Scheduler::leave(NodeId node, const std::string& why) {
-  if (joined_.leave(node, why)) parts_->housekeeping.wake();
+  if (registered_.leave(node, why)) parts_->housekeeping.wake();
 }
 
 Status Scheduler::change(const Changes& changes) {

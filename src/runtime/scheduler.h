@@ -5,7 +5,7 @@
 // What it is made of, and which thread owns what:
 //   controller_threads.h   one thread a subchain, and one a core (policies that follow a plan), at level dispatcher
 //   housekeeping.h         one thread, at level ordinary, which owns all that is planned and recorded
-//   membership.h           which nodes are registered: any thread, locks
+//   registered_nodes.h     which nodes are registered: any thread, locks
 //   enforcer.h             the scheduling that threads had before: any thread, locks
 //   measurements.h, driver/notices.h   from the housekeeping thread to whoever reads: lock
 // This class puts them together, starts and stops them.
@@ -41,9 +41,10 @@
 #include "runtime/enforcer.h"
 #include "runtime/housekeeping.h"
 #include "runtime/measurements.h"
-#include "runtime/membership.h"
 #include "runtime/node_link.h"
+#include "runtime/owning_thread.h"
 #include "runtime/region.h"
+#include "runtime/registered_nodes.h"
 
 namespace ctn::runtime {
 
@@ -88,7 +89,7 @@ class Scheduler {
   // Collects the last reports and closes the record. Returns the first error of the record.
   Status finish();
 
-  // As membership.h has them; nodes join and leave from prepare() on.
+  // As registered_nodes.h has them; nodes join and leave from prepare() on.
   Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
@@ -124,7 +125,7 @@ class Scheduler {
     AskedChanges asked;
     Measurements measurements;
     ControllerThreads controllers;
-    Housekeeping housekeeping;
+    OwningThread<Housekeeping> housekeeping;
     std::unique_ptr<os::ReadyCpus> ready_cpus{};  // while the session is under way
   };
 
@@ -143,7 +144,7 @@ class Scheduler {
   Links links_;
   Dropped dropped_;
   driver::Notices notices_;
-  Membership joined_;
+  RegisteredNodes registered_;
   std::unique_ptr<Parts> parts_;
   std::atomic<bool> released_{false};
   std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none

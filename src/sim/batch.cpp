@@ -30,4 +30,14 @@ void for_each_in_parallel(std::size_t count, std::size_t threads, const std::fun
   }
 }
 
+void Progress::add() {
+  if (!tell_ || untold_.fetch_add(1) > 0) return;
+  std::size_t news = 1;
+  do {
+    told_ += news;
+    tell_(told_);
+    news = untold_.fetch_sub(news) - news;
+  } while (news > 0);
+}
+
 }  // namespace ctn::sim

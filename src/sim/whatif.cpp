@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 #include "planner/expected.h"
@@ -134,13 +133,10 @@ Result<std::vector<Answer>> answer(const graph::App& app, const model::Workload&
                          "ask for a copy of the app file without `cores`");
   }
   std::vector<Answer> answers(asked.size());
-  std::mutex mutex;
-  std::size_t answered = 0;
+  Progress progress(options.on_progress);
   for_each_in_parallel(asked.size(), options.threads, [&](std::size_t index) {
     answers[index] = answer_one(app, work, asked[index], options);
-    const std::lock_guard lock(mutex);
-    ++answered;
-    if (options.on_progress) options.on_progress(answered);
+    progress.add();
   });
   return answers;
 }

@@ -44,7 +44,7 @@ struct WhatIfOptions {
   double seconds = 20.0;  // that are measured, of each
   std::uint64_t seed = 1;
   std::size_t threads = 0;  // 0: one a CPU
-  // Called with how many are answered, from any thread, one call at a time.
+  // Called with how many are answered, from any thread, one call at a time, as Progress tells it (batch.h).
   std::function<void(std::size_t)> on_progress;
 };
 

@@ -114,17 +114,23 @@ Result<Swept> sweep(const Sweep& what) {
   if (!begun) lines.head(what.asked);
   if (!lines.good()) return Error::environment(fmt::format("cannot write {}", what.out), "write into another file");
   std::mutex mutex;
-  std::size_t finished = *done;
+  sim::Progress progress(
+      [&](std::size_t finished) {
+        if (what.on_progress) what.on_progress(finished, names->size());
+      },
+      *done);
   sim::for_each_in_parallel(names->size() - *done, what.threads, [&](std::size_t offset) {
     const std::size_t index = *done + offset;
     const std::string& name = names->at(index);
     const Result<std::string> document = what.simulate((fs::path(what.folder) / (name + kAppEnding)).string(),
                                                        (fs::path(what.folder) / (name + kCosts)).string());
     std::string line = line_of(name, document);
-    const std::lock_guard lock(mutex);
-    lines.add(index, std::move(line));
-    if (!document) ++swept.failed;
-    if (what.on_progress) what.on_progress(++finished, names->size());
+    {
+      const std::lock_guard lock(mutex);
+      lines.add(index, std::move(line));
+      if (!document) ++swept.failed;
+    }
+    progress.add();
   });
   if (!lines.good())
     return Error::environment(fmt::format("cannot write {}", what.out), "make room, and go on with it");

@@ -1,4 +1,4 @@
-#include "runtime/membership.h"
+#include "runtime/registered_nodes.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,8 @@
 
 namespace ctn::runtime {
 
-Membership::Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices)
+RegisteredNodes::RegisteredNodes(const graph::App& app, os::Os& os, const Region& region, Links& links,
+                                 driver::Notices& notices)
     : app_(app),
       os_(os),
       region_(region),
@@ -17,7 +18,7 @@ Membership::Membership(const graph::App& app, os::Os& os, const Region& region, 
       registered_(app.graph.nodes().size(), false),
       left_(app.graph.subchains().size(), false) {}
 
-void Membership::open(Enforcer& enforcer, Placement placement) {
+void RegisteredNodes::open(Enforcer& enforcer, Placement placement) {
   const std::lock_guard lock(mutex_);
   enforcer_ = &enforcer;
   placement_ = std::move(placement);
@@ -25,7 +26,7 @@ void Membership::open(Enforcer& enforcer, Placement placement) {
   unscheduled_level_.store(placement_.unscheduled, std::memory_order_release);
 }
 
-void Membership::raise_unscheduled(os::Level level) {
+void RegisteredNodes::raise_unscheduled(os::Level level) {
   std::vector<bool> registered;
   {
     const std::lock_guard lock(mutex_);
@@ -40,39 +41,39 @@ void Membership::raise_unscheduled(os::Level level) {
   }
 }
 
-void Membership::place_on(const os::CpuSet& cpus) {
+void RegisteredNodes::place_on(const os::CpuSet& cpus) {
   const std::lock_guard lock(mutex_);
   cpus_ = cpus;
 }
 
-os::Level Membership::level_of(NodeId node) const {
+os::Level RegisteredNodes::level_of(NodeId node) const {
   return app_.graph.node(node).unscheduled ? unscheduled_level_.load(std::memory_order_acquire) : placement_.scheduled;
 }
 
 // Between the moment that a thread was placed and that it is known to have joined, unscheduled nodes may have been
 // raised.
-void Membership::raise_if_changed(NodeId node, os::Level placed_at) {
+void RegisteredNodes::raise_if_changed(NodeId node, os::Level placed_at) {
   const os::Level level = level_of(node);
   if (level == placed_at) return;
   links_[node.index()]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
 }
 
-bool Membership::has(NodeId node) const {
+bool RegisteredNodes::has(NodeId node) const {
   const std::lock_guard lock(mutex_);
   return registered_[node.index()];
 }
 
-bool Membership::has_all(const graph::Subchain& subchain) const {
+bool RegisteredNodes::has_all(const graph::Subchain& subchain) const {
   return std::all_of(subchain.nodes.begin(), subchain.nodes.end(),
                      [&](NodeId node) { return registered_[node.index()]; });
 }
 
-bool Membership::has_all_of(const graph::Subchain& subchain) const {
+bool RegisteredNodes::has_all_of(const graph::Subchain& subchain) const {
   const std::lock_guard lock(mutex_);
   return has_all(subchain);
 }
 
-Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
+Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
   const std::string& name = app_.graph.node(node).name;
   if (!links_[node.index()]) {
     return Error::caller(fmt::format("node {} is external", name), "join as another, or drop 'external: true'");
@@ -100,7 +101,7 @@ Status Membership::join(NodeId node, os::ProcessId process, os::ThreadId thread)
   return Done{};
 }
 
-Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
+Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
   NodeLink& link = *links_[node.index()];
   if (link.has(thread)) return Done{};
   const Error no_room =
@@ -123,13 +124,13 @@ Status Membership::add_thread(NodeId node, os::ProcessId process, os::ThreadId t
   return Done{};
 }
 
-void Membership::remove_thread(NodeId node, os::ThreadId thread) {
+void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {
   links_[node.index()]->remove_thread(thread);
   enforcer_->release(thread);
 }
 
 // In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
-Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
+Status RegisteredNodes::place(NodeId node, os::ProcessId process, os::ThreadId thread) {
   os::CpuSet cpus;
   {
     const std::lock_guard lock(mutex_);
@@ -138,14 +139,14 @@ Status Membership::place(NodeId node, os::ProcessId process, os::ThreadId thread
   return enforcer_->apply(thread, level_of(node), cpus, process);
 }
 
-void Membership::wake_holder(NodeId node) {
+void RegisteredNodes::wake_holder(NodeId node) {
   const std::optional<SubchainId> subchain = app_.graph.node(node).subchain;
   if (!subchain) return;
   const std::uint32_t holder = region_.signal(*subchain).listener.load(std::memory_order_seq_cst);
   if (holder != 0 && holder <= region_.controller_cells()) region_.controller_cell(holder - 1).wake(os_);
 }
 
-bool Membership::leave(NodeId node, const std::string& why) {
+bool RegisteredNodes::leave(NodeId node, const std::string& why) {
   NodeLink* const link = links_[node.index()].get();
   bool expected = false;
   {
@@ -165,12 +166,12 @@ bool Membership::leave(NodeId node, const std::string& why) {
   return true;
 }
 
-void Membership::release() {
+void RegisteredNodes::release() {
   const std::lock_guard lock(mutex_);
   released_ = true;
 }
 
-std::string Membership::broken_chains(NodeId node) const {
+std::string RegisteredNodes::broken_chains(NodeId node) const {
   std::string chains;
   for (const graph::Term& term : app_.objective) {
     if (term.metric != graph::Metric::kResponseTime) continue;
@@ -180,7 +181,7 @@ std::string Membership::broken_chains(NodeId node) const {
   return chains;
 }
 
-Membership::Change Membership::settle(const std::vector<bool>& paced) {
+RegisteredNodes::Change RegisteredNodes::settle(const std::vector<bool>& paced) {
   Change change;
   const std::lock_guard lock(mutex_);
   for (std::size_t index = 0; index < paced.size(); ++index) {
@@ -192,7 +193,7 @@ Membership::Change Membership::settle(const std::vector<bool>& paced) {
   return change;
 }
 
-std::vector<NodeId> Membership::take_joined() {
+std::vector<NodeId> RegisteredNodes::take_joined() {
   const std::lock_guard lock(mutex_);
   return std::exchange(joined_, {});
 }

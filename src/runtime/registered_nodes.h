@@ -21,7 +21,7 @@
 
 namespace ctn::runtime {
 
-class Membership {
+class RegisteredNodes {
  public:
   // How threads of nodes are placed when they join.
   struct Placement {
@@ -31,7 +31,7 @@ class Membership {
   };
 
   // References outlive it. Until open(), threads may be named for nodes, but no node can join.
-  Membership(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices);
+  RegisteredNodes(const graph::App& app, os::Os& os, const Region& region, Links& links, driver::Notices& notices);
   // `enforcer` outlives its use: until release(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
 

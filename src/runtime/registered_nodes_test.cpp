@@ -107,9 +107,9 @@ class Program {
   std::unique_ptr<os::Thread> thread_;
 };
 
-class MembersTest : public ::testing::TestWithParam<const char*> {
+class RegisteredNodesTest : public ::testing::TestWithParam<const char*> {
  protected:
-  MembersTest() { fake.share_cpus(true); }
+  RegisteredNodesTest() { fake.share_cpus(true); }
 
   void open(int cpus, graph::App of = two_chains()) {
     app = std::move(of);
@@ -152,7 +152,7 @@ class MembersTest : public ::testing::TestWithParam<const char*> {
   std::unique_ptr<Scheduler> scheduler;
 };
 
-TEST_P(MembersTest, AFollowerWaitsForItsFeeder) {
+TEST_P(RegisteredNodesTest, AFollowerWaitsForItsFeeder) {
   open(2, driver());
   auto sum = program("sum", milliseconds{1});
   pass(seconds{1});
@@ -167,7 +167,7 @@ TEST_P(MembersTest, AFollowerWaitsForItsFeeder) {
   }
 }
 
-TEST_P(MembersTest, AFollowerThatComesBackGoesOn) {
+TEST_P(RegisteredNodesTest, AFollowerThatComesBackGoesOn) {
   open(2, driver());
   auto imu = program("imu", milliseconds{1});
   for (int round = 0; round < 3; ++round) {
@@ -180,7 +180,7 @@ TEST_P(MembersTest, AFollowerThatComesBackGoesOn) {
   }
 }
 
-TEST_P(MembersTest, AFollowerNeedsNoScheduler) {
+TEST_P(RegisteredNodesTest, AFollowerNeedsNoScheduler) {
   open(2, driver());
   auto imu = program("imu", milliseconds{1});
   auto sum = program("sum", milliseconds{1});
@@ -189,7 +189,7 @@ TEST_P(MembersTest, AFollowerNeedsNoScheduler) {
   EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
 }
 
-TEST_P(MembersTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
+TEST_P(RegisteredNodesTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
   open(1);
   auto left = program("left");
   pass(seconds{1});
@@ -204,7 +204,7 @@ TEST_P(MembersTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
   EXPECT_EQ(notices("have registered"), 2);
 }
 
-TEST_P(MembersTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
+TEST_P(RegisteredNodesTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
   for (const int cpus : {1, 2}) {
     SCOPED_TRACE(cpus);
     open(cpus);
@@ -231,7 +231,7 @@ TEST_P(MembersTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack) {
 }
 
 // It is back before anybody has noticed that nothing ends any more.
-TEST_P(MembersTest, ANodeThatIsBackAtOnceGoesOn) {
+TEST_P(RegisteredNodesTest, ANodeThatIsBackAtOnceGoesOn) {
   open(1);
   auto left = program("left");
   pass(seconds{2});
@@ -244,7 +244,7 @@ TEST_P(MembersTest, ANodeThatIsBackAtOnceGoesOn) {
   EXPECT_EQ(notices("hang"), 0);
 }
 
-TEST_P(MembersTest, ANodeIsThereOnce) {
+TEST_P(RegisteredNodesTest, ANodeIsThereOnce) {
   open(1);
   auto left = program("left");
   EXPECT_FALSE(scheduler->join(*app.graph.find_node("left"), fake.current_process(), fake.current_thread()).ok());
@@ -252,7 +252,7 @@ TEST_P(MembersTest, ANodeIsThereOnce) {
   EXPECT_GE(left->runs, 15);
 }
 
-TEST_P(MembersTest, WhoLeavesGetsItsSchedulingBack) {
+TEST_P(RegisteredNodesTest, WhoLeavesGetsItsSchedulingBack) {
   open(1);
   auto left = program("left");
   pass(seconds{1});
@@ -266,8 +266,8 @@ TEST_P(MembersTest, WhoLeavesGetsItsSchedulingBack) {
 }
 
 // One program that is not there must not leave all others planned at a guess.
-class PlannedMembersTest : public MembersTest {};
-TEST_P(PlannedMembersTest, WhoeverIsThereIsPlannedAsMeasuredAndOthersAsAssumed) {
+class PlannedNodesTest : public RegisteredNodesTest {};
+TEST_P(PlannedNodesTest, WhoeverIsThereIsPlannedAsMeasuredAndOthersAsAssumed) {
   open(2);
   auto left = program("left", milliseconds{2});
   pass(seconds{3});
@@ -291,10 +291,10 @@ TEST_P(PlannedMembersTest, WhoeverIsThereIsPlannedAsMeasuredAndOthersAsAssumed) 
   pass(seconds{2});
   EXPECT_TRUE(scheduler->snapshot().assumed.empty());
 }
-INSTANTIATE_TEST_SUITE_P(Planned, PlannedMembersTest, ::testing::Values("catan"),
+INSTANTIATE_TEST_SUITE_P(Planned, PlannedNodesTest, ::testing::Values("catan"),
                          [](const auto& each) { return std::string(each.param); });
 
-INSTANTIATE_TEST_SUITE_P(Policies, MembersTest, ::testing::Values("catan", "default", "fifo"),
+INSTANTIATE_TEST_SUITE_P(Policies, RegisteredNodesTest, ::testing::Values("catan", "default", "fifo"),
                          [](const auto& each) { return std::string(each.param); });
 
 // Tells of each thread that is about to be bound.
@@ -310,7 +310,7 @@ class ToldOs final : public os::FaultyOs {
 
 // A dispatcher that knows of a thread moves it, also between its being set and its being read back, and then the join
 // was refused: "cannot bind to CPUs 0-1: it may use CPUs 0".
-TEST(Members, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
+TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
   const graph::App app = two_chains();
   os::FakeOs fake{os::fake_topology(2)};
   fake.share_cpus(true);
@@ -372,7 +372,7 @@ class SlowOs final : public os::FaultyOs {
 };
 
 // The level was set after the thread had been given back, and stayed.
-TEST(Members, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
+TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
   for (const bool all : {false, true}) {
     SCOPED_TRACE(all ? "release" : "leave");
     const graph::App app = two_chains();

@@ -1,0 +1,128 @@
+#include "runtime/client_nodes.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace ctn::runtime {
+
+void ClientNodes::add(NodeId node, os::ThreadId thread) {
+  const auto state = state_.lock();
+  save(state->saved, thread);
+  state->nodes.push_back({node, thread});
+}
+
+void ClientNodes::remove(NodeId node, os::ThreadId thread) {
+  const auto state = state_.lock();
+  const auto found = std::find_if(state->nodes.rbegin(), state->nodes.rend(), [&](const RegisteredNode& registered) {
+    return registered.node == node && registered.thread == thread;
+  });
+  if (found != state->nodes.rend()) state->nodes.erase(std::next(found).base());
+}
+
+bool ClientNodes::has(NodeId node) const {
+  const auto state = state_.lock();
+  return std::any_of(state->nodes.begin(), state->nodes.end(),
+                     [&](const RegisteredNode& registered) { return registered.node == node; });
+}
+
+void ClientNodes::add_thread(NodeId node, os::ThreadId thread) {
+  const auto state = state_.lock();
+  for (RegisteredNode& registered : state->nodes) {
+    if (registered.node != node) continue;
+    save(state->saved, thread);
+    return registered.others.push_back(thread);
+  }
+}
+
+void ClientNodes::remove_thread(NodeId node, os::ThreadId thread) {
+  const auto state = state_.lock();
+  for (RegisteredNode& registered : state->nodes) {
+    if (registered.node == node) std::erase(registered.others, thread);
+  }
+}
+
+Status ClientNodes::join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
+                         const Meanwhile& meanwhile) {
+  const auto ask = [&](Request::Kind kind, os::ThreadId thread) {
+    return conversation.call({.kind = kind, .node = name, .thread = static_cast<std::int32_t>(thread)}, meanwhile);
+  };
+  if (Status joined = ask(Request::Kind::kJoin, registered.thread); !joined) return joined;
+  for (const os::ThreadId other : registered.others) {
+    Status added = ask(Request::Kind::kAdd, other);
+    if (!added && added.error().kind() != ErrorKind::kCaller) return added;
+    if (!added) remove_thread(registered.node, other);  // it has ended meanwhile
+  }
+  return Done{};
+}
+
+void ClientNodes::update_saved_scheduling() {
+  const auto state = state_.lock();
+  const auto update = [&](os::ThreadId thread) {
+    const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+    // One that has the number of a thread that ended is not the node's.
+    if (now && (state->saved.has(*now) || !state->saved.has(thread))) save(state->saved, thread);
+  };
+  for (const RegisteredNode& registered : state->nodes) {
+    update(registered.thread);
+    for (const os::ThreadId thread : registered.others) update(thread);
+  }
+}
+
+// What a thread had that a server has found and raised before the program named it only that server knows.
+void ClientNodes::save(SavedThreads& saved, os::ThreadId thread) const {
+  const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+  if (!now) return;
+  if (!raised_by_server(thread)) {
+    saved.save(*now);
+  } else if (!saved.has(*now)) {
+    saved.forget(thread);
+  }
+}
+
+// By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
+bool ClientNodes::raised_by_server(os::ThreadId thread) const {
+  const Result<os::Level> level = os_.level(thread);
+  if (!level || *level == os::Level::kOrdinary) return false;
+  const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
+  return found && found->reset_on_fork;
+}
+
+// Of the node: its own, and those that the region lists. `living`: of this process.
+std::vector<os::ThreadId> ClientNodes::threads_of(const RegisteredNode& registered, const Region& region,
+                                                  const std::vector<os::ThreadId>& living) {
+  std::vector<os::ThreadId> threads{registered.thread};
+  for (const std::atomic<std::int32_t>& listed : region.node(registered.node).thread) {
+    threads.push_back(os::ThreadId{listed.load(std::memory_order_acquire)});
+  }
+  std::erase_if(threads,
+                [&](os::ThreadId thread) { return !std::binary_search(living.begin(), living.end(), thread); });
+  return threads;
+}
+
+bool ClientNodes::any_raised(const Region& region) const {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return false;
+  for (const RegisteredNode& registered : all()) {
+    const std::vector<os::ThreadId> threads = threads_of(registered, region, *living);
+    const auto raised = [this](os::ThreadId thread) { return raised_by_server(thread); };
+    if (std::any_of(threads.begin(), threads.end(), raised)) return true;
+  }
+  return false;
+}
+
+void ClientNodes::restore_threads(const Region& region) const {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return;
+  const auto state = state_.lock();
+  for (const RegisteredNode& registered : state->nodes) {
+    for (const os::ThreadId thread : threads_of(registered, region, *living)) {
+      if (state->saved.has(thread)) {
+        state->saved.restore(thread);
+      } else {
+        state->saved.restore_unknown(thread, raised_by_server(thread), registered.thread);
+      }
+    }
+  }
+}
+
+}  // namespace ctn::runtime

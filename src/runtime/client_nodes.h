@@ -1,0 +1,71 @@
+// The nodes of this program that are registered with a server, their threads, and what scheduling these had before any
+// server touched them; gives that back when there is no server to do it.
+//
+// Units: in the types. Thread safety: every call from any thread; none but join() waits for anything but the others.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/guarded.h"
+#include "base/ids.h"
+#include "base/result.h"
+#include "os/os.h"
+#include "runtime/region.h"
+#include "runtime/saved_threads.h"
+#include "runtime/server_link.h"
+
+namespace ctn::runtime {
+
+class ClientNodes {
+ public:
+  struct RegisteredNode {
+    NodeId node;
+    os::ThreadId thread;
+    std::vector<os::ThreadId> others{};  // that the program has named as the node's, too
+  };
+
+  // `os` outlives it.
+  explicit ClientNodes(os::Os& os) : os_(os), state_(os) {}
+
+  // Remembers what the thread has, unless a server has raised it already.
+  void add(NodeId node, os::ThreadId thread);
+  // The newest of them that is this node with this thread.
+  void remove(NodeId node, os::ThreadId thread);
+  bool has(NodeId node) const;
+  // The same of another thread. Nothing where the node is not there.
+  void add_thread(NodeId node, os::ThreadId thread);
+  void remove_thread(NodeId node, os::ThreadId thread);
+  std::vector<RegisteredNode> all() const { return state_.lock()->nodes; }
+  // Says to a server that this program runs the node, with all its threads. Those that have ended by now are forgotten.
+  Status join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
+              const Meanwhile& meanwhile);
+  // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
+  void update_saved_scheduling();
+
+  // Restores the scheduling of threads that a server has raised or moved: the nodes' own, and those that it lists
+  // beside them in the region, whether they were named or it has found them by itself. The region may hold anything, so
+  // only threads of this process are touched; those of whom nobody here knows what they had become ordinary, and get
+  // the CPUs of the node's own.
+  void restore_threads(const Region& region) const;
+  // Whether a server has raised one of them.
+  bool any_raised(const Region& region) const;
+
+ private:
+  struct State {
+    explicit State(os::ThreadScheduling& scheduling) : saved(scheduling) {}
+
+    std::vector<RegisteredNode> nodes;
+    SavedThreads saved;
+  };
+
+  void save(SavedThreads& saved, os::ThreadId thread) const;
+  bool raised_by_server(os::ThreadId thread) const;
+  static std::vector<os::ThreadId> threads_of(const RegisteredNode& registered, const Region& region,
+                                              const std::vector<os::ThreadId>& living);
+
+  os::Os& os_;
+  Guarded<State> state_;
+};
+
+}  // namespace ctn::runtime

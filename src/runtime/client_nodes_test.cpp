@@ -1,0 +1,145 @@
+// In virtual time, with the fake OS.
+#include "runtime/client_nodes.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "config/testing/apps.h"
+#include "os/fake/fake_os.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+
+class ClientNodesTest : public ::testing::Test {
+ protected:
+  ClientNodesTest() {
+    other = fake.spawn("other", [this] {
+      other_id = fake.current_thread();
+      fake.sleep_until(TimePoint{std::chrono::hours{1}});
+    });
+    fake.sleep_until(fake.now() + milliseconds{1});
+  }
+
+  void raise(os::ThreadId thread) {
+    ASSERT_TRUE(fake.set_level(thread, os::Level::kActive).ok());
+    ASSERT_TRUE(fake.set_affinity(thread, os::CpuSet{1}).ok());
+  }
+  void list(os::ThreadId thread) {
+    NodeCell& cell = region.node(node);
+    cell.thread[0].store(static_cast<std::int32_t>(thread));
+    cell.threads.store(1);
+  }
+
+  os::FakeOs fake;
+  graph::App app =
+      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  NodeId node{std::size_t{0}};
+  LocalRegion memory{app.graph, 1};
+  Region& region = memory.region();
+  os::ThreadId other_id{};
+  std::unique_ptr<os::Thread> other;
+  ClientNodes nodes{fake};
+};
+
+TEST_F(ClientNodesTest, ThreadsGetBackTheSchedulingThatTheyRegisteredWith) {
+  nodes.add(node, other_id);
+  const os::CpuSet before = *fake.affinity(other_id);
+  raise(other_id);
+  EXPECT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), before);
+  EXPECT_FALSE(nodes.any_raised(region));
+}
+
+// Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
+TEST_F(ClientNodesTest, AThreadThatIsRaisedAfterItWasRestoredIsRestoredAgain) {
+  nodes.add(node, other_id);
+  raise(other_id);
+  nodes.restore_threads(region);
+  raise(other_id);
+  ASSERT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+}
+
+TEST_F(ClientNodesTest, ThreadsThatOnlyTheServerKnewBecomeOrdinary) {
+  nodes.add(node, fake.current_thread());
+  list(other_id);
+  EXPECT_FALSE(nodes.any_raised(region));
+  raise(other_id);
+  EXPECT_TRUE(nodes.any_raised(region));
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), *fake.affinity(fake.current_thread()));
+}
+
+// Guards: the program gave them the CPUs of the node's own thread.
+TEST_F(ClientNodesTest, ThreadsThatTheProgramNamedGetBackTheirOwnScheduling) {
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  nodes.add(node, fake.current_thread());
+  nodes.add_thread(node, other_id);
+  list(other_id);
+  raise(other_id);
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
+}
+
+TEST_F(ClientNodesTest, TheSchedulingThatAServerGaveIsNotSaved) {
+  raise(other_id);
+  nodes.add(node, other_id);
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1}) << "a server had moved it by then";
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  nodes.update_saved_scheduling();
+  raise(other_id);
+  nodes.update_saved_scheduling();
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
+}
+
+TEST_F(ClientNodesTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
+  nodes.add(node, other_id);
+  fake.reuse_number(other_id);
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{1}).ok());
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{1});
+  nodes.update_saved_scheduling();
+  ASSERT_TRUE(fake.set_affinity(other_id, os::CpuSet{0}).ok());
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
+}
+
+TEST_F(ClientNodesTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
+  nodes.add(node, other_id);
+  list(os::ThreadId{-7});
+  nodes.restore_threads(region);
+  list(os::ThreadId{12345});
+  nodes.restore_threads(region);
+  EXPECT_FALSE(nodes.any_raised(region));
+  EXPECT_TRUE(fake.changes().empty());
+}
+
+TEST_F(ClientNodesTest, NodesAndTheirThreadsCanBeAddedAndRemoved) {
+  EXPECT_FALSE(nodes.has(node));
+  nodes.add_thread(node, other_id);
+  nodes.add(node, fake.current_thread());
+  nodes.add(node, other_id);
+  nodes.remove(node, other_id);
+  ASSERT_TRUE(nodes.has(node));
+  ASSERT_EQ(nodes.all().size(), 1U);
+  EXPECT_EQ(nodes.all().front().thread, fake.current_thread());
+  nodes.add_thread(node, other_id);
+  EXPECT_EQ(nodes.all().front().others, std::vector<os::ThreadId>{other_id});
+  nodes.remove_thread(node, other_id);
+  EXPECT_TRUE(nodes.all().front().others.empty());
+}
+
+}  // namespace
+}  // namespace ctn::runtime

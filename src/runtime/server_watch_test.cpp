@@ -1,0 +1,317 @@
+// In virtual time, with a server that does what the test says.
+#include "runtime/server_watch.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/run_access.h"
+#include "config/testing/apps.h"
+#include "os/fake/fake_os.h"
+
+namespace ctn::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr const char* kWatchedApp =
+    "catan: 1\napp: two\nnodes: { eye: {}, map: {} }\nedges: []\n"
+    "objective: [ { period: eye, weight: 1 }, { period: map, weight: 1 } ]\n";
+
+class VirtualServer : public ServerLink {
+ public:
+  struct Heard {
+    Nanos at;
+    std::string what;
+    friend bool operator==(const Heard&, const Heard&) = default;
+  };
+
+  VirtualServer(os::FakeOs& fake, const graph::App& app) : fake_(fake), app_(app) { start(); }
+
+  // A new server, with a region of its own.
+  void start() {
+    there = true;
+    memory_.emplace(*os::SharedMemory::create("watch-test", Region::size_for(app_.graph, 1, kWatchedApp)));
+    region_.emplace(Region::create(app_.graph, 1, kWatchedApp, memory_->bytes()));
+    region_->heartbeat().max_heartbeat_gap = Nanos{milliseconds{100}}.count();
+  }
+  os::SharedMemory shared() const {
+    return *os::SharedMemory::open(os::Descriptor{::dup(memory_->descriptor().number())});
+  }
+  Region& region() { return *region_; }
+
+  std::unique_ptr<Conversation> converse() override { return std::make_unique<Talk>(*this); }
+  Result<bool> wait(TimePoint deadline) override {
+    fake_.sleep_until(deadline);
+    return std::exchange(gone, false);
+  }
+  void hang_up() override { hear("hang up"); }
+
+  bool there = false;
+  bool gone = false;    // for the next wait()
+  std::string refused;  // a node, or "hello"
+  std::function<void(const std::string&)> on_join = [](const std::string&) {};
+  std::vector<Heard> heard;
+  int conversations = 0;
+
+ private:
+  class Talk : public Conversation {
+   public:
+    explicit Talk(VirtualServer& server) : server_(server) { EXPECT_EQ(++server.conversations, 1); }
+    ~Talk() override { --server_.conversations; }
+
+    Result<os::SharedMemory> dial(os::ThreadId /*service*/, const Meanwhile& /*meanwhile*/) override {
+      server_.hear("hello");
+      if (!server_.there) return Error::environment("nobody is there", "");
+      if (server_.refused == "hello") return Error::caller("not you", "");
+      return server_.shared();
+    }
+    Status call(const Request& request, const Meanwhile& /*meanwhile*/) override {
+      server_.hear((request.kind == Request::Kind::kLeave ? "leave " : "join ") + request.node);
+      if (!server_.there) return Error::environment("nobody is there", "");
+      if (server_.refused == request.node) return Error::caller("another runs it", "");
+      server_.on_join(request.node);
+      return Done{};
+    }
+
+   private:
+    VirtualServer& server_;
+  };
+
+  void hear(const std::string& what) { heard.push_back({fake_.now().time_since_epoch(), what}); }
+
+  os::FakeOs& fake_;
+  const graph::App& app_;
+  std::optional<os::SharedMemory> memory_;
+  std::optional<Region> region_;
+};
+
+class ServerWatchTest : public ::testing::Test {
+ protected:
+  using Heard = std::vector<VirtualServer::Heard>;
+
+  ServerWatchTest() {
+    for (const NodeId node : {eye, map}) {
+      threads.push_back(fake.spawn("node", [this, node] {
+        ids[node] = fake.current_thread();
+        NodePort& port = *wiring.port(node);
+        for (ctn::Run run; port.wait_for_trigger(); port.end(run)) {
+          port.begin(run);
+          ++runs[node];
+        }
+      }));
+    }
+    fake.sleep_until(fake.now());
+    for (const NodeId node : {eye, map}) registered.add(node, ids[node]);
+    server.region().signal(SubchainId(0)).period = Nanos{milliseconds{20}}.count();
+    server.region().signal(SubchainId(1)).period = Nanos{milliseconds{50}}.count();
+  }
+  ~ServerWatchTest() override {
+    watch.leave();
+    for (const auto& thread : threads) thread->join();
+  }
+
+  ServedRegions first_region() {
+    ServedRegions made(app, kWatchedApp);
+    EXPECT_TRUE(made.add(server.shared()).ok());
+    return made;
+  }
+  ServerWatch::Program program() {
+    return {.os = fake,
+            .app = app,
+            .link = server,
+            .wiring = wiring,
+            .registered = registered,
+            .notices = notices,
+            .served = served,
+            .stopping = [this] { return stopping; }};
+  }
+
+  // Turns when they are due. The server's heart beats all the time, or not at all.
+  void pass(Nanos duration) {
+    const TimePoint until = fake.now() + duration;
+    while (next <= until) {
+      fake.sleep_until(next);
+      if (beats) server.region().heartbeat().beats.fetch_add(1);
+      next = watch.turn(fake.now(), false);
+      notices.deliver();
+    }
+    fake.sleep_until(until);
+  }
+  void lose() {
+    server.there = false;
+    next = watch.turn(fake.now(), true);
+    notices.deliver();
+  }
+  os::Level level(NodeId node) { return *fake.level(ids.at(node)); }
+  void raise(NodeId node) { ASSERT_TRUE(fake.set_level(ids.at(node), os::Level::kActive).ok()); }
+
+  static constexpr const char* kGone = "server: it is gone; nodes go on at the rates that were planned last";
+  static constexpr const char* kSilent =
+      "server: it does nothing any more; nodes go on at the rates that were planned last";
+  static constexpr const char* kBack = "server: there is one again, and it schedules the nodes";
+
+  os::FakeOs fake;
+  graph::App app = parse(kWatchedApp);
+  NodeId eye = *app.graph.find_node("eye");
+  NodeId map = *app.graph.find_node("map");
+  VirtualServer server{fake, app};
+  ServedRegions regions = first_region();
+  Wiring wiring{app, fake, regions.newest()};
+  ClientNodes registered{fake};
+  std::vector<std::pair<Nanos, std::string>> told;
+  std::function<void(const std::string&)> on_notice = [](const std::string&) {};
+  driver::Notices notices{[this](const std::string& text) {
+                            told.emplace_back(fake.now().time_since_epoch(), text);
+                            on_notice(text);
+                          },
+                          false};
+  std::atomic<bool> served{false};
+  bool stopping = false;
+  ServerWatch watch{program(), std::move(regions)};
+  std::map<NodeId, os::ThreadId> ids;
+  std::map<NodeId, int> runs;
+  std::vector<std::unique_ptr<os::Thread>> threads;
+  bool beats = true;
+  TimePoint next{};
+};
+
+TEST_F(ServerWatchTest, AServerWithAHeartbeatIsLeftAlone) {
+  pass(seconds{10});
+  EXPECT_TRUE(served);
+  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(server.heard.empty());
+  EXPECT_TRUE(runs.empty());
+}
+
+TEST_F(ServerWatchTest, AServerThatIsStoppedCountsAsGoneUntilItGoesOn) {
+  pass(seconds{1});
+  beats = false;
+  raise(eye);
+  pass(milliseconds{99});
+  EXPECT_TRUE(served);
+  pass(milliseconds{1});
+  EXPECT_FALSE(served) << "two looks in 100 ms without a beat";
+  EXPECT_EQ(level(eye), os::Level::kOrdinary);
+  pass(milliseconds{200});
+  EXPECT_EQ(runs[eye], 11) << "at once, and every 20 ms";
+  EXPECT_EQ(runs[map], 5);
+  EXPECT_TRUE(server.heard.empty()) << "it would not answer";
+  pass(milliseconds{5});
+  beats = true;
+  pass(milliseconds{5});
+  EXPECT_TRUE(served);
+  const Nanos back = milliseconds{1310};
+  EXPECT_EQ(server.heard, (Heard{{back, "hang up"}, {back, "hello"}, {back, "join eye"}, {back, "join map"}}));
+  EXPECT_EQ(told, (std::vector<std::pair<Nanos, std::string>>{{milliseconds{1100}, kSilent}, {back, kBack}}));
+}
+
+TEST_F(ServerWatchTest, TheNextServerIsTriedTenTimesASecondAndGetsAllNodes) {
+  pass(seconds{1});
+  lose();
+  EXPECT_FALSE(served);
+  pass(milliseconds{250});
+  EXPECT_EQ(runs[eye], 13);
+  server.start();
+  server.region().node(eye).word = 1;
+  pass(milliseconds{50});
+  EXPECT_TRUE(served);
+  EXPECT_EQ(runs[eye], 16) << "15 by itself, and one that was triggered in the new region";
+  Heard expected;
+  for (const int at : {1000, 1100, 1200}) {
+    expected.push_back({milliseconds{at}, "hello"});
+    expected.push_back({milliseconds{at}, "hang up"});
+  }
+  for (const char* what : {"hello", "join eye", "join map"}) expected.push_back({milliseconds{1300}, what});
+  EXPECT_EQ(server.heard, expected);
+  EXPECT_EQ(told, (std::vector<std::pair<Nanos, std::string>>{{seconds{1}, kGone}, {milliseconds{1300}, kBack}}));
+}
+
+TEST_F(ServerWatchTest, AServerThatRefusesTheProgramIsTriedMoreAndMoreSeldomAndToldOnce) {
+  server.refused = "hello";
+  next = watch.turn(fake.now(), true);
+  pass(seconds{60});
+  std::vector<Nanos> tried;
+  for (const auto& [at, what] : server.heard) {
+    if (what == "hello") tried.push_back(at);
+  }
+  ASSERT_GT(tried.size(), 8U);
+  for (std::size_t i = 1; i < tried.size(); ++i) {
+    EXPECT_EQ(tried[i] - tried[i - 1],
+              std::min<Nanos>(milliseconds{100} * (1 << std::min<std::size_t>(i - 1, 10)), seconds{5}));
+  }
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1].second, "server: there is one, but nodes go on without it: not you");
+}
+
+TEST_F(ServerWatchTest, AServerThatRefusesOneNodeGetsNone) {
+  pass(seconds{1});
+  lose();
+  server.start();
+  server.refused = "map";
+  server.on_join = [&](const std::string&) { raise(eye); };
+  pass(milliseconds{100});
+  EXPECT_FALSE(served);
+  EXPECT_EQ(level(eye), os::Level::kOrdinary) << "it was raised before the other was refused";
+  EXPECT_EQ(server.region().node(eye).word, 0U);
+  const int before = runs[eye];
+  pass(milliseconds{100});
+  EXPECT_EQ(runs[eye], before + 5) << "nodes go on where they are";
+  server.refused.clear();
+  pass(seconds{1});
+  EXPECT_TRUE(served);
+}
+
+// Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
+TEST_F(ServerWatchTest, AThreadThatIsRaisedAfterItsServerWentAwayIsRestored) {
+  pass(seconds{1});
+  lose();
+  for (int times = 0; times < 3; ++times) {
+    pass(milliseconds{15});
+    raise(map);
+    pass(milliseconds{5});
+    EXPECT_EQ(level(map), os::Level::kOrdinary);
+  }
+  pass(ServerWatch::kLongestCall);
+  raise(map);
+  pass(seconds{1});
+  EXPECT_EQ(level(map), os::Level::kActive) << "no call of the server takes as long: somebody else did it";
+}
+
+TEST_F(ServerWatchTest, WhoLeavesRestoresThreadsThatNoServerRestores) {
+  raise(eye);
+  watch.leave();
+  EXPECT_EQ(level(eye), os::Level::kActive) << "the server restores it";
+  server.there = false;
+  watch.leave();
+  EXPECT_EQ(level(eye), os::Level::kOrdinary);
+  EXPECT_FALSE(served);
+}
+
+// A user's callback may do whatever a user may: no lock is held when it is called.
+TEST_F(ServerWatchTest, TheCallbackMayCallBack) {
+  on_notice = [&](const std::string& text) {
+    EXPECT_FALSE(served);
+    EXPECT_EQ(server.converse()->call({.kind = Request::Kind::kAdd, .node = "eye"}).ok(), server.there);
+    registered.add_thread(eye, fake.current_thread());
+    EXPECT_EQ(registered.all().front().others, std::vector<os::ThreadId>{fake.current_thread()});
+    notices.add("test", "it has heard: " + text);
+    stopping = true;
+    on_notice = [](const std::string&) {};
+  };
+  server.gone = true;
+  server.there = false;
+  watch.run();
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1].second, std::string("test: it has heard: ") + kGone);
+}
+
+}  // namespace
+}  // namespace ctn::runtime
