@@ -16,11 +16,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "driver/notices.h"
 #include "os/os.h"
 #include "runtime/client_link.h"
 #include "runtime/client_nodes.h"
 #include "runtime/node_threads.h"
-#include "driver/notices.h"
 #include "runtime/owning_thread.h"
 #include "runtime/server_watch.h"
 #include "runtime/wiring.h"

@@ -86,7 +86,6 @@ class Housekeeping : private driver::PlanningHost {
   std::vector<os::CpuSet> places_;  // by subchain: where its threads are to be, as published last
   TimePoint published_{};
   bool moved_told_ = false;
-
 };
 
 }  // namespace ctn::runtime

@@ -22,11 +22,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "driver/notices.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/client_nodes.h"
 #include "runtime/heartbeat_watch.h"
-#include "driver/notices.h"
 #include "runtime/redial.h"
 #include "runtime/served_regions.h"
 #include "runtime/server_link.h"

@@ -302,7 +302,7 @@ TEST_F(ServerWatchTest, TheCallbackMayCallBack) {
     EXPECT_EQ(server.converse()->call({.kind = Request::Kind::kAdd, .node = "eye"}).ok(), server.there);
     registered.add_thread(eye, fake.current_thread());
     EXPECT_EQ(registered.all().front().others, std::vector<os::ThreadId>{fake.current_thread()});
-    notices.add("test", "it has heard: " + text);
+    notices.add({fake.now(), "test", "it has heard: " + text});
     stopping = true;
     on_notice = [](const std::string&) {};
   };
