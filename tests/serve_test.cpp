@@ -469,6 +469,21 @@ TEST_F(ServeTest, TheCallbackOfAProgramMayCallItBack) {
   EXPECT_EQ(told.size(), 1U);
 }
 
+TEST_F(ServeTest, AFunctionOfANodeMayStopItsProgram) {
+  serve();
+  Result<Client> client = connect({});
+  ASSERT_TRUE(client.ok()) << client.error().message();
+  std::atomic<int> runs{0};
+  client->node("eye", [&](Run&) {
+    if (++runs == 20) client->stop();
+  });
+  client->node("hand", [](Run&) {});
+  ASSERT_TRUE(client->start().ok());
+  EXPECT_TRUE(eventually([&] { return times_said("node eye is gone") == 1; })) << said();
+  EXPECT_EQ(runs, 20) << "it has stopped";
+  client->stop();
+}
+
 TEST_F(ServeTest, AThreadThatWasNamedWithoutAServerIsRaisedByTheNext) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();

@@ -126,7 +126,8 @@ catan_status catan_session_set_min_rate(catan_session* session, const char* node
 /* What was measured so far, as one JSON object: the fields of ctn::Snapshot (snapshot.h) under their names. The caller
  * frees it with catan_free(). NULL on failure. */
 char* catan_session_snapshot(const catan_session* session, catan_error** error);
-/* Waits for runs that are under way; no function is called afterwards. May be called twice. */
+/* Waits for runs that are under way; no function is called afterwards. May be called twice. An error that does nothing
+ * from a function that the session calls. */
 catan_status catan_session_stop(catan_session* session, catan_error** error);
 /* Stops it first. Not from a function that the session calls. */
 void catan_session_free(catan_session* session);
@@ -156,7 +157,8 @@ catan_status catan_client_start(catan_client* client, catan_error** error);
 catan_status catan_client_adopt_this_thread(catan_client* client, const char* node, catan_error** error);
 /* Not 0: a server is there at this moment. */
 int catan_client_served(const catan_client* client);
-/* Ends waits and lets functions that are under way return. Attached threads are to return by themselves. */
+/* Ends waits and lets functions that are under way return. Attached threads are to return by themselves. From a
+ * function that the client calls it returns at once, and what it does follows when that has returned. */
 void catan_client_stop(catan_client* client);
 /* Stops it first. By then, no attached thread may use its node any more. */
 void catan_client_free(catan_client* client);

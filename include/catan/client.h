@@ -20,8 +20,8 @@
 // scheduling; on_notice is told. As soon as there is a server again (of the same app), they are its.
 //
 // Thread safety: connect, node, channel, queue, start, stop from one thread; attach and adopt_this_thread from the
-// thread concerned, between start and stop. on_notice is called with no lock held and may call all of them. A stop that
-// it calls returns at once, and what stop does follows when on_notice has returned.
+// thread concerned, between start and stop. on_notice is called with no lock held and may call all of them. Called by
+// it, or by a node's function, stop returns at once; what it does follows when that has returned.
 #pragma once
 
 #include <cstdint>

@@ -96,8 +96,8 @@ class Session {
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function
   // (kCaller); a plan that cannot be made; CPUs that cannot be had (kEnvironment).
   Status start();
-  // Waits for runs that are under way, restores scheduling, closes the record. May be called twice. The first error of
-  // the record.
+  // Waits for runs that are under way, restores scheduling, closes the record. May be called twice. Errors: it is
+  // called by a node's function or on_notice (kCaller), and then does nothing; the first error of the record.
   Status stop();
 
   // While it runs: other weights, bounds or CPUs from now on, all of them or, where anything is wrong, none. A plan for

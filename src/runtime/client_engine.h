@@ -46,7 +46,7 @@ class ClientEngine {
   Wiring& wiring() { return *wiring_; }
 
   Status start();
-  // Called by on_notice, it returns at once; what it does follows when on_notice has returned.
+  // Called by on_notice or a node's function, it returns at once; what it does follows when that has returned.
   void stop();
   // The calling thread is the node's. Good until this ends.
   Result<NodePort*> attach(std::string_view node);

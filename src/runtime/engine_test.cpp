@@ -34,7 +34,9 @@ EngineOptions options(const std::string& policy, int cpus) {
 class TrackerTest : public ::testing::Test {
  protected:
   void open(const std::string& policy, int cpus, os::Os& system, const graph::App& app = tracker_app()) {
-    Result<std::unique_ptr<Engine>> made = Engine::create(app, system, options(policy, cpus));
+    EngineOptions chosen = options(policy, cpus);
+    chosen.on_notice = on_notice;
+    Result<std::unique_ptr<Engine>> made = Engine::create(app, system, std::move(chosen));
     ASSERT_TRUE(made.ok()) << made.error().message();
     engine = std::move(*made);
     const char* names[] = {"camera", "detect", "plan", "motor"};
@@ -73,6 +75,7 @@ class TrackerTest : public ::testing::Test {
   std::array<std::vector<Taken>, 4> taken;  // each written by its node's thread alone
   std::vector<std::function<Nanos(std::uint64_t)>> costs{always(milliseconds{25}), always(milliseconds{57}),
                                                          always(milliseconds{1}), always(Nanos{0})};
+  std::function<void(const std::string&)> on_notice;
   std::unique_ptr<Engine> engine;  // after `fake`: it goes first
 };
 
@@ -246,6 +249,26 @@ TEST_F(TrackerTest, ARefusalHalfWayLowersWhatWasRaised) {
   EXPECT_FALSE(snapshot.real_time);
   ASSERT_EQ(snapshot.notices.size(), 1U);
   EXPECT_TRUE(snapshot.notices[0].starts_with("rates-only: "));
+  engine.reset();  // before `faulty`
+}
+
+// Guards: the thread waited for its own end.
+TEST_F(TrackerTest, AFunctionThatItCallsCannotStopIt) {
+  Status by_node = Done{};
+  Status by_notice = Done{};
+  costs[3] = [&](std::uint64_t) {
+    by_node = engine->stop();
+    return Nanos{0};
+  };
+  on_notice = [&](const std::string&) { by_notice = engine->stop(); };
+  os::FaultyOs faulty(fake);
+  open("catan", 1, faulty);
+  faulty.fail_next(os::Call::kSetLevel, 1, os::refused());
+  EXPECT_GT(run_for(seconds{5}).chains[0].response_ms.count, 10U) << "it goes on";
+  ASSERT_FALSE(by_node.ok());
+  EXPECT_EQ(by_node.error().kind(), ErrorKind::kCaller);
+  ASSERT_FALSE(by_notice.ok());
+  EXPECT_EQ(by_notice.error().message(), by_node.error().message());
   engine.reset();  // before `faulty`
 }
 

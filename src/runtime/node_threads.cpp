@@ -59,6 +59,12 @@ void NodeThreads::stop() {
   threads_.clear();
 }
 
+bool NodeThreads::is_current() const {
+  const auto current = static_cast<std::int32_t>(os_.current_thread());
+  return std::any_of(numbers_.begin(), numbers_.end(),
+                     [&](const auto& number) { return number.load(std::memory_order_relaxed) == current; });
+}
+
 void NodeThreads::run(NodeId node) {
   const graph::Node& described = app_.graph.node(node);
   if (described.unscheduled && !described.follows) {

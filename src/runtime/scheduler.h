@@ -111,6 +111,8 @@ class Scheduler {
   // Cheap, unlike snapshot(), which sorts all that was measured.
   bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;
+  // Whether the calling thread is the one that calls on_notice.
+  bool is_housekeeping() const { return parts_ && parts_->housekeeping.is_current(); }
 
  private:
   // From prepare() on; none of it changes but by itself. In the order of who uses whom.
