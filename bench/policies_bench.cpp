@@ -3,9 +3,11 @@
 //
 // The loads have spikes, and what takes long grows with time.
 //
-// Usage: policies_bench [--quick] [--json] [--cores N], else on one core; of the machine's CPUs, the last so many.
-// Needs the permission for real-time levels. Exit: 0, whatever comes out; 1 if a run fails; 2 if there are not so many
-// CPUs.
+//   policies_bench                                                       all of it, on one core
+//   policies_bench --cases vr --policies catan,verucchi --rounds 9       one case between two, more surely
+//
+// Needs the permission for real-time levels. Exit: 0, whatever comes out; 1 if a run fails; 2 for options that make no
+// sense.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -13,13 +15,14 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "cases.h"
@@ -37,8 +40,8 @@ struct Contender {
 };
 const std::vector<Contender> kContenders{
     {"catan", "--scheduler catan"},
-    {"catan, fixed frames", "--scheduler catan --frames fixed"},
-    {"catan, no stealing", "--scheduler catan --no-stealing"},
+    {"catan-fixed-frames", "--scheduler catan --frames fixed"},
+    {"catan-no-stealing", "--scheduler catan --no-stealing"},
     {"verucchi", "--scheduler verucchi:{costs}"},
     {"davare", "--scheduler davare:{costs}"},
     {"picas", "--scheduler picas:{costs}"},
@@ -46,7 +49,19 @@ const std::vector<Contender> kContenders{
     {"default", "--scheduler default"},
 };
 
+std::vector<std::string> names_of_contenders() {
+  std::vector<std::string> names;
+  std::transform(kContenders.begin(), kContenders.end(), std::back_inserter(names),
+                 [](const Contender& who) { return who.name; });
+  return names;
+}
+const Contender& contender(const std::string& name) {
+  return *std::find_if(kContenders.begin(), kContenders.end(), [&](const Contender& who) { return who.name == name; });
+}
+
 struct Setting {
+  std::vector<std::string> cases{"navigation", "navigation_with_detector", "vr"};
+  std::vector<std::string> policies = names_of_contenders();
   int seconds = 30;
   int rounds = 3;
   int cores = 1;
@@ -109,21 +124,21 @@ double median_of(const std::vector<Measured>& all, double Measured::*figure) {
 Json run_case(const std::string& name, const Setting& setting) {
   std::map<std::string, std::vector<Measured>> results;
   for (int round = 0; round < setting.rounds; ++round) {
-    for (const Contender& who : kContenders) {
-      fmt::print(stderr, "... {}, {}, round {} of {}\n", name, who.name, round + 1, setting.rounds);
-      results[who.name].push_back(measure(name, who, setting, round + 1));
+    for (const std::string& who : setting.policies) {
+      fmt::print(stderr, "... {}, {}, round {} of {}\n", name, who, round + 1, setting.rounds);
+      results[who].push_back(measure(name, contender(who), setting, round + 1));
     }
   }
   Json rows = Json::array();
-  const double ours = median_of(results["catan"], &Measured::objective);
-  for (const Contender& who : kContenders) {
+  const double first = median_of(results[setting.policies.front()], &Measured::objective);
+  for (const std::string& who : setting.policies) {
     const auto figure = [&](double Measured::*value) {
-      const double median = median_of(results[who.name], value);
+      const double median = median_of(results[who], value);
       return std::isfinite(median) ? Json(median) : Json(nullptr);
     };
-    rows.push_back({{"policy", who.name},
+    rows.push_back({{"policy", who},
                     {"objective_ms", figure(&Measured::objective)},
-                    {"to_catan", median_of(results[who.name], &Measured::objective) / ours},
+                    {"to_first", median_of(results[who], &Measured::objective) / first},
                     {"first_chain_mean_ms", figure(&Measured::mean)},
                     {"first_chain_p99_ms", figure(&Measured::p99)},
                     {"first_chain_mean_to_expected", figure(&Measured::mean_to_expected)},
@@ -141,11 +156,11 @@ std::string cell(const Json& value) { return value.is_null() ? "-" : fmt::format
 void print_case(const Json& result) {
   fmt::print("\n{}: medians of {} rounds of {} s, cores: {}\n", result["case"].get<std::string>(),
              result["rounds"].get<int>(), result["seconds"].get<int>(), result["cores"].get<int>());
-  fmt::print("{:<22} {:>13} {:>9} {:>16} {:>15} {:>17} {:>17}\n", "policy", "objective, ms", "to catan",
+  fmt::print("{:<22} {:>13} {:>9} {:>16} {:>15} {:>17} {:>17}\n", "policy", "objective, ms", "to first",
              "first chain mean", "first chain p99", "mean to expected", "p99 to promised");
   for (const Json& row : result["policies"]) {
     fmt::print("{:<22} {:>13} {:>8}x {:>16} {:>15} {:>17} {:>17}\n", row["policy"].get<std::string>(),
-               cell(row["objective_ms"]), cell(row["to_catan"]), cell(row["first_chain_mean_ms"]),
+               cell(row["objective_ms"]), cell(row["to_first"]), cell(row["first_chain_mean_ms"]),
                cell(row["first_chain_p99_ms"]), cell(row["first_chain_mean_to_expected"]),
                cell(row["worst_p99_to_promised"]));
   }
@@ -156,25 +171,35 @@ void print_case(const Json& result) {
 
 int main(int argc, char** argv) {
   bool json = false;
+  bool quick = false;
   Setting setting;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view option = argv[i];
-    if (option == "--json") json = true;
-    if (option == "--quick") setting.seconds = 20, setting.rounds = 1;
-    if (option == "--cores" && i + 1 < argc) setting.cores = std::atoi(argv[++i]);
-  }
-  if (setting.cores < 1 || setting.cores > sysconf(_SC_NPROCESSORS_ONLN)) {
-    fmt::print(stderr, "policies_bench: this machine has {} CPUs; give --cores from 1 to so many\n",
-               sysconf(_SC_NPROCESSORS_ONLN));
-    return 2;
-  }
+  CLI::App cli("What the application feels under each policy, for real");
+  cli.option_defaults()->always_capture_default();
+  cli.add_option("--cases", setting.cases, "Frozen case studies")->delimiter(',')->check(CLI::IsMember(setting.cases));
+  cli.add_option("--policies", setting.policies, "Who plays; objectives are compared with the first")
+      ->delimiter(',')
+      ->check(CLI::IsMember(setting.policies));
+  cli.add_option("--cores", setting.cores, "The last of the machine's CPUs, so many")
+      ->check(CLI::Range(1L, sysconf(_SC_NPROCESSORS_ONLN)));
+  cli.add_option("--rounds", setting.rounds, "How often each policy plays each case, by turns")
+      ->check(CLI::Range(1, 1000));
+  cli.add_option("--seconds", setting.seconds, "Of each run")->check(CLI::Range(1, 86'400));
+  cli.add_flag("--quick", quick, "One round of 20 s");
+  cli.add_flag("--json", json, "Print one JSON document");
   try {
+    cli.parse(argc, argv);
+    if (quick) setting.seconds = 20, setting.rounds = 1;
     Json results = Json::array();
-    for (const char* name : {"navigation", "navigation_with_detector", "vr"}) {
+    for (const std::string& name : setting.cases) {
       results.push_back(run_case(name, setting));
       if (!json) print_case(results.back());
     }
     if (json) fmt::print("{}\n", results.dump(2));
+  } catch (const CLI::CallForHelp& help) {
+    return cli.exit(help);
+  } catch (const CLI::ParseError& error) {
+    cli.exit(error);
+    return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "policies_bench: {}\n", error.what());
     return EXIT_FAILURE;
