@@ -10,7 +10,6 @@
 namespace ctn::doctor {
 namespace {
 
-constexpr int kHighestPriority = 4;  // of kDispatcher
 constexpr std::int64_t kUsualRuntime = 950'000;
 constexpr std::int64_t kSecond = 1'000'000;  // in microseconds
 constexpr double kLargeReserve = 0.1;
@@ -29,9 +28,11 @@ std::optional<std::int64_t> limit(const os::LinuxRoots& roots, std::string_view 
 }
 
 std::vector<std::string> lines_for_permission(const os::LinuxRoots& roots) {
-  return {fmt::format("sudo setcap cap_sys_nice+ep {}   # and the same for the app's program; or", program_path(roots)),
-          "echo \"$USER - rtprio 10\" | sudo tee /etc/security/limits.d/catan.conf   # then log in again; or",
-          "docker run --cap-add=SYS_NICE ...   # in a container"};
+  return {
+      fmt::format("sudo setcap cap_sys_nice+ep {}   # and the same for the app's program; or", program_path(roots)),
+      fmt::format("echo \"$USER - rtprio {}\" | sudo tee /etc/security/limits.d/catan.conf   # then log in again; or",
+                  os::kHighestPriority),
+      "docker run --cap-add=SYS_NICE ...   # in a container"};
 }
 
 std::string top_folder(const os::LinuxRoots& roots, const std::string& own_file) {
@@ -137,8 +138,9 @@ std::optional<Quota> tightest_quota(const os::LinuxRoots& roots) {
 
 Finding check_permission(const os::LinuxRoots& roots, const Observed& observed) {
   if (observed.real_time.permitted) {
-    return {"permission", Verdict::kOk, fmt::format("real-time levels 1 to {} can be had (tried)", kHighestPriority),
-            {},           {},           {}};
+    return {
+        "permission", Verdict::kOk, fmt::format("real-time levels 1 to {} can be had (tried)", os::kHighestPriority),
+        {},           {},           {}};
   }
   const bool capable = has_cap_sys_nice(roots);
   const auto rtprio = limit(roots, "Max realtime priority");
@@ -149,7 +151,7 @@ Finding check_permission(const os::LinuxRoots& roots, const Observed& observed) 
                   "rates only: Catan still plans and triggers, but nothing is kept from anything else's CPU",
                   "get the permission, one of these ways",
                   lines_for_permission(roots)};
-  if (capable || (rtprio && *rtprio >= kHighestPriority)) {
+  if (capable || (rtprio && *rtprio >= os::kHighestPriority)) {
     finding.hint = "the permission is there; fix what else refuses it: see `group`";
     finding.lines.clear();
   }
@@ -160,7 +162,7 @@ Finding check_cgroup(const os::LinuxRoots& roots, const Observed& observed) {
   const auto cgroup = real_time_cgroup(roots);
   if (cgroup && cgroup->runtime_us == 0) return cgroup_without_time(roots, cgroup->file);
   const auto rtprio = limit(roots, "Max realtime priority");
-  const bool allowed = has_cap_sys_nice(roots) || (rtprio && *rtprio >= kHighestPriority);
+  const bool allowed = has_cap_sys_nice(roots) || (rtprio && *rtprio >= os::kHighestPriority);
   if (!observed.real_time.permitted && allowed) {
     const std::vector<std::string> folders = cgroup_folders(roots, cgroup ? "cpu" : "");
     Finding finding = privileged_but_refused(folders.empty() ? "" : folders.front());

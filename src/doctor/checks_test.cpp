@@ -71,7 +71,7 @@ TEST_F(LinuxCheckup, WithoutPermissionTheWaysToGetItAreNamed) {
   const Finding finding = check_permission(roots(), machine_);
   expect(finding, Verdict::kProblem, "no CAP_SYS_NICE, RLIMIT_RTPRIO 0");
   EXPECT_THAT(finding.lines, Contains(HasSubstr("setcap cap_sys_nice+ep")));
-  EXPECT_THAT(finding.lines, Contains(HasSubstr("rtprio")));
+  EXPECT_THAT(finding.lines, Contains(HasSubstr("rtprio 70")));
   EXPECT_THAT(finding.meaning, HasSubstr("rates only"));
   expect(check_cgroup(roots(), machine_), Verdict::kOk, "");
 }
@@ -84,8 +84,10 @@ TEST_F(LinuxCheckup, PrivilegedButRefusedPointsToGroupScheduling) {
   expect(finding, Verdict::kProblem, "although this process has CAP_SYS_NICE");
   EXPECT_THAT(finding.hint, HasSubstr("rt_group_sched=0"));
   EXPECT_THAT(finding.lines.front(), HasSubstr("/sys/fs/cgroup/cgroup.procs"));
-  refuse("0000000000000000", "10");
-  expect(check_cgroup(roots(), machine_), Verdict::kProblem, "although RLIMIT_RTPRIO is 10");
+  refuse("0000000000000000", "70");
+  expect(check_cgroup(roots(), machine_), Verdict::kProblem, "although RLIMIT_RTPRIO is 70");
+  refuse("0000000000000000", "69");
+  expect(check_cgroup(roots(), machine_), Verdict::kOk, "");
 }
 
 TEST_F(LinuxCheckup, CgroupWithoutTimeIsGivenSomeFromTheTopDown) {

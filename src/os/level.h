@@ -18,5 +18,6 @@ const char* to_string(Level level);
 // demoted. Precondition: 0 <= rank < kFixedLevels.
 constexpr int kFixedLevels = 66;
 constexpr Level fixed_level(int rank) { return static_cast<Level>(static_cast<int>(Level::kDispatcher) + 1 + rank); }
+constexpr Level kHighestLevel = fixed_level(kFixedLevels - 1);
 
 }  // namespace ctn::os

@@ -310,7 +310,7 @@ RealTimeFacts LinuxOs::real_time_facts() {
   RealTimeFacts facts;
   // On a thread of its own: the caller's level is never touched, and nothing is left to restore but a thread that ends.
   std::thread([&] {
-    const Status raised = set_level(current_thread(), Level::kDispatcher);
+    const Status raised = set_level(current_thread(), kHighestLevel);
     facts.permitted = raised.ok();
     if (!raised.ok()) facts.why_not = raised.error().message();
     static_cast<void>(set_level(current_thread(), Level::kOrdinary));

@@ -94,8 +94,8 @@ std::string how_to_permit(const LinuxRoots& roots) {
   }
   return fmt::format(
       "run as root; or grant it once to the program: `sudo setcap cap_sys_nice+ep {}`; or to the user: a line "
-      "`USER - rtprio 4` in /etc/security/limits.conf and a new login; in a container: --cap-add=SYS_NICE",
-      program_path(roots));
+      "`USER - rtprio {}` in /etc/security/limits.conf and a new login; in a container: --cap-add=SYS_NICE",
+      program_path(roots), kHighestPriority);
 }
 
 }  // namespace ctn::os

@@ -12,6 +12,9 @@
 
 namespace ctn::os {
 
+// Of os::kHighestLevel, under SCHED_FIFO: what RLIMIT_RTPRIO has to allow.
+constexpr int kHighestPriority = 70;
+
 struct RealTimeCgroup {
   std::string file;  // where the budget is set
   std::int64_t runtime_us = 0;

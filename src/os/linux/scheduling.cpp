@@ -31,6 +31,8 @@ constexpr std::array<LevelPolicy, 5> kLevels = {{
     {Level::kDispatcher, SCHED_FIFO, 4},
 }};
 
+static_assert(static_cast<int>(kHighestLevel) == kHighestPriority);
+
 SchedulingPolicy policy_of(Level level) {
   for (const LevelPolicy& known : kLevels) {
     if (known.level == level) return {known.policy, known.priority, true};
