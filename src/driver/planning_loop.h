@@ -110,7 +110,7 @@ class PlanningLoop {
   // --- before the first turn ---
   // Errors: a policy that needs costs and has none; the policy's own.
   Status decide_first();
-  // The same where the decision is given.
+  // Instead, where the first decision is given.
   void begin_with(policy::Decision decision);
   // The app starts: the first decision is in force.
   void begin(TimePoint start, PlanningHost& host);

@@ -10,7 +10,7 @@
 // A node's threads must all be able to go wherever the plan wants them, so that a CPU counts only if every program may
 // use it.
 //
-// Thread safety: every call from any thread that is not a node's or a dispatcher's (it locks).
+// Thread safety: every call from any thread that is not a node's or a controller's (it locks).
 #pragma once
 
 #include <map>

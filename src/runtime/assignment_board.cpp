@@ -1,11 +1,16 @@
 #include "runtime/assignment_board.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace ctn::runtime {
 
 AssignmentBoard::AssignmentBoard(std::size_t readers) : seen_(readers) {}
+
+void AssignmentBoard::leave_out(std::size_t reader) {
+  seen_[reader].store(std::numeric_limits<std::uint64_t>::max(), std::memory_order_release);
+}
 
 void AssignmentBoard::publish(Assignment assignment) {
   assignment.number = ++published_;

@@ -23,11 +23,15 @@ using policy::Assignment;
 class AssignmentBoard {
  public:
   explicit AssignmentBoard(std::size_t readers);
+  // It never looks. Before the first publish(), or in its thread.
+  void leave_out(std::size_t reader);
 
   // Numbers it. What no reader can be looking at any more is dropped.
   void publish(Assignment assignment);
   // The newest; good until the reader's next look. Precondition: there is one.
   const Assignment& read(std::size_t reader);
+  // How many are kept, the newest included.
+  std::size_t kept() const { return kept_.size(); }
 
  private:
   std::atomic<const Assignment*> latest_{nullptr};

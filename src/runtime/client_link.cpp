@@ -212,7 +212,7 @@ void ClientLink::drop(const std::shared_ptr<Line>& line) {
   watcher_->wake();
 }
 
-Result<bool> ClientLink::wait(TimePoint deadline) {
+bool ClientLink::wait(TimePoint deadline) {
   bool process_ended = false;
   for (const os::Poller::Key key : watcher_->wait(deadline)) process_ended = process_ended || key == kProcess;
   std::shared_ptr<Line> line;

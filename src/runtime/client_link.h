@@ -32,7 +32,7 @@ class ClientLink : public ServerLink {
   ~ClientLink() override;
 
   std::unique_ptr<Conversation> converse() override;
-  Result<bool> wait(TimePoint deadline) override;
+  bool wait(TimePoint deadline) override;
   void wake();
   void hang_up() override;
 

@@ -16,7 +16,9 @@ void ClientNodes::remove(NodeId node, os::ThreadId thread) {
   const auto found = std::find_if(state->nodes.rbegin(), state->nodes.rend(), [&](const RegisteredNode& registered) {
     return registered.node == node && registered.thread == thread;
   });
-  if (found != state->nodes.rend()) state->nodes.erase(std::next(found).base());
+  if (found == state->nodes.rend()) return;
+  state->nodes.erase(std::next(found).base());
+  state->saved.restore(thread);
 }
 
 bool ClientNodes::has(NodeId node) const {

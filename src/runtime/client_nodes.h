@@ -30,7 +30,7 @@ class ClientNodes {
 
   // Remembers what the thread has, unless a server has raised it already.
   void add(NodeId node, os::ThreadId thread);
-  // The newest of them that is this node with this thread.
+  // The newest of them that is this node with this thread, which gets back what it had.
   void remove(NodeId node, os::ThreadId thread);
   bool has(NodeId node) const;
   // The same of another thread. Nothing where the node is not there.

@@ -44,7 +44,7 @@ void Collector::note_ignored_wakes() {
   for (const auto& controller : from_.controllers) ignored_wakes += controller->ignored_wakes();
   if (std::exchange(ignored_wakes_noted_, ignored_wakes) == ignored_wakes) return;
   log_.notice({os_.now(), "flood",
-               fmt::format("dispatchers were woken more often than runs can end, and did not listen {} times; one "
+               fmt::format("controllers were woken more often than runs can end, and did not listen {} times; one "
                            "of the app's programs misbehaves",
                            ignored_wakes)});
 }

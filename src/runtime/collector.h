@@ -47,7 +47,7 @@ class Collector : private ReportSink {
 
   // All that was reported since the last call.
   void collect();
-  // Says what was lost, how often dispatchers were flooded, and what the kernel took. About once a second.
+  // Says what was lost, how often controllers were flooded, and what the kernel took. About once a second.
   void note_losses();
   void note_ignored_wakes();
   void check_starvation();

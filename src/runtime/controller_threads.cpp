@@ -22,6 +22,9 @@ void ControllerThreads::spawn(bool shared) {
   for (std::size_t number = 0; number < subchains + cores; ++number) {
     controllers_.push_back(std::make_unique<ControllerThread>(controls_, subchains_, number));
   }
+  for (std::size_t number = controllers_.size(); number < subchains + cpus_.size(); ++number) {
+    controls_.board.leave_out(number);
+  }
   ids_.resize(controllers_.size());
   for (std::size_t index = 0; index < controllers_.size(); ++index) {
     threads_.push_back(os_.spawn(index < subchains ? "catan-trigger" : "catan-core", [this, index] {

@@ -3,8 +3,8 @@
 // machine has refused a level, all threads are lowered and no level is asked for again: the session goes on with rates
 // only, and says so.
 //
-// Thread safety: all calls from any thread that is not a node's or a dispatcher's (it locks), except
-// set_level_now(), move_now() and keep_on(), which dispatchers may call.
+// Thread safety: all calls from any thread that is not a node's or a controller's (it locks), except
+// set_level_now(), move_now() and keep_on(), which controllers may call.
 #pragma once
 
 #include <atomic>
@@ -29,10 +29,12 @@ class Enforcer {
 
   bool real_time() const { return real_time_.load(std::memory_order_acquire); }
 
+  // Until release_all(): afterwards these do nothing.
+  //
   // Puts a thread on `cpus` at `level` (kOrdinary where levels cannot be had). A CPU that cannot be had is an error, a
   // level that cannot be had is not: see above. That of a thread of another process is asked for again if it does not
-  // stay. A thread that is gone is neither. One of another process that the guard
-  // cannot watch is left alone, which is an error.
+  // stay. That a thread is gone is no error. One of another process that the guardian cannot watch is left alone, which
+  // is an error.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus, os::ProcessId owner);
   // The same of a thread of this process.
   Status apply(os::ThreadId thread, os::Level level, const os::CpuSet& cpus) {
@@ -54,12 +56,12 @@ class Enforcer {
   bool has_placed(os::ThreadId thread) const;
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
-  // Nobody may set its level any more: restore_all() is for where dispatchers still might. It forgets nothing.
+  // Nobody may set its level any more: restore_all() is for where controllers still might. It forgets nothing.
   void release(os::ThreadId thread);
   void release_all();
   void restore_all();
 
-  // Makes sure that there is still a guard: to be called about every second.
+  // Makes sure that there is still a guardian: to be called about every second.
   void check_guardian();
 
  private:
@@ -73,6 +75,7 @@ class Enforcer {
   driver::Notices* const notices_;
   mutable std::mutex mutex_;  // guards what follows
   SavedThreads saved_;
+  bool released_ = false;  // all of them, for good
   std::unique_ptr<os::Guardian> guardian_;
   int guardians_replaced_ = 0;
   bool guardian_missing_ = false;

@@ -40,6 +40,15 @@ TEST_F(EnforcerTest, AThreadGetsBackWhatItHadBeforeTheFirstApply) {
   EXPECT_EQ(*fake.affinity(thread), (CpuSet{0, 1}));
 }
 
+// Guards: a thread that was named for a node while a session stopped stayed raised.
+TEST_F(EnforcerTest, NobodyIsRaisedOnceAllHaveBeenReleased) {
+  enforcer.release_all();
+  raise();
+  enforcer.raise(thread, Level::kActive);
+  EXPECT_EQ(*fake.level(thread), Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(thread), (CpuSet{0, 1}));
+}
+
 TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
   raise();
   fake.reuse_number(thread);

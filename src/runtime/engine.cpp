@@ -48,11 +48,11 @@ Status Engine::start_nodes() {
 }
 
 Status Engine::stop() {
-  if (state_ != State::kRunning) return stopped_;
-  if (nodes_.is_current() || scheduler_->is_housekeeping()) {
+  if (nodes_.is_current() || (scheduler_ && scheduler_->is_housekeeping())) {
     return Error::caller("a session cannot be stopped by a function that it calls",
                          "have the thread that started it stop it");
   }
+  if (state_ != State::kRunning) return stopped_;
   state_ = State::kStopped;
   scheduler_->release();
   nodes_.stop();

@@ -44,8 +44,9 @@ class OwningThread {
     return state_;
   }
 
-  // Who woke it before is forgotten.
+  // Who woke it before is forgotten. Precondition: it has not been started or stopped before.
   void start(const std::string& name, std::function<void(State&)> body) {
+    assert(!thread_ && !stopping());
     seen_ = wakes_.load(std::memory_order_acquire);
     thread_ = os_.spawn(name, [this, body = std::move(body)] {
       id_.store(static_cast<std::int32_t>(os_.current_thread()));

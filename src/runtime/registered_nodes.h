@@ -2,7 +2,7 @@
 // misses one of its nodes is not triggered, and no other waits for it; it keeps its place in the plan, so that the
 // rates of the others stay what they are. The housekeeping thread learns of changes by settle() and take_joined().
 //
-// Thread safety: all calls from any thread that is not a node's or a dispatcher's; its lock guards what must change
+// Thread safety: all calls from any thread that is not a node's or a controller's; its lock guards what must change
 // together, and is not held while threads are placed or restored.
 #pragma once
 
@@ -79,7 +79,7 @@ class RegisteredNodes {
   const Region& region_;
   Links& links_;
   driver::Notices& notices_;
-  // Set before the first node joins, which who reads them has seen under the lock.
+  // Set before the first node joins. Who reads them has seen under the lock that one has.
   Enforcer* enforcer_ = nullptr;
   Placement placement_;
   std::atomic<os::Level> unscheduled_level_{os::Level::kOrdinary};  // changed under the lock

@@ -151,7 +151,7 @@ Status Scheduler::start() {
   Housekeeping& housekeeping = parts_->housekeeping.idle();
   const policy::Decision& decision = housekeeping.decision();
   housekeeping.pace_registered();
-  parts_->controllers.spawn(decision.plan.has_value());
+  parts_->controllers.spawn(options_.policy->follows_plan());
   if (Status placed = parts_->controllers.place(decision.dispatcher_level); !placed) {
     release();
     return placed;
@@ -187,6 +187,9 @@ Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) 
 }
 
 Status Scheduler::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
+  if (released_.load(std::memory_order_acquire)) {
+    return Error::caller("the app does not run any more", "name threads between start and stop");
+  }
   return registered_.add_thread(node, process, thread);
 }
 

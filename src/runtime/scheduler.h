@@ -11,12 +11,12 @@
 // This class puts them together, starts and stops them.
 //
 // It places the threads of nodes, which are made elsewhere:
-//   of a scheduled node        on its subchain's cores, active or, where they are shared, as their dispatcher says
+//   of a scheduled node        on its subchain's cores, active or, where they are shared, as their controller says
 //                              (policies that follow a plan); ordinary, on all CPUs (hand-set rates)
 //   of an unscheduled node     level unscheduled
 //
 // Units: in the types. Thread safety: prepare, start, stop from one thread; the rest from any that is not a node's or a
-// dispatcher's.
+// controller's.
 #pragma once
 
 #include <atomic>

@@ -46,7 +46,7 @@ class ServerLink {
   virtual std::unique_ptr<Conversation> converse() = 0;
   // Blocks until the server is gone, the deadline has passed, or somebody wakes it. True: it is gone, or did not
   // answer, and there is no connection any more. Not before the first dial().
-  virtual Result<bool> wait(TimePoint deadline) = 0;
+  virtual bool wait(TimePoint deadline) = 0;
   // Ends whatever is being waited for.
   virtual void hang_up() = 0;
 };

@@ -15,15 +15,11 @@ ServerWatch::ServerWatch(Program program, ServedRegions regions)
 
 void ServerWatch::run() {
   TimePoint wake = program_.os.now();
-  Result<bool> gone = false;
   while (!program_.stopping()) {
-    gone = program_.link.wait(wake);
-    if (!gone) break;
-    wake = turn(program_.os.now(), *gone);
+    const bool gone = program_.link.wait(wake);
+    wake = turn(program_.os.now(), gone);
     program_.notices.deliver();
   }
-  if (!gone) notice("it cannot be watched: " + gone.error().message());
-  program_.notices.deliver();
 }
 
 TimePoint ServerWatch::turn(TimePoint now, bool gone) {
@@ -35,6 +31,8 @@ TimePoint ServerWatch::turn(TimePoint now, bool gone) {
 
 void ServerWatch::leave() {
   bool all_left = true;
+  // One that does nothing is not asked.
+  if (state_ != State::kServed) program_.link.hang_up();
   {
     const std::unique_ptr<Conversation> conversation = program_.link.converse();
     for (const NodeId node : running()) {

@@ -48,7 +48,7 @@ class VirtualServer : public ServerLink {
   Region& region() { return *region_; }
 
   std::unique_ptr<Conversation> converse() override { return std::make_unique<Talk>(*this); }
-  Result<bool> wait(TimePoint deadline) override {
+  bool wait(TimePoint deadline) override {
     fake_.sleep_until(deadline);
     return std::exchange(gone, false);
   }
@@ -283,6 +283,20 @@ TEST_F(ServerWatchTest, AThreadThatIsRaisedAfterItsServerWentAwayIsRestored) {
   raise(map);
   pass(seconds{1});
   EXPECT_EQ(level(map), os::Level::kActive) << "no call of the server takes as long: somebody else did it";
+}
+
+// Guards: a stopped server's answer was waited for.
+TEST_F(ServerWatchTest, WhoLeavesDoesNotAskAServerThatDoesNothing) {
+  beats = false;
+  pass(seconds{1});
+  ASSERT_FALSE(served);
+  raise(eye);
+  server.there = false;  // as it is for whoever has hung up
+  server.heard.clear();
+  watch.leave();
+  ASSERT_FALSE(server.heard.empty());
+  EXPECT_EQ(server.heard.front().what, "hang up");
+  EXPECT_EQ(level(eye), os::Level::kOrdinary);
 }
 
 TEST_F(ServerWatchTest, WhoLeavesRestoresThreadsThatNoServerRestores) {
