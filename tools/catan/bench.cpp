@@ -160,7 +160,7 @@ void add_bench_command(CLI::App& cli, int& exit_code) {
   command->add_option("--cpus", options->cpus, "The CPUs to measure on, as in 0-3,5; else all that may be used")
       ->type_name("LIST");
   command->add_flag("--json", options->json, "Print one JSON document");
-  command->add_flag("--quick", options->quick, fmt::format("As --seconds {}", kQuickSeconds));
+  command->add_flag("--quick", options->quick, fmt::format("As --seconds {}", kQuickSeconds))->excludes("--seconds");
   command->callback([options, &exit_code] { exit_code = bench(*options); });
 }
 

@@ -26,7 +26,9 @@ constexpr const char* kFooter =
     "  catan bench\n"
     "\n"
     "'catan COMMAND --help' says more about a command.\n"
-    "Exit code: 0 success, 1 failure at run time, 2 a mistake in a file or on the command line.";
+    "Exit code: 0 success, 1 failure at run time, 2 a mistake in a file or on the command line; of 'catan run -- "
+    "COMMAND'\n"
+    "that of COMMAND, where Catan did what it was asked.";
 
 int report_usage(const CLI::App& cli, const CLI::ParseError& error, int argc, char** argv) {
   const bool names_command = argc > 1 && argv[1][0] != '-';

@@ -203,6 +203,7 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       "with "
       "it\n"
       "Ctrl-C ends the run early: what was measured is shown, and the exit code is 128 + the signal's number.\n"
+      "With COMMAND the exit code is COMMAND's, where Catan did what it was asked.\n"
       "docs/synthetic-load.md says what is measured and how the load behaves.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--synthetic", options->synthetic, "Burn CPU time as this cost file says (docs/cost-file.md)")
@@ -214,6 +215,7 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       ->check(within(0.1, 864'000.0));
   command->add_option("--seed", options->seed, "Of the draws: equal seeds, equal draws")
       ->check(CLI::NonNegativeNumber)
+      ->needs("--synthetic")
       ->capture_default_str();
   options->scheduling.add_to(*command);
   command->add_option("COMMAND", options->command, "Starts the app's programs, which find the server by CATAN_SOCKET")

@@ -41,7 +41,8 @@ std::optional<graph::FrameMode> frame_mode(const std::string& text) {
 void SchedulingOptions::add_to(CLI::App& command) {
   command
       .add_option("--scheduler", scheduler,
-                  "catan; paper (the paper's two stages, fixed frames); static:PLAN.json (a plan that is never "
+                  "catan; auto (the same, whatever planner the app file names); paper (the paper's two stages, fixed "
+                  "frames); static:PLAN.json (a plan that is never "
                   "revised); default (each subchain at its "
                   "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
                   "real-time priorities); picas:COSTS (as default, at chain-aware priorities), davare:COSTS and "

@@ -221,6 +221,10 @@ int run(const SimOptions& options) {
     return report_error(
         Error::caller("no app or no costs to simulate", "write catan sim APP --costs FILE, or --validate RECORD"));
   }
+  if (options.resample && !is_record(options.costs)) {
+    return report_error(Error::caller("--resample draws from the runs of a record, and --costs is none",
+                                      "leave it out: costs of a cost file are drawn already"));
+  }
   if (!options.record.empty() && options.runs > 1) {
     return report_error(Error::caller("a record is of one run", "leave --runs out, or --record"));
   }
@@ -254,7 +258,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       ->check(CLI::Range(1, sim::kMaxCores));
   command
       ->add_option("--scheduler", options->scheduler,
-                   "As catan run has them: catan, paper, default, fifo, rate:HZ, static:PLAN.json; picas, "
+                   "As catan run has them: catan, auto, paper, default, fifo, rate:HZ, static:PLAN.json; picas, "
                    "deadline, davare, verucchi, each by --costs or, as in picas:COSTS.yaml, by a file of its own")
       ->capture_default_str();
   command->add_option("--seconds", options->seconds, "How long to measure, after the warm-up; of simulated time")
@@ -283,12 +287,14 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
   command->add_flag("--ideal", options->ideal, "A machine on which scheduling costs nothing");
   command->add_option("--validate", options->validated, "Simulate what a record ran, and show how far off that is")
       ->type_name("RECORD")
-      ->excludes("--costs", "--scheduler", "--cores");
+      ->excludes("APP", "--costs", "--scheduler", "--cores", "--seconds", "--seed", "--runs", "--threads", "--frames",
+                 "--no-stealing", "--no-replan", "--slack", "--background", "--resample", "--ideal");
   command->add_option("--sweep", options->folder, "Simulate every app of a folder: NAME.yaml with NAME.costs.yaml")
       ->type_name("FOLDER")
-      ->excludes("--costs", "--validate");
+      ->excludes("APP", "--costs", "--validate");
   command->add_option("--out", options->out, "Of a sweep: a JSON document a line; a file that is there is gone on with")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->needs("--sweep");
   command
       ->add_option("--record", options->record,
                    "Write a record of the run to FILE, as catan run does, for catan report and for SQL")

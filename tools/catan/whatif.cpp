@@ -20,6 +20,7 @@
 #include "command.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
+#include "graph/change.h"
 #include "os/os.h"
 #include "scheduling_options.h"
 #include "sim/simulation.h"
@@ -78,18 +79,6 @@ Result<std::vector<int>> parse_cores(const std::string& text) {
   return counts->cpus();
 }
 
-// The term of the objective: by its number (0 is the first), or by the path as the reports print it.
-Result<std::size_t> find_term(const graph::App& app, const std::string& name) {
-  char* end = nullptr;
-  const unsigned long number = std::strtoul(name.c_str(), &end, 10);
-  if (end != name.c_str() && *end == '\0' && number < app.objective.size()) return static_cast<std::size_t>(number);
-  for (std::size_t term = 0; term < app.objective.size(); ++term) {
-    if (term_name(app, term) == name) return term;
-  }
-  return mistake(fmt::format("--weight: the objective has no term '{}'", name),
-                 fmt::format("write its number, 0 to {}", app.objective.size() - 1));
-}
-
 Result<std::vector<sim::Hypothesis>> of_nodes(const WhatifOptions& options, const graph::App& app, int cores) {
   std::vector<sim::Hypothesis> asked;
   for (const std::string& text : options.nodes) {
@@ -110,8 +99,8 @@ Result<std::vector<sim::Hypothesis>> of_weights(const WhatifOptions& options, co
   for (const std::string& text : options.weights) {
     const auto values = parse_values(text, "--weight", 0.0);
     if (!values) return values.error();
-    const auto term = find_term(app, values->name);
-    if (!term) return term.error();
+    const auto term = graph::find_term(app, values->name);
+    if (!term) return about_option(term.error(), "--weight");
     for (const double weight : values->values) asked.push_back({.cores = cores, .term = *term, .weight = weight});
   }
   return asked;
@@ -150,7 +139,7 @@ int ask(const WhatifOptions& options) {
 
   std::set<NodeId> varied;
   for (const sim::Hypothesis& each : *nodes) varied.insert(*each.node);
-  const bool limited = policy->policy->follows_plan() && has_bounds(*app);
+  const bool limited = policy->policy->follows_plan() && app->has_bounds();
   const std::size_t all = asked.size() + (limited ? cores->size() + varied.size() : 0);
   auto answers = sim::answer(*app, *work, asked,
                              {.policy = policy->policy,

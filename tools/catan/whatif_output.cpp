@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "graph/change.h"
 #include "report/plot.h"
 #include "table.h"
 
@@ -39,7 +40,8 @@ std::optional<std::size_t> heaviest_chain(const graph::App& app) {
 
 std::string chain_name(const graph::App& app, std::size_t chain) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
-    if (app.objective[term].metric == graph::Metric::kResponseTime && chain-- == 0) return term_name(app, term);
+    if (app.objective[term].metric == graph::Metric::kResponseTime && chain-- == 0)
+      return graph::term_name(app, app.objective[term]);
   }
   return {};
 }
@@ -80,7 +82,7 @@ template <class Label>
 std::string table_of(const std::vector<Answer>& answers, const WhatIf& result, std::vector<std::string> labels,
                      const Label& label) {
   const auto chain = heaviest_chain(result.app);
-  const bool bounds = has_bounds(result.app);
+  const bool bounds = result.app.has_bounds();
   Table table(heads(std::move(labels), chain.has_value(), bounds));
   for (const Answer& each : answers) {
     std::vector<std::string> cells = label(each);
@@ -91,7 +93,7 @@ std::string table_of(const std::vector<Answer>& answers, const WhatIf& result, s
 }
 
 std::string conclusions(const WhatIf& result) {
-  if (!has_bounds(result.app)) {
+  if (!result.app.has_bounds()) {
     return "\nThe app has no bounds (max, min_rate), so nothing says which hardware is enough.\n";
   }
   std::string text = "\n";
@@ -165,18 +167,6 @@ Json json_of(const std::vector<Answer>& answers, const graph::App& app) {
 
 }  // namespace
 
-bool has_bounds(const graph::App& app) {
-  return std::any_of(app.objective.begin(), app.objective.end(),
-                     [](const auto& term) { return term.max.has_value(); }) ||
-         std::any_of(app.graph.nodes().begin(), app.graph.nodes().end(),
-                     [](const auto& node) { return node.min_rate.has_value(); });
-}
-
-std::string term_name(const graph::App& app, std::size_t term) {
-  const std::string path = app.graph.path_name(app.objective[term].path);
-  return app.objective[term].metric == graph::Metric::kPeriod ? "period of " + path : path;
-}
-
 std::string whatif_text(const WhatIf& result) {
   std::string text = fmt::format("{} under {}; {} s simulated of each case, seed {}. Times in ms", result.app.name,
                                  result.scheduler, number_text(result.seconds), result.seed);
@@ -195,14 +185,15 @@ std::string whatif_text(const WhatIf& result) {
   if (!result.weights.empty()) {
     text += fmt::format("\nOne weight, {} of speed 1\n", cores_text(result.weights.front().asked.cores));
     text += table_of(result.weights, result, {"term", "weight"}, [&](const Answer& each) {
-      return std::vector<std::string>{term_name(result.app, *each.asked.term), number_text(each.asked.weight)};
+      return std::vector<std::string>{graph::term_name(result.app, result.app.objective[*each.asked.term]),
+                                      number_text(each.asked.weight)};
     });
   }
   return text + conclusions(result);
 }
 
 std::string whatif_json(const WhatIf& result) {
-  const Answer* min = has_bounds(result.app) ? sim::cheapest(result.hardware) : nullptr;
+  const Answer* min = result.app.has_bounds() ? sim::cheapest(result.hardware) : nullptr;
   Json limits = Json::array();
   for (const auto& [cores, speed] : result.limits) {
     limits.push_back({{"cores", cores}, {"least_speed", speed ? Json(*speed) : Json(nullptr)}});

@@ -36,10 +36,6 @@ struct WhatIf {
   std::vector<NodeLimit> node_limits{};
 };
 
-bool has_bounds(const graph::App& app);
-// As reports print it: "scan -> LM", or "period of GL".
-std::string term_name(const graph::App& app, std::size_t term);
-
 std::string whatif_text(const WhatIf& result);
 std::string whatif_json(const WhatIf& result);
 // Response times of the chain that weighs most, over speed, a line for each number of cores.
