@@ -80,6 +80,7 @@ endfunction()
 # left out under sanitizers, since they compare figures at length, and other tests run the same code.
 function(catan_test name)
   cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
+  catan_check_names("${ARG_SOURCES}" ${ARG_REALTIME} ${ARG_UNSANITIZED})
   if(ARG_SERIAL)
     set(ARG_REALTIME *)
   endif()
@@ -105,6 +106,24 @@ function(catan_test name)
     gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}" TEST_LIST ${name}_realtime
                          PROPERTIES TIMEOUT 300 RUN_SERIAL TRUE LABELS realtime)
   endif()
+endfunction()
+
+# catan_check_names(SOURCES pattern...): each of these tests, as GoogleTest's filters name them, is of a suite in the sources: a
+# filter that matches nothing would go unnoticed.
+function(catan_check_names sources)
+  set(text "")
+  foreach(source IN LISTS sources)
+    file(READ ${source} one)
+    string(APPEND text "${one}")
+  endforeach()
+  foreach(pattern IN LISTS ARGN)
+    string(REGEX REPLACE "^\\*/" "" suite "${pattern}")
+    string(REGEX REPLACE "[./].*$" "" suite "${suite}")
+    string(FIND "${text}" "(${suite}," found)
+    if(found EQUAL -1)
+      message(FATAL_ERROR "no test suite is named ${suite}, which '${pattern}' asks for")
+    endif()
+  endforeach()
 endfunction()
 
 # The sources of all modules as one, in whose compile command `make lint` finds them: most of clang-tidy's time goes into the

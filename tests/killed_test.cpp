@@ -22,7 +22,6 @@ namespace ctn {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 class KilledTest : public ::testing::Test {
  protected:
@@ -69,6 +68,18 @@ class KilledTest : public ::testing::Test {
     return false;
   }
 
+  std::size_t recorded_runs() const {
+    std::size_t runs = 0;
+    const auto reader = record::Reader::open(record_);
+    if (reader) static_cast<void>(reader->each_run([&](const record::Run&) { ++runs; }));
+    return runs;
+  }
+  // It is written about once a second.
+  bool wait_until_recorded() const {
+    for (int tries = 0; tries < 300 && recorded_runs() == 0; ++tries) std::this_thread::sleep_for(milliseconds{50});
+    return recorded_runs() > 0;
+  }
+
   int reap() {
     int status = 0;
     ::waitpid(pid_, &status, 0);
@@ -89,8 +100,8 @@ class KilledTest : public ::testing::Test {
 };
 
 TEST_F(KilledTest, BySigkillLeavesNoThreadAndAReadableRecord) {
-  ASSERT_TRUE(wait_until_scheduled());
-  std::this_thread::sleep_for(seconds{3});
+  ASSERT_TRUE(wait_until_scheduled() && wait_until_recorded());
+  const std::size_t before = recorded_runs();
   const std::vector<os::ThreadId> threads = raised();
   ASSERT_EQ(::kill(pid_, SIGKILL), 0);
   const int status = reap();
@@ -98,11 +109,13 @@ TEST_F(KilledTest, BySigkillLeavesNoThreadAndAReadableRecord) {
   expect_gone(threads);
   const auto reader = record::Reader::open(record_);
   ASSERT_TRUE(reader.ok()) << reader.error().message();
+  EXPECT_FALSE(reader->ending().closed);
+  EXPECT_GE(recorded_runs(), before) << "nothing that was written is lost";
 }
 
 TEST_F(KilledTest, BySigtermEndsInOrder) {
-  ASSERT_TRUE(wait_until_scheduled());
-  std::this_thread::sleep_for(seconds{3});
+  ASSERT_TRUE(wait_until_scheduled() && wait_until_recorded());
+  const std::size_t before = recorded_runs();
   const std::vector<os::ThreadId> threads = raised();
   ASSERT_EQ(::kill(pid_, SIGTERM), 0);
   const int status = reap();
@@ -111,6 +124,8 @@ TEST_F(KilledTest, BySigtermEndsInOrder) {
   expect_gone(threads);
   const auto reader = record::Reader::open(record_);
   ASSERT_TRUE(reader.ok()) << reader.error().message();
+  EXPECT_TRUE(reader->ending().closed);
+  EXPECT_GE(recorded_runs(), before);
 }
 
 }  // namespace

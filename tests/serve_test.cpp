@@ -474,10 +474,10 @@ TEST_F(ServeTest, AFunctionOfANodeMayStopItsProgram) {
   Result<Client> client = connect({});
   ASSERT_TRUE(client.ok()) << client.error().message();
   std::atomic<int> runs{0};
-  client->node("eye", [&](Run&) {
+  client->node("eye", [&](ctn::Run&) {
     if (++runs == 20) client->stop();
   });
-  client->node("hand", [](Run&) {});
+  client->node("hand", [](ctn::Run&) {});
   ASSERT_TRUE(client->start().ok());
   EXPECT_TRUE(eventually([&] { return times_said("node eye is gone") == 1; })) << said();
   EXPECT_EQ(runs, 20) << "it has stopped";
