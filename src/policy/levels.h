@@ -1,4 +1,4 @@
-// What levels mean for threads: those that dispatchers give, and fixed priorities one above the other.
+// What levels mean for threads: those that controllers give, and fixed priorities one above the other.
 //
 // Thread safety: pure functions, but for rise_above(), which changes what it is given.
 #pragma once
