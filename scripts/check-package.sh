@@ -49,6 +49,12 @@ while read -r command; do
 done < <("$catan" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\{1,\}\) .*/\1/p')
 man -l "$root/usr/share/man/man1/catan.1.gz" | grep -q 'catan doctor' || fail "catan(1) does not name the subcommands"
 
+# Pages that --help names.
+while read -r page; do
+  [[ -e $root/usr/share/doc/catan/$page ]] || fail "--help names $page, which the package has not got"
+done < <({ "$catan" --help; for c in bench check doctor plan run serve node ctl report sim whatif; do "$catan" "$c" --help; done; } |
+  grep -o 'docs/[a-z-]*\.md' | sort -u)
+
 # Completion, as bash calls it.
 completion=$root/usr/share/bash-completion/completions/catan
 bash -n "$completion"
@@ -73,6 +79,8 @@ if command -v cc >/dev/null && command -v pkg-config >/dev/null; then
   # shellcheck disable=SC2046
   cc -std=c99 examples/c/main.c $(pkg-config --cflags --libs catan) -o "$scratch/node"
   (cd examples/c && PATH=$root/usr/bin:$PATH catan run app.yaml --seconds 0.5 -- "$scratch/node" >/dev/null)
+else
+  echo "skipped: there is no C compiler, or no pkg-config, to use the library with"
 fi
 
 if [[ -n $installed ]]; then

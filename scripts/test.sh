@@ -19,6 +19,7 @@ log=build/$preset/Testing/Temporary
 flaky=out/ci/flaky.txt
 mkdir -p out/ci
 failed=0
+[[ -n ${CI:-} ]] || rm -f "$flaky" # .ci/run removes what is of a run before
 rm -f "$log"/{steady,realtime,again}.{log,failed}
 
 # run NAME OPTION...: ctest; what all tests printed is kept as NAME.log, who failed as NAME.failed (lines NUMBER:TEST).
