@@ -14,7 +14,8 @@ namespace {
 Millis longest_usual_run(const plan::Plan& plan, const plan::Member& member, Millis usual_period) {
   const plan::SubchainPlan& planned = plan.subchains[member.subchain.index()];
   const Millis longest = std::max(usual_period, planned.slice + planned.wait);
-  return plan.for_typical ? std::max(longest, member.budget + planned.wait) : std::min(planned.execution, longest);
+  const Millis usual = std::min(planned.execution, longest);
+  return plan.for_typical ? std::max(usual, member.budget + planned.wait) : usual;
 }
 
 dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan, const plan::Member& member) {

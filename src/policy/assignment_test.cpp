@@ -72,6 +72,8 @@ TEST_F(FixedPrioritiesTest, ARunHangsThatTakesTenUsualPeriods) {
   changed.for_typical = true;
   for (plan::Member& member : changed.cores[0].members) member.budget = Millis{400};
   EXPECT_EQ(hang_after(200.0, 10.0), seconds{4}) << "its budget is longer than what is promised of typical runs";
+  for (plan::Member& member : changed.cores[0].members) member.budget = Millis{40};
+  EXPECT_EQ(hang_after(200.0, 300.0), seconds{2}) << "and need not be";
 }
 
 TEST_F(FixedPrioritiesTest, WhoFollowsSomebodyThatIsNotThereGoesByTime) {
