@@ -36,7 +36,7 @@
 
 namespace ctn::policy {
 
-// What a policy remembers from one decision to the next. Whoever asks it keeps that, one for each app and set of cores.
+// What a policy remembers from one decision to the next. Its caller keeps that, one for each app and set of cores.
 class Memory {
  public:
   virtual ~Memory() = default;
@@ -75,7 +75,7 @@ struct Situation {
 struct Decision {
   Assignment assignment;
   std::optional<plan::Plan> plan;  // that it follows
-  // Of nodes that run by themselves, and of whoever triggers.
+  // Of nodes that run by themselves, and of controllers.
   os::Level unscheduled_level = os::Level::kOrdinary;
   os::Level dispatcher_level = os::Level::kOrdinary;
 };
