@@ -43,6 +43,7 @@
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -5,6 +5,7 @@
 // Cost: near linear in the size of the spec, whatever it holds. Thread safety: local to one call.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>

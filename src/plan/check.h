@@ -1,6 +1,7 @@
 // What the parts of `validate` have in common. Internal to the module.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>

@@ -10,6 +10,7 @@
 // Thread safety: plain values.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>

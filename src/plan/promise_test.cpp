@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <stdexcept>
 #include <string>
 
 #include "plan/json.h"

@@ -10,8 +10,6 @@
 // Units: see plan.h; objectives in ms, as expected. Thread safety: pure functions.
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>

@@ -3,6 +3,7 @@
 // Units: in the types. Thread safety: none; one owner. The same seed gives the same changes everywhere.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

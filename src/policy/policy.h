@@ -17,11 +17,13 @@
 // Units: in the types. Thread safety: policies never change once made; decide() from any thread.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/result.h"
 #include "base/time.h"

@@ -8,7 +8,6 @@
 // Thread safety: none; one owner.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

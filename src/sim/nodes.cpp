@@ -1,6 +1,7 @@
 #include "sim/nodes.h"
 
 #include <algorithm>
+#include <variant>
 
 #include "base/mixed.h"
 #include "record/input_edges.h"

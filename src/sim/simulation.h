@@ -23,6 +23,8 @@
 // simulations may run at once.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
