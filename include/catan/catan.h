@@ -15,8 +15,8 @@
  * what kind of error it was; calls that return a pointer return NULL. No C++ exception leaves a call. None may enter:
  * a function that is called back must return, neither throw nor jump out; else the process ends.
  *
- * Ownership. Handles are owned by who got them, and freed by the function named *_free, which accepts NULL. Strings
- * that go in are copied. Strings that come out belong to the object that they came from, but for
+ * Ownership. Handles are owned by the caller who got them, and freed by the function named *_free, which accepts NULL.
+ * Strings that go in are copied. Strings that come out belong to the object that they came from, but for
  * catan_session_snapshot().
  *
  * Data. Channels are C++ templates, so they are not here: values travel between nodes by means of your own. A run is

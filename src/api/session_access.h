@@ -9,7 +9,7 @@ namespace ctn {
 
 class SessionAccess {
  public:
-  // Session::open() for who has read the app file already, and needs what it said then.
+  // Session::open() for a caller that has read the app file already, and needs the app as it was then.
   static Result<Session> open(graph::App app, const SessionOptions& options);
 };
 

@@ -12,7 +12,7 @@ namespace ctn {
 struct Ticks {
   TimePoint tick{};         // any one
   Nanos period{0};          // > 0 where there is a clock
-  std::int64_t number = 0;  // of that tick: who goes by each so-many-th always finds the same ones
+  std::int64_t number = 0;  // of that tick: a user of each so-many-th always finds the same ones
 
   // The first tick that is not before `from`.
   constexpr TimePoint next(TimePoint from) const { return last(from + (period - Nanos{1})); }

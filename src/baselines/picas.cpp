@@ -1,6 +1,7 @@
 #include "baselines/picas.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <utility>
 

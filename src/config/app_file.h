@@ -16,7 +16,7 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file);
 // Reads and parses. A file that is not there or cannot be read is kCaller too: the caller named it.
 Result<graph::App> load_app(const std::string& path);
 
-// The same for who passes the text on, too: what it says is what `app` is, even if the file changes later.
+// The same for callers that pass the text on, too: `app` is made of this text, even if the file changes later.
 struct AppFile {
   std::string text;
   graph::App app;

@@ -1,6 +1,7 @@
 // The YAML tree of an app file -> AppSpec: the shape of the file. What the names mean is graph::build_app's to check.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "config/problems.h"

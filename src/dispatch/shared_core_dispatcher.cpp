@@ -257,7 +257,7 @@ std::optional<std::size_t> SharedCoreDispatcher::active() const {
   return slot_->steal_begin ? *thief_ : slot_->index;
 }
 
-// --- Who belongs to this core ---
+// --- Which subchains belong to this core ---
 
 void SharedCoreDispatcher::swap_schedule(SharedCoreSchedule&& schedule) {
   std::optional<SubchainId> thief;
@@ -287,7 +287,7 @@ void SharedCoreDispatcher::release(const SharedCoreMember& member) {
   decision_.released.push_back({member.slot().subchain, member.state()});
 }
 
-// Those who were adopted for a schedule that then left them out.
+// Those that were adopted for a schedule that then left them out.
 void SharedCoreDispatcher::release_waiting() {
   for (const auto& [subchain, state] : waiting_) decision_.released.push_back({subchain, state});
   waiting_.clear();
@@ -307,7 +307,7 @@ std::optional<RunState> SharedCoreDispatcher::take_waiting(SubchainId subchain) 
 Level SharedCoreDispatcher::target_level(const SharedCoreMember& member, bool active) const {
   if (active) return Level::kActive;
   if (member.hanging()) return Level::kOrdinary;
-  // In the slack only runs under way have to be lowered; whoever has none may stay lowered.
+  // In the slack only runs under way have to be lowered; members without one may stay lowered.
   const bool lowered = phase_ == Phase::kSlack && (member.under_way() || member.level == Level::kOrdinary);
   return lowered ? Level::kOrdinary : Level::kBackground;
 }

@@ -43,6 +43,7 @@
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -99,7 +100,7 @@ class SharedCoreDispatcher {
   // stands still. A call may come early, late, or twice. The decision is good until the next call.
   const Decision& step(TimePoint now, std::span<const std::uint64_t> completed);
 
-  // For good: all members are released, and so is whoever is adopted later (by the next step).
+  // For good: all members are released, and so are those that are adopted later (by the next step).
   const Decision& stop(TimePoint now);
 
   // At the end of the frame; of several the last. To be followed by a call of step().
@@ -173,7 +174,7 @@ class SharedCoreDispatcher {
   std::uint64_t frame_number_ = 0;
   std::size_t next_slot_ = 0;
   std::optional<OpenSlot> slot_;
-  std::optional<std::size_t> thief_;  // who is late and goes on in others' slots as long as it may
+  std::optional<std::size_t> thief_;  // the late one that goes on in others' slots as long as it may
   TimePoint idle_end_{};
   TimePoint busy_since_{};   // what has not been accounted for yet: real-time levels since,
   TimePoint slack_since_{};  // ordinary threads since

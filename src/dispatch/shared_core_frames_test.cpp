@@ -252,8 +252,7 @@ TEST(Slack, IsThereInFixedFramesWithHangingRunsToo) {
 TEST(Levels, ChangeNoMoreThanTheyMust) {
   auto core = VirtualCore::with_all(elastic({every(1, 0, ms(4)), every(1, 1, ms(4))}), costs({{4}, {4}}));
   core.run_until(at(ms(9.9)));
-  EXPECT_EQ(core.level_changes, 5U)
-      << "both from ordinary, one to the other, back; the slack lowers nobody who is done";
+  EXPECT_EQ(core.level_changes, 5U) << "both from ordinary, one to the other, back; the slack lowers none that is done";
   core.run_until(at(ms(99.9)));
   EXPECT_EQ(core.level_changes, 5U + 9U * 4U);
 }

@@ -28,7 +28,7 @@ struct RunState {
   friend bool operator==(const RunState&, const RunState&) = default;
 };
 
-// Who pre-empts whom on a shared core: each level all before it.
+// Of a subchain on a shared core: each level pre-empts all before it.
 enum class Level { kOrdinary, kBackground, kActive };
 
 class SharedCoreMember {
@@ -66,7 +66,7 @@ class SharedCoreMember {
   enum class HangChange { kNone, kBegan, kEnded };
   // `completed` may claim anything: what was never sent has not ended, and what has ended stays so.
   HangChange take_progress(TimePoint now, std::uint64_t completed);
-  // Whoever watches was stopped until now: the run under way has all its time once more before it hangs.
+  // The thread that watches was stopped until now: the run under way has all its time once more before it hangs.
   void restart_watch(TimePoint now) { watched_since_ = now; }
   TimePoint hang_at() const;  // when the run under way will be taken to hang; kNever: not to be watched for
 

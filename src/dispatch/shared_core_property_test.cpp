@@ -138,7 +138,7 @@ RC_GTEST_PROP(SharedCoreProperty, EveryRateIsAtLeastThePlannedOne, ()) {
   RC_ASSERT(core.steals.empty());
 }
 
-// Whoever always has work gets its slice of each frame, but for what is stolen.
+// A member that always has work gets its slice of each frame, but for what is stolen.
 RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   const SharedCoreSchedule schedule = arbitrary_schedule(some_subchains());
   const SubchainId hog(static_cast<std::size_t>(number(0, static_cast<int>(schedule.slots.size()))));
@@ -214,7 +214,7 @@ RC_GTEST_PROP(SharedCoreProperty, SwapsLoseNoRun, ()) {
   const std::vector<int> all{0, 1, 2, 3};
   std::vector<std::vector<int>> members{all, {}};
   const VirtualCore::Cost cost = arbitrary_costs(ms(2), 5);
-  // Who is stolen from, or whose slots are missed, may get nothing for long.
+  // Members that are stolen from, or whose slots are missed, may get nothing for long.
   const bool undisturbed = chance(50);
   const VirtualCore::Lateness lateness = undisturbed ? VirtualCore::Lateness{} : arbitrary_lateness();
   const auto schedule_of = [&](const std::vector<int>& subchains) {

@@ -18,7 +18,7 @@ bool steals(const graph::App& app, SubchainId subchain) {
   return std::find(off.begin(), off.end(), subchain) == off.end();
 }
 
-// Who is late because its run waits would hold up the owner of the next slot while nobody computes.
+// A subchain that is late because its run waits would hold up the owner of the next slot while nobody computes.
 bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kHandOverAllowance; }
 
 Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& options) {

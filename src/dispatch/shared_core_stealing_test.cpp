@@ -1,4 +1,4 @@
-// Who may go on in whose slot, in virtual time.
+// Which subchain may go on in whose slot, in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

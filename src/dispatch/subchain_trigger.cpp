@@ -193,7 +193,7 @@ TimePoint SubchainTrigger::due_without_output() const {
   return silent_since_ + (silent_ ? pacing_.period : silence_limit(pacing_));
 }
 
-// Outputs may come at any rate: whoever writes them is not trusted.
+// Outputs may come at any rate: their writer is not trusted.
 TimePoint SubchainTrigger::ready() const {
   if (!pacing_.after || sent_ == 0) return due_;
   return std::max(due_, silent_since_ + std::max(pacing_.shortest, kShortestPeriod));
@@ -208,7 +208,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
   if (hanging_ && (completed > completed_ || completed == sent_)) {
     hanging_ = false;
     decision.hang_ended = true;
-    // Whoever ends the suspension restores the level.
+    // What ends the suspension restores the level.
     demoted_ = false;
   }
   const bool paced_by_output = pacing_.after_completion > Nanos{0} && !pacing_.after;

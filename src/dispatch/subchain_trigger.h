@@ -48,7 +48,6 @@
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <optional>
 

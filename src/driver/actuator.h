@@ -25,7 +25,7 @@ class Actuator {
  public:
   virtual ~Actuator() = default;
 
-  // --- Who has which subchain ---
+  // --- Which controller holds which subchain ---
   // The newest; good until the next call of this or of hand_over().
   virtual const policy::Assignment& assignment() = 0;
   // A subchain that nobody holds, with the state of its runs; from now on this controller holds it. None: somebody else
@@ -56,7 +56,7 @@ class Actuator {
   // at last, one that has joined from when it was seen first.
   virtual Nanos cpu_time(SubchainId subchain) = 0;
 
-  // --- The outputs of a leader that this controller's subchain follows, whoever holds or runs that ---
+  // --- The outputs of a leader that this controller's subchain follows, whichever controller holds it ---
   struct Outputs {
     std::uint64_t count = 0;
     TimePoint newest{};  // when that came

@@ -93,7 +93,7 @@ class EventLog {
   Status close(TimePoint now, const os::HostFacts& host) {
     if (!writer_) return Done{};
     write_notices();
-    writer_->set_totals(measurements_.totals());
+    writer_->set_totals(measurements_.lock()->totals);
     Status closed = writer_->close(now, host);
     writer_.reset();
     return closed;

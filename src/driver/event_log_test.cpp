@@ -1,4 +1,4 @@
-// Each event reaches all who are to hear of it.
+// Each event reaches all that are to hear of it.
 #include "driver/event_log.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ TEST_F(EventLogTest, NoticesAreShownAndRecorded) {
   log.hang_changed(SubchainId(0), true, at(seconds{1}));
   log.hang_changed(SubchainId(0), false, at(seconds{2}));
   EXPECT_EQ(recorded, (Words{"notice watchdog", "notice watchdog"}));
-  EXPECT_EQ(measurements.counts().hangs, 1U);
+  EXPECT_EQ(measurements.lock()->counts.hangs, 1U);
   recorded.clear();
   notices.add({at(seconds{3}), "of-others", "of another thread"});
   EXPECT_TRUE(recorded.empty());
@@ -133,8 +133,8 @@ TEST_F(EventLogTest, WhatControllersDoIsCountedAndRecorded) {
   log.stole({0, SubchainId(0), SubchainId(0), at(seconds{1}), at(seconds{2})});
   log.over_budget({SubchainId(0), 1, at(seconds{2}), milliseconds{3}});
   EXPECT_EQ(recorded, (Words{"trigger", "slot", "steal", "overrun"}));
-  EXPECT_EQ(measurements.counts().triggers, 1U);
-  EXPECT_EQ(measurements.counts().steals, 1U);
+  EXPECT_EQ(measurements.lock()->counts.triggers, 1U);
+  EXPECT_EQ(measurements.lock()->counts.steals, 1U);
   EXPECT_EQ(snapshot().budget_overruns, 1U);
 }
 

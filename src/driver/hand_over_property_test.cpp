@@ -1,6 +1,6 @@
-// Whatever plans follow each other, however long runs take, and whoever comes and goes: at any time one controller
-// holds a subchain or none does, no trigger is lost and none is sent twice (testing/fake_world.h looks at that), and
-// whoever is present goes on being triggered.
+// Whatever plans follow each other, however long runs take, and whichever subchains come and go: at any time one
+// controller holds a subchain or none does, no trigger is lost and none is sent twice (testing/fake_world.h looks at
+// that), and those that are present go on being triggered.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -26,7 +26,7 @@ policy::SubchainPlace arbitrary_pacing(std::size_t index) {
       *rc::gen::weightedOneOf<int>({{1, rc::gen::just(0)}, {2, rc::gen::inRange(100, 15000)}})};
   policy::SubchainPlace place = phased(rank, period, period * *rc::gen::inRange(0, 10) / 10, budget);
   if (form == 2) {
-    // Of anybody else, who may be absent, or follow it in turn: then both are triggered as silent ones are.
+    // Of any other, which may be absent, or follow it in turn: then both are triggered as silent ones are.
     const SubchainId leader((index + static_cast<std::size_t>(*rc::gen::inRange(1, static_cast<int>(kSubchains)))) %
                             kSubchains);
     place = follows(rank, leader, *rc::gen::inRange(1, 4), period, budget);
@@ -109,7 +109,7 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
     }
     RC_ASSERT(*subchain.holder == (place.core < 0 ? index : kSubchains + static_cast<std::size_t>(place.core)));
     RC_ASSERT(subchain.cpus == place.cpus);
-    // Runs that never fit their slices may steal all slots of whoever is below them, which a plan would not ask for.
+    // Runs that never fit their slices may steal all slots of those below them, which a plan would not ask for.
     if (!may_be_stolen_from(last, SubchainId(index))) RC_ASSERT(subchain.triggers.size() > before[index]);
     if (place.pacing.phase) {
       for (std::size_t k = before[index] + 1; k < subchain.triggers.size(); ++k) {
@@ -117,14 +117,14 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
                   Nanos{0});
       }
     }
-    // Whoever is at the level of who was demoted was so since its last trigger.
+    // One at the level of demoted runs was demoted since its last trigger.
     const bool demoted = place.core < 0 && subchain.levels.front() == os::Level::kBackground;
     const bool told = std::any_of(world.overruns.begin(), world.overruns.end(), [&](const dispatch::Overrun& overrun) {
       return overrun.subchain == SubchainId(index) && overrun.number == subchain.triggers.size();
     });
     RC_ASSERT(!demoted || told);
   }
-  // Nobody is woken by outputs who does not follow.
+  // No controller is woken by outputs that it does not follow.
   for (std::size_t leader = 0; leader < kSubchains; ++leader) {
     for (const std::size_t follower : world.subchains[leader].followers) {
       RC_ASSERT(follower < kSubchains && last.places[follower].pacing.after);

@@ -13,7 +13,7 @@ TEST(Notices, AreToldInOrderAndKept) {
   Notices notices([&](const std::string& text) { told.push_back(text); }, true);
   notices.add({{}, "a", "1"});
   notices.add({{}, "b", "2"});
-  EXPECT_TRUE(told.empty()) << "nobody is called by who has something to say";
+  EXPECT_TRUE(told.empty()) << "the callback is not called by the thread that adds";
   notices.deliver();
   notices.deliver();
   EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));

@@ -66,15 +66,6 @@ bool PlanningLoop::rise() {
   return levels_.dispatcher > before.dispatcher || levels_.unscheduled > before.unscheduled;
 }
 
-record::Header PlanningLoop::record_header() const {
-  record::Header header;
-  header.scheduler = options_.policy->name();
-  header.cpus = options_.cpus;
-  if (decision_.plan) header.slack = options_.slack;
-  header.stealing = options_.stealing;
-  return header;
-}
-
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
   clock_ = policy::ReplanClock(start, app_.scheduler, options_.policy->replan_every(app_.scheduler),
                                memory_ ? policy::kSavedForSearch : Nanos{0});
@@ -97,18 +88,19 @@ void PlanningLoop::change(graph::App app, os::CpuSet cpus) {
   next_cpu_check_ = {};
 }
 
-bool PlanningLoop::plan(TimePoint now, PlanningHost& host) {
-  if (!adapts()) return false;
+std::optional<Planned> PlanningLoop::plan(TimePoint now, PlanningHost& host) {
+  if (!adapts()) return std::nullopt;
   const ControllerWork controllers = host.controller_work();
   step_cost_.saw(controllers.cpu, controllers.by_timer, controllers.by_event);
   const std::optional<PlanReason> why = due(now, host);
-  if (!why) return false;
+  if (!why) return std::nullopt;
+  Planned planned;
   const Nanos reckoned = memory_ ? memory_->work() : Nanos{0};
-  const PlanningTime took = options_.timer([&] { make_new_plan(*why, host); });
-  if (next_ && next_->plan) next_->plan->solve_time = took.elapsed;
+  const PlanningTime took = options_.timer([&] { planned = make_new_plan(*why, host); });
+  if (planned.next && planned.next->plan) planned.next->plan->solve_time = took.elapsed;
   const Nanos work = memory_ ? memory_->work() - reckoned : Nanos{0};
   clock_.made(now, *why, std::max(took.cpu, work), measured_.known());
-  return true;
+  return planned;
 }
 
 // CPUs first: nothing can be followed on one that has gone. What was asked is planned for with them.
@@ -139,7 +131,6 @@ bool PlanningLoop::check_cpus(TimePoint now, PlanningHost& host) {
   online_ = std::move(online);
   app_online_ = kinds_.only_with(asked_, online_);
   memory_ = options_.policy->make_memory();
-  cpus_changed_ = true;
   host.notice("cpus", fmt::format("of CPUs {}, {} are online and allowed: planning for these", os::to_string(chosen_),
                                   os::to_string(online_)));
   return true;
@@ -158,7 +149,7 @@ void PlanningLoop::check_power(TimePoint now, PlanningHost& host) {
   clock_.changed(PlanReason::kPower);
 }
 
-void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
+Planned PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   const std::vector<NodeId> unknown = measured_.unknown();
   const model::CostTable costs = with_assumed(measured_.costs(app_.scheduler.bootstrap_cost), unknown, why);
   const model::CostTable typical = with_assumed(measured_.typical_costs(app_.scheduler.bootstrap_cost), unknown, why);
@@ -175,11 +166,11 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
     now.step_factor = step_cost_.factor();
   }
   Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_);
-  next_reason_ = why;
+  Planned planned{.reason = why};
   if (decision && *decision) {
-    next_ = std::move(**decision);
+    planned.next = std::move(**decision);
   } else if (names_missing_cpu()) {
-    next_ = policy::rates_only(decision_, online_);
+    planned.next = policy::rates_only(decision_, online_);
     host.notice("replan-failed",
                 fmt::format("{}; what was planned needs CPUs that are gone: until there is a plan, nodes run at the "
                             "rates of the last one at most, as ordinary threads on CPUs {}",
@@ -190,7 +181,8 @@ void PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
     host.notice("replan-failed", decision.error().message());
   }
   plan_failed_ = !decision;
-  if (next_) next_->assignment = on_given_cores(std::move(next_->assignment));
+  if (planned.next) planned.next->assignment = on_given_cores(std::move(planned.next->assignment));
+  return planned;
 }
 
 // Nodes that have not run, and those of programs that are not there, are planned for as though they ran: at what they
@@ -225,16 +217,12 @@ bool PlanningLoop::names_missing_cpu() const {
   });
 }
 
-void PlanningLoop::adopt(PlanningHost& host) {
-  if (std::optional<policy::Decision> next = std::exchange(next_, std::nullopt)) {
-    adopt(std::move(*next), next_reason_, host);
+void PlanningLoop::adopt(Planned planned, PlanningHost& host) {
+  if (planned.next) {
+    decision_ = std::move(*planned.next);
+    in_force(planned.reason, host);
   }
-  if (std::exchange(cpus_changed_, false)) host.cpus_changed(online_);
-}
-
-void PlanningLoop::adopt(policy::Decision decision, PlanReason reason, PlanningHost& host) {
-  decision_ = std::move(decision);
-  in_force(reason, host);
+  if (planned.reason == PlanReason::kCpus) host.cpus_changed(online_);
 }
 
 void PlanningLoop::in_force(PlanReason reason, PlanningHost& host) {

@@ -4,8 +4,9 @@
 // How a run's CPU time becomes a plan, in one direction:
 //   ran()     the run goes into the estimate of its node, mode and kind of core; one that hung does not, unless the
 //             node's run before it hung too
-//   plan()    where a plan is due, makes one at the estimated costs, and decides whether it is worth a change
-//   adopt()   brings what was decided into force: PlanningHost::in_force()
+//   plan()    where a plan is due, makes one at the estimated costs, and decides whether it is worth a change: what
+//             came of it is a Planned
+//   adopt()   takes that, and brings what was decided into force: PlanningHost::in_force()
 //
 // A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, when
 // compute times, power, clock limits or CPUs have changed (policy/replan.h), or when somebody has asked for other
@@ -37,7 +38,6 @@
 #include "policy/replan.h"
 #include "policy/step_cost.h"
 #include "record/events.h"
-#include "record/writer.h"
 
 namespace ctn::driver {
 
@@ -77,6 +77,12 @@ struct Levels {
   os::Level scheduled = os::Level::kOrdinary;
   os::Level unscheduled = os::Level::kOrdinary;
   os::Level dispatcher = os::Level::kOrdinary;
+};
+
+// What came of an attempt to plan. It changes nothing until it is given to PlanningLoop::adopt().
+struct [[nodiscard]] Planned {
+  policy::PlanReason reason = policy::PlanReason::kStatic;
+  std::optional<policy::Decision> next{};  // to be in force; none: what is in force stays
 };
 
 // What the loop needs from outside. Called from within plan() and adopt() only.
@@ -130,20 +136,19 @@ class PlanningLoop {
   void change(graph::App app, os::CpuSet cpus);
 
   // --- a turn ---
-  // Looks at what has changed, and plans if that is due. True: a plan was made or tried, whatever became of it.
-  bool plan(TimePoint now, PlanningHost& host);
-  // What plan() decided comes into force.
-  void adopt(PlanningHost& host);
-  // The same of a decision that was made elsewhere.
-  void adopt(policy::Decision decision, policy::PlanReason reason, PlanningHost& host);
+  // Looks at what has changed, and plans if that is due; none: nothing is due.
+  std::optional<Planned> plan(TimePoint now, PlanningHost& host);
+  // What was planned, here or elsewhere, comes into force.
+  void adopt(Planned planned, PlanningHost& host);
 
-  // What a policy decides on. Valid until the loop's next turn, and as long as the tables.
-  policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const;
+  // What `decide` returns of the situation that a policy decides on, if nodes cost this much.
+  template <class Decide>
+  auto in_situation(const model::CostTable& costs, const Decide& decide) const {
+    return decide(situation(costs, costs));
+  }
 
   // Where threads begin; then the highest of any decision so far, since those before may still be followed.
   const Levels& levels() const { return levels_; }
-  // All but where, when and how the app runs.
-  record::Header record_header() const;
 
   bool adapts() const { return options_.policy->adapts(); }
   const policy::Decision& decision() const { return decision_; }  // in force
@@ -156,7 +161,8 @@ class PlanningLoop {
   bool check_cpus(TimePoint now, PlanningHost& host);
   void check_power(TimePoint now, PlanningHost& host);
   std::optional<policy::PlanReason> due(TimePoint now, PlanningHost& host);
-  void make_new_plan(policy::PlanReason why, PlanningHost& host);
+  Planned make_new_plan(policy::PlanReason why, PlanningHost& host);
+  policy::Situation situation(const model::CostTable& costs, const model::CostTable& typical) const;
   model::CostTable with_assumed(model::CostTable costs, const std::vector<NodeId>& unknown,
                                 policy::PlanReason why) const;
   bool names_missing_cpu() const;  // what is in force does
@@ -185,13 +191,8 @@ class PlanningLoop {
   Levels levels_;
   bool cost_changed_ = false;  // since the last turn
   bool asked_changed_ = false;
-  bool cpus_changed_ = false;  // and that is not adopted yet
-  bool plan_failed_ = false;   // and that was told
-  bool no_cpus_ = false;       // none can be used, and that was told
-
-  // Made, and soon in force.
-  std::optional<policy::Decision> next_;
-  policy::PlanReason next_reason_ = policy::PlanReason::kStatic;
+  bool plan_failed_ = false;  // and that was told
+  bool no_cpus_ = false;      // none can be used, and that was told
 };
 
 }  // namespace ctn::driver

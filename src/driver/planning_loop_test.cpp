@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -77,8 +78,7 @@ class PlanningLoopTest : public ::testing::Test, protected PlanningHost {
     loop.ran({node, number, begin, begin + cpu, cpu, 0, true, {}});
   }
   void turn(PlanningLoop& loop, TimePoint now) {
-    loop.plan(now, *this);
-    loop.adopt(*this);
+    if (std::optional<Planned> planned = loop.plan(now, *this)) loop.adopt(std::move(*planned), *this);
   }
 
   Result<os::CpuSet> usable_cpus() override { return online; }
@@ -107,11 +107,11 @@ TEST_F(PlanningLoopTest, LevelsRiseAndNeverFall) {
   EXPECT_EQ(loop.levels().dispatcher, first.dispatcher_level);
   policy::Decision higher = first;
   higher.dispatcher_level = os::fixed_level(5);
-  loop.adopt(higher, policy::PlanReason::kAsked, *this);
+  loop.adopt({policy::PlanReason::kAsked, higher}, *this);
   ASSERT_EQ(raised.size(), 1U);
   EXPECT_EQ(raised[0].dispatcher, os::fixed_level(5));
   EXPECT_EQ(raised[0].unscheduled, os::Level::kOrdinary) << "a policy that needs no levels";
-  loop.adopt(first, policy::PlanReason::kAsked, *this);
+  loop.adopt({policy::PlanReason::kAsked, first}, *this);
   EXPECT_EQ(raised.size(), 1U);
   EXPECT_EQ(loop.levels().dispatcher, os::fixed_level(5));
 }
@@ -156,9 +156,10 @@ TEST_F(PlanningLoopTest, PlansOnceTheBootstrapIsOverAndANodeHasRun) {
   EXPECT_FALSE(loop.plan(at(seconds{2}), *this)) << "nobody has run";
   run(loop, 1, milliseconds{10});
   EXPECT_FALSE(loop.plan(at(milliseconds{900}), *this)) << "the bootstrap is not over";
-  EXPECT_TRUE(loop.plan(at(seconds{2}), *this));
+  std::optional<Planned> planned = loop.plan(at(seconds{2}), *this);
+  ASSERT_TRUE(planned);
   EXPECT_EQ(told, (Told{"plan bootstrap"})) << "not adopted yet";
-  loop.adopt(*this);
+  loop.adopt(std::move(*planned), *this);
   EXPECT_EQ(told, (Told{"plan bootstrap", "plan measured"}));
   EXPECT_EQ(loop.budget().spent(), std::chrono::microseconds{100});
 }
@@ -283,7 +284,7 @@ TEST_F(PlanningLoopTest, CpusThatAreAskedForAreThoseThatCountUntilOthersAre) {
   told.clear();
   online = os::CpuSet{1};
   turn(loop, at(seconds{3}));
-  EXPECT_EQ(told, Told{}) << "who is not used may go";
+  EXPECT_EQ(told, Told{}) << "a CPU that is not used may go";
   loop.change(app, {0, 1});
   turn(loop, at(seconds{4}));
   EXPECT_EQ(told, (Told{"plan asked"})) << "the other is gone";

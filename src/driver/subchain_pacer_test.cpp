@@ -212,7 +212,7 @@ TEST(SubchainPacer, AFollowerIsTriggeredByOutputsAndNotByRunsThatGiveNone) {
   for (const record::Trigger& trigger : world.of(kFollower).triggers) EXPECT_EQ(trigger.due, trigger.sent);
 }
 
-// As it comes, whatever the clock of who sends it does.
+// As it comes, whatever the clock of its sender does.
 TEST(SubchainPacer, AReaderIsTriggeredByWhatArrives) {
   FakeWorld world(1, 1, each_takes(ms(1)));
   const plan::Leader sensor = NodeId(std::size_t{7});

@@ -1,18 +1,19 @@
 // An application as Catan understands it: graph, objective, order, stealing, scheduler options. A value, made only by
-// `build_app` (build.h), which checks every invariant below; whoever holds an `App` need not check again.
+// `build_app` (build.h), which checks every invariant below; code that has an `App` need not check again.
 //
 // Invariants: node and subchain names are unique and not empty; edges form a DAG; each node is external, unscheduled or
 // in exactly one subchain; a subchain is a path of edges, of nodes that are neither external nor unscheduled; every
 // chain of the objective is a path with at least one node that is not external, and an external node that ticks is its
-// first or its last; who follows another is unscheduled, and is fed by that one, which is unscheduled too; an edge with
-// an age limit joins nodes that are not external, and the limit is above 0; a subchain that is triggered by arrival
-// alone has an unscheduled node that feeds its head; weights are finite and >= 0; min_rate <= max_rate, for the nodes
-// of a subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
+// first or its last; a follower is unscheduled, and is fed by the node that it follows, which is unscheduled too; an
+// edge with an age limit joins nodes that are not external, and the limit is above 0; a subchain that is triggered by
+// arrival alone has an unscheduled node that feeds its head; weights are finite and >= 0; min_rate <= max_rate, for the
+// nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -155,7 +156,7 @@ class Graph {
 
 enum class FrameMode { kElastic, kFixed };
 
-// Who plans for the scheduler `catan`: Catan's own planner, or the paper's.
+// The planner behind the scheduler `catan`: Catan's own planner, or the paper's.
 enum class PlannerKind { kAuto, kPaper };
 
 // How cores may be shared where Catan's own planner plans: whichever way is best, in frames alone, or by fixed

@@ -5,6 +5,7 @@
 // Cost: near linear in the size of the spec, whatever it holds. Thread safety: local to one call.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
@@ -31,7 +32,7 @@ class AppBuilder {
     Edge edge;
     std::size_t path;                         // index into spec_.edges
     Place place;                              // of the node it leads to
-    std::optional<std::size_t> limited_by{};  // index into spec_.edges: who gave its age limit
+    std::optional<std::size_t> limited_by{};  // index into spec_.edges: of the entry that gave its age limit
   };
 
   // build.cpp

@@ -82,7 +82,7 @@ void AppBuilder::add_nodes() {
   }
 }
 
-// Which keys make sense depends on who runs the node: Catan, the node itself, or something outside.
+// Which keys make sense depends on what runs the node: Catan, the node itself, or something outside.
 void AppBuilder::check_kind(const NodeSpec& spec, const std::string& key) {
   if (spec.external && spec.unscheduled) {
     problem(spec.name.place, key, "the node is both external and unscheduled",

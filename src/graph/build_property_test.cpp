@@ -119,7 +119,7 @@ void check_order(const App& app) {
                            [&](SubchainId a, SubchainId b) { return app.weight_of(a) > app.weight_of(b); }));
 }
 
-// Along the heaviest term's chain, whoever gives has its slot before who uses what it gives.
+// Along the heaviest term's chain, a subchain has its slot before those that use what it gives.
 void check_slots_follow_data(const App& app) {
   const auto heaviest = std::max_element(app.objective.begin(), app.objective.end(),
                                          [](const Term& a, const Term& b) { return a.weight < b.weight; });

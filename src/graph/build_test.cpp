@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <limits>
 
 #include "base/numbers.h"
@@ -157,13 +156,13 @@ AppSpec drivers(const std::vector<std::string>& nodes, const std::vector<std::st
   return spec;
 }
 
-// "imu 5ms": whom the node follows, and its period.
+// "imu 5ms": the node that it follows, and its period.
 std::string followed_by(const AppSpec& spec, const std::string& name) {
   const auto app = build_app(spec);
   if (!app) return app.error().message();
   const Node& node = app->graph.node(*app->graph.find_node(name));
-  const std::string whom = node.follows ? app->graph.node(*node.follows).name : "nobody";
-  return whom + " " + std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(*node.period).count()) +
+  const std::string leader = node.follows ? app->graph.node(*node.follows).name : "nobody";
+  return leader + " " + std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(*node.period).count()) +
          "ms";
 }
 
@@ -193,7 +192,7 @@ TEST(Followers, FormRows) {
   EXPECT_EQ(followed_by(spec, "B"), "A 5ms") << "the first of its inputs";
 }
 
-// Who emits less often than it runs sets its followers off less often.
+// A node that emits less often than it runs sets its followers off less often.
 TEST(Followers, GoByWhatIsEmitted) {
   AppSpec spec =
       drivers({"imu", "other", "Int", "next", "sink"}, {"imu Int next sink"}, {{"imu", 5ms}, {"other", 10ms}});

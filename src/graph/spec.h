@@ -75,7 +75,7 @@ struct AppSpec {
   std::optional<std::vector<Name>> order;
   std::optional<std::vector<Name>> steal_priority;
   std::vector<Name> steal_off;
-  SchedulerOptions scheduler;  // each value's range is checked by whoever reads it
+  SchedulerOptions scheduler;  // each value's range is checked where it is read
 };
 
 }  // namespace ctn::graph

@@ -18,8 +18,8 @@ namespace ctn::model {
 struct SubchainTiming {
   Millis period{0};     // p
   Millis execution{0};  // L
-  // From one trigger to the next, at most, where that is more than p: of who is triggered by outputs that are late once
-  // and early the next time.
+  // From one trigger to the next, at most, where that is more than p: of a subchain that is triggered by outputs which
+  // are late once and early the next time.
   std::optional<Millis> longest_gap{};
   // Whose outputs trigger it, each or every so-many-th: a subchain, or an unscheduled node. It takes the one that does.
   std::optional<SubchainId> follows{};

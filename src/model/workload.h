@@ -7,7 +7,7 @@
 // wait, computing nothing; what it waits is drawn in the same way, and neither grows nor depends on the core. A run
 // that takes a batch costs as much more for each item as the file says, no more and no less, and that grows, too.
 //
-// A draw depends on nothing but the seed, the node, the run's number and the time since the start: whoever asks gets
+// A draw depends on nothing but the seed, the node, the run's number and the time since the start: each caller gets
 // the same answer, in any order, from any thread, on any machine (portable_math.h).
 //
 // Units: in the types. Thread safety: plain values, pure functions.

@@ -1,7 +1,7 @@
 // The operating system as Catan needs it, in four small interfaces: a clock, threads, how they are scheduled, and the
-// machine. `Os` is all four, for who needs most of them; others take the one that they use. `os/linux` implements them
-// on Linux; `os/fake` in virtual time, and as a wrapper that injects faults. Nobody above names a scheduling class:
-// there are levels, and what was set is read back.
+// machine. `Os` is all four, for code that needs most of them; other code takes the one that it uses. `os/linux`
+// implements them on Linux; `os/fake` in virtual time, and as a wrapper that injects faults. Nobody above names a
+// scheduling class: there are levels, and what was set is read back.
 //
 // Units, thread safety and cost: as each says; every call may be made from any thread at any time.
 #pragma once

@@ -4,7 +4,8 @@
 //   if (!guard.status().ok()) return guard.status();
 //   os.set_level(thread, Level::kActive); ...   // undone at the end of the scope, or by guard.restore()
 //
-// A thread that has ended by then needs nothing, so the destructor ignores errors: who wants them calls restore().
+// A thread that has ended by then needs nothing, so the destructor ignores errors: a caller that wants them calls
+// restore().
 // Thread safety: one guard is used by one thread at a time; the guarded thread may be another.
 #pragma once
 

@@ -31,7 +31,7 @@ class Thread {
   virtual void join() = 0;
 };
 
-// The CPU time of one thread, for whoever asks often: to find the thread is done once.
+// The CPU time of one thread, for callers that ask often: the thread is looked up once.
 class CpuClock {
  public:
   virtual ~CpuClock() = default;
@@ -45,7 +45,7 @@ class Threads {
 
   virtual ProcessId current_process() = 0;
   virtual ThreadId current_thread() = 0;
-  // The one that a process began with, whether or not it has ended: whom tools mean that are given a process's number.
+  // The one that a process began with, whether or not it has ended. Tools that are given a process's number mean it.
   virtual ThreadId main_thread(ProcessId process) = 0;
   // The CPU that the calling thread is on; -1 where it cannot be told.
   virtual int current_cpu() = 0;

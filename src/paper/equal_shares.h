@@ -3,6 +3,7 @@
 // Units: milliseconds. Thread safety: plain values, pure functions.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "base/numbers.h"

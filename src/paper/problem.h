@@ -14,6 +14,7 @@
 // Units: milliseconds. Thread safety: plain values, pure functions.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 

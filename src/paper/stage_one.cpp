@@ -140,8 +140,8 @@ Multipliers good_multipliers(const Problem& problem, const std::vector<std::vect
   return best;
 }
 
-// Who shares with whom is open under equal shares: those of a class are put together in their order. `rivals`: how many
-// share a core, by subchain.
+// Which subchains share a core is open under equal shares: those of a class are put together in their order. `rivals`:
+// how many share a core, by subchain.
 Allocation put_together(Allocation allocation, const std::vector<int>& rivals) {
   std::map<std::pair<int, int>, std::pair<int, int>> open;  // kind and class: the core, and how many more it takes
   int shared = 0;

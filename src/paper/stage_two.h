@@ -1,5 +1,5 @@
-// Stage II (section 5.2 of the paper): given who runs on which cores, the frame of each shared core and what fraction
-// f_i of a run each of its members has in one:
+// Stage II (section 5.2 of the paper): given which subchains run on which cores, the frame of each shared core and what
+// fraction f_i of a run each of its members has in one:
 //
 //   frame T = (sum_i f_i c(S_i) + idle) / (1 - slack),   p_i = T / f_i,   1/f_i whole, but for queue nodes
 //

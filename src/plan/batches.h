@@ -5,8 +5,8 @@
 //
 // The longest time between the begins of two runs is, with a fixed priority, the promised period and what a run may be
 // held up, L - c; in frames and on cores of its own, the period. Two outputs are as far apart as triggers are at least,
-// on average (promise.h), and as planned periods. Who runs more often than planned brings more: elastic frames that end
-// early, or cores of one's own.
+// on average (promise.h), and as planned periods. A subchain that runs more often than planned brings more: elastic
+// frames that end early, or cores of one's own.
 //
 // Units: Millis. Thread safety: pure functions.
 #pragma once

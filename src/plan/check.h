@@ -1,6 +1,7 @@
 // What the parts of `validate` have in common. Internal to the module.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,7 +56,7 @@ class Check {
 
 // The steps, in their order; each relies on those before having found nothing.
 void check_shape(Check& check, int core_count);
-void check_cores(Check& check);    // who has which core
+void check_cores(Check& check);    // which subchain has which core
 void check_frames(Check& check);   // slots and frames of shared cores; others have none
 bool check_members(Check& check);  // fixed priorities; false: what is promised cannot be computed
 void check_groups(Check& check);   // owned and shared cores by their formulas

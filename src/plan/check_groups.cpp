@@ -1,8 +1,8 @@
-// Who has which core, and what each core group's formula makes of it (docs/architecture.md; the planner's model).
+// Which subchain has which core, and what each core group's formula makes of it (docs/architecture.md; the planner's
+// model).
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "model/formulas.h"
@@ -152,7 +152,7 @@ void check_owning_subchain(Check& check, SubchainId id) {
   }
 }
 
-// Who keeps a phase to a clock of others has a period that its ticks can tell.
+// A subchain that keeps a phase to a clock of others has a period that its ticks can tell.
 void check_clock(Check& check, std::size_t number, std::size_t index) {
   const Member& member = check.plan.cores[number].members[index];
   if (!member.clock) return;

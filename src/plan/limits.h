@@ -56,7 +56,7 @@ struct SoftBound {
 // Response times first, in the order of the objective, then nodes in theirs.
 std::vector<SoftBound> soft_bounds(const graph::App& app);
 
-// The shortest frame that keeps the caps of all who share the core, at the shares they have: CorePlan::frame_min.
+// The shortest frame that keeps the caps of all that share the core, at the shares they have: CorePlan::frame_min.
 Millis min_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 // Elastic frames may be shorter than that: a subchain whose cap is many frames long need not hold up the others to keep
 // it. Its trigger is deferred to a later frame instead, by no more than one part in kDeferredFrom of its period: frames

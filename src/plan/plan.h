@@ -1,6 +1,6 @@
-// A plan: who gets which cores, in which form they are shared, and how often each subchain runs. A plain value: it can
-// be compared, printed, stored and replayed, and knows nothing of threads. Whoever made it, `validate` (validate.h)
-// proves it against the app; json.h writes and reads it.
+// A plan: which subchain gets which cores, in which form they are shared, and how often each subchain runs. A plain
+// value: it can be compared, printed, stored and replayed, and knows nothing of threads. Whatever made it, `validate`
+// (validate.h) proves it against the app; json.h writes and reads it.
 //
 // A core has one of two forms:
 //   frames      subchains take turns, each in its slot of a frame (`slots`); one subchain alone owns the core instead
@@ -10,6 +10,7 @@
 // Thread safety: plain values.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -197,7 +198,7 @@ inline const char* promises_for(bool typical) { return typical ? "typical" : "pe
 const Member* member_of(const Plan& plan, SubchainId subchain);
 
 // What a subchain is expected to have, or where nothing is expected what it is promised, which may be many times as
-// long: for whoever has to go on, or to wait, for about a period.
+// long: for code that has to go on, or to wait, for about a period.
 Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain);
 
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.

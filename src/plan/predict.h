@@ -1,5 +1,5 @@
 // What follows from the subchains of a plan by the formulas of the model: chains, nodes, the objective, and which
-// bounds do not hold. Whoever makes a plan fills it in with this; `validate` compares with it.
+// bounds do not hold. Each planner fills it in with this; `validate` compares with it.
 //
 // Units: Millis. Thread safety: pure functions.
 #pragma once
@@ -24,7 +24,7 @@ struct Prediction {
   std::vector<RelaxedBound> relaxed;  // those that do not hold as asked
 };
 
-// `cores`: where it says who follows whom; empty: nobody does. Precondition: one entry a subchain of the app.
+// `cores`: where it says which subchain follows which; empty: none does. Precondition: one entry a subchain of the app.
 Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
                    std::span<const CorePlan> cores);
 

@@ -92,7 +92,7 @@ class Analysis {
     return late + run + jitter_[feeder];
   }
 
-  // The least time between any two triggers, however early outputs come: who is triggered by a pause or by outputs is
+  // The least time between any two triggers, however early outputs come: what is triggered by a pause or by outputs is
   // held back until its period is over. 0: there is none.
   static Millis held_apart(const Member& member) { return member.after || member.pause ? member.period : Millis{0}; }
 

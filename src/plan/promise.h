@@ -5,11 +5,11 @@
 // (Joseph and Pandya, 1986; release jitter by Audsley and others, 1993), where C is the compute time at the planned
 // percentile, divided by what the slack leaves of a core; T_j is the least time between two triggers of j, on average
 // over many; and J_j is how much closer together than that some of them may come: those of a subchain that is late
-// because of its own long runs, or that is triggered by outputs which are sometimes early. Of who is triggered by
-// outputs or by a pause, no two triggers are closer together than its period: where that says less (T = period, J = 0),
-// it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers, response and
-// jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own run and
-// those of the nodes that it follows may end.
+// because of its own long runs, or that is triggered by outputs which are sometimes early. Of a subchain that is
+// triggered by outputs or by a pause, no two triggers are closer together than its period: where that says less (J = 0
+// and T = period), it counts. Without it there may be no bound at all: if a subchain runs below one that it triggers,
+// response and jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own
+// run and those of the nodes that it follows may end.
 //
 // While a run of i is pending, nobody below it on its core runs. So those above it that go back to outputs of one that
 // is not above it come once each, and not again before i has ended: where all on the way from that one to j are on this
@@ -27,9 +27,9 @@
 // Huang, Chen, Zhou and Liu, "PASS: priority assignment of real-time tasks with dynamic suspending behavior under
 // fixed-priority scheduling" (DAC 2015).
 //
-// p_i is the longer of R_i and of what lies between two triggers, on average over many. Of who is triggered by outputs
-// one may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp).
-// Where not every run of its leader gives an output (model/cost.h), p_i is a mean over these too; T is as if each did.
+// p_i is the longer of R_i and of what lies between two triggers, on average over many. Of outputs that trigger it one
+// may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp). Where not
+// every run of its leader gives an output (model/cost.h), p_i is a mean over these too; T is as if each did.
 //
 // Where many short runs interrupt a long one, the sum is bounded from above by a line (ceil(x) <= x + 1), which is
 // a little more than the worst case.
@@ -55,8 +55,8 @@ struct Promise {
 // Whatever takes longer is not promised at all.
 constexpr Millis kLongestPromise = std::chrono::hours{24};
 
-// How late an output of an unscheduled node may be: its own run, and those of whom it follows. `costs`: on cores of the
-// first kind.
+// How late an output of an unscheduled node may be: its own run, and those of the nodes that it follows. `costs`: on
+// cores of the first kind.
 Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
 
 // By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <stdexcept>
 #include <string>
 
 #include "plan/json.h"
@@ -215,7 +215,7 @@ TEST_F(PromiseTest, WhatIsWrongWithMembersIsNamed) {
   expect(problem_of([&] { plan.cores[0].slots.push_back({kFast, Millis{0}, Millis{6}, 1, 0}); }), "has no slots");
 }
 
-// What an unscheduled node sends is as late as its own run and those of whom it follows.
+// What an unscheduled node sends is as late as its own run and those of the nodes that it follows.
 TEST(PromiseOfArrivals, AReaderComesWithTheSensorAndAddsItsOwnRunAlone) {
   graph::AppSpec spec = graph::spec_of({"imu", "fuse", "read", "slow"}, {"imu fuse read", "read slow"});
   for (const char* name : {"imu", "fuse"}) graph::node(spec, name).unscheduled = true;

@@ -1,6 +1,6 @@
-// The same plan at other compute times: who has which cores, every n, share and number of threads stay; slices, frames,
-// periods and predictions follow from the new times. What a plan in force would give now, compared with which a new one
-// has to be better.
+// The same plan at other compute times: which subchain has which cores, every n, share and number of threads stay;
+// slices, frames, periods and predictions follow from the new times. What a plan in force would give now, compared with
+// which a new one has to be better.
 //
 // Units: see plan.h. Thread safety: pure functions.
 #pragma once

@@ -1,8 +1,8 @@
-// Proves a plan against the app it is for, whoever made it: the planner, a file, a person.
+// Proves a plan against the app it is for, whatever made it: the planner, a file, a person.
 //
 // It goes from the ground up and stops where what follows would rest on sand: first the shape (one entry a subchain and
-// core, every number finite and not negative, every index in range), then who has which core, then each core group by
-// its own formula, then rates, then what the plan promises (chains, nodes, objective, relaxed bounds).
+// core, every number finite and not negative, every index in range), then which subchain has which core, then each core
+// group by its own formula, then rates, then what the plan promises (chains, nodes, objective, relaxed bounds).
 //
 // It does not prove that no better plan exists: that is the planner's claim, in `quality` and `gap`.
 //
@@ -22,8 +22,8 @@ namespace ctn::plan {
 // JSON; kCaller, because a plan may come from a file. Precondition: core_count >= 0.
 Status validate(const Plan& plan, const graph::App& app, const model::CostTable& costs, int core_count);
 
-// What can be proven of a plan without the compute times that it was made for: shape, who has which core, slots and
-// frames, rate caps and exact rates.
+// What can be proven of a plan without the compute times that it was made for: shape, which subchain has which core,
+// slots and frames, rate caps and exact rates.
 Status validate_layout(const Plan& plan, const graph::App& app, int core_count);
 
 }  // namespace ctn::plan

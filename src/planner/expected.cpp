@@ -47,7 +47,7 @@ plan::Plan with_expectation(ScheduleSearch& search, const graph::App& app, plan:
   return plan;
 }
 
-// Whoever asks offline has an app that tells its ticks.
+// Offline, callers have an app that tells its ticks.
 std::vector<NodeId> clocks_of(const graph::Graph& graph) {
   std::vector<NodeId> clocks;
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
@@ -58,8 +58,8 @@ std::vector<NodeId> clocks_of(const graph::Graph& graph) {
 
 }  // namespace
 
-// A response time is a latency and a period on average, too. Whoever has cores of its own is paced by what is expected:
-// it is paced as it was tried.
+// A response time is a latency and a period on average, too. A subchain with cores of its own is paced by what is
+// expected: it is paced as it was tried.
 plan::Expectation expectation_of(const graph::App& app, const plan::Plan& plan, const trial::Schedule& schedule,
                                  const Expected& expected) {
   const trial::Figures& figures = expected.figures;

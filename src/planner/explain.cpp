@@ -1,7 +1,6 @@
 #include "planner/explain.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "model/batches.h"

@@ -10,8 +10,6 @@
 // Units: see plan.h; objectives in ms, as expected. Thread safety: pure functions.
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,8 +33,8 @@ struct CoreGroup {
   friend auto operator<=>(const CoreGroup&, const CoreGroup&) = default;
 };
 
-// Who shares with whom and who owns how many of which kind, whatever the cores' numbers: equal for the same allocation.
-// `app` is the one that the plan was made for, with the cores that it was made for.
+// Which subchains share a core and which own how many of which kind, whatever the cores' numbers: equal for the same
+// allocation. `app` is the one that the plan was made for, with the cores that it was made for.
 std::vector<CoreGroup> allocation_groups(const plan::Plan& plan, const graph::App& app);
 
 // The first that applies is given, in this order.

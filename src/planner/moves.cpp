@@ -201,7 +201,7 @@ void Moves::fall_in_line(Schedule& schedule, bool by_chance, Random& random) con
   }
 }
 
-// Who is in a chain with the first runs as often as that.
+// Subchains in a chain with the first one run as often as that one.
 void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) const {
   const std::size_t leader = line.front();
   const auto together = std::find_if(chains_.begin(), chains_.end(), [&](const std::vector<std::size_t>& chain) {
@@ -419,7 +419,8 @@ void Moves::change_cores(Schedule& schedule, std::size_t subchain, Random& rando
   if (random.once_in(2)) give_cores(schedule, subchain, random);
 }
 
-// Its own and some of the same kind. Whoever was there goes elsewhere; if there is no core left for them, it has none.
+// Its own and some of the same kind. Subchains that were there go elsewhere; if there is no core left for them, it has
+// none.
 void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random) const {
   Place& place = schedule.subchains[subchain];
   std::vector<int> others;

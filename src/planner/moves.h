@@ -3,6 +3,7 @@
 // Units: in the types. Thread safety: none; one owner. The same seed gives the same changes everywhere.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -31,7 +32,7 @@ class Random {
 
 // What a search is free to choose; without one of these it can be seen what that is worth.
 struct Freedom {
-  bool phases = true;   // false: who is triggered by time is so at phase 0
+  bool phases = true;   // false: what is triggered by time is so at phase 0
   bool outputs = true;  // false: nobody is triggered by another's outputs, unless the app asks for it
 };
 
@@ -70,7 +71,7 @@ class Moves {
   // weighs most, or by chance.
   void fall_in_line(trial::Schedule& schedule, bool by_chance, Random& random) const;
 
-  // Who may, comes so many times less often, or is held so much further apart.
+  // Subchains that may, come so many times less often, or are held so much further apart.
   void slow(trial::Schedule& schedule, double factor) const;
 
  private:

@@ -1,6 +1,6 @@
 // What a subchain does with several cores of its own, where its runs overlap: by the formulas of the model
 // (model/formulas.h). Promised at the planned percentiles, but paced by what runs cost on average: a percentile of few
-// runs may be twice that, and whoever is paced by it is as slow as it says.
+// runs may be twice that, and a subchain that is paced by it is as slow as it says.
 //
 // Units: in the types. Thread safety: const functions, any thread.
 #pragma once
@@ -25,8 +25,8 @@ class Pipelines {
   int max_cores(SubchainId subchain) const { return max_cores_[subchain.index()]; }
 
   // On these cores, at the number of threads with the least execution time and period together. None where an exact
-  // rate cannot be promised, or runs depend on the size of batches: how long they take, and so the pace, depends on who
-  // else runs how often. Precondition: cores in ascending order, all of one kind.
+  // rate cannot be promised, or runs depend on the size of batches: how long they take, and so the pace, depends on how
+  // often others run. Precondition: cores in ascending order, all of one kind.
   std::optional<trial::Pipeline> on(SubchainId subchain, std::vector<int> cores) const;
 
  private:

@@ -144,7 +144,8 @@ trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& exp
   return schedule;
 }
 
-// Who has no exact rate and has to be triggered by arrival: after so many outputs that they are a period apart.
+// Of a subchain without an exact rate that has to be triggered by arrival: after so many outputs that they are a period
+// apart.
 void set_period(const graph::App& app, SubchainId id, Millis period, trial::Place& place) {
   place.period = to_nanos(plan::period_limits(app.graph, id).exact.value_or(period));
   if (app.graph.node(app.graph.subchain(id).head()).trigger != graph::TriggerBy::kArrival) return;

@@ -38,7 +38,8 @@ constexpr std::size_t kGiveUpAfter = 15;
 constexpr double kTermsATrial = 8.0;
 constexpr Nanos kShortestHorizon = std::chrono::seconds{4};
 constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
-// A short trial, of this part of it, comes before; who is worse there by more than this is not tried any longer.
+// A short trial, of this part of it, comes before; a schedule that is worse there by more than this is not tried any
+// longer.
 constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
 // Whose trial shows a core that is used too much has periods so much longer, and again, so many times at most.
@@ -59,8 +60,8 @@ Nanos work_of_trial(const trial::Figures& figures) {
   return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
 }
 
-// By core. A pipeline's runs may use any of its cores, and so may those who are to have what it leaves: each of them is
-// as busy as all are on average.
+// By core. A pipeline's runs may use any of its cores, and so may those that are to have what it leaves: each of them
+// is as busy as all are on average.
 std::vector<double> load(const Schedule& schedule, const trial::Figures& figures) {
   std::vector<double> load = figures.busy;
   for (const trial::Pipeline& pipeline : schedule.pipelines) {
@@ -182,7 +183,7 @@ void ScheduleSearch::guess(std::size_t steps, const std::function<void()>& after
   for (Candidate& candidate : guessed) keep(std::move(candidate));
 }
 
-// Whoever has no trial goes before those that formulas alone find worse.
+// Candidates without a trial go before those that formulas alone find worse.
 void ScheduleSearch::keep(Candidate candidate) {
   candidates_.push_back(std::move(candidate));
   std::stable_sort(candidates_.begin(), candidates_.end(), better);

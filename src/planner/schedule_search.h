@@ -1,7 +1,7 @@
 // The search for the schedule of the least expected objective: local search over cores, priorities, periods, pauses,
-// phases, who triggers whom, and who has several cores of its own. It goes on as long as one lets it, and keeps what it
-// has found when costs change, so that it serves a planner with seconds of time as well as one with milliseconds now
-// and then.
+// phases, which subchain triggers which, and which have several cores of their own. It goes on as long as one lets it,
+// and keeps what it has found when costs change, so that it serves a planner with seconds of time as well as one with
+// milliseconds now and then.
 //
 // How it goes:
 //   guess()     From several beginnings, thousands of steps by formulas of means (surrogate.h), half a microsecond
@@ -33,6 +33,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "graph/app.h"

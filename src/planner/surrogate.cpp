@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "model/formulas.h"
 #include "plan/limits.h"
@@ -208,7 +207,7 @@ bool Surrogate::is_led_by(const trial::Schedule& schedule, std::size_t subchain,
   return false;
 }
 
-// Who leads from below has, to begin with, the period that those above leave it if they run after all of its outputs:
+// A leader from below has, to begin with, the period that those above leave it if they run after all of its outputs:
 // the rounds would not find it, since the more they take of a period that is too short, the longer its run seems.
 void Surrogate::begin_leaders(const trial::Schedule& schedule) {
   for (const std::size_t i : order_) {
@@ -256,7 +255,7 @@ Surrogate::Led Surrogate::led_above(const trial::Schedule& schedule, std::size_t
   return led;
 }
 
-// What a run finds of the runs under way of those above it, on average: whom it can meet is told by what it is
+// What a run finds of the runs under way of those above it, on average: which ones it can meet is told by what it is
 // triggered by.
 double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above,
                                   const Led& led) const {
@@ -284,9 +283,9 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i
 }
 
 // A run takes
-//   L = late + (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above whom it may meet
-// (what is left of a run that is met at any time). Those whom it triggers itself are in neither; they may make it begin
-// late. A run that waits takes that much longer, and may then meet anybody above it. Whoever above it runs longer than
+//   L = late + (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above that it may meet
+// (what is left of a run that is met at any time). Those that it triggers itself are in neither; they may make it begin
+// late. A run that waits takes that much longer, and may then meet anybody above it. One above it that runs longer than
 // its period makes it miss triggers: so many as fit into that run, but one.
 void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above) {
   const trial::Place& place = schedule.subchains[i];
@@ -374,8 +373,8 @@ bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
   return true;
 }
 
-// Of who keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as it
-// does on average.
+// Of one that keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as
+// it does on average.
 std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, const Element& before,
                                                const Element& element) const {
   if (element.subchain || !before.subchain) return std::nullopt;
@@ -385,7 +384,7 @@ std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, 
   return element.period - std::fmod(end, element.period);
 }
 
-// Of who keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
+// Of one that keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
 std::optional<double> Surrogate::wait_since_tick(const trial::Schedule& schedule, const Ticked& begun,
                                                  const Element& element) const {
   if (!element.subchain) return std::nullopt;

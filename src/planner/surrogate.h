@@ -9,12 +9,13 @@
 // its next run begins (none where it is triggered by the element before) and that run; and the longest time
 // between two outputs on the way.
 //
-// Who keeps a phase to the clock that ends its chain waits for what is left of that until the next tick; who keeps one
-// to the clock that begins it finds what came by the last tick, when it has passed through nodes that follow that.
+// A subchain that keeps a phase to the clock that ends its chain waits for what is left of that until the next tick;
+// one that keeps it to the clock that begins it finds what came by the last tick, when it has passed through nodes that
+// follow that.
 //
 // A batch costs what the items add that come in p_i on average; its period and its cost follow from one another.
 //
-// What it leaves out is what trials are for: order and other phases, bursts, who meets whom, batches of unscheduled
+// What it leaves out is what trials are for: order and other phases, bursts, which runs meet, batches of unscheduled
 // nodes.
 //
 // It also bounds what is promised (plan/promise.h), by the line; and says how full the fullest core would be.
@@ -55,9 +56,9 @@ class Surrogate {
   // a schedule found that is much like those asked about. It goes back to 1 with an empty list.
   void correct(std::vector<double> factors) { factors_ = std::move(factors); }
 
-  // None where somebody gets no time at all. Where the objective alone is above the limit, promises are not looked at,
-  // and the estimate says that there are none. Precondition: as Trial::run(), without frames; who follows whom has no
-  // cycle.
+  // None where some subchain gets no time at all. Where the objective alone is above the limit, promises are not looked
+  // at, and the estimate says that there are none. Precondition: as Trial::run(), without frames; subchains that follow
+  // one another make no cycle.
   std::optional<Estimate> operator()(const trial::Schedule& schedule, double limit = kInfinity);
 
   // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
@@ -106,7 +107,7 @@ class Surrogate {
     double rate = 0.0;     // 1 / period
     double load = 0.0;     // cost / period
     double anytime = 0.0;  // what is left of its run, where one is met at any time, on average
-    // Of who triggers others that are above it on its core: they run after its runs, and never while it does.
+    // Of one that triggers others that are above it on its core: they run after its runs, and never while it does.
     bool leads = false;
     double led_work = 0.0;  // what those cost, after each of its runs
   };
@@ -118,7 +119,7 @@ class Surrogate {
     double anytime = 0.0;
     double longest = 0.0;  // cost
   };
-  // Those of them whom it triggers.
+  // Those of them that it triggers.
   struct Led {
     double load = 0.0;
     double anytime = 0.0;

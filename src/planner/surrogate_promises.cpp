@@ -13,8 +13,8 @@ double Surrogate::promised_lateness(const plan::After& after) const {
   return timings_[after.subchain()->index()].promised_execution;
 }
 
-// From one trigger to the next, at most (plan/predict.cpp): who is triggered by outputs may have one that is late, and
-// the next as early as runs cost nothing.
+// From one trigger to the next, at most (plan/predict.cpp): a subchain that is triggered by outputs may have one that
+// is late, and the next as early as runs cost nothing.
 double Surrogate::promised_gap(const trial::Schedule& schedule, std::size_t subchain) const {
   double gap = timings_[subchain].promised_period;
   const std::optional<plan::After>* after = &schedule.subchains[subchain].after;

@@ -87,7 +87,7 @@ void remove_absent(Assignment& assignment, const std::vector<bool>& present) {
   for (std::size_t index = 0; index < present.size(); ++index) {
     SubchainPlace& place = assignment.places[index];
     place.present = present[index];
-    // Who follows a subchain that is not there goes by time.
+    // A follower of a subchain that is not there goes by time.
     const SubchainId* const leader = place.pacing.after ? place.pacing.after->subchain() : nullptr;
     if (leader != nullptr && !present[leader->index()]) place.pacing.after.reset();
   }

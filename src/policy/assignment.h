@@ -39,7 +39,7 @@ struct Assignment {
 };
 
 // Removes the subchains that are not `present` (by SubchainId): no controller holds them, and the others go on without
-// them; who follows one of them is triggered by time.
+// them; a follower of one of them is triggered by time.
 void remove_absent(Assignment& assignment, const std::vector<bool>& present);
 
 struct AssignmentOptions {

@@ -45,8 +45,8 @@ class RatePolicy : public HandSetPolicy {
   Rate rate_;
 };
 
-// One real-time priority a subchain, in the app's order of stealing; nodes that run by themselves above them, and who
-// triggers above all.
+// One real-time priority a subchain, in the app's order of stealing; nodes that run by themselves above them, and
+// controllers above all.
 class FifoPolicy : public HandSetPolicy {
  public:
   FifoPolicy() : HandSetPolicy("fifo") {}

@@ -14,12 +14,12 @@ namespace ctn::policy {
 
 os::Level to_os(dispatch::Level level);
 
-// Puts nodes that run by themselves above all levels of the decision's assignment, and who triggers above these: at the
+// Puts nodes that run by themselves above all levels of the decision's assignment, and controllers above these: at the
 // usual levels where it has no fixed priorities. Precondition: the highest rank is below kFixedLevels - 2; those from
 // there on are not outranked.
 void rise_above_assigned(Decision& decision);
 
-// Puts nodes that run by themselves above `ranks` fixed priorities, and who triggers above all. Errors (kCaller): more
+// Puts nodes that run by themselves above `ranks` fixed priorities, and controllers above all. Errors (kCaller): more
 // `what` than there are priorities.
 Status rise_above(Decision& decision, std::size_t ranks, const char* what);
 

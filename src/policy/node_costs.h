@@ -12,7 +12,7 @@
 // elapsed time of runs on as many, once a few are known; on a number that it has not run on, what perfect scaling
 // says; on another kind of core, so much of the time on one thread as where it was measured.
 //
-// A lasting change is told by CPU time, however many threads share it: what is elapsed also depends on who else wants
+// A lasting change is told by CPU time, however many threads share it: what is elapsed also depends on what else wants
 // the cores. What is known of other kinds and other numbers of threads is then scaled by as much: it is the work that
 // has changed, as a rule, and neither the core nor how well the work is shared.
 //

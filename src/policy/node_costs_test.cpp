@@ -232,7 +232,7 @@ TEST_F(NodeCostsOfThreads, AChangeScalesWhatIsKnownOfOtherNumbers) {
   EXPECT_DOUBLE_EQ(on(2), 8.0);
 }
 
-// Who wants the cores makes runs longer, and their work no more.
+// Others that want the cores make runs longer, and their work no more.
 TEST_F(NodeCostsOfThreads, LongerRunsOfTheSameCpuTimeAreNoChange) {
   run(60, 1, milliseconds{12}, {});
   run(60, 2, milliseconds{16}, milliseconds{8});

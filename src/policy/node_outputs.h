@@ -2,7 +2,7 @@
 //
 // What counts is what the node does with its inputs, so that it holds at any rate. A run without output tells nothing
 // of that
-//   - if it found nothing new in any input: how often it does depends on who feeds the node, and plans know that;
+//   - if it found nothing new in any input: how often it does depends on the nodes that feed it, and plans know that;
 //   - if its input was stale and it had to skip (record/ages.h): that is the schedule's doing.
 // Whether there is anything new from an external node is not known: with such an input all runs may count.
 //

@@ -46,7 +46,7 @@ using MakePlan =
 Result<Decision> decide_in_any_case(const Situation& situation, const MakePlan& make);
 
 // What formulas alone make (planner/formulas.h), in any case: in frames, unless the app file says otherwise or there is
-// no such plan. `Plan::solve_time` is left 0, for whoever has a clock.
+// no such plan. `Plan::solve_time` is left 0, for a caller that has a clock.
 class FormulaPolicy : public PlannedPolicy {
  public:
   explicit FormulaPolicy(std::string name = "formulas") : PlannedPolicy(std::move(name)) {}

@@ -104,7 +104,7 @@ RC_GTEST_PROP(PlanningBudget, UsesItsShareAndTwoPlansAtMost, ()) {
   }
 }
 
-// As much as possible is made of it: who always asks uses all of the share.
+// As much as possible is made of it: a loop that always asks uses all of the share.
 RC_GTEST_PROP(PlanningBudget, LeavesNothingUnused, ()) {
   PlanningBudget budget;
   const Nanos cpu{*rc::gen::inRange(5'000'000, 50'000'000)};

@@ -17,11 +17,13 @@
 // Units: in the types. Thread safety: policies never change once made; decide() from any thread.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -36,7 +38,7 @@
 
 namespace ctn::policy {
 
-// What a policy remembers from one decision to the next. Whoever asks it keeps that, one for each app and set of cores.
+// What a policy remembers from one decision to the next. Its caller keeps that, one for each app and set of cores.
 class Memory {
  public:
   virtual ~Memory() = default;
@@ -75,7 +77,7 @@ struct Situation {
 struct Decision {
   Assignment assignment;
   std::optional<plan::Plan> plan;  // that it follows
-  // Of nodes that run by themselves, and of whoever triggers.
+  // Of nodes that run by themselves, and of controllers.
   os::Level unscheduled_level = os::Level::kOrdinary;
   os::Level dispatcher_level = os::Level::kOrdinary;
 };

@@ -1,5 +1,6 @@
 // What steps of controllers take, as measured: CPU time from when one wakes until it sleeps again. It differs from
-// machine to machine, and with whose threads they trigger; who plans runs of a tenth of a millisecond has to know it.
+// machine to machine, and with whose threads they trigger; a planner for runs of a tenth of a millisecond has to know
+// it.
 //
 // What is told is how many times as long they take as trials assume (trial::Overheads), of as many steps that a timer
 // began, or something else; and it is steady: it changes when it was wrong by a quarter in most of the last windows.
@@ -7,7 +8,6 @@
 // Thread safety: none; one owner.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -27,7 +27,7 @@ Status write_nodes(sqlite::Database& database, const graph::Graph& graph) {
   for (std::size_t id = 0; id < graph.nodes().size(); ++id) {
     const graph::Node& node = graph.nodes()[id];
     const std::string_view input = node.input == graph::InputKind::kQueue ? "queue" : "latest";
-    // Who follows has no period of its own, and would run by it if it were read back.
+    // A follower has no period of its own, and would run by it if it were read back.
     std::optional<Nanos> period = node.period;
     if (node.follows) period.reset();
     if (auto done = node_row->run(id, std::string_view(node.name), input, node.external, node.unscheduled, ns(period),

@@ -1,5 +1,7 @@
 #include "record/meta.h"
 
+#include <cmath>
+
 #include "record/cells.h"
 
 namespace ctn::record {

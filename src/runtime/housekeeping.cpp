@@ -72,8 +72,10 @@ void Housekeeping::turn(TimePoint& next_flush) {
   }
   update_registered();
   carry_out_changes(now);
-  if (loop_.plan(now, *this)) measurements_.planned(loop_.budget().plans(), loop_.budget().spent());
-  loop_.adopt(*this);
+  if (std::optional<driver::Planned> planned = loop_.plan(now, *this)) {
+    measurements_.planned(loop_.budget().plans(), loop_.budget().spent());
+    loop_.adopt(std::move(*planned), *this);
+  }
   const bool time_to_flush = now >= next_flush;
   if (time_to_flush || collector_.has_pending_starvation()) collector_.check_starvation();
   if (time_to_flush) {

@@ -85,7 +85,7 @@ Status Scheduler::prepare() {
     if (!started) return started.error();
     guard = std::move(*started);
   }
-  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
+  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop.decision());
   if (!writer) return writer.error();
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
   RegisteredNodes::Placement placement{
@@ -136,11 +136,15 @@ void Scheduler::keep_cpus_ready() {
 
 // Null where none is written.
 Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
-                                                               const driver::PlanningLoop& loop) const {
+                                                               const policy::Decision& first) const {
   if (options_.record.empty()) return std::unique_ptr<record::Writer>();
-  record::Header header = loop.record_header();
+  record::Header header;
+  header.scheduler = options_.policy->name();
+  header.cpus = cpus_;
   header.host = os_.host_facts();
   header.real_time = real_time;
+  if (first.plan) header.slack = first.plan->slack;
+  header.stealing = options_.stealing;
   header.started = start;
   header.warm_up = warm_from - start;
   header.note = options_.note;

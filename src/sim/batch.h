@@ -28,7 +28,7 @@ class Progress {
  private:
   const std::function<void(std::size_t)> tell_;
   std::atomic<std::size_t> untold_{0};
-  std::size_t told_;  // of whoever made `untold_` other than 0
+  std::size_t told_;  // of the thread that made `untold_` other than 0
 };
 
 }  // namespace ctn::sim

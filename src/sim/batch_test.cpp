@@ -17,7 +17,7 @@ TEST(Progress, GoesOnFromWhatWasDoneBefore) {
   EXPECT_EQ(told, (std::vector<std::size_t>{3, 4}));
 }
 
-// Guards: the callback was called under a lock that whoever had done something took.
+// Guards: the callback was called under a lock that the worker took.
 TEST(Progress, NobodyWaitsForTheOneWhoTells) {
   constexpr std::size_t kCount = 10;
   constexpr int kTries = 10'000'000;  // if it never happens

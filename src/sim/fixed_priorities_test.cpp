@@ -190,7 +190,8 @@ TEST(FixedPriorities, AFollowerOfASilentLeaderIsTriggeredAllTheSame) {
   EXPECT_EQ(began[21] - began[20], milliseconds{10});
 }
 
-// A sensor whose clock is slow by as much as 1000 ppm slides through all phases of who reads it by time, in seconds.
+// A sensor whose clock is slow by as much as 1000 ppm slides through all phases of a subchain that reads it by time, in
+// seconds.
 TEST(FixedPriorities, WhoIsTriggeredByArrivalFollowsAClockThatDrifts) {
   graph::AppSpec spec = graph::spec_of({"sensor", "read"}, {"sensor read"});
   graph::node(spec, "sensor").unscheduled = true;

@@ -14,16 +14,16 @@ namespace ctn::sim {
 // all of them 0 the machine is ideal, and a simulation does exactly what the plan says.
 struct MachineCosts {
   // Delays.
-  Nanos timer_latency = std::chrono::microseconds{5};  // from when a timer is due until who sleeps on it can run
+  Nanos timer_latency = std::chrono::microseconds{5};  // from when a timer is due until its thread can run
   Nanos timer_jitter = std::chrono::microseconds{40};  // of a real-time thread, at most so much more
   // Of an ordinary thread, so much more at least and at most: the kernel may group its timers (by 50 us), and CPUs
   // sleep that no real-time thread keeps ready.
   Nanos ordinary_timer_min = std::chrono::microseconds{50};
   Nanos ordinary_timer_max = std::chrono::microseconds{200};
-  Nanos wake_same{0};                               // of a thread on the CPU of who wakes it
+  Nanos wake_same{0};                               // of a thread on the CPU of the thread that wakes it
   Nanos wake_other = std::chrono::microseconds{9};  // on another
   // CPU time.
-  Nanos context_switch = std::chrono::microseconds{2};   // of who is switched to
+  Nanos context_switch = std::chrono::microseconds{2};   // of the thread that is switched to
   Nanos dispatch_timer = std::chrono::microseconds{16};  // a controller that its timer woke: looks, acts, sleeps
   Nanos dispatch_event = std::chrono::microseconds{8};   // that the end of a run woke
   Nanos run_overhead = std::chrono::microseconds{2};     // a run: to be woken, to report, to wake the next

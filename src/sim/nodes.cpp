@@ -1,6 +1,7 @@
 #include "sim/nodes.h"
 
 #include <algorithm>
+#include <variant>
 
 #include "base/mixed.h"
 #include "record/input_edges.h"
@@ -210,7 +211,7 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
     cpus_.wake_at(thread, cpus_.now() + std::exchange(node.wait, Nanos{0}));
     return false;
   }
-  if (--node.working > 0) return false;  // whoever works longest ends the run
+  if (--node.working > 0) return false;  // the thread that works longest ends the run
   end_run(node, cpu);
   if (node.period) {
     node.next_begin = std::max(node.next_begin + *node.period, cpus_.now());

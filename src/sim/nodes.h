@@ -1,7 +1,8 @@
 // The app's nodes as the runtime has them (runtime/node_port.h, node_threads.h): a thread a node, which sleeps until a
 // trigger comes, takes its inputs, works, and hands on. A trigger carries the number of the subchain's trigger that it
-// goes back to; one that comes while the node is busy replaces what waits. The tail, or whoever gives no output, says
-// that the subchain's run has ended. An unscheduled node has a timer, or is set off by the output of whom it follows.
+// goes back to; one that comes while the node is busy replaces what waits. The tail, or a node that gives no output,
+// says that the subchain's run has ended. An unscheduled node has a timer, or is set off by the output of the node that
+// it follows.
 //
 // Each run says how old its inputs are (record/ages.h), and gives no output where it says so in the app.
 //
@@ -13,6 +14,7 @@
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -56,7 +58,7 @@ struct Signal {
 
 class Nodes {
  public:
-  // Who hears of what nodes do.
+  // Is told what nodes do.
   class Listener {
    public:
     virtual ~Listener() = default;
@@ -144,7 +146,7 @@ class Nodes {
     TimePoint next_begin{};                              // by its timer
     std::optional<TimePoint> next_output;
 
-    std::uint64_t word = 0;          // the newest trigger, or output of whom it follows
+    std::uint64_t word = 0;          // the newest trigger, or output of the node that it follows
     std::uint64_t token = 0;         // that of the newest run
     bool busy = false;               // woken, or at work
     int threads = 1;                 // that the run works on

@@ -3,6 +3,7 @@
 // Units: as run_costs.h. Memory: 24 bytes a recorded run. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>

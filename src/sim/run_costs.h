@@ -3,8 +3,8 @@
 // Units: in the types. Thread safety: none; one owner. The same questions in the same order get the same answers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "graph/app.h"

@@ -99,7 +99,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
       if (Status decided = loop_.decide_first(); !decided) return decided;
       if (options_.reserve) {
         const model::CostTable& known = options_.costs ? *options_.costs : unmeasured;
-        Result<std::vector<Reservation>> reserved = options_.reserve(loop_.situation(known, known));
+        Result<std::vector<Reservation>> reserved = loop_.in_situation(known, options_.reserve);
         if (!reserved) return reserved.error();
         nodes_.reserve(std::move(*reserved));
       }
@@ -229,19 +229,18 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Nanos do_housekeeping() {
     const Nanos collect = options_.machine.costs.collect;
-    if (options_.plans.empty())
-      return loop_.plan(cpus_.now(), *this) ? collect + options_.machine.costs.planning : collect;
+    if (options_.plans.empty()) {
+      next_ = loop_.plan(cpus_.now(), *this);
+      return next_ ? collect + options_.machine.costs.planning : collect;
+    }
     if (plans_followed_ < options_.plans.size() && TimePoint{} + options_.plans[plans_followed_].at <= cpus_.now()) {
-      next_given_ = follow_next_plan(model::CostTable(app_.graph, Millis{0}));
+      next_ = {.next = follow_next_plan(model::CostTable(app_.graph, Millis{0}))};
     }
     return collect;
   }
 
   void end_housekeeping() {
-    if (std::optional<policy::Decision> next = std::exchange(next_given_, std::nullopt)) {
-      loop_.adopt(std::move(*next), policy::PlanReason::kStatic, *this);
-    }
-    loop_.adopt(*this);
+    if (std::optional<driver::Planned> next = std::exchange(next_, std::nullopt)) loop_.adopt(std::move(*next), *this);
     cpus_.wake_at(housekeeping_, cpus_.now() + driver::kPlanningTurn);
   }
 
@@ -278,9 +277,13 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Status open_record() {
     if (!options_.recording) return Done{};
-    record::Header header = loop_.record_header();
+    record::Header header;
+    header.scheduler = options_.policy->name();
+    header.cpus = setting_.cpus;
     header.host = host_facts();
     header.real_time = real_time();
+    if (plan()) header.slack = plan()->slack;
+    header.stealing = options_.stealing;
     header.warm_up = warm_from_ - TimePoint{};
     header.note = options_.recording->note;
     auto writer = record::Writer::create(options_.recording->path, app_, header);
@@ -291,7 +294,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   // Of the plans that are given.
   policy::Decision follow_next_plan(const model::CostTable& costs) {
-    return policy::PlannedPolicy::following(options_.plans[plans_followed_++].plan, loop_.situation(costs, costs));
+    const plan::Plan& next = options_.plans[plans_followed_++].plan;
+    return loop_.in_situation(
+        costs, [&](const policy::Situation& now) { return policy::PlannedPolicy::following(next, now); });
   }
 
   Setting setting_;
@@ -312,8 +317,8 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
   std::vector<BackgroundState> background_;
   bool started_ = false;
 
-  std::size_t plans_followed_ = 0;              // of those that are given
-  std::optional<policy::Decision> next_given_;  // of one of them, and soon in force
+  std::size_t plans_followed_ = 0;       // of those that are given
+  std::optional<driver::Planned> next_;  // in force once the housekeeping thread's turn has ended
 };
 
 Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, std::unique_ptr<RunCosts> costs,

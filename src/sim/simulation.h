@@ -11,7 +11,7 @@
 //   cpus.h          the machine's CPUs, and which thread has them: levels, fair scheduling, limits
 //   nodes.h         nodes: triggers, inputs, runs, outputs
 //   clocks.h        clocks that are not Catan's: phases and drift
-//   controllers.h   who triggers: the drivers of `driver`
+//   controllers.h   controllers: the drivers of `driver` on simulated threads
 //   outcome.h       what it came to
 // Here they are put together, and the planning loop (driver/planning_loop.h) is turned as the runtime turns it.
 //
@@ -23,6 +23,8 @@
 // simulations may run at once.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>

@@ -61,8 +61,8 @@ class Cores {
   // The current job has spent its budget: it is the last of all.
   void demote_current(int core, TimePoint now);
 
-  // Gives the core to whom it belongs. The job that has got it and has to begin, for which the caller calls begin().
-  // kNobody: there is nothing more to do.
+  // Gives the core to the job that it belongs to. The job that has got it and has to begin, for which the caller calls
+  // begin(). kNobody: there is nothing more to do.
   Job settle(int core, TimePoint now);
   // The core's current job needs so much CPU time.
   void begin(int core, Nanos work);
@@ -86,7 +86,7 @@ class Cores {
     TimePoint since{};       // accounted for up to here
     TimePoint held_until{};  // by controllers
     Nanos busy{0};
-    std::vector<Job> queue;  // who has work, the current one included; the next at the back
+    std::vector<Job> queue;  // those that have work, the current one included; the next at the back
   };
   struct State {
     int core = 0;

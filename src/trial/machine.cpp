@@ -25,8 +25,8 @@ std::size_t count_jobs(const graph::App& app, const Schedule& schedule) {
   return schedule.subchains.size() + count_unscheduled(app) + threads;
 }
 
-// Who is triggered by the system's clock keeps no phase to one that is not ours: a trial goes once through all phases,
-// as long as that is not much of a change.
+// A subchain that is triggered by the system's clock keeps no phase to one that is not ours: a trial goes once through
+// all phases, as long as that is not much of a change.
 Nanos sliding(Nanos period, Nanos horizon) {
   constexpr Nanos::rep kFewestTicks = 50;
   const Nanos::rep ticks = horizon / period;
@@ -173,7 +173,7 @@ void Machine::turn(Timers::Source source) {
   step_frames(static_cast<int>(source - source_of_frames(0)), WokenBy::kTimer);
 }
 
-// Whoever sleeps until `due` can run a little later: by how much is chance, the same in every trial.
+// A thread that sleeps until `due` can run a little later: by how much is chance, the same in every trial.
 void Machine::set_timer(Timers::Source source, TimePoint due, std::uint32_t& timers_set) {
   const Overheads& costs = options_.overheads;
   Nanos latency = costs.timer_latency;

@@ -62,7 +62,7 @@ void Machine::queue_for_core(Pipe& pipe, Job job) {
   touch(*idle);
 }
 
-// Who waits for a core of the pipeline takes this one, if it is free.
+// A thread that waits for a core of the pipeline takes this one, if it is free.
 void Machine::take_waiting(int core) {
   const std::optional<std::size_t> number = pipe_of_core_[static_cast<std::size_t>(core)];
   if (!number || !cores_.idle(core)) return;
@@ -94,7 +94,7 @@ void Machine::pipe_thread_ended(const PipeThread& thread, int core) {
   Pipe& pipe = pipes_[thread.pipe];
   Stage& stage = pipe.stages[thread.stage];
   cores_.end_work(core);
-  if (--stage.working > 0) return;  // whoever works longest ends the run
+  if (--stage.working > 0) return;  // the thread that works longest ends the run
   const bool emits = end_run(stage.node);
   if (emits && thread.stage + 1 < pipe.stages.size()) {
     wake(pipe, thread.stage + 1, stage.token);

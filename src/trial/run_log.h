@@ -3,6 +3,7 @@
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

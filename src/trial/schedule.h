@@ -1,5 +1,5 @@
-// Who runs where and when, as a trial (trial.h) is given it: what of a plan has an effect on how it runs, in a form
-// that is cheap to copy and to change, since a search tries thousands of them.
+// Which subchain runs where and when, as a trial (trial.h) is given it: what of a plan has an effect on how it runs, in
+// a form that is cheap to copy and to change, since a search tries thousands of them.
 //
 // Units: Nanos. Core numbers are those of plans. Thread safety: plain values and a pure function.
 #pragma once

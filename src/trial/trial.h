@@ -7,10 +7,10 @@
 //   const Figures figures = trial.run(schedule_of(app, plan), {});
 //
 // How it goes:
-//   schedule.h   who runs where and when
+//   schedule.h   which subchain runs where and when
 //   samples.h    what each run costs
 //   timers.h     when what happens next
-//   cores.h      who has a core
+//   cores.h      which run has a core
 //   lineage.h    from runs to the terms of the objective
 //   machine.h    triggers, runs, outputs: where these are put together
 //
@@ -25,8 +25,8 @@
 // Unscheduled nodes. Above all, on an idle core if there is one, else where they ran last; the first run comes a period
 // after the start. Outputs. The newest, or all since the last run; none before the `output_period` is over, or but each
 // so-many-th run where that was measured; a run that emits none ends its subchain's run. Batches. A run of a queue node
-// costs what its items add, those that it really takes. Clocks of external nodes. They
-// tick at times of their own: unless told, each slides once through all phases, and with it who keeps a phase to it.
+// costs what its items add, those that it really takes. Clocks of external nodes. They tick at times of their own:
+// unless told, each slides once through all phases, and with it the subchains that keep a phase to it.
 //
 // Waits. In the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says so.
 // Of a run on several threads the first waits.
@@ -55,11 +55,11 @@ namespace ctn::trial {
 // What it costs to schedule; the defaults are the averages of what `catan sim` assumes (sim/machine.h).
 struct Overheads {
   // Delays.
-  Nanos timer_latency = std::chrono::microseconds{5};  // from when a timer is due until who sleeps on it can run
+  Nanos timer_latency = std::chrono::microseconds{5};  // from when a timer is due until its thread can run
   Nanos timer_jitter = std::chrono::microseconds{40};  // at most so much more, evenly spread
   // CPU time.
   Nanos run = std::chrono::microseconds{12};             // of each run
-  Nanos context_switch = std::chrono::microseconds{2};   // of who is switched to: a run, a controller
+  Nanos context_switch = std::chrono::microseconds{2};   // of the thread that is switched to: a run, a controller
   Nanos dispatch_timer = std::chrono::microseconds{16};  // a controller that its timer woke
   Nanos dispatch_event = std::chrono::microseconds{8};   // that an output or the end of a run woke
 

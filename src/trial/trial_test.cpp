@@ -1,10 +1,10 @@
-// Trials by hand, on a machine where scheduling costs nothing: who ran from when to when, and what it came to.
+// Trials by hand, on a machine where scheduling costs nothing: which subchain ran from when to when, and what it came
+// to.
 #include "trial/trial.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "catan/channel.h"

@@ -1,4 +1,4 @@
-// Trials by hand: runs that wait for something, who has the core meanwhile, and what it comes to.
+// Trials by hand: runs that wait for something, what has the core meanwhile, and what it comes to.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>

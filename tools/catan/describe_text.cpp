@@ -87,7 +87,8 @@ std::string cores_text(const App& app) {
   return "cores\n" + table.text() + "\n";
 }
 
-// Within a subchain each run triggers the next; all else is triggered by Catan, by whom it follows, or by itself.
+// Within a subchain each run triggers the next; all else is triggered by Catan, by the node that it follows, or by
+// itself.
 std::string triggers_text(const App& app) {
   Table table({"who triggers", "whom"});
   for (const SubchainId id : app.order) {

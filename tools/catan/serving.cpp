@@ -120,7 +120,7 @@ void Serving::end_commands() {
   for (const os::ProcessId process : os::descendants()) static_cast<void>(::kill(static_cast<int>(process), SIGTERM));
   const TimePoint deadline = os_.now() + kEndTimeout;
   while (!all_ended() && os_.now() < deadline) server_.run();
-  // Who is killed takes a moment to be gone, and may have started another just before.
+  // A program that is killed takes a moment to be gone, and may have started another just before.
   const TimePoint gone_by = os_.now() + kLastTimeout;
   for (auto left = os::descendants(); !left.empty() && os_.now() < gone_by; left = os::descendants()) {
     for (const os::ProcessId process : left) static_cast<void>(::kill(static_cast<int>(process), SIGKILL));

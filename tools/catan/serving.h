@@ -1,7 +1,6 @@
 // Serving an app whose nodes are other processes', until something ends it: what `catan serve` and `catan run` share.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>

@@ -132,7 +132,7 @@ Result<sim::Outcome> simulate(const record::Reader& record, std::shared_ptr<cons
   sim::Options options;
   auto plans = plans_of(record);
   if (!plans) return plans.error();
-  // What was planned is in the record; whoever planned it then need not be asked again.
+  // What was planned is in the record; the planner of that time need not be asked again.
   auto policy = api::simulated_policy(plans->empty() ? header.scheduler : "catan", record.app());
   if (!policy) return policy.error();
   options.policy = std::move(policy->policy);

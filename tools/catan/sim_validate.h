@@ -4,7 +4,6 @@
 // Thread safety: pure, but for reading the record.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "base/result.h"

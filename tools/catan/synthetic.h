@@ -15,6 +15,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "catan/client.h"
@@ -63,7 +64,7 @@ class SyntheticLoad {
   os::Os& os_;
   TimePoint begun_{};
   std::atomic<TimePoint> stop_by_{kNever};
-  std::atomic<std::uint32_t> stopping_{0};  // 1 from stop() on: wakes who sleeps
+  std::atomic<std::uint32_t> stopping_{0};  // 1 from stop() on: wakes threads that sleep
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 

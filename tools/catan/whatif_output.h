@@ -3,7 +3,6 @@
 // Thread safety: pure functions.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>

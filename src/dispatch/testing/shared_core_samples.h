@@ -1,7 +1,10 @@
 // Schedules of a shared core in a few words; for tests. Subchains are named by their index, which is their rank too.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -102,7 +103,7 @@ class VirtualCore {
   }
   void run_for(Nanos duration) { run_until(now + duration); }
 
-  // Who had the CPU, in order.
+  // Which threads had the CPU, in order.
   std::vector<Ran> trace() const {
     std::vector<Ran> trace;
     for (const os::FakeCpus::Turn& turn : cpus_.turns()) trace.push_back(ran_in(turn));
@@ -122,8 +123,8 @@ class VirtualCore {
   }
   Nanos ordinary_time(TimePoint begin, TimePoint end) const { return cpu_time({}, begin, end); }
 
-  // "0:4 .:1 1:2", in milliseconds: who ran for how long, one after the other; "." is the ordinary thread, "b" in front
-  // says that it was in the background.
+  // "0:4 .:1 1:2", in milliseconds: which subchain ran for how long, one after the other; "." is the ordinary thread,
+  // "b" in front says that it was in the background.
   std::string timeline() const {
     std::string text;
     for (const Ran& ran : trace()) {
@@ -175,7 +176,7 @@ class VirtualCore {
     return {subchain_of(turn.thread), level_of(turn.level), turn.begin, turn.end};
   }
 
-  // Who competes for the CPU: those that have a run under way and are raised.
+  // Those that compete for the CPU have a run under way and are raised.
   void compete(SubchainId subchain) {
     const Threads& each = threads.at(subchain);
     const os::ThreadId thread = thread_of(subchain);

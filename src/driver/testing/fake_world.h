@@ -1,6 +1,6 @@
 // A world in virtual time for tests of controllers: each gets an actuator of its own, runs take as long as the test
 // says, each has a CPU of its own unless the test says otherwise, and what is done is remembered. It steps controllers
-// when they asked for it, and when they are woken. A breach of what actuator.h says of who may do what is a failure of
+// when they asked for it, and when they are woken. A breach of what actuator.h allows to a controller is a failure of
 // the test.
 #pragma once
 
@@ -246,7 +246,7 @@ class FakeWorld {
 
    private:
     Subchain& held(SubchainId id) {
-      EXPECT_EQ(world_->of(id).holder, number_) << "not held by who acts";
+      EXPECT_EQ(world_->of(id).holder, number_) << "not held by the controller that acts";
       return world_->of(id);
     }
 

@@ -56,7 +56,7 @@ void FakeCpus::set_usable(ThreadId thread, const CpuSet& usable) {
   if (std::any_of(before.cpus().begin(), before.cpus().end(), lost)) to_the_end(thread);
 }
 
-// --- Who gets which CPU ---
+// --- Which thread gets which CPU ---
 
 FakeCpus::Claim* FakeCpus::holder(int cpu) {
   for (auto& [thread, claim] : claims_) {
@@ -114,8 +114,8 @@ void FakeCpus::assign() {
   std::sort(spent.begin(), spent.end(), [](const Claim* a, const Claim* b) { return a->place < b->place; });
   for (Claim* const claim : spent) requeue(*claim, ++end_);
 
-  // Whoever is placed may have put another one out: the line is new each time. It ends, because each step fills a CPU
-  // or raises the level on one.
+  // A thread that is placed may have put another one out: the line is new each time. It ends, because each step fills a
+  // CPU or raises the level on one.
   const auto place_first = [&] {
     const std::vector<Claim*> line = waiting_in_line();
     return std::any_of(line.begin(), line.end(), [&](Claim* claim) { return place(*claim); });

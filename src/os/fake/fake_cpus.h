@@ -1,13 +1,13 @@
-// Who has which CPU, when threads of a FakeOs compete for CPUs: plain data, no threads, and time is an argument.
+// Which thread has which CPU, when threads of a FakeOs compete: plain data, no threads, and time is an argument.
 //
 // A claim is a thread that can run: with CPU time left to consume, or with none left, and then it only waits for a CPU
 // to go on to its next instruction. Each CPU serves one claim at a time:
 //   - Levels: a claim that finds no free CPU takes the CPU of one of a lower level: the lowest, and among those the one
-//     last in line. Of several free CPUs it takes the one it had last, else the lowest number. Who has a CPU never
-//     moves to make room, nor when a better CPU gets free.
-//   - The line: among equals, first come first served. Who is pre-empted keeps its place, so it is the first of those
-//     that wait for that CPU. As on Linux, a raised thread goes to the end of its new level's line, a lowered one to
-//     the front; lowered to the ordinary level, to the end.
+//     last in line. Of several free CPUs it takes the one it had last, else the lowest number. A thread that has a CPU
+//     never moves to make room, nor when a better CPU gets free.
+//   - The line: among equals, first come first served. A thread that is pre-empted keeps its place, so it is the first
+//     of those that wait for that CPU. As on Linux, a raised thread goes to the end of its new level's line, a lowered
+//     one to the front; lowered to the ordinary level, to the end.
 //   - Ordinary claims take turns: after kSlice of CPU time with more to consume, one goes to the end of the line.
 //   - A claim that loses a CPU it could use, to a change of affinity or with a CPU that goes offline, goes to the end,
 //     unless it is on another CPU and keeps that.
@@ -52,13 +52,13 @@ class FakeCpus {
   void set_usable(ThreadId thread, const CpuSet& usable);
 
   void assign();
-  // After assign(): who has a CPU and nothing left to consume; the highest level, of those the first in line.
+  // After assign(): a thread that has a CPU and nothing left to consume; the highest level, of those the first in line.
   std::optional<ThreadId> ready() const;
   // After assign(), with nobody ready: until someone is, or a slice ends. Empty when no CPU is used.
   std::optional<Nanos> next_event() const;
-  // After assign(): who has no CPU.
+  // After assign(): the threads that have no CPU.
   std::vector<ThreadId> waiting() const;
-  // Precondition: duration <= next_event(). Returns who had a CPU.
+  // Precondition: duration <= next_event(). Returns the threads that had a CPU.
   std::vector<ThreadId> pass(TimePoint now, Nanos duration);
 
   // In the order in which they began, of those by CPU. A turn goes on while the same thread keeps CPU and level.

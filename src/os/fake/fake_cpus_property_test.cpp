@@ -153,7 +153,7 @@ Program any_program() {
   return *rc::gen::container<Program>(kThreads, rc::gen::container<std::vector<Step>>(any_step()));
 }
 
-// Instants between which nothing changes, but for who wants a CPU and who has it.
+// Instants between which nothing changes, but for which threads want a CPU and which have one.
 std::set<TimePoint> instants(const Story& story) {
   std::set<TimePoint> times;
   for (const FakeCpus::Turn& turn : story.turns) times.insert({turn.begin, turn.end});
@@ -162,7 +162,7 @@ std::set<TimePoint> instants(const Story& story) {
   return times;
 }
 
-// Who has which CPU from then on. Nobody has two, and no CPU serves two.
+// Which thread has which CPU from then on. Nobody has two, and no CPU serves two.
 std::map<int, ThreadId> holders(const Story& story, TimePoint time, const Settings& settings) {
   std::map<int, ThreadId> found;
   std::set<ThreadId> threads;
@@ -180,7 +180,7 @@ bool has_a_cpu(const std::map<int, ThreadId>& holders, ThreadId thread) {
   return std::any_of(holders.begin(), holders.end(), [&](const auto& holder) { return holder.second == thread; });
 }
 
-// Who wants a CPU and has none waits for CPUs that serve levels no lower than its own, all of them.
+// A thread that wants a CPU and has none waits for CPUs that serve levels no lower than its own, all of them.
 void check_instant(const Story& story, TimePoint time) {
   const Settings& settings = std::prev(story.settings.upper_bound(time))->second;
   const std::map<int, ThreadId> has = holders(story, time, settings);

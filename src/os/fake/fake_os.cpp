@@ -50,7 +50,7 @@ FakeOs::~FakeOs() {
   }
 }
 
-// --- The kernel: who has the baton ---
+// --- The kernel: which thread has the baton ---
 
 FakeOs::Task& FakeOs::attach(std::string name) {
   tasks_.push_back(std::make_unique<Task>());
@@ -253,7 +253,7 @@ WaitResult FakeOs::wait(const std::atomic<std::uint32_t>& word, std::uint32_t ex
   Task& task = self("wait");
   while (word.load() == expected) {
     task.word = &word;
-    block_until(task, deadline, lock);  // also when the deadline has passed: who polls must let others run
+    block_until(task, deadline, lock);  // also when the deadline has passed: a thread that polls must let others run
     task.word = nullptr;
     if (now_ >= deadline) break;
   }

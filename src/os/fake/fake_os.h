@@ -1,19 +1,20 @@
 // An operating system in virtual time, for tests: the same calls give the same order and the same times, always.
 //
 // Threads made by spawn() are real threads, but one at a time has the baton and runs; it gives the baton up in wait(),
-// sleep_until(), burn() and join() alone. Next is who can run at the earliest time; of those the highest level; of
-// those who was made first. When nobody can run now, time jumps to the earliest deadline. The thread that makes the
-// FakeOs is its thread 1. When nobody can ever run again, or a million hand-overs pass without time going on, the
-// program aborts and lists all threads, instead of hanging.
+// sleep_until(), burn() and join() alone. Next is the thread that can run at the earliest time; of several the one at
+// the highest level; of those the one that was made first. When nobody can run now, time jumps to the earliest
+// deadline. The thread that makes the FakeOs is its thread 1. When nobody can ever run again, or a million hand-overs
+// pass without time going on, the program aborts and lists all threads, instead of hanging.
 //
 // Threads do not compete for CPUs at first: burn() takes as long as it is asked, at whatever level. After
 // share_cpus(true) they do, by the rules in fake_cpus.h:
 //   - burn() takes until the caller has had that much of a CPU that its affinity names, under its level.
-//   - Who becomes runnable (new, woken, at its deadline) goes on once it gets a CPU, so never at an instant at which a
-//     higher level keeps its CPUs busy. At one instant, deadlines come first, then levels. Who is woken at the same
-//     instant stands in line in the order in which it was woken, those of one wake() or deadline by age.
-//   - Code between calls still takes no time. Who has the baton keeps it until it gives it up, even if its own calls
-//     (waking a higher level, lowering or moving itself) cost it its CPU; burn(0) is how to give way to such.
+//   - A thread that becomes runnable (new, woken, at its deadline) goes on once it gets a CPU, so never at an instant
+//     at which a higher level keeps its CPUs busy. At one instant, deadlines come first, then levels. Threads that are
+//     woken at the same instant stand in line in the order in which they were woken, those of one wake() or deadline by
+//     age.
+//   - Code between calls still takes no time. The thread that has the baton keeps it until it gives it up, even if its
+//     own calls (waking a higher level, lowering or moving itself) cost it its CPU; burn(0) is how to give way to such.
 //   - A wait or sleep whose deadline has passed puts the caller at the end of its level's line.
 //
 // Units: as os.h; time starts at 0. Thread safety: as os.h, but wait(), sleep_until(), burn(), spawn(), join() and
@@ -64,8 +65,8 @@ class FakeOs : public Os {
   void burn(Nanos duration);
   // Whether burning threads compete for CPUs. Precondition: the caller is the only thread that lives.
   void share_cpus(bool shared);
-  // While CPUs are shared: who had which, from when to when, in the order in which they began; of those by CPU. A turn
-  // goes on while the same thread keeps CPU and level.
+  // While CPUs are shared: which thread had which, from when to when, in the order in which they began; of those by
+  // CPU. A turn goes on while the same thread keeps CPU and level.
   std::vector<FakeCpus::Turn> turns() const;
 
   // Levels above kOrdinary are refused, with facts.why_not, unless facts.permitted.
@@ -142,7 +143,7 @@ class FakeOs : public Os {
   // Gives the baton away; returns when it is back. The caller has set when, or on what, the task can run again.
   void yield_baton(Task& task, Lock& lock);
   void pass_baton();
-  // Who runs next, and time goes on until then. Null when nobody ever can.
+  // The task that runs next; time goes on until then. Null when nobody ever can.
   Task* next_by_time();
   Task* next_on_shared_cpus();
   void make_runnable(Task& task);

@@ -1,4 +1,4 @@
-// Threads of a FakeOs that compete for more than one CPU: who goes where, and what moves them.
+// Threads of a FakeOs that compete for more than one CPU: which goes where, and what moves them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 
 #include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "os/linux/files.h"

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "os/linux/files.h"
 #include "os/linux/kernel_calls.h"

@@ -26,7 +26,7 @@ class GapLog {
 
   GapLog() { gaps_.reserve(kMax); }
 
-  // Keeps the CPU busy until then, whatever its level: whoever calls it at a real-time level names a time that is near.
+  // Keeps the CPU busy until then, whatever its level: a caller at a real-time level names a time that is near.
   void spin(os::Clock& os, TimePoint until);
   const std::vector<Gap>& gaps() const { return gaps_; }
 
@@ -34,8 +34,8 @@ class GapLog {
   std::vector<Gap> gaps_;
 };
 
-// For each end of a slice at which somebody who was away came to run, how long after it his first instruction was; the
-// ends at which nobody came before the next are left out. All ascending.
+// For each end of a slice at which a thread that was away came to run, how long after it its first instruction was; the
+// ends at which none came before the next are left out. All ascending.
 std::vector<Nanos> hand_overs(std::span<const TimePoint> slice_ends, std::span<const Gap> gaps);
 
 }  // namespace ctn::tool

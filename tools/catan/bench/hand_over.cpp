@@ -80,7 +80,7 @@ class BusyPair {
 
 struct Samples {
   std::vector<Nanos> hand_overs;
-  std::vector<Nanos> costs;  // by round: CPU time of who dispatches, by hand-over
+  std::vector<Nanos> costs;  // by round: CPU time of the thread that dispatches, by hand-over
 
   void add(const std::vector<TimePoint>& slice_ends, const BusyPair& pair, Nanos cpu) {
     if (slice_ends.empty()) return;

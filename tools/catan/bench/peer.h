@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <functional>
-#include <memory>
 
 #include "os/linux/forked_process.h"
 #include "os/os.h"

@@ -1,6 +1,5 @@
 #include "bench/trigger.h"
 
-#include <functional>
 #include <memory>
 #include <utility>
 
