@@ -80,7 +80,7 @@ struct Levels {
 };
 
 // What came of an attempt to plan. It changes nothing until it is given to PlanningLoop::adopt().
-struct [[nodiscard]] Planned {
+struct Planned {
   policy::PlanReason reason = policy::PlanReason::kStatic;
   std::optional<policy::Decision> next{};  // to be in force; none: what is in force stays
 };
@@ -137,7 +137,7 @@ class PlanningLoop {
 
   // --- a turn ---
   // Looks at what has changed, and plans if that is due; none: nothing is due.
-  std::optional<Planned> plan(TimePoint now, PlanningHost& host);
+  [[nodiscard]] std::optional<Planned> plan(TimePoint now, PlanningHost& host);
   // What was planned, here or elsewhere, comes into force.
   void adopt(Planned planned, PlanningHost& host);
 
