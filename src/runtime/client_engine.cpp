@@ -136,7 +136,10 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
 void ClientEngine::stop() {
   watcher_.request_stop();
   link_.wake();
-  if (watcher_.is_current() || (nodes_ && nodes_->is_current())) return;
+  if (watcher_.is_current() || (nodes_ && nodes_->is_current())) {
+    if (nodes_) nodes_->request_stop();
+    return;
+  }
   watcher_.join();
   if (nodes_) nodes_->stop();
 }

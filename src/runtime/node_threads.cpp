@@ -38,22 +38,23 @@ void NodeThreads::go() {
   os_.wake(go_);
 }
 
+void NodeThreads::request_stop() {
+  for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+    const bool ended = !numbers_.empty() && numbers_[index].load(std::memory_order_acquire) == 0;
+    if (wiring_.body(NodeId(index)) && !ended) wiring_.port(NodeId(index))->stop();
+  }
+}
+
 // What a node waits on may be written by others at any time, also so that it does not see that it was to stop: it is
 // told until it has.
 void NodeThreads::stop() {
   constexpr Nanos kAgain = std::chrono::milliseconds{20};
-  const auto tell = [this] {
-    for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
-      const bool ended = !numbers_.empty() && numbers_[index].load(std::memory_order_acquire) == 0;
-      if (wiring_.body(NodeId(index)) && !ended) wiring_.port(NodeId(index))->stop();
-    }
-  };
-  tell();
+  request_stop();
   go();
   for (;;) {
     const std::uint32_t ended = ended_count_.load(std::memory_order_acquire);
     if (ended >= threads_.size()) break;
-    if (os_.wait(ended_count_, ended, os_.now() + kAgain) == os::WaitResult::kTimedOut) tell();
+    if (os_.wait(ended_count_, ended, os_.now() + kAgain) == os::WaitResult::kTimedOut) request_stop();
   }
   for (const auto& thread : threads_) thread->join();
   threads_.clear();

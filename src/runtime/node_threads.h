@@ -1,7 +1,7 @@
 // The threads that call the nodes' functions: one a node. A scheduled node's is woken by its triggers, an unscheduled
 // one's every period, or by the outputs of the node that it follows.
 //
-// Thread safety: one owner; is_current() from any thread.
+// Thread safety: one owner; is_current() and request_stop() from any thread.
 #pragma once
 
 #include <atomic>
@@ -29,6 +29,8 @@ class NodeThreads {
   void go();
   // Lets runs that are under way end, and joins. Before go() no run begins any more.
   void stop();
+  // No run begins any more. From any thread, from spawn() on.
+  void request_stop();
   // Whether the calling thread is one of them.
   bool is_current() const;
 

@@ -311,10 +311,9 @@ RealTimeFacts LinuxOs::real_time_facts() {
   RealTimeFacts facts;
   // On a thread of its own: the caller's level is never touched, and nothing is left to restore but a thread that ends.
   std::thread([&] {
-    const Status raised = set_level(current_thread(), kHighestLevel);
-    facts.permitted = raised.ok();
-    if (!raised.ok()) facts.why_not = raised.error().message();
-    static_cast<void>(set_level(current_thread(), Level::kOrdinary));
+    const Status permitted = scheduling_.try_levels(current_thread());
+    facts.permitted = permitted.ok();
+    if (!permitted.ok()) facts.why_not = permitted.error().message();
   }).join();
   const Reserve reserve = read_reserve(roots_);
   facts.reserved = reserve.fraction;

@@ -14,7 +14,6 @@
 
 #include "os/linux/forked_process.h"
 #include "os/linux/kernel_calls.h"
-#include "os/linux/privilege.h"
 #include "os/linux/testing/fabricated_tree.h"
 #include "os/scheduling_guard.h"
 #include "os/testing/conformance.h"
@@ -215,24 +214,6 @@ TEST_F(LinuxOsTest, WithoutPermissionRaisingFailsAndSaysWhatToDo) {
   });
   const int exit_code = unprivileged.join();
   CATAN_REQUIRE(exit_code != 2, "needs a process that can give the permission up: run it as root");
-  EXPECT_EQ(exit_code, 0);
-}
-
-// Guards: plans with many fixed priorities failed where the limit was enough for those with few.
-TEST_F(LinuxOsTest, ALimitThatIsTooLowForTheHighestLevelIsNoPermission) {
-  ForkedProcess limited([&] {
-    const rlimit low{kHighestPriority - 1, kHighestPriority - 1};
-    if (::setrlimit(RLIMIT_RTPRIO, &low) != 0) return 2;
-    if (::getuid() == 0 && !become_nobody()) return 2;
-    const auto os = make_linux_os();
-    if (!os->set_level(os->current_thread(), Level::kDispatcher).ok()) return 2;
-    const RealTimeFacts facts = os->real_time_facts();
-    static_cast<void>(os->set_level(os->current_thread(), Level::kOrdinary));
-    if (facts.permitted) return 3;
-    return facts.why_not.find("rtprio 70") != std::string::npos ? 0 : 4;
-  });
-  const int exit_code = limited.join();
-  CATAN_REQUIRE(exit_code != 2, "needs a process that can lower its limit and give the permission up: run it as root");
   EXPECT_EQ(exit_code, 0);
 }
 

@@ -101,6 +101,12 @@ void Scheduling::shift_level(ThreadId thread, Level level) {
   if (is_number(thread)) static_cast<void>(calls_.set_policy(kernel_number(thread), policy_of(level)));
 }
 
+Status Scheduling::try_levels(ThreadId thread) {
+  Status raised = set_level(thread, kHighestLevel);
+  static_cast<void>(set_level(thread, Level::kOrdinary));
+  return raised;
+}
+
 Result<Level> Scheduling::level(ThreadId thread) {
   const char* const what = "read the level of";
   if (!is_number(thread)) return refused(thread, what, ESRCH);

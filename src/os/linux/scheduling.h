@@ -23,6 +23,8 @@ class Scheduling {
 
   Status set_level(ThreadId thread, Level level);
   void shift_level(ThreadId thread, Level level);
+  // Whether all levels are permitted: the thread gets the highest, and is at the ordinary one afterwards.
+  Status try_levels(ThreadId thread);
   Result<Level> level(ThreadId thread);
   Status set_affinity(ThreadId thread, const CpuSet& cpus);
   Result<CpuSet> affinity(ThreadId thread);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "os/linux/privilege.h"
 #include "os/linux/testing/fabricated_tree.h"
 
 namespace ctn::os {
@@ -21,6 +22,7 @@ class PlayedKernel : public KernelCalls {
  public:
   int set_policy(pid_t thread, const SchedulingPolicy& wanted) override {
     if (thread != kNumber) return ESRCH;
+    if (wanted.priority > limit) return EPERM;
     if (!may_raise && (wanted.policy == SCHED_FIFO || (policy.reset_on_fork && !wanted.reset_on_fork))) return EPERM;
     if (!ignores) policy = wanted;
     return 0;
@@ -56,6 +58,7 @@ class PlayedKernel : public KernelCalls {
   CpuSet cpus{0, 1, 2, 3};
   int last_cpu = 3;
   bool may_raise = true;
+  int limit = 99;  // of real-time priorities
   bool ignores = false;
 };
 
@@ -105,6 +108,17 @@ TEST_F(LinuxScheduling, RefusalSaysHowToBePermitted) {
   ASSERT_FALSE(set.ok());
   EXPECT_THAT(set.error().message(), testing::AllOf(testing::HasSubstr("set level active for thread 42: not permitted"),
                                                     testing::HasSubstr("setcap"), testing::HasSubstr("rtprio")));
+}
+
+// Guards: plans with many fixed priorities failed where the limit was enough for those with few.
+TEST_F(LinuxScheduling, ALimitBelowTheHighestLevelIsNoPermission) {
+  kernel_.limit = kHighestPriority;
+  EXPECT_TRUE(scheduling_.try_levels(kThread).ok());
+  kernel_.limit = kHighestPriority - 1;
+  const Status permitted = scheduling_.try_levels(kThread);
+  ASSERT_FALSE(permitted.ok());
+  EXPECT_THAT(permitted.error().message(), testing::HasSubstr("rtprio 70"));
+  EXPECT_EQ(kernel_.policy.policy, SCHED_OTHER);
 }
 
 TEST_F(LinuxScheduling, ForeignRealTimePrioritiesAreNoLevel) {
