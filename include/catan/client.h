@@ -20,8 +20,9 @@
 // scheduling; on_notice is told. As soon as there is a server again (of the same app), they are its.
 //
 // Thread safety: connect, node, channel, queue, start, stop from one thread; attach and adopt_this_thread from the
-// thread concerned, between start and stop. on_notice is called with no lock held and may call all of them. Called by
-// it, or by a node's function, stop returns at once; what it does follows when that has returned.
+// thread concerned, between start and stop. on_notice is called by a thread of its own, with no lock held, and may call
+// all of them; nobody waits for it but stop. Called by it, or by a node's function, stop returns at once, and what it
+// does goes on meanwhile. Else all notices have been told when stop returns.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +42,7 @@ struct ClientOptions {
   std::string socket;          // of the server; empty: what CATAN_SOCKET names, else the usual one of `app`
   std::string app;             // name of the app; checked, if given
   double wait_seconds = 10.0;  // for a server that is not there yet
-  std::function<void(const std::string&)> on_notice;  // called from a thread at the ordinary level; may block
+  std::function<void(const std::string&)> on_notice;  // called by a thread of its own, ordinary; may block
 };
 
 // A node whose runs its own thread begins and ends:

@@ -54,7 +54,7 @@ struct SessionOptions {
   bool stealing = true;                               // false: nobody goes on in another's slot when late
   bool replan = true;                                 // false: the first plan for which all nodes have run stays
   std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
-  std::function<void(const std::string&)> on_notice;  // called from a thread at the ordinary level; may block
+  std::function<void(const std::string&)> on_notice;  // called by a thread of its own, ordinary; may block
 };
 
 class Session {
@@ -96,8 +96,9 @@ class Session {
   // Starts all threads. Errors: everything that was wrong with node() and channel() calls, a node without a function
   // (kCaller); a plan that cannot be made; CPUs that cannot be had (kEnvironment).
   Status start();
-  // Waits for runs that are under way, restores scheduling, closes the record. May be called twice. Errors: it is
-  // called by a node's function or on_notice (kCaller), and then does nothing; the first error of the record.
+  // Waits for runs that are under way and until on_notice has been told all, restores scheduling, closes the record.
+  // May be called twice. Errors: it is called by a node's function or on_notice (kCaller), and then does nothing; the
+  // first error of the record.
   Status stop();
 
   // While it runs: other weights, bounds or CPUs from now on, all of them or, where anything is wrong, none. A plan for

@@ -19,10 +19,13 @@ void keep(std::deque<std::string>& texts, const std::string& text) {
 
 void Notices::add(record::Notice notice) {
   const std::string text = notice.kind + ": " + notice.detail;
-  const std::lock_guard lock(mutex_);
-  keep(newest_, text);
-  if (on_notice_) keep(undelivered_, text);
-  if (recorded_) unrecorded_.push_back(std::move(notice));
+  {
+    const std::lock_guard lock(mutex_);
+    keep(newest_, text);
+    if (on_added_) keep(undelivered_, text);
+    if (recorded_) unrecorded_.push_back(std::move(notice));
+  }
+  if (on_added_) on_added_();
 }
 
 std::vector<std::string> Notices::newest() const {
@@ -30,7 +33,7 @@ std::vector<std::string> Notices::newest() const {
   return {newest_.begin(), newest_.end()};
 }
 
-void Notices::deliver() {
+void Notices::deliver(const Callback& on_notice) {
   const auto next = [this]() -> std::optional<std::string> {
     const std::lock_guard lock(mutex_);
     if (undelivered_.empty()) return std::nullopt;
@@ -38,7 +41,7 @@ void Notices::deliver() {
     undelivered_.pop_front();
     return text;
   };
-  while (const std::optional<std::string> text = next()) on_notice_(*text);
+  while (const std::optional<std::string> text = next()) on_notice(*text);
 }
 
 std::vector<record::Notice> Notices::take_unrecorded() {

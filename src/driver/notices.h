@@ -1,9 +1,9 @@
 // What a user should be told. Any thread may add a notice, at any time and under any lock, because add() only stores
-// it: for snapshots and the record, and in the queue for the user's callback, which deliver() calls with no lock held.
+// it: for snapshots and the record, and in the queue for whoever delivers them to the user's callback
+// (runtime/notice_thread.h), who is woken.
 //
-// Thread safety: add() and newest() from any thread; deliver() and take_unrecorded() from one at a time: in life the
-// housekeeping thread while it runs, before and after whoever starts and stops the session; in a program whose nodes a
-// server schedules, the thread that watches the server.
+// Thread safety: add() and newest() from any thread; deliver() from one at a time, take_unrecorded() from one at a
+// time.
 #pragma once
 
 #include <deque>
@@ -21,21 +21,22 @@ class Notices {
  public:
   using Callback = std::function<void(const std::string&)>;
 
-  // `on_notice` may be empty. `recorded`: somebody takes them for the record.
-  Notices(Callback on_notice, bool recorded) : on_notice_(std::move(on_notice)), recorded_(recorded) {}
+  // `on_added` is called after each that is added, by whoever adds it, and so must not block; empty: nobody delivers
+  // them. `recorded`: somebody takes them for the record.
+  Notices(std::function<void()> on_added, bool recorded) : on_added_(std::move(on_added)), recorded_(recorded) {}
 
   void add(record::Notice notice);
 
   // The newest, oldest first, as a user reads them.
   std::vector<std::string> newest() const;
 
-  // Calls the callback with all notices that it has not had yet, in order, those included that the callback itself
-  // adds.
-  void deliver();
+  // Calls the callback, with no lock held, with all that have not been delivered yet, in order, those included that the
+  // callback itself adds.
+  void deliver(const Callback& on_notice);
   std::vector<record::Notice> take_unrecorded();
 
  private:
-  const Callback on_notice_;
+  const std::function<void()> on_added_;
   const bool recorded_;
   mutable std::mutex mutex_;  // held only while a notice is stored or copied; guards what follows
   std::deque<std::string> newest_;

@@ -10,12 +10,15 @@ namespace {
 
 TEST(Notices, AreToldInOrderAndKept) {
   std::vector<std::string> told;
-  Notices notices([&](const std::string& text) { told.push_back(text); }, true);
+  const auto tell = [&](const std::string& text) { told.push_back(text); };
+  int added = 0;
+  Notices notices([&] { ++added; }, true);
   notices.add({{}, "a", "1"});
   notices.add({{}, "b", "2"});
   EXPECT_TRUE(told.empty()) << "the callback is not called by the thread that adds";
-  notices.deliver();
-  notices.deliver();
+  EXPECT_EQ(added, 2);
+  notices.deliver(tell);
+  notices.deliver(tell);
   EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
   EXPECT_EQ(notices.newest(), told);
   EXPECT_EQ(notices.take_unrecorded().size(), 2U);
@@ -24,23 +27,19 @@ TEST(Notices, AreToldInOrderAndKept) {
 
 TEST(Notices, WhatTheCallbackAddsIsToldToo) {
   std::vector<std::string> told;
-  Notices* all = nullptr;
-  Notices notices(
-      [&](const std::string& text) {
-        told.push_back(text);
-        if (told.size() == 1) all->add({{}, "b", "2"});
-      },
-      false);
-  all = &notices;
+  Notices notices([] {}, false);
   notices.add({{}, "a", "1"});
-  notices.deliver();
+  notices.deliver([&](const std::string& text) {
+    told.push_back(text);
+    if (told.size() == 1) notices.add({{}, "b", "2"});
+  });
   EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
 }
 
-TEST(Notices, WithoutACallbackTheNewestAreKept) {
+TEST(Notices, WhatNobodyDeliversIsKeptForSnapshotsAlone) {
   Notices notices({}, false);
   for (int number = 0; number < 1500; ++number) notices.add({{}, "n", std::to_string(number)});
-  notices.deliver();
+  notices.deliver([](const std::string& text) { ADD_FAILURE() << text; });
   EXPECT_EQ(notices.newest().size(), 1000U);
   EXPECT_EQ(notices.newest().back(), "n: 1499");
 }

@@ -27,7 +27,7 @@ ClientEngine::ClientEngine(os::Os& os, ClientEngineOptions options)
     : os_(os),
       options_(std::move(options)),
       link_(os, options_.sockets),
-      notices_(options_.on_notice, false),
+      notices_(os, options_.on_notice, false),
       registered_(os),
       watcher_(os) {}
 
@@ -46,6 +46,7 @@ Status ClientEngine::connect_first() {
     watch->leave();
   });
   while (connected_.load(std::memory_order_acquire) == 0) os_.wait(connected_, 0, kNever);
+  if (done) notices_.start();
   return done;
 }
 
@@ -76,7 +77,7 @@ Status ClientEngine::take_first(os::SharedMemory memory, std::optional<ServerWat
                                      .link = link_,
                                      .wiring = *wiring_,
                                      .registered = registered_,
-                                     .notices = notices_,
+                                     .notices = notices_.notices(),
                                      .served = served_,
                                      .stopping = [this] { return watcher_.stopping(); }},
                 std::move(regions));
@@ -136,12 +137,13 @@ Status ClientEngine::adopt_this_thread(std::string_view name) {
 void ClientEngine::stop() {
   watcher_.request_stop();
   link_.wake();
-  if (watcher_.is_current() || (nodes_ && nodes_->is_current())) {
+  if (notices_.is_current() || (nodes_ && nodes_->is_current())) {
     if (nodes_) nodes_->request_stop();
     return;
   }
   watcher_.join();
   if (nodes_) nodes_->stop();
+  notices_.stop();
 }
 
 }  // namespace ctn::runtime

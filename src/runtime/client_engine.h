@@ -1,8 +1,8 @@
 // The nodes of a process that a server (server.h) schedules; include/catan/client.h is this.
 //
 // It connects, finds its app in the region that the server hands out, and registers its nodes. One thread of its own,
-// at the ordinary level, connects, watches the server, moves the nodes to the next one (server_watch.h), and delivers
-// notices.
+// at the ordinary level, connects, watches the server, and moves the nodes to the next one (server_watch.h); another
+// delivers notices (notice_thread.h).
 //
 // Units: Nanos. Thread safety: as include/catan/client.h says.
 #pragma once
@@ -21,6 +21,7 @@
 #include "runtime/client_link.h"
 #include "runtime/client_nodes.h"
 #include "runtime/node_threads.h"
+#include "runtime/notice_thread.h"
 #include "runtime/owning_thread.h"
 #include "runtime/server_watch.h"
 #include "runtime/wiring.h"
@@ -46,7 +47,8 @@ class ClientEngine {
   Wiring& wiring() { return *wiring_; }
 
   Status start();
-  // Called by on_notice or a node's function, it returns at once; what it does follows when that has returned.
+  // Called by on_notice or a node's function, it returns at once, and what it does goes on meanwhile; that on_notice
+  // has been told all is then for the next call to wait for, or for the end of this.
   void stop();
   // The calling thread is the node's. Good until this ends.
   Result<NodePort*> attach(std::string_view node);
@@ -65,7 +67,7 @@ class ClientEngine {
   os::Os& os_;
   ClientEngineOptions options_;
   ClientLink link_;
-  driver::Notices notices_;
+  NoticeThread notices_;
   ClientNodes registered_;
   std::atomic<bool> served_{false};
   std::atomic<std::uint32_t> connected_{0};  // 1: it has succeeded or failed; from then on what follows stays

@@ -1,6 +1,7 @@
 #include "runtime/client_nodes.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 namespace ctn::runtime {
@@ -29,9 +30,11 @@ bool ClientNodes::has(NodeId node) const {
 
 void ClientNodes::add_thread(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
+  forget_ended(*state);
   for (RegisteredNode& registered : state->nodes) {
     if (registered.node != node) continue;
     save(state->saved, thread);
+    std::erase(registered.others, thread);
     return registered.others.push_back(thread);
   }
 }
@@ -59,6 +62,7 @@ Status ClientNodes::join(const RegisteredNode& registered, const std::string& na
 
 void ClientNodes::update_saved_scheduling() {
   const auto state = state_.lock();
+  forget_ended(*state);
   const auto update = [&](os::ThreadId thread) {
     const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
     // One that has the number of a thread that ended is not the node's.
@@ -67,6 +71,28 @@ void ClientNodes::update_saved_scheduling() {
   for (const RegisteredNode& registered : state->nodes) {
     update(registered.thread);
     for (const os::ThreadId thread : registered.others) update(thread);
+  }
+}
+
+// Of those that were named. A node's own thread stays: whoever leaves says so.
+void ClientNodes::forget_ended(State& state) const {
+  const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
+  if (!living) return;
+  const auto has_ended = [&](os::ThreadId thread) {
+    if (!std::binary_search(living->begin(), living->end(), thread)) return true;
+    const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+    return now && state.saved.has(thread) && !state.saved.has(*now);
+  };
+  const auto is_own = [&](os::ThreadId thread) {
+    return std::any_of(state.nodes.begin(), state.nodes.end(),
+                       [&](const RegisteredNode& registered) { return registered.thread == thread; });
+  };
+  for (RegisteredNode& registered : state.nodes) {
+    const auto ended = std::partition(registered.others.begin(), registered.others.end(), std::not_fn(has_ended));
+    std::for_each(ended, registered.others.end(), [&](os::ThreadId thread) {
+      if (!is_own(thread)) state.saved.forget(thread);
+    });
+    registered.others.erase(ended, registered.others.end());
   }
 }
 
@@ -112,10 +138,11 @@ bool ClientNodes::any_raised(const Region& region) const {
   return false;
 }
 
-void ClientNodes::restore_threads(const Region& region) const {
+void ClientNodes::restore_threads(const Region& region) {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
   const auto state = state_.lock();
+  forget_ended(*state);
   for (const RegisteredNode& registered : state->nodes) {
     for (const os::ThreadId thread : threads_of(registered, region, *living)) {
       if (state->saved.has(thread)) {

@@ -33,11 +33,12 @@ class ClientNodes {
   // The newest of them that is this node with this thread, which gets back what it had.
   void remove(NodeId node, os::ThreadId thread);
   bool has(NodeId node) const;
-  // The same of another thread. Nothing where the node is not there.
+  // The same of another thread. Nothing where the node is not there. One that ends is forgotten, by the next call that
+  // adds, updates or restores at the latest, also where another has its number by then.
   void add_thread(NodeId node, os::ThreadId thread);
   void remove_thread(NodeId node, os::ThreadId thread);
   std::vector<RegisteredNode> all() const { return state_.lock()->nodes; }
-  // Says to a server that this program runs the node, with all its threads. Those that have ended by now are forgotten.
+  // Says to a server that this program runs the node, with all its threads.
   Status join(const RegisteredNode& registered, const std::string& name, Conversation& conversation,
               const Meanwhile& meanwhile);
   // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
@@ -47,7 +48,7 @@ class ClientNodes {
   // beside them in the region, whether they were named or it has found them by itself. The region may hold anything, so
   // only threads of this process are touched; those of whom nobody here knows what they had become ordinary, and get
   // the CPUs of the node's own.
-  void restore_threads(const Region& region) const;
+  void restore_threads(const Region& region);
   // Whether a server has raised one of them.
   bool any_raised(const Region& region) const;
 
@@ -60,6 +61,7 @@ class ClientNodes {
   };
 
   void save(SavedThreads& saved, os::ThreadId thread) const;
+  void forget_ended(State& state) const;
   bool raised_by_server(os::ThreadId thread) const;
   static std::vector<os::ThreadId> threads_of(const RegisteredNode& registered, const Region& region,
                                               const std::vector<os::ThreadId>& living);

@@ -116,6 +116,37 @@ TEST_F(ClientNodesTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
 }
 
+// Guards: whoever had the number of a named thread that had ended was named to the next server, and raised there; and
+// threads that had ended were kept for good.
+TEST_F(ClientNodesTest, ANamedThreadThatEndsIsForgotten) {
+  nodes.add(node, fake.current_thread());
+  const auto others = [&] { return nodes.all().front().others; };
+  nodes.add_thread(node, other_id);
+  nodes.add_thread(node, other_id);
+  EXPECT_EQ(others(), std::vector<os::ThreadId>{other_id}) << "once, however often it is named";
+  const auto brief = fake.spawn("brief", [&] { nodes.add_thread(node, fake.current_thread()); });
+  brief->join();
+  EXPECT_EQ(others().size(), 2U);
+  nodes.update_saved_scheduling();
+  EXPECT_EQ(others(), std::vector<os::ThreadId>{other_id});
+  fake.reuse_number(other_id);
+  nodes.update_saved_scheduling();
+  EXPECT_TRUE(others().empty()) << "another has its number";
+  nodes.add_thread(node, other_id);
+  EXPECT_EQ(others(), std::vector<os::ThreadId>{other_id}) << "which names itself";
+}
+
+// Guards: it stayed raised, since it was not the one of which it was known what it had had.
+TEST_F(ClientNodesTest, AThreadThatAServerRaisedForOneThatEndedBecomesOrdinary) {
+  nodes.add(node, fake.current_thread());
+  nodes.add_thread(node, other_id);
+  list(other_id);
+  fake.reuse_number(other_id);
+  raise(other_id);
+  nodes.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
+}
+
 TEST_F(ClientNodesTest, ThreadIdsInTheRegionThatAreNotOfThisProcessAreIgnored) {
   nodes.add(node, other_id);
   list(os::ThreadId{-7});

@@ -48,7 +48,7 @@ Status Engine::start_nodes() {
 }
 
 Status Engine::stop() {
-  if (nodes_.is_current() || (scheduler_ && scheduler_->is_housekeeping())) {
+  if ((scheduler_ && scheduler_->delivers_notices()) || nodes_.is_current()) {
     return Error::caller("a session cannot be stopped by a function that it calls",
                          "have the thread that started it stop it");
   }

@@ -34,7 +34,6 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       links_(from.links),
       registered_(from.registered),
       measurements_(measurements),
-      notices_(notices),
       cpus_(loop.cpus()),
       carried_out_{app, cpus_},
       loop_(std::move(loop)),
@@ -85,7 +84,6 @@ void Housekeeping::turn(TimePoint& next_flush) {
     log_.flush(now);
     keep_places(now);
   }
-  notices_.deliver();
 }
 
 void Housekeeping::carry_out_changes(TimePoint now) {
@@ -110,7 +108,6 @@ Status Housekeeping::finish() {
   collector_.collect();
   collector_.note_losses();
   collector_.check_starvation();
-  notices_.deliver();
   return log_.close(os_.now(), os_.host_facts());
 }
 

@@ -1,6 +1,6 @@
 // The housekeeping loop: the one thread of a session at the ordinary level. Every 50 ms it collects what was reported
 // (collector.h), updates which nodes are registered (registered_nodes.h), turns the planning loop
-// (driver/planning_loop.h), delivers notices and writes the record. Nothing on the hot path ever waits for it.
+// (driver/planning_loop.h), and writes the record. Nothing on the hot path ever waits for it.
 //
 // Its thread has it alone (owning_thread.h). What other threads tell it goes through RegisteredNodes and Notices, and
 // what they read is in Measurements.
@@ -76,7 +76,6 @@ class Housekeeping : private driver::PlanningHost {
   Links& links_;
   RegisteredNodes& registered_;
   Measurements& measurements_;
-  driver::Notices& notices_;
   const os::CpuSet cpus_;            // that were given
   AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;

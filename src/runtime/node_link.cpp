@@ -15,8 +15,7 @@ bool NodeLink::add_thread(os::ThreadId thread) {
   Result<std::unique_ptr<os::CpuClock>> clock = os_.cpu_clock(thread);
   const std::lock_guard lock(mutex_);
   for (std::size_t index = 0; index < threads_.size(); ++index) {
-    // One with a clock is about to be free.
-    if (threads_[index].load(std::memory_order_relaxed) != 0 || clocks_[index]) continue;
+    if (threads_[index].load(std::memory_order_relaxed) != 0 || leaving_[index]) continue;
     if (clock) clocks_[index] = *std::move(clock);
     threads_[index].store(static_cast<std::int32_t>(thread), std::memory_order_seq_cst);
     publish_threads();
@@ -42,14 +41,18 @@ void NodeLink::remove_if(const IsMeant& is_meant) {
     for (std::size_t index = 0; index < threads_.size(); ++index) {
       const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);
       removed[index] = thread != 0 && is_meant(thread);
-      if (removed[index]) threads_[index].store(0, std::memory_order_seq_cst);
+      if (!removed[index]) continue;
+      leaving_[index] = true;
+      threads_[index].store(0, std::memory_order_seq_cst);
     }
     publish_threads();
   }
   wait_for_visitors();
   const std::lock_guard lock(mutex_);
   for (std::size_t index = 0; index < threads_.size(); ++index) {
-    if (removed[index]) clocks_[index].reset();
+    if (!removed[index]) continue;
+    clocks_[index].reset();
+    leaving_[index] = false;
   }
 }
 

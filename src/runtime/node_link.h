@@ -92,9 +92,10 @@ class NodeLink {
   RingReader reports_;
   std::mutex mutex_;                                                        // of those that change the threads
   std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // 0: free
-  // Theirs. One that was removed has its clock until nobody visits it any more.
+  // Theirs. One that was removed has its clock, and its place, until nobody visits it any more.
   std::array<std::unique_ptr<os::CpuClock>, NodeCell::kMaxThreads> clocks_;
-  std::atomic<std::size_t> used_{0};  // none from here on
+  std::array<bool, NodeCell::kMaxThreads> leaving_{};  // removed, and may still be visited; under the lock
+  std::atomic<std::size_t> used_{0};                   // none from here on
   std::atomic<std::uint32_t> joined_{0};
   mutable std::atomic<std::uint32_t> visitors_{0};
 };

@@ -65,19 +65,26 @@ void NodePort::move_to(const Region& region) {
 }
 
 void NodePort::wake_if_moved() const {
-  const Binding* const in_use = shared_.in_use.load(std::memory_order_acquire);
-  if (in_use == &newest()) return;
+  const Binding* const old = in_use();
+  if (old == nullptr || old == &newest()) return;
   // Any change of the word wakes the node; it looks at its binding first.
-  in_use->own->word.fetch_add(1, std::memory_order_release);
-  os_.wake(in_use->own->word);
+  old->own->word.fetch_add(1, std::memory_order_release);
+  os_.wake(old->own->word);
+}
+
+// Null: the node is about to go by the newest.
+const NodePort::Binding* NodePort::in_use() const {
+  const Binding* const named = shared_.in_use.load(std::memory_order_seq_cst);
+  const auto is_named = [&](const auto& binding) { return binding.get() == named; };
+  return std::any_of(bindings_.begin(), bindings_.end(), is_named) ? named : nullptr;
 }
 
 void NodePort::add_binding(const Region& region) {
   const Binding* const before = shared_.newest.load(std::memory_order_relaxed);
-  const Binding* const in_use = shared_.in_use.load(std::memory_order_acquire);
+  const Binding* const in_use = shared_.in_use.load(std::memory_order_seq_cst);
   std::erase_if(bindings_, [&](const auto& binding) { return binding.get() != before && binding.get() != in_use; });
   bindings_.push_back(std::make_unique<const Binding>(graph_, node_, region, ++made_));
-  shared_.newest.store(bindings_.back().get(), std::memory_order_release);
+  shared_.newest.store(bindings_.back().get(), std::memory_order_seq_cst);
 }
 
 // In the old region, the node may belong to another process, which must not be woken.
@@ -87,7 +94,8 @@ void NodePort::bind_to(const Region& region) {
 }
 
 bool NodePort::uses(const Region& region) const {
-  return newest().region == &region || shared_.in_use.load(std::memory_order_acquire)->region == &region;
+  const Binding* const old = in_use();
+  return newest().region == &region || (old != nullptr && old->region == &region);
 }
 
 // A server that goes on just now may trigger it, too: then its token stands.
@@ -114,6 +122,8 @@ void NodePort::abandon_run() {
 
 void NodePort::stop() {
   shared_.stopping.store(true, std::memory_order_release);
+  // It may not have noticed yet that it was moved.
+  wake_if_moved();
   // Any change of the word wakes the node; it looks at the flag first.
   NodeCell& own = *newest().own;
   own.word.fetch_add(1, std::memory_order_release);
@@ -134,8 +144,13 @@ NodePort::Runs::Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared&
       wait_(os) {}
 
 void NodePort::Runs::follow_move() {
-  const Binding& newest = *shared_.newest.load(std::memory_order_acquire);
-  if (newest.number != bound_) bind(newest);
+  const Binding* newest = shared_.newest.load(std::memory_order_seq_cst);
+  for (const Binding* named = shared_.in_use.load(std::memory_order_relaxed); named != newest;) {
+    named = newest;
+    shared_.in_use.store(named, std::memory_order_seq_cst);
+    newest = shared_.newest.load(std::memory_order_seq_cst);
+  }
+  if (newest->number != bound_) bind(*newest);
 }
 
 void NodePort::Runs::bind(const Binding& binding) {
@@ -153,7 +168,6 @@ void NodePort::Runs::bind(const Binding& binding) {
     const std::uint64_t completed = binding.signal != nullptr ? binding.signal->completed.load() : 0;
     token_ = std::min(token_near(completed, binding.own->word.load(std::memory_order_acquire)), completed);
   }
-  shared_.in_use.store(&binding, std::memory_order_release);
 }
 
 bool NodePort::Runs::wait_for_trigger() {
@@ -168,11 +182,12 @@ bool NodePort::Runs::wait_for_trigger() {
     }
     const std::uint32_t expected = low(token_);
     const std::uint32_t word = binding_->own->word.load(std::memory_order_acquire);
+    // After the word, which whoever stops or moves the node changes last: it may have done so before bind() read it.
+    if (stopping() || shared_.newest.load(std::memory_order_acquire) != binding_) continue;
     if (word == expected) {
       os_.wait(binding_->own->word, expected, kNever);
       continue;
     }
-    if (stopping() || shared_.newest.load(std::memory_order_acquire) != binding_) continue;
     // The low half tells the difference, which may be negative: a scheduler that was stopped while its nodes paced
     // themselves goes on with the tokens that it had.
     token_ += static_cast<std::uint64_t>(static_cast<std::int64_t>(static_cast<std::int32_t>(word - expected)));

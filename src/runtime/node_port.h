@@ -102,7 +102,10 @@ class NodePort {
     RingWriter reports;
   };
 
-  // What the node's thread and others share. Whom `newest` and `in_use` point to stays while they do.
+  // What the node's thread and others share. What `newest` points to stays. What `in_use` points to stays from when the
+  // node, having written it, has found that it is the newest still: both sides write one and read the other, all of it
+  // sequentially consistent, so that either the node sees a newer one, or whoever makes another sees what is in use.
+  // Until then it may be gone.
   struct Shared {
     std::atomic<bool> stopping{false};
     std::atomic<const Binding*> newest{nullptr};
@@ -157,6 +160,7 @@ class NodePort {
   };
 
   void add_binding(const Region& region);
+  const Binding* in_use() const;
   const Binding& newest() const { return *shared_.newest.load(std::memory_order_acquire); }
 
   os::Os& os_;

@@ -1,4 +1,4 @@
-// What a run is reported to have cost, and what sets a follower off, in virtual time.
+// What a run is reported to have cost, and what sets a follower off, in virtual time; and which threads are a node's.
 #include "runtime/node_port.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +10,8 @@
 #include "base/run_access.h"
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
+#include "os/linux/linux_os.h"
 #include "runtime/node_link.h"
 
 namespace ctn::runtime {
@@ -265,6 +267,64 @@ TEST_F(FollowerTest, MovesToAnotherRegionWithItsFeeder) {
   EXPECT_EQ(consumed, (Numbers{1, 2, 3}));
   port.stop();
   thread->join();
+}
+
+// Guards: what a node was about to use was freed if it was moved twice just then (which sanitizers tell), and a wake
+// that came before it had looked at the word was lost.
+TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
+  const auto linux_os = os::make_linux_os();
+  const graph::App app =
+      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  const NodeId node{std::size_t{0}};
+  LocalRegion one{app.graph, 1};
+  LocalRegion other{app.graph, 1};
+  for (int round = 0; round < 50; ++round) {
+    NodePort port{*linux_os, app.graph, node, one.region()};
+    const auto thread = linux_os->spawn("node", [&] {
+      for (ctn::Run run; port.wait_for_trigger(); port.end(run)) port.begin(run);
+    });
+    for (int times = 0; times < 20 * (round % 5); ++times) {
+      port.move_to(other.region());
+      port.move_to(one.region());
+    }
+    if (round % 2 == 0) {
+      while (port.uses(other.region())) linux_os->sleep_until(linux_os->now() + microseconds{10});
+    }
+    port.stop();
+    thread->join();
+  }
+}
+
+// Guards: the next thread got the place, and then lost its clock to who removed the one before.
+TEST(NodeLinkOfThreads, APlaceIsNotFreeBeforeNobodyVisitsWhoHadIt) {
+  os::FakeOs fake;
+  os::FaultyOs faulty(fake);
+  const graph::App app =
+      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  const NodeId node{std::size_t{0}};
+  LocalRegion memory{app.graph, 1};
+  NodeLink link{faulty, app.graph, node, memory.region()};
+  const auto wait = [&](Nanos time) { fake.sleep_until(fake.now() + time); };
+  os::ThreadId last{};
+  const auto thread = fake.spawn("last", [&] {
+    last = fake.current_thread();
+    wait(milliseconds{50});
+  });
+  wait(milliseconds{1});
+  faulty.fail_next(os::Call::kThreadCpuTime, 1);
+  ASSERT_TRUE(link.add_thread(fake.current_thread())) << "without a clock";
+  const os::ThreadId first = fake.current_thread();
+  const auto visitor =
+      fake.spawn("visitor", [&] { link.for_each_thread([&](os::ThreadId) { wait(milliseconds{5}); }); });
+  wait(milliseconds{1});
+  const auto remover = fake.spawn("remover", [&] { link.remove_thread(first); });
+  wait(milliseconds{1});
+  ASSERT_TRUE(link.add_thread(last));
+  wait(milliseconds{10});
+  std::vector<os::ThreadId> with_clock;
+  link.for_each_clock([&](os::ThreadId each, os::CpuClock&) { with_clock.push_back(each); });
+  EXPECT_EQ(with_clock, std::vector<os::ThreadId>{last});
+  for (const auto& each : {&visitor, &remover, &thread}) (*each)->join();
 }
 
 // The thread of a framework that has a timer of its own does not wait.

@@ -1,6 +1,4 @@
-// A user's callback may do whatever a user may: no lock is held when it is called.
-#include "driver/notices.h"
-
+// A user's callback may do whatever a user may: no lock is held when it is called, and nobody waits for it.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -13,7 +11,9 @@
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
 #include "os/fake/faulty_os.h"
+#include "runtime/notice_thread.h"
 #include "runtime/scheduler.h"
+#include "runtime/testing/virtual_session.h"
 
 namespace ctn::runtime {
 namespace {
@@ -81,6 +81,45 @@ scheduler: { bootstrap: 500ms }
   for (const auto& thread : threads) thread->join();
   scheduler->release();
   EXPECT_TRUE(scheduler->finish().ok());
+}
+
+class NoticesOfASession : public VirtualSession {};
+
+// Guards: the callback was called by the housekeeping thread, and while it blocked no report was collected and no plan
+// made.
+TEST_F(NoticesOfASession, PlansAreMadeWhileTheCallbackBlocks) {
+  costs = {{"left", milliseconds{5}}, {"right", milliseconds{5}}};
+  std::vector<std::string> told;
+  std::atomic<std::uint32_t> may_return{0};
+  on_notice = [&](const std::string& text) {
+    told.push_back(text);
+    fake.wait(may_return, 0, kNever);
+  };
+  open(parse(R"(
+catan: 1
+app: pair
+nodes: { left: { fallback_rate: 20Hz }, right: { fallback_rate: 20Hz } }
+objective: [ { period: left, weight: 1 }, { period: right, weight: 1 } ]
+scheduler: { bootstrap: 500ms }
+)"),
+       *policy::make_policy("catan"), 1);
+  start();
+  pass(seconds{2});
+  ASSERT_TRUE(engine->change({.weights = {{"left", 20.0}}}).ok());
+  pass(milliseconds{200});
+  ASSERT_EQ(told.size(), 1U);
+  const Snapshot before = engine->snapshot();
+  ASSERT_TRUE(engine->change({.weights = {{"right", 20.0}}}).ok());
+  pass(milliseconds{200});
+  const Snapshot after = engine->snapshot();
+  EXPECT_GT(after.plans, before.plans);
+  EXPECT_GT(after.nodes[0].compute_ms.count, before.nodes[0].compute_ms.count);
+  EXPECT_GT(after.notices.size(), 1U);
+  EXPECT_EQ(told.size(), 1U);
+  may_return.store(1);
+  fake.wake(may_return);
+  EXPECT_TRUE(engine->stop().ok());
+  EXPECT_EQ(told, engine->snapshot().notices) << "all, in order, before it has stopped";
 }
 
 }  // namespace

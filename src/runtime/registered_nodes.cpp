@@ -83,22 +83,32 @@ Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId th
   }
   // Before any dispatcher knows these threads: what is set here is read back, and nothing may change it in between.
   const os::Level placed_at = level_of(node);
-  std::vector<os::ThreadId> threads = links_[node.index()]->threads();
-  threads.push_back(thread);
-  for (const os::ThreadId each : threads) {
-    const Status placed = place(node, process, each);
-    if (placed) continue;
-    for (const os::ThreadId other : threads) enforcer_->release(other);
-    return placed;
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    links_[node.index()]->add_thread(thread);
-    registered_[node.index()] = true;
-    joined_.push_back(node);
+  std::vector<os::ThreadId> placed;
+  for (std::vector<os::ThreadId> next{thread}; !next.empty(); next = join_with(node, placed)) {
+    for (const os::ThreadId each : next) {
+      placed.push_back(each);
+      const Status done = place(node, process, each);
+      if (done) continue;
+      for (const os::ThreadId other : placed) enforcer_->release(other);
+      return done;
+    }
   }
   raise_if_changed(node, placed_at);
   return Done{};
+}
+
+// The node has joined if all of its threads have been placed, the first of them its own; else which have not. Threads
+// are named under the same lock while it has not joined, so that none is missed.
+std::vector<os::ThreadId> RegisteredNodes::join_with(NodeId node, const std::vector<os::ThreadId>& placed) {
+  const std::lock_guard lock(mutex_);
+  std::vector<os::ThreadId> missing = links_[node.index()]->threads();
+  std::erase_if(missing,
+                [&](os::ThreadId each) { return std::find(placed.begin(), placed.end(), each) != placed.end(); });
+  if (!missing.empty()) return missing;
+  links_[node.index()]->add_thread(placed.front());
+  registered_[node.index()] = true;
+  joined_.push_back(node);
+  return {};
 }
 
 Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::ThreadId thread) {
@@ -108,20 +118,29 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
       Error::caller(fmt::format("node {} has {} threads already", app_.graph.node(node).name, NodeCell::kMaxThreads),
                     "use fewer threads");
   if (link.threads().size() >= NodeCell::kMaxThreads) return no_room;
-  const bool joined = has(node);  // else it is placed when the node joins
-  const os::Level placed_at = joined ? level_of(node) : os::Level::kOrdinary;
-  if (joined) {
+  // Before any dispatcher knows it; where the node has not joined, it is placed when the node joins.
+  std::optional<os::Level> placed_at;
+  Added added = add_if_placed(node, thread, false);
+  if (added == Added::kNotPlaced) {
+    placed_at = level_of(node);
     if (Status placed = place(node, process, thread); !placed) return placed;
+    added = add_if_placed(node, thread, true);
   }
-  if (!link.add_thread(thread)) {
-    if (joined) enforcer_->release(thread);
-    return no_room;
-  }
-  if (joined) {
-    raise_if_changed(node, placed_at);
+  if (placed_at && added != Added::kToJoined) enforcer_->release(thread);  // the node has left meanwhile
+  if (added == Added::kNoRoom) return no_room;
+  if (added == Added::kToJoined) {
+    raise_if_changed(node, *placed_at);
     wake_holder(node);
   }
   return Done{};
+}
+
+RegisteredNodes::Added RegisteredNodes::add_if_placed(NodeId node, os::ThreadId thread, bool placed) {
+  const std::lock_guard lock(mutex_);
+  const bool joined = registered_[node.index()];
+  if (joined && !placed) return Added::kNotPlaced;
+  if (!links_[node.index()]->add_thread(thread)) return Added::kNoRoom;
+  return joined ? Added::kToJoined : Added::kForLater;
 }
 
 void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {

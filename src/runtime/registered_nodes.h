@@ -68,6 +68,9 @@ class RegisteredNodes {
  private:
   bool has(NodeId node) const;
   bool has_all(const graph::Subchain& subchain) const;  // under the lock
+  std::vector<os::ThreadId> join_with(NodeId node, const std::vector<os::ThreadId>& placed);
+  enum class Added { kNotPlaced, kNoRoom, kForLater, kToJoined };
+  Added add_if_placed(NodeId node, os::ThreadId thread, bool placed);
   Status place(NodeId node, os::ProcessId process, os::ThreadId thread);
   os::Level level_of(NodeId node) const;
   void raise_if_changed(NodeId node, os::Level placed_at);

@@ -353,6 +353,49 @@ TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
   EXPECT_TRUE((*scheduler)->finish().ok());
 }
 
+// Guards: a thread that was named after the node's others had been listed, and before the node had joined, was not
+// placed with them. So what it had before was not saved, though dispatchers then set its level.
+TEST(RegisteredNodes, AThreadThatIsNamedWhileItsNodeJoinsIsPlaced) {
+  const graph::App app = two_chains();
+  os::FakeOs fake{os::fake_topology(1)};
+  fake.share_cpus(true);
+  ToldOs told(fake);
+  LocalRegion memory(app.graph, 1);
+  SchedulerOptions options{
+      .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
+  auto scheduler = Scheduler::create(app, told, std::move(options), os::CpuSet{0}, memory.region());
+  ASSERT_TRUE(scheduler.ok());
+  ASSERT_TRUE((*scheduler)->prepare().ok());
+  ASSERT_TRUE((*scheduler)->start().ok());
+  std::vector<std::unique_ptr<os::Thread>> threads;
+  std::vector<os::ThreadId> ids;
+  for (int number = 0; number < 2; ++number) {
+    threads.push_back(fake.spawn("left", [&] {
+      ids.push_back(fake.current_thread());
+      fake.sleep_until(fake.now() + seconds{1});
+    }));
+  }
+  fake.sleep_until(fake.now() + milliseconds{1});
+  ASSERT_EQ(ids.size(), 2U);
+  const NodeId node = *app.graph.find_node("left");
+  std::vector<os::ThreadId> placed;
+  told.about_to_bind = [&](os::ThreadId thread) {
+    placed.push_back(thread);
+    if (placed.size() > 1) return;
+    EXPECT_TRUE((*scheduler)->add_thread(node, fake.current_process(), ids[1]).ok());
+  };
+  EXPECT_TRUE((*scheduler)->join(node, fake.current_process(), ids[0]).ok());
+  told.about_to_bind = nullptr;
+  EXPECT_EQ(placed, ids);
+  EXPECT_EQ((*scheduler)->threads(node).size(), 2U);
+  fake.sleep_until(fake.now() + milliseconds{100});
+  (*scheduler)->leave(node, "the test ends");
+  for (const os::ThreadId id : ids) EXPECT_EQ(*fake.level(id), os::Level::kOrdinary);
+  for (const auto& thread : threads) thread->join();
+  (*scheduler)->release();
+  EXPECT_TRUE((*scheduler)->finish().ok());
+}
+
 // A dispatcher that is slow between seeing a thread and setting its level.
 class SlowOs final : public os::FaultyOs {
  public:

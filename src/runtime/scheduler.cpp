@@ -42,7 +42,8 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       cpus_(std::move(cpus)),
       region_(region),
       links_(links_of(os, app_.graph, region)),
-      notices_(options_.on_notice, !options_.record.empty()),
+      notice_thread_(os, options_.on_notice, !options_.record.empty()),
+      notices_(notice_thread_.notices()),
       registered_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
 }
@@ -104,7 +105,7 @@ Status Scheduler::prepare() {
   if (real_time) keep_cpus_ready();
   parts_->housekeeping.idle().begin(start);
   prepared_.store(true, std::memory_order_release);
-  notices_.deliver();
+  notice_thread_.start();
   return Done{};
 }
 
@@ -182,7 +183,11 @@ void Scheduler::release() {
   parts_->enforcer.release_all();
 }
 
-Status Scheduler::finish() { return parts_->housekeeping.idle().finish(); }
+Status Scheduler::finish() {
+  Status finished = parts_->housekeeping.idle().finish();
+  notice_thread_.stop();
+  return finished;
+}
 
 Status Scheduler::join(NodeId node, os::ProcessId process, os::ThreadId thread) {
   Status joined = registered_.join(node, process, thread);

@@ -7,7 +7,8 @@
 //   housekeeping.h         one thread, at level ordinary, which owns all that is planned and recorded
 //   registered_nodes.h     which nodes are registered: any thread, locks
 //   enforcer.h             the scheduling that threads had before: any thread, locks
-//   measurements.h, driver/notices.h   from the housekeeping thread to whoever reads: lock
+//   notice_thread.h        one thread, at level ordinary, where there is an on_notice: calls it
+//   measurements.h         from the housekeeping thread to whoever reads: lock
 // This class puts them together, starts and stops them.
 //
 // It places the threads of nodes, which are made elsewhere:
@@ -42,6 +43,7 @@
 #include "runtime/housekeeping.h"
 #include "runtime/measurements.h"
 #include "runtime/node_link.h"
+#include "runtime/notice_thread.h"
 #include "runtime/owning_thread.h"
 #include "runtime/region.h"
 #include "runtime/registered_nodes.h"
@@ -57,7 +59,7 @@ struct SchedulerOptions {
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   bool guard = false;                        // nodes are other processes': their threads are guarded (os.h)
-  driver::Notices::Callback on_notice;       // called with no lock held; from the housekeeping thread while it runs
+  driver::Notices::Callback on_notice;       // see notice_thread.h
 };
 
 // All problems with the requested CPUs, or the CPUs to use.
@@ -86,7 +88,8 @@ class Scheduler {
   // Restores the scheduling of all threads; nodes may still be running. They are to end next, before finish() is
   // called.
   void release();
-  // Collects the last reports and closes the record. Returns the first error of the record.
+  // Collects the last reports, closes the record, and returns when on_notice has been told all. Returns the first error
+  // of the record.
   Status finish();
 
   // As registered_nodes.h has them; nodes join and leave from prepare() on.
@@ -112,7 +115,7 @@ class Scheduler {
   bool warmed_up() const { return prepared_.load(std::memory_order_acquire) && os_.now() >= parts_->warm_from; }
   Snapshot snapshot() const;
   // Whether the calling thread is the one that calls on_notice.
-  bool is_housekeeping() const { return parts_ && parts_->housekeeping.is_current(); }
+  bool delivers_notices() const { return notice_thread_.is_current(); }
 
  private:
   // From prepare() on; none of it changes but by itself. In the order of who uses whom.
@@ -145,7 +148,8 @@ class Scheduler {
   const Region& region_;
   Links links_;
   Dropped dropped_;
-  driver::Notices notices_;
+  NoticeThread notice_thread_;
+  driver::Notices& notices_;
   RegisteredNodes registered_;
   std::unique_ptr<Parts> parts_;
   std::atomic<bool> released_{false};

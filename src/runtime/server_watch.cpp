@@ -18,7 +18,6 @@ void ServerWatch::run() {
   while (!program_.stopping()) {
     const bool gone = program_.link.wait(wake);
     wake = turn(program_.os.now(), gone);
-    program_.notices.deliver();
   }
 }
 

@@ -57,7 +57,7 @@ class ServerWatch {
   // The link is connected to the server whose region is the newest of `regions`. They outlive the nodes.
   ServerWatch(Program program, ServedRegions regions);
 
-  // Until the program stops: turns, and delivers notices, with no lock held. Then the nodes leave.
+  // Turns until the program stops.
   void run();
   // What is due now. `gone`: the server has ended, has closed the connection, or did not answer. Returns when it is to
   // be called again.

@@ -14,6 +14,7 @@
 #include "base/run_access.h"
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
+#include "runtime/notice_thread.h"
 
 namespace ctn::runtime {
 namespace {
@@ -98,6 +99,7 @@ class ServerWatchTest : public ::testing::Test {
   using Heard = std::vector<VirtualServer::Heard>;
 
   ServerWatchTest() {
+    notices.start();
     for (const NodeId node : {eye, map}) {
       threads.push_back(fake.spawn("node", [this, node] {
         ids[node] = fake.current_thread();
@@ -129,7 +131,7 @@ class ServerWatchTest : public ::testing::Test {
             .link = server,
             .wiring = wiring,
             .registered = registered,
-            .notices = notices,
+            .notices = notices.notices(),
             .served = served,
             .stopping = [this] { return stopping; }};
   }
@@ -141,14 +143,12 @@ class ServerWatchTest : public ::testing::Test {
       fake.sleep_until(next);
       if (beats) server.region().heartbeat().beats.fetch_add(1);
       next = watch.turn(fake.now(), false);
-      notices.deliver();
     }
     fake.sleep_until(until);
   }
   void lose() {
     server.there = false;
     next = watch.turn(fake.now(), true);
-    notices.deliver();
   }
   os::Level level(NodeId node) { return *fake.level(ids.at(node)); }
   void raise(NodeId node) { ASSERT_TRUE(fake.set_level(ids.at(node), os::Level::kActive).ok()); }
@@ -168,11 +168,12 @@ class ServerWatchTest : public ::testing::Test {
   ClientNodes registered{fake};
   std::vector<std::pair<Nanos, std::string>> told;
   std::function<void(const std::string&)> on_notice = [](const std::string&) {};
-  driver::Notices notices{[this](const std::string& text) {
-                            told.emplace_back(fake.now().time_since_epoch(), text);
-                            on_notice(text);
-                          },
-                          false};
+  NoticeThread notices{fake,
+                       [this](const std::string& text) {
+                         told.emplace_back(fake.now().time_since_epoch(), text);
+                         on_notice(text);
+                       },
+                       false};
   std::atomic<bool> served{false};
   bool stopping = false;
   ServerWatch watch{program(), std::move(regions)};
@@ -316,15 +317,40 @@ TEST_F(ServerWatchTest, TheCallbackMayCallBack) {
     EXPECT_EQ(server.converse()->call({.kind = Request::Kind::kAdd, .node = "eye"}).ok(), server.there);
     registered.add_thread(eye, fake.current_thread());
     EXPECT_EQ(registered.all().front().others, std::vector<os::ThreadId>{fake.current_thread()});
-    notices.add({fake.now(), "test", "it has heard: " + text});
+    notices.notices().add({fake.now(), "test", "it has heard: " + text});
     stopping = true;
     on_notice = [](const std::string&) {};
   };
   server.gone = true;
   server.there = false;
   watch.run();
+  notices.stop();
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[1].second, std::string("test: it has heard: ") + kGone);
+}
+
+// Guards: the callback was called by the thread that watches, and while it blocked nodes were not triggered.
+TEST_F(ServerWatchTest, NodesAreTriggeredWhileTheCallbackBlocks) {
+  std::atomic<std::uint32_t> may_return{0};
+  on_notice = [&](const std::string&) { fake.wait(may_return, 0, kNever); };
+  server.gone = true;
+  server.there = false;
+  const auto watching = fake.spawn("link", [&] { watch.run(); });
+  fake.sleep_until(fake.now() + milliseconds{210});
+  server.start();
+  fake.sleep_until(fake.now() + milliseconds{100});
+  EXPECT_EQ(told.size(), 1U);
+  EXPECT_GE(runs[eye], 11) << "at once, and every 20 ms";
+  EXPECT_TRUE(served) << "and the next server gets them";
+  stopping = true;
+  fake.sleep_until(fake.now() + milliseconds{200});
+  watching->join();
+  may_return.store(1);
+  fake.wake(may_return);
+  notices.stop();
+  ASSERT_EQ(told.size(), 2U) << "in order, before it stops";
+  EXPECT_EQ(told[0].second, kGone);
+  EXPECT_EQ(told[1].second, kBack);
 }
 
 }  // namespace
