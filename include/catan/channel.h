@@ -134,9 +134,9 @@ class QueueChannel final : public ChannelBase {
 
   // The next value that was published before this call; none when all are taken.
   std::optional<T> take(Run& run) {
-    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
-    if (tail == head_.load(std::memory_order_acquire)) return std::nullopt;
-    Slot& slot = slots_[tail % kCapacity];
+    const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
+    if (taken == published_.load(std::memory_order_acquire)) return std::nullopt;
+    Slot& slot = slots_[taken % kCapacity];
     if (taking_in_ != run.number()) {
       taking_in_ = run.number();
       first_taken_ = slot.run;
@@ -145,7 +145,7 @@ class QueueChannel final : public ChannelBase {
     oldest_taken_ = std::min(oldest_taken_, slot.origin);
     consume(run, first_taken_, slot.run, oldest_taken_);
     std::optional<T> value = std::move(slot.value);
-    tail_.store(tail + 1, std::memory_order_release);
+    taken_.store(taken + 1, std::memory_order_release);
     return value;
   }
 
@@ -159,29 +159,29 @@ class QueueChannel final : public ChannelBase {
   };
 
   void publish(std::uint64_t run_number, Origin origin) override {
-    std::uint64_t head = head_.load(std::memory_order_relaxed);
+    std::uint64_t published = published_.load(std::memory_order_relaxed);
     for (T& value : pending_) {
-      if (head - tail_.load(std::memory_order_acquire) == kCapacity) {
+      if (published - taken_.load(std::memory_order_acquire) == kCapacity) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         continue;
       }
-      slots_[head % kCapacity] = {std::move(value), run_number, origin};
-      head_.store(++head, std::memory_order_release);
+      slots_[published % kCapacity] = {std::move(value), run_number, origin};
+      published_.store(++published, std::memory_order_release);
     }
     pending_.clear();
   }
   void discard() override { pending_.clear(); }
   Origin take_origin(Run& run) override {
-    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
-    const bool waits = tail != head_.load(std::memory_order_acquire);
-    return taking_in_ != run.number() && waits ? slots_[tail % kCapacity].origin : consumed_origin(run);
+    const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
+    const bool waits = taken != published_.load(std::memory_order_acquire);
+    return taking_in_ != run.number() && waits ? slots_[taken % kCapacity].origin : consumed_origin(run);
   }
 
   std::vector<Slot> slots_;
   std::vector<T> pending_;  // the writer's, until its run ends
   std::atomic<std::uint64_t> dropped_{0};
-  alignas(64) std::atomic<std::uint64_t> head_{0};
-  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  alignas(64) std::atomic<std::uint64_t> published_{0};
+  alignas(64) std::atomic<std::uint64_t> taken_{0};
   std::uint64_t taking_in_ = 0;  // the reader's
   std::uint64_t first_taken_ = 0;
   Origin oldest_taken_{0};

@@ -19,7 +19,7 @@ bool steals(const graph::App& app, SubchainId subchain) {
 }
 
 // A subchain that is late because its run waits would hold up the owner of the next slot while nobody computes.
-bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kHandOverAllowance; }
+bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kSwitchAllowance; }
 
 Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& options) {
   if (options.hang_multiple == 0.0) return Nanos{0};
@@ -30,14 +30,14 @@ Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& optio
 // others lose only that little; otherwise the run ends a whole frame later. A slot that ends with its run takes no more
 // than the run uses.
 Nanos elastic_slice(Nanos slice, std::optional<int> every) {
-  return std::max(every == 1 ? slice + kHandOverAllowance : slice, kShortestSlice);
+  return std::max(every == 1 ? slice + kSwitchAllowance : slice, kShortestSlice);
 }
 
-// In fixed frames idle time goes to the slots first: waking and the hand-over take a part of each slot that no plan
+// In fixed frames idle time goes to the slots first: waking and switching take a part of each slot that no plan
 // knows, and a run that does not end in its slot is late for the next subchain, which may use its output.
 void share_out_idle(Nanos idle, std::vector<SharedCoreSlot>& slots) {
   if (slots.empty()) return;
-  const Nanos more = std::min(idle / static_cast<std::int64_t>(slots.size()), kHandOverAllowance);
+  const Nanos more = std::min(idle / static_cast<std::int64_t>(slots.size()), kSwitchAllowance);
   for (std::size_t index = 0; index < slots.size(); ++index) {
     slots[index].offset += static_cast<std::int64_t>(index) * more;
     slots[index].slice += more;

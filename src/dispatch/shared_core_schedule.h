@@ -25,7 +25,7 @@ constexpr Nanos kShortestSlice = std::chrono::microseconds{50};
 
 // What a slot is longer than its slice: in fixed frames each one, as far as the frame's idle time goes; in elastic
 // frames those of subchains that run in every frame.
-constexpr Nanos kHandOverAllowance = std::chrono::microseconds{200};
+constexpr Nanos kSwitchAllowance = std::chrono::microseconds{200};
 
 // A subchain's place in the frame.
 struct SharedCoreSlot {

@@ -63,7 +63,7 @@ TEST(SharedCoreScheduleOf, WhoWasPlannedAtNoCostStillEndsItsRunInElasticFrames) 
   sample.plan.cores[0].slots[0].slice = Millis{0};
   sample.plan.cores[0].slots[1].slice = Millis{0};
   const SharedCoreSchedule elastic = shared_core_schedule(sample.app, sample.plan, 0, {});
-  EXPECT_EQ(elastic.slots[0].slice, kHandOverAllowance);
+  EXPECT_EQ(elastic.slots[0].slice, kSwitchAllowance);
   EXPECT_EQ(elastic.slots[1].slice, kShortestSlice);
   sample.plan.cores[0].frames = graph::FrameMode::kFixed;
   sample.plan.cores[0].frame = Millis{0};
@@ -79,7 +79,7 @@ TEST(SharedCoreScheduleOf, ElasticFramesAllowForTheHandOverWhereARunIsToEndInIts
   const auto more_than_planned = [&](std::size_t slot) {
     return schedule.slots[slot].slice - to_nanos(sample.plan.cores[0].slots[slot].slice);
   };
-  EXPECT_EQ(more_than_planned(0), kHandOverAllowance) << "in every frame";
+  EXPECT_EQ(more_than_planned(0), kSwitchAllowance) << "in every frame";
   EXPECT_EQ(more_than_planned(1), Nanos{0}) << "every fourth frame, a quarter of a run at a time";
   EXPECT_EQ(more_than_planned(2), Nanos{0}) << "a queue, by its share";
 }

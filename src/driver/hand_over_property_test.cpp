@@ -126,9 +126,9 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
   }
   // No controller is woken by outputs that it does not follow.
   for (std::size_t leader = 0; leader < kSubchains; ++leader) {
-    for (const std::size_t follower : world.subchains[leader].followers) {
-      RC_ASSERT(follower < kSubchains && last.places[follower].pacing.after);
-      RC_ASSERT(last.places[follower].pacing.after->leader == plan::Leader(SubchainId(leader)));
+    for (const std::size_t subscriber : world.subchains[leader].subscribers) {
+      RC_ASSERT(subscriber < kSubchains && last.places[subscriber].pacing.after);
+      RC_ASSERT(last.places[subscriber].pacing.after->leader == plan::Leader(SubchainId(leader)));
     }
   }
   RC_ASSERT(!testing::Test::HasFailure());

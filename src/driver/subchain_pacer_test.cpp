@@ -225,7 +225,7 @@ TEST(SubchainPacer, AReaderIsTriggeredByWhatArrives) {
   EXPECT_THAT(world.sent(kOnly), ElementsAre(5, 15.1, 25.3, 35.4));
   world.publish(assignment({phased(0, ms(10), ms(7))}, {{}}));
   world.run_until(at(ms(41)));
-  EXPECT_THAT(world.unscheduled.followers, IsEmpty());
+  EXPECT_THAT(world.unscheduled.subscribers, IsEmpty());
 }
 
 TEST(SubchainPacer, KeepsAPhaseToAClockOfOthersOnceItIsKnown) {
@@ -267,22 +267,22 @@ TEST(SubchainPacer, WhoFollowsNobodyAnyMoreDoesNotListen) {
   FakeWorld world(2, 1, each_takes(ms(1)));
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
   world.run_until(at(ms(5)));
-  EXPECT_THAT(world.of(kLeader).followers, ElementsAre(kFollower.index()));
+  EXPECT_THAT(world.of(kLeader).subscribers, ElementsAre(kFollower.index()));
   world.publish(assignment({phased(1, ms(10), ms(0)), phased(0, ms(10), ms(7))}, {{}}));
   world.run_until(at(ms(6)));
-  EXPECT_THAT(world.of(kLeader).followers, IsEmpty());
+  EXPECT_THAT(world.of(kLeader).subscribers, IsEmpty());
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
   world.run_until(at(ms(8)));
-  EXPECT_THAT(world.of(kLeader).followers, ElementsAre(kFollower.index()));
+  EXPECT_THAT(world.of(kLeader).subscribers, ElementsAre(kFollower.index()));
   world.publish(
       assignment({phased(1, ms(10), ms(0)), shares(0)}, {dispatch::elastic({every(1, 1, ms(4))}, 0.0, ms(5))}));
   world.run_until(at(ms(9)));
-  EXPECT_THAT(world.of(kLeader).followers, IsEmpty());
+  EXPECT_THAT(world.of(kLeader).subscribers, IsEmpty());
 }
 
 TEST(SubchainPacer, WhereThereIsNoRoomToFollowItLooksByItself) {
   FakeWorld world(2, 0, each_takes(ms(3)));
-  world.max_followers = 0;
+  world.max_subscribers = 0;
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(5))}));
   world.run_until(at(ms(29)));
   EXPECT_THAT(world.sent(kFollower), ElementsAre(5, 15, 25)) << "every period of its own";

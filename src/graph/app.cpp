@@ -69,7 +69,7 @@ std::vector<ChainElement> Graph::chain_elements(std::span<const NodeId> path) co
   bool continues = false;  // the node before on the path was of the last element
   for (const NodeId id : path) {
     const Node& current = node(id);
-    if (current.external && !current.ticks()) {
+    if (current.external && !current.is_external_clock()) {
       continues = false;
       continue;
     }

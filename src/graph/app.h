@@ -56,9 +56,9 @@ struct Node {
   // Of an unscheduled node: between two of its outputs.
   Nanos outputs_apart() const { return std::max(*period, output_period.value_or(Nanos{0})); }
   // What it takes from others, and what it gives them, counts at the ticks of a clock that is not ours.
-  bool ticks() const { return external && period; }
+  bool is_external_clock() const { return external && period; }
   // Phases can be kept to it: it ticks, or begins its runs by a timer of its own.
-  bool has_clock() const { return ticks() || (unscheduled && period && !follows); }
+  bool has_clock() const { return is_external_clock() || (unscheduled && period && !follows); }
 };
 
 // What becomes of a run whose input is older than its edge allows. Such a run is counted and reported in any case.

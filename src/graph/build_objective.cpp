@@ -89,7 +89,7 @@ bool AppBuilder::check_term_path(const TermSpec& spec, const std::vector<NodeId>
     return false;
   }
   for (std::size_t i = 1; i + 1 < path.size(); ++i) {
-    if (!node(path[i]).ticks()) continue;
+    if (!node(path[i]).is_external_clock()) continue;
     problem(spec.path[i].place, key,
             fmt::format("external node {} has a period, and so a clock, which counts only where a path begins or ends",
                         quote(name_of(path[i]))),

@@ -147,7 +147,7 @@ void check_objective(const App& app) {
       for (const NodeId id : element.nodes) RC_ASSERT(app.graph.node(id).subchain == element.subchain);
     }
     const auto left_out = std::count_if(term.path.begin(), term.path.end(), [&](NodeId id) {
-      return app.graph.node(id).external && !app.graph.node(id).ticks();
+      return app.graph.node(id).external && !app.graph.node(id).is_external_clock();
     });
     RC_ASSERT(covered + static_cast<std::size_t>(left_out) == term.path.size());
   }

@@ -439,7 +439,7 @@ TEST_P(OsConformance, GuardOfAThreadThatIsGoneDoesNothing) {
   EXPECT_TRUE(guard.restore().ok());
 }
 
-// ---- Guards
+// ---- Guardians
 
 TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsRestoredWhenTheGuardianEnds) {
   Parked watched(os());
@@ -447,19 +447,19 @@ TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsRestoredWhenTheGuardianEnds)
   const SavedScheduling before = os().save_scheduling(watched.id()).value();
   const CpuSet first{before.affinity.cpus().front()};
   {
-    auto guard = os().start_guardian();
-    ASSERT_TRUE(guard.ok()) << guard.error().message();
+    auto guardian = os().start_guardian();
+    ASSERT_TRUE(guardian.ok()) << guardian.error().message();
     for (const ThreadId thread : {watched.id(), forgotten.id()}) {
-      ASSERT_TRUE((*guard)->watch(os().save_scheduling(thread).value()));
+      ASSERT_TRUE((*guardian)->watch(os().save_scheduling(thread).value()));
       ASSERT_TRUE(os().set_affinity(thread, first).ok());
       if (os().real_time_facts().permitted) {
         ASSERT_TRUE(os().set_level(thread, Level::kActive).ok());
       }
     }
-    EXPECT_TRUE((*guard)->ensure_running().ok());
+    EXPECT_TRUE((*guardian)->ensure_running().ok());
     EXPECT_EQ(os().affinity(watched.id()).value(), first);  // not before its time
-    (*guard)->forget(forgotten.id());
-    EXPECT_EQ((*guard)->replaced(), 0);
+    (*guardian)->forget(forgotten.id());
+    EXPECT_EQ((*guardian)->replaced(), 0);
   }
   SavedScheduling after = os().save_scheduling(watched.id()).value();
   if (!before.reset_on_fork) after.reset_on_fork = false;  // not every process may clear it
@@ -467,26 +467,26 @@ TEST_P(OsConformance, WhatIsWatchedAndNotForgottenIsRestoredWhenTheGuardianEnds)
   EXPECT_EQ(os().affinity(forgotten.id()).value(), first);
 }
 
-TEST_P(OsConformance, GuardKeepsTheLastOfSeveralAndNothingOfWhoIsGone) {
+TEST_P(OsConformance, GuardianKeepsTheLastOfSeveralAndNothingOfWhoIsGone) {
   Parked parked(os());
   const ThreadId gone = gone_thread();
   const SavedScheduling before = os().save_scheduling(parked.id()).value();
   SavedScheduling last = before;
   last.affinity = CpuSet{before.affinity.cpus().back()};
   {
-    auto guard = os().start_guardian();
-    ASSERT_TRUE(guard.ok()) << guard.error().message();
+    auto guardian = os().start_guardian();
+    ASSERT_TRUE(guardian.ok()) << guardian.error().message();
     for (const ThreadId nobody : {gone, ThreadId{0}, ThreadId{-1}}) {
       SavedScheduling of_nobody = before;
       of_nobody.thread = nobody;
-      EXPECT_FALSE((*guard)->watch(of_nobody)) << static_cast<int>(nobody);
+      EXPECT_FALSE((*guardian)->watch(of_nobody)) << static_cast<int>(nobody);
     }
     SavedScheduling of_another = before;
     ++of_another.started;
-    EXPECT_FALSE((*guard)->watch(of_another)) << "another thread with the number";
-    (*guard)->forget(gone);
-    for (int i = 0; i < 3000; ++i) ASSERT_TRUE((*guard)->watch(before));  // takes no room
-    ASSERT_TRUE((*guard)->watch(last));
+    EXPECT_FALSE((*guardian)->watch(of_another)) << "another thread with the number";
+    (*guardian)->forget(gone);
+    for (int i = 0; i < 3000; ++i) ASSERT_TRUE((*guardian)->watch(before));  // takes no room
+    ASSERT_TRUE((*guardian)->watch(last));
   }
   EXPECT_EQ(os().affinity(parked.id()).value(), last.affinity);
 }

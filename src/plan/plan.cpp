@@ -12,6 +12,11 @@ Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain) {
   return {promised.period, promised.execution};
 }
 
+Millis usual_period(const graph::Graph& graph, const Plan& plan, const NodePlan& node) {
+  const std::optional<SubchainId> subchain = graph.node(node.node).subchain;
+  return subchain ? usual_timing(plan, *subchain).period : node.period;
+}
+
 const Member* member_of(const Plan& plan, SubchainId subchain) {
   const int core = plan.subchains[subchain.index()].cores.front();
   const std::vector<Member>& members = plan.cores[static_cast<std::size_t>(core)].members;

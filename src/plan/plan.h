@@ -200,6 +200,8 @@ const Member* member_of(const Plan& plan, SubchainId subchain);
 // What a subchain is expected to have, or where nothing is expected what it is promised, which may be many times as
 // long: for code that has to go on, or to wait, for about a period.
 Expectation::Timing usual_timing(const Plan& plan, SubchainId subchain);
+// The same of a node's period; `node` is one of the plan's.
+Millis usual_period(const graph::Graph& graph, const Plan& plan, const NodePlan& node);
 
 // Whether a subchain takes turns with others on its core. Precondition: it has a core of the plan's.
 inline bool shares_core(const Plan& plan, const SubchainPlan& subchain) {

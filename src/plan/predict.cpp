@@ -45,6 +45,13 @@ class Timings {
     return timing;
   }
 
+  std::vector<model::SubchainTiming> all() const {
+    std::vector<model::SubchainTiming> timings;
+    timings.reserve(subchains_.size());
+    for (std::size_t i = 0; i < subchains_.size(); ++i) timings.push_back(of(SubchainId(i)));
+    return timings;
+  }
+
  private:
   // By how much more than so many periods outputs may be apart: the one late, the next as early as a run costs nothing.
   // `steps`: no more leaders than that are asked, since plans that are checked may go in circles.
@@ -79,21 +86,11 @@ class Timings {
   std::vector<const Member*> members_;  // by subchain; null: it has no fixed priority
 };
 
-std::vector<model::SubchainTiming> timings_of(const graph::App& app, const model::CostTable& costs,
-                                              std::span<const SubchainPlan> subchains,
-                                              std::span<const CorePlan> cores) {
-  const Timings known(app, costs, subchains, cores);
-  std::vector<model::SubchainTiming> timings;
-  timings.reserve(subchains.size());
-  for (std::size_t i = 0; i < subchains.size(); ++i) timings.push_back(known.of(SubchainId(i)));
-  return timings;
-}
-
 }  // namespace
 
 Prediction predict(const graph::App& app, const model::CostTable& costs, std::span<const SubchainPlan> subchains,
                    std::span<const CorePlan> cores) {
-  const std::vector<model::SubchainTiming> timings = timings_of(app, costs, subchains, cores);
+  const std::vector<model::SubchainTiming> timings = Timings(app, costs, subchains, cores).all();
   Prediction prediction;
   std::vector<Millis> of_term;  // the figure that the term weighs
   for (const graph::Term& term : app.objective) {

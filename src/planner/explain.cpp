@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "model/batches.h"
-#include "model/evaluate.h"
 #include "plan/limits.h"
 #include "plan/predict.h"
 #include "planner/planner.h"
@@ -17,21 +16,14 @@ constexpr double kFull = 0.95;
 // A period is a cap's if it is longer by no more than this part: triggers are sometimes missed.
 constexpr double kAtCap = 0.02;
 
-std::vector<model::SubchainTiming> timings_of(const std::vector<plan::Expectation::Timing>& expected) {
-  std::vector<model::SubchainTiming> timings;
-  for (const plan::Expectation::Timing& each : expected) timings.push_back({each.period, each.execution});
-  return timings;
-}
-
 // As expected, in the order of the objective.
 std::vector<Millis> terms_of(const graph::App& app, const plan::Plan& plan) {
-  const std::vector<model::SubchainTiming> timings = timings_of(plan.expected->subchains);
   std::vector<Millis> values;
   std::size_t chains = 0;
+  std::size_t nodes = 0;
   for (const graph::Term& term : app.objective) {
-    values.push_back(term.metric == graph::Metric::kPeriod
-                         ? model::evaluate_period(app.graph, term.path.front(), timings)
-                         : plan.expected->chains[chains++].response);
+    values.push_back(term.metric == graph::Metric::kPeriod ? plan::usual_period(app.graph, plan, plan.nodes[nodes++])
+                                                           : plan.expected->chains[chains++].response);
   }
   return values;
 }
@@ -241,9 +233,7 @@ class Explaining {
       }
       return promised.chains[chain].response;
     }
-    std::vector<model::SubchainTiming> timings;
-    for (const plan::SubchainPlan& each : plan_.subchains) timings.push_back({each.period, each.execution});
-    return model::evaluate_period(app_.graph, *bound.node, timings);
+    return plan_.subchains[app_.graph.node(*bound.node).subchain->index()].period;
   }
 
   BoundCost cost_of(const plan::SoftBound& bound, double now, double noise) {

@@ -33,11 +33,9 @@ std::vector<NodeId> MeasuredCosts::unknown() const {
 }
 
 std::size_t MeasuredCosts::known() const {
-  std::size_t known = 0;
-  for (std::size_t index = 0; index < nodes_.size(); ++index) {
-    if (app_.graph.nodes()[index].subchain && nodes_[index].measured()) ++known;
-  }
-  return known;
+  const auto scheduled = [](const graph::Node& node) { return node.subchain.has_value(); };
+  const auto all = std::count_if(app_.graph.nodes().begin(), app_.graph.nodes().end(), scheduled);
+  return static_cast<std::size_t>(all) - unknown().size();
 }
 
 std::size_t MeasuredCosts::fewest_runs() const {

@@ -32,8 +32,8 @@ ChainTracker::ChainTracker(const graph::Graph& graph, std::span<const NodeId> pa
     passed_external = false;
   }
   assert(!stages_.empty());
-  if (graph.node(path.front()).ticks()) first_.node = path.front();
-  if (graph.node(path.back()).ticks()) last_.node = path.back();
+  if (graph.node(path.front()).is_external_clock()) first_.node = path.front();
+  if (graph.node(path.back()).is_external_clock()) last_.node = path.back();
 }
 
 void ChainTracker::set_clock(NodeId node, const Ticks& ticks) {

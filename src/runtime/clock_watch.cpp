@@ -17,7 +17,7 @@ constexpr Nanos::rep kOff = 1000;
 
 Status tell_tick(const graph::App& app, const Region& region, std::string_view node, TimePoint at) {
   const std::optional<NodeId> id = app.graph.find_node(node);
-  if (!id || !app.graph.node(*id).ticks()) {
+  if (!id || !app.graph.node(*id).is_external_clock()) {
     return Error::caller(fmt::format("app {} has no node '{}' with a clock", app.name, node),
                          "name an external node that has a period in the app file");
   }

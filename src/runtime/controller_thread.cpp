@@ -120,11 +120,11 @@ void ControllerThread::trigger(SubchainId id, std::uint64_t number, TimePoint du
 }
 
 void ControllerThread::listen(SubchainId id) const {
-  signal(id).listener.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
+  signal(id).holder.store(static_cast<std::uint32_t>(number_ + 1), std::memory_order_seq_cst);
 }
 
 void ControllerThread::await_completion(SubchainId id, bool wanted, std::uint64_t known) {
-  // Writes the listener again, since other processes may have overwritten it.
+  // Writes the holder again, since other processes may have overwritten it.
   if (wanted) listen(id);
   signal(id).wants_completions.store(wanted ? 1 : 0, std::memory_order_seq_cst);
   if (wanted && completed(id) != known) event_came_ = true;
@@ -144,10 +144,10 @@ ControllerThread::Outputs ControllerThread::outputs(const plan::Leader& leader) 
 bool ControllerThread::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t known) {
   OutputCell& cell = output_cell(leader);
   if (!wanted) {
-    cell.remove_follower(number_);
+    cell.unsubscribe(number_);
     return true;
   }
-  const bool has_room = cell.add_follower(number_);
+  const bool has_room = cell.subscribe(number_);
   if (outputs(leader).count != known) event_came_ = true;
   return has_room;
 }

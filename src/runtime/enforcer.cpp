@@ -4,8 +4,8 @@
 
 namespace ctn::runtime {
 
-Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, driver::Notices* notices)
-    : os_(os), real_time_(real_time), notices_(notices), saved_(os), guardian_(std::move(guard)) {}
+Enforcer::Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guardian, driver::Notices* notices)
+    : os_(os), real_time_(real_time), notices_(notices), saved_(os), guardian_(std::move(guardian)) {}
 
 void Enforcer::tell(const std::string& kind, const std::string& detail) {
   if (notices_ != nullptr) notices_->add({os_.now(), kind, detail});

@@ -21,8 +21,8 @@ namespace ctn::runtime {
 
 class Enforcer {
  public:
-  // `notices` hears of what was refused and how to get it, if ever a level is, and of the guard. Both may be null.
-  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guard, driver::Notices* notices);
+  // `notices` hears of what was refused and how to get it, if ever a level is, and of the guardian. Both may be null.
+  Enforcer(os::Os& os, bool real_time, std::unique_ptr<os::Guardian> guardian, driver::Notices* notices);
   ~Enforcer() { release_all(); }
   Enforcer(const Enforcer&) = delete;
   Enforcer& operator=(const Enforcer&) = delete;

@@ -1,5 +1,5 @@
 // Subchains with fixed priorities in the whole runtime, in virtual time, with threads that compete for CPUs: every
-// figure exact. And the parts: followers in the region, CPU time of a run, who is raised above whom.
+// figure exact. And the parts: subscribers in the region, CPU time of a run, who is raised above whom.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -205,7 +205,7 @@ TEST_F(FixedPrioritiesTest, WhoTriggersIsRaisedBeforeAnybodyIsAboveIt) {
   EXPECT_TRUE(given);
 }
 
-// --- Followers in the region ---
+// --- Subscribers to outputs, in the region ---
 
 TEST_F(FixedPrioritiesTest, WhatArrivesFromAnUnscheduledNodeTriggersAtOnce) {
   costs["imu"] = [](std::uint64_t) { return milliseconds{2}; };
@@ -232,7 +232,7 @@ TEST_F(FixedPrioritiesTest, PhasesAreKeptToAClockThatTheProgramTellsOf) {
   EXPECT_EQ((triggers[kA.index()].back().sent - TimePoint{}) % milliseconds{20}, milliseconds{17});
 }
 
-class OutputFollowersTest : public ::testing::Test {
+class OutputSubscribersTest : public ::testing::Test {
  protected:
   std::uint32_t wakes(std::size_t controller) const { return region.controller_cell(controller).word.load(); }
 
@@ -243,35 +243,35 @@ class OutputFollowersTest : public ::testing::Test {
   SignalCell& signal = region.signal(kA);
 };
 
-TEST_F(OutputFollowersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
-  EXPECT_TRUE(signal.add_follower(1));
-  EXPECT_TRUE(signal.add_follower(3));
-  EXPECT_TRUE(signal.add_follower(1)) << "again and again";
+TEST_F(OutputSubscribersTest, AreWokenByEachOutputAndByNoneAfterTheyHaveGone) {
+  EXPECT_TRUE(signal.subscribe(1));
+  EXPECT_TRUE(signal.subscribe(3));
+  EXPECT_TRUE(signal.subscribe(1)) << "again and again";
   signal.give_output(fake, region, TimePoint{} + milliseconds{7});
   EXPECT_EQ(wakes(0), 0U);
   EXPECT_EQ(wakes(1), 1U);
   EXPECT_EQ(wakes(3), 1U);
   EXPECT_EQ(signal.outputs.load(), 1U);
   EXPECT_EQ(signal.newest_output.load(), Nanos{milliseconds{7}}.count());
-  signal.remove_follower(1);
+  signal.unsubscribe(1);
   signal.give_output(fake, region, TimePoint{} + milliseconds{8});
   EXPECT_EQ(wakes(1), 1U);
   EXPECT_EQ(wakes(3), 2U);
 }
 
-TEST_F(OutputFollowersTest, WhereThereIsNoRoomOneIsTold) {
-  for (std::size_t controller = 0; controller < SignalCell::kFollowers; ++controller) {
-    EXPECT_TRUE(signal.add_follower(controller));
+TEST_F(OutputSubscribersTest, WhereThereIsNoRoomOneIsTold) {
+  for (std::size_t controller = 0; controller < SignalCell::kMaxSubscribers; ++controller) {
+    EXPECT_TRUE(signal.subscribe(controller));
   }
-  EXPECT_FALSE(signal.add_follower(5));
-  signal.remove_follower(2);
-  EXPECT_TRUE(signal.add_follower(5));
+  EXPECT_FALSE(signal.subscribe(5));
+  signal.unsubscribe(2);
+  EXPECT_TRUE(signal.subscribe(5));
 }
 
-TEST_F(OutputFollowersTest, NumbersThatAreNobodysWakeNobody) {
-  signal.followers[0].store(0xffffffff);
-  signal.followers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
-  EXPECT_TRUE(signal.add_follower(0));
+TEST_F(OutputSubscribersTest, NumbersThatAreNobodysWakeNobody) {
+  signal.subscribers[0].store(0xffffffff);
+  signal.subscribers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
+  EXPECT_TRUE(signal.subscribe(0));
   signal.give_output(fake, region, TimePoint{});
   EXPECT_EQ(wakes(0), 1U);
   for (std::size_t controller = 1; controller < region.controller_cells(); ++controller) {

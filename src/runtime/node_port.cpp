@@ -24,7 +24,7 @@ void complete(os::Threads& threads, const Region& region, SignalCell& signal, st
   // Sequentially consistent on both sides: either this thread sees that the controller wants to be woken, or the
   // controller sees the completion before it sleeps.
   if (signal.wants_completions.load(std::memory_order_seq_cst) == 0) return;
-  const std::uint32_t holder = signal.listener.load(std::memory_order_seq_cst);
+  const std::uint32_t holder = signal.holder.load(std::memory_order_seq_cst);
   if (holder != 0 && holder <= region.controller_cells()) region.controller_cell(holder - 1).wake(threads);
 }
 

@@ -88,35 +88,35 @@ std::int64_t NodeCell::oldest_origin(std::uint64_t first, std::uint64_t last) co
   return kUnknown;
 }
 
-// Sequentially consistent on both sides: a controller registers, then looks at the count. So either this thread sees
-// who follows, or the controller sees the output before it sleeps.
+// Sequentially consistent on both sides: a controller subscribes, then looks at the count. So either this thread sees
+// it, or the controller sees the output before it sleeps.
 void OutputCell::give_output(os::Threads& threads_to_wake, const Region& region, TimePoint at) {
   newest_output.store(at.time_since_epoch().count(), std::memory_order_relaxed);
   outputs.fetch_add(1, std::memory_order_seq_cst);
-  for (const std::atomic<std::uint32_t>& follower : followers) {
-    const std::uint32_t controller = follower.load(std::memory_order_seq_cst);
+  for (const std::atomic<std::uint32_t>& subscriber : subscribers) {
+    const std::uint32_t controller = subscriber.load(std::memory_order_seq_cst);
     if (controller == 0 || controller > region.controller_cells()) continue;
     region.controller_cell(controller - 1).wake(threads_to_wake);
   }
 }
 
-bool OutputCell::add_follower(std::size_t controller) {
+bool OutputCell::subscribe(std::size_t controller) {
   const auto own = static_cast<std::uint32_t>(controller + 1);
-  for (const std::atomic<std::uint32_t>& follower : followers) {
-    if (follower.load(std::memory_order_seq_cst) == own) return true;
+  for (const std::atomic<std::uint32_t>& subscriber : subscribers) {
+    if (subscriber.load(std::memory_order_seq_cst) == own) return true;
   }
-  for (std::atomic<std::uint32_t>& follower : followers) {
+  for (std::atomic<std::uint32_t>& subscriber : subscribers) {
     std::uint32_t free = 0;
-    if (follower.compare_exchange_strong(free, own, std::memory_order_seq_cst)) return true;
+    if (subscriber.compare_exchange_strong(free, own, std::memory_order_seq_cst)) return true;
   }
   return false;
 }
 
-void OutputCell::remove_follower(std::size_t controller) {
+void OutputCell::unsubscribe(std::size_t controller) {
   const auto own = static_cast<std::uint32_t>(controller + 1);
-  for (std::atomic<std::uint32_t>& follower : followers) {
+  for (std::atomic<std::uint32_t>& subscriber : subscribers) {
     std::uint32_t expected = own;
-    follower.compare_exchange_strong(expected, 0, std::memory_order_seq_cst);
+    subscriber.compare_exchange_strong(expected, 0, std::memory_order_seq_cst);
   }
 }
 

@@ -66,25 +66,25 @@ struct alignas(64) ControllerCell {
 
 // Outputs of a subchain's tail, or of an unscheduled node, for the controllers that follow them.
 struct OutputCell {
-  static constexpr std::size_t kFollowers = 4;
+  static constexpr std::size_t kMaxSubscribers = 4;
 
   std::atomic<std::uint64_t> outputs{0};       // that were given
   std::atomic<std::int64_t> newest_output{0};  // ns; when that came
   // 1 + the number of a controller that is woken at each output; 0: free.
-  std::array<std::atomic<std::uint32_t>, kFollowers> followers{};
+  std::array<std::atomic<std::uint32_t>, kMaxSubscribers> subscribers{};
 
-  // By who gives them: counts an output, and wakes who follows.
+  // By who gives them: counts an output, and wakes who has subscribed.
   void give_output(os::Threads& threads, const Region& region, TimePoint at);
   // By a controller: it is woken from now on. False: there is no room. It does so again and again, since other
   // processes may have overwritten it.
-  bool add_follower(std::size_t controller);
-  void remove_follower(std::size_t controller);
+  bool subscribe(std::size_t controller);
+  void unsubscribe(std::size_t controller);
 };
 
 // Between the nodes of a subchain and the controllers that hold it, and follow its outputs.
 struct alignas(64) SignalCell : OutputCell {
   std::atomic<std::uint64_t> completed{0};          // the newest token whose run has ended
-  std::atomic<std::uint32_t> listener{0};           // 1 + the number of the controller that holds it; 0: none
+  std::atomic<std::uint32_t> holder{0};             // 1 + the number of the controller that holds it; 0: none
   std::atomic<std::uint32_t> wants_completions{0};  // only then is the holder woken when a run ends
   std::atomic<std::int64_t> period{0};              // ns; what nodes go on at without a scheduler. 0: unknown
   std::atomic<std::int32_t> threads{0};             // on how many a node's run should work; 0: no plan says

@@ -161,7 +161,7 @@ Status RegisteredNodes::place(NodeId node, os::ProcessId process, os::ThreadId t
 void RegisteredNodes::wake_holder(NodeId node) {
   const std::optional<SubchainId> subchain = app_.graph.node(node).subchain;
   if (!subchain) return;
-  const std::uint32_t holder = region_.signal(*subchain).listener.load(std::memory_order_seq_cst);
+  const std::uint32_t holder = region_.signal(*subchain).holder.load(std::memory_order_seq_cst);
   if (holder != 0 && holder <= region_.controller_cells()) region_.controller_cell(holder - 1).wake(os_);
 }
 

@@ -80,18 +80,18 @@ Status Scheduler::prepare() {
 
   const TimePoint start = os_.now();
   const TimePoint warm_from = start + app_.scheduler.bootstrap + policy::kSettle;
-  std::unique_ptr<os::Guardian> guard;
-  if (options_.guard) {
+  std::unique_ptr<os::Guardian> guardian;
+  if (options_.guardian) {
     Result<std::unique_ptr<os::Guardian>> started = os_.start_guardian();
     if (!started) return started.error();
-    guard = std::move(*started);
+    guardian = std::move(*started);
   }
   Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop.decision());
   if (!writer) return writer.error();
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
   RegisteredNodes::Placement placement{
       .cpus = cpus_, .scheduled = loop.levels().scheduled, .unscheduled = loop.levels().unscheduled};
-  parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guard), std::move(*writer),
+  parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guardian), std::move(*writer),
                                    std::move(loop), *this);
   registered_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
@@ -110,11 +110,11 @@ Status Scheduler::prepare() {
 }
 
 Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_time,
-                        std::unique_ptr<os::Guardian> guard, std::unique_ptr<record::Writer> writer,
+                        std::unique_ptr<os::Guardian> guardian, std::unique_ptr<record::Writer> writer,
                         driver::PlanningLoop loop, Scheduler& of)
     : warm_from(warm),
       hand_set_hz(hertz),
-      enforcer(of.os_, real_time, std::move(guard), &of.notices_),
+      enforcer(of.os_, real_time, std::move(guardian), &of.notices_),
       allowed(of.os_, enforcer),
       asked(of.app_, of.cpus_),
       measurements(of.app_, warm),

@@ -58,7 +58,7 @@ struct SchedulerOptions {
   bool stealing = true;                      // false: nobody steals, whatever the app says
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
-  bool guard = false;                        // nodes are other processes': their threads are guarded (os.h)
+  bool guardian = false;                     // nodes are other processes': a guardian restores their threads
   driver::Notices::Callback on_notice;       // see notice_thread.h
 };
 
@@ -120,7 +120,7 @@ class Scheduler {
  private:
   // From prepare() on; none of it changes but by itself. In the order of who uses whom.
   struct Parts {
-    Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guardian> guard,
+    Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guardian> guardian,
           std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of);
 
     const TimePoint warm_from;

@@ -54,7 +54,7 @@ Result<std::unique_ptr<Server>> Server::open(config::AppFile file, os::Os& os, S
 
   std::unique_ptr<Server> server(new Server(std::move(file.app), os, options, std::move(*memory), std::move(region),
                                             std::move(*listener), std::move(*poller)));
-  options.scheduler.guard = true;
+  options.scheduler.guardian = true;
   server->has_heartbeat_ = options.scheduler.policy->follows_plan();
   Result<std::unique_ptr<Scheduler>> scheduler =
       Scheduler::create(server->app_, os, std::move(options.scheduler), std::move(*cpus), server->region_);

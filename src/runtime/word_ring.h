@@ -20,8 +20,8 @@ namespace ctn::runtime {
 
 // All zero at first.
 struct RingHeader {
-  alignas(64) std::atomic<std::uint64_t> head{0};
-  alignas(64) std::atomic<std::uint64_t> tail{0};
+  alignas(64) std::atomic<std::uint64_t> pushed{0};
+  alignas(64) std::atomic<std::uint64_t> drained{0};
   alignas(64) std::atomic<std::uint64_t> lost{0};
 };
 
@@ -34,13 +34,13 @@ class RingWriter {
   // False: full, and the record is lost, which is counted. Precondition: record.size() == words_per_record.
   bool push(std::span<const std::uint64_t> record) const {
     assert(record.size() == stride_);
-    const std::uint64_t head = header_->head.load(std::memory_order_relaxed);
-    if (head - header_->tail.load(std::memory_order_acquire) >= capacity_) {
+    const std::uint64_t pushed = header_->pushed.load(std::memory_order_relaxed);
+    if (pushed - header_->drained.load(std::memory_order_acquire) >= capacity_) {
       header_->lost.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
-    std::copy(record.begin(), record.end(), words_.begin() + static_cast<std::ptrdiff_t>(head % capacity_ * stride_));
-    header_->head.store(head + 1, std::memory_order_release);
+    std::copy(record.begin(), record.end(), words_.begin() + static_cast<std::ptrdiff_t>(pushed % capacity_ * stride_));
+    header_->pushed.store(pushed + 1, std::memory_order_release);
     return true;
   }
 
@@ -64,18 +64,18 @@ class RingReader {
   // reader's own copy. Returns how many.
   template <class Take>
   std::size_t drain(Take&& take) {
-    const std::uint64_t head = header_->head.load(std::memory_order_acquire);
-    if (head - tail_ > capacity_) {  // no producer of ours does that
+    const std::uint64_t pushed = header_->pushed.load(std::memory_order_acquire);
+    if (pushed - drained_ > capacity_) {  // no producer of ours does that
       ++broken_;
-      tail_ = head;
-      header_->tail.store(tail_, std::memory_order_release);
+      drained_ = pushed;
+      header_->drained.store(drained_, std::memory_order_release);
       return 0;
     }
-    const auto count = static_cast<std::size_t>(head - tail_);
-    for (; tail_ != head; ++tail_) {
-      const auto at = words_.begin() + static_cast<std::ptrdiff_t>(tail_ % capacity_ * stride_);
+    const auto count = static_cast<std::size_t>(pushed - drained_);
+    for (; drained_ != pushed; ++drained_) {
+      const auto at = words_.begin() + static_cast<std::ptrdiff_t>(drained_ % capacity_ * stride_);
       std::copy(at, at + static_cast<std::ptrdiff_t>(stride_), record_.begin());
-      header_->tail.store(tail_ + 1, std::memory_order_release);
+      header_->drained.store(drained_ + 1, std::memory_order_release);
       take(std::span<const std::uint64_t>(record_));
     }
     return count;
@@ -91,7 +91,7 @@ class RingReader {
   std::size_t stride_;
   std::size_t capacity_;
   std::vector<std::uint64_t> record_;
-  std::uint64_t tail_ = 0;
+  std::uint64_t drained_ = 0;
   std::uint64_t broken_ = 0;
 };
 

@@ -33,7 +33,7 @@ Clocks draw_clocks(const graph::Graph& graph, const ClockChance& chance) {
   Clocks clocks{std::vector<Ticks>(graph.nodes().size()), std::vector<Ticks>(graph.nodes().size())};
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
     const graph::Node& node = graph.nodes()[index];
-    if (node.ticks()) {
+    if (node.is_external_clock()) {
       clocks.external[index] = {phase(*node.period, chance, index), drifting(*node.period, chance, index)};
     } else if (node.unscheduled && !node.follows) {
       const Nanos period = drifting(*node.period, chance, index);

@@ -10,7 +10,7 @@ ChainPrefixes::ChainPrefixes(const graph::App& app) : of_node_(app.graph.nodes()
     if (app.objective[term].metric != graph::Metric::kResponseTime) continue;
     const std::vector<NodeId>& path = app.objective[term].path;
     std::optional<NodeId> clock;
-    if (app.graph.node(path.front()).ticks()) clock = path.front();
+    if (app.graph.node(path.front()).is_external_clock()) clock = path.front();
     int prefix = -1;
     for (const NodeId node : path) {
       if (app.graph.node(node).external) continue;
@@ -59,7 +59,7 @@ Lineage::Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vect
       terms_(app.objective.size()) {
   for (std::size_t term = 0; term < app.objective.size(); ++term) {
     const graph::Term& of = app.objective[term];
-    if (app.graph.node(of.path.back()).ticks()) ends_[term].clock = clocks_[of.path.back().index()];
+    if (app.graph.node(of.path.back()).is_external_clock()) ends_[term].clock = clocks_[of.path.back().index()];
     if (of.metric == graph::Metric::kPeriod) add_period_term(app.graph, of.path.front(), static_cast<int>(term));
   }
 }

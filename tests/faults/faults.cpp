@@ -107,8 +107,8 @@ int report_lies(os::Os& os, const std::string& socket, unsigned seed) {
     words[0] = random() % 2 == 0 ? ++number : random();
     reports.push(words);
     signal.completed.store(random() % 2 == 0 ? signal.completed.load() + 1000 : random());
-    const std::uint32_t listener = signal.listener.load();
-    if (listener != 0 && listener <= region->controller_cells()) region->controller_cell(listener - 1).wake(os);
+    const std::uint32_t holder = signal.holder.load();
+    if (holder != 0 && holder <= region->controller_cells()) region->controller_cell(holder - 1).wake(os);
   }
   return 0;
 }

@@ -15,8 +15,8 @@ std::string text_of(const char* path) {
 
 }  // namespace
 
-std::optional<Ticks> parse_ticks(const std::string& stat, const std::string& self_stat) {
-  Ticks ticks;
+std::optional<CpuTimes> parse_cpu_times(const std::string& stat, const std::string& self_stat) {
+  CpuTimes times;
   std::istringstream all(stat);
   std::string word;
   if (!(all >> word) || word != "cpu") return std::nullopt;
@@ -24,8 +24,8 @@ std::optional<Ticks> parse_ticks(const std::string& stat, const std::string& sel
   for (int field = 0; field < 8; ++field) {
     std::int64_t value = 0;
     if (!(all >> value)) return std::nullopt;
-    ticks.total += value;
-    if (field != 3 && field != 4) ticks.busy += value;
+    times.total += value;
+    if (field != 3 && field != 4) times.busy += value;
   }
   const std::size_t name_end = self_stat.rfind(')');
   if (name_end == std::string::npos) return std::nullopt;
@@ -34,14 +34,14 @@ std::optional<Ticks> parse_ticks(const std::string& stat, const std::string& sel
   for (int field = 0; field < 4; ++field) {                     // utime stime cutime cstime
     std::int64_t value = 0;
     if (!(self >> value)) return std::nullopt;
-    ticks.ours += value;
+    times.ours += value;
   }
-  return ticks;
+  return times;
 }
 
-std::optional<Ticks> read_ticks() { return parse_ticks(text_of("/proc/stat"), text_of("/proc/self/stat")); }
+std::optional<CpuTimes> read_cpu_times() { return parse_cpu_times(text_of("/proc/stat"), text_of("/proc/self/stat")); }
 
-double others_share(const std::optional<Ticks>& before, const std::optional<Ticks>& after) {
+double others_share(const std::optional<CpuTimes>& before, const std::optional<CpuTimes>& after) {
   if (!before || !after || after->total <= before->total) return 0.0;
   const auto others = static_cast<double>((after->busy - before->busy) - (after->ours - before->ours));
   return std::clamp(others / static_cast<double>(after->total - before->total), 0.0, 1.0);

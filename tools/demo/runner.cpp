@@ -32,7 +32,7 @@ Result<Measured> run_once(const std::string& program, const Trial& trial, double
   const std::string by_hand = command_line(program, trial, slowdown);
   const std::string command =
       fmt::format("exec timeout --foreground -k 5 {:.0f} {} 2>>{}", limit, by_hand, quoted(log));
-  const auto before = read_ticks();
+  const auto before = read_cpu_times();
   std::FILE* pipe = popen(command.c_str(), "re");
   if (pipe == nullptr) return Error::environment("cannot start a program", "are there too many already?");
   std::string printed;
@@ -45,7 +45,7 @@ Result<Measured> run_once(const std::string& program, const Trial& trial, double
     return Error::environment("face_tracking failed" + code, "read " + log + "; try it by itself: " + by_hand);
   }
   Result<Measured> run = parse_measured(trial, printed);
-  if (run) run->others = others_share(before, read_ticks());
+  if (run) run->others = others_share(before, read_cpu_times());
   return run;
 }
 

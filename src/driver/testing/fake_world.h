@@ -43,8 +43,8 @@ class FakeWorld {
     std::uint64_t moves = 0;
     std::uint64_t outputs = 0;
     TimePoint newest_output{};
-    std::vector<std::size_t> followers;  // controllers
-    Nanos used{0};                       // CPU time of all runs before the one under way
+    std::vector<std::size_t> subscribers;  // controllers
+    Nanos used{0};                         // CPU time of all runs before the one under way
     TimePoint working_since{};
     std::optional<Nanos> used_at_begin;  // of the run that is measured
     std::uint64_t measured = 0;          // how often its CPU time was asked for
@@ -106,7 +106,7 @@ class FakeWorld {
   void run_for(Nanos duration) { run_until(now + duration); }
 
   Subchain& of(SubchainId id) { return subchains[id.index()]; }
-  // Of an unscheduled node, of which there is but one, only outputs and followers count.
+  // Of an unscheduled node, of which there is but one, only outputs and subscribers count.
   Subchain& of(const plan::Leader& leader) {
     const SubchainId* const subchain = std::get_if<SubchainId>(&leader);
     return subchain != nullptr ? of(*subchain) : unscheduled;
@@ -128,13 +128,13 @@ class FakeWorld {
   };
   // Whether a run gives output.
   std::function<bool(SubchainId, std::uint64_t number)> gives_output = [](SubchainId, std::uint64_t) { return true; };
-  std::size_t max_followers = 4;
+  std::size_t max_subscribers = 4;
   // An output of an unscheduled node, or one that no run of ours has given, as a process may pretend.
   void give_output(const plan::Leader& id) {
     Subchain& leader = of(id);
     ++leader.outputs;
     leader.newest_output = now;
-    for (const std::size_t follower : leader.followers) acting_[follower].until = now;
+    for (const std::size_t subscriber : leader.subscribers) acting_[subscriber].until = now;
   }
   // Lets a test look at the world after each step.
   std::function<void()> after_step = [] {};
@@ -174,7 +174,8 @@ class FakeWorld {
       for (const os::Level level : subchain.levels) EXPECT_EQ(level, os::Level::kOrdinary) << "handed over raised";
       EXPECT_EQ(state.sent, subchain.triggers.size()) << "a trigger is lost in a hand-over";
       for (const Subchain& leader : world_->subchains) {
-        EXPECT_EQ(std::count(leader.followers.begin(), leader.followers.end(), number_), 0) << "goes on listening";
+        EXPECT_EQ(std::count(leader.subscribers.begin(), leader.subscribers.end(), number_), 0)
+            << "is still subscribed";
       }
       subchain.awaited = false;
       subchain.holder.reset();
@@ -224,11 +225,11 @@ class FakeWorld {
     }
     bool await_outputs(const plan::Leader& id, bool wanted, std::uint64_t known) override {
       Subchain& leader = world_->of(id);
-      std::erase(leader.followers, number_);
+      std::erase(leader.subscribers, number_);
       if (!wanted) return true;
       if (leader.outputs != known) completion_came = true;
-      if (leader.followers.size() >= world_->max_followers) return false;
-      leader.followers.push_back(number_);
+      if (leader.subscribers.size() >= world_->max_subscribers) return false;
+      leader.subscribers.push_back(number_);
       return true;
     }
     std::optional<Ticks> clock(NodeId /*node*/) const override { return world_->clock; }

@@ -3,8 +3,8 @@
 // Threads made by spawn() are real threads, but one at a time has the baton and runs; it gives the baton up in wait(),
 // sleep_until(), burn() and join() alone. Next is the thread that can run at the earliest time; of several the one at
 // the highest level; of those the one that was made first. When nobody can run now, time jumps to the earliest
-// deadline. The thread that makes the FakeOs is its thread 1. When nobody can ever run again, or a million hand-overs
-// pass without time going on, the program aborts and lists all threads, instead of hanging.
+// deadline. The thread that makes the FakeOs is its thread 1. When nobody can ever run again, or a million switches of
+// threads pass without time going on, the program aborts and lists all threads, instead of hanging.
 //
 // Threads do not compete for CPUs at first: burn() takes as long as it is asked, at whatever level. After
 // share_cpus(true) they do, by the rules in fake_cpus.h:

@@ -189,16 +189,16 @@ TEST(FakeOs, GuardianRestoresWhatIsWatchedWhenTheProcessIsKilled) {
   FakeOs os;
   const ThreadId self = os.current_thread();
   const SavedScheduling before = os.save_scheduling(self).value();
-  const auto guard = os.start_guardian().value();
-  ASSERT_TRUE(guard->watch(before));
+  const auto guardian = os.start_guardian().value();
+  ASSERT_TRUE(guardian->watch(before));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   EXPECT_THAT(os.watched(), testing::ElementsAre(self));
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
   EXPECT_THAT(os.watched(), testing::IsEmpty());
-  guard->forget(self);  // was not watched any more
-  ASSERT_TRUE(guard->watch(before));
-  guard->forget(self);
+  guardian->forget(self);  // was not watched any more
+  ASSERT_TRUE(guardian->watch(before));
+  guardian->forget(self);
   EXPECT_THAT(os.guardian_calls(), testing::ElementsAre(FakeOs::GuardianCall{at(0ns), self, before},
                                                         FakeOs::GuardianCall{at(0ns), self, before},
                                                         FakeOs::GuardianCall{at(0ns), self, std::nullopt}));
@@ -207,25 +207,25 @@ TEST(FakeOs, GuardianRestoresWhatIsWatchedWhenTheProcessIsKilled) {
 TEST(FakeOs, GuardianThatIsEndedIsReplaced) {
   FakeOs os;
   const ThreadId self = os.current_thread();
-  const auto guard = os.start_guardian().value();
-  ASSERT_TRUE(guard->watch(os.save_scheduling(self).value()));
+  const auto guardian = os.start_guardian().value();
+  ASSERT_TRUE(guardian->watch(os.save_scheduling(self).value()));
   ASSERT_TRUE(os.set_level(self, Level::kActive).ok());
   os.end_guardian();
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kActive);
-  EXPECT_EQ(guard->replaced(), 0);
-  ASSERT_TRUE(guard->ensure_running().ok());
-  EXPECT_EQ(guard->replaced(), 1);
+  EXPECT_EQ(guardian->replaced(), 0);
+  ASSERT_TRUE(guardian->ensure_running().ok());
+  EXPECT_EQ(guardian->replaced(), 1);
   os.restore_watched();
   EXPECT_EQ(os.level(self).value(), Level::kOrdinary);
 }
 
-TEST(FakeOs, GuardHasOnlySoMuchRoom) {
+TEST(FakeOs, AGuardianHasOnlySoMuchRoom) {
   FakeOs os;
   os.set_guardian_capacity(0);
   const ThreadId self = os.current_thread();
-  const auto guard = os.start_guardian().value();
-  EXPECT_FALSE(guard->watch(os.save_scheduling(self).value()));
+  const auto guardian = os.start_guardian().value();
+  EXPECT_FALSE(guardian->watch(os.save_scheduling(self).value()));
 }
 
 class FakeOsDeathTest : public testing::Test {

@@ -176,9 +176,9 @@ class FaultyOs::FaultyGuardian : public Guardian {
 
 Result<std::unique_ptr<Guardian>> FaultyOs::start_guardian() {
   if (const auto order = next(Call::kStartGuardian)) return order->error.value_or(refused());
-  Result<std::unique_ptr<Guardian>> guard = inner_.start_guardian();
-  if (!guard.ok()) return guard;
-  return std::unique_ptr<Guardian>(std::make_unique<FaultyGuardian>(*this, std::move(*guard)));
+  Result<std::unique_ptr<Guardian>> guardian = inner_.start_guardian();
+  if (!guardian.ok()) return guardian;
+  return std::unique_ptr<Guardian>(std::make_unique<FaultyGuardian>(*this, std::move(*guardian)));
 }
 
 Result<Topology> FaultyOs::topology() {

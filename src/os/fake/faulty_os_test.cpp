@@ -61,19 +61,19 @@ TEST_F(FaultyOsTest, WhatDoesNotTakeIsFoundByReadingBack) {
   EXPECT_EQ(os_.affinity(kMain).value(), (CpuSet{0, 1}));
 }
 
-TEST_F(FaultyOsTest, GuardsFailOnOrder) {
+TEST_F(FaultyOsTest, GuardiansFailOnOrder) {
   os_.fail_next(Call::kStartGuardian, 1);
   EXPECT_FALSE(os_.start_guardian().ok());
-  const auto guard = os_.start_guardian().value();
+  const auto guardian = os_.start_guardian().value();
   const auto saved = os_.save_scheduling(kMain).value();
   os_.fail_next(Call::kWatch, 1);
   os_.fail_next(Call::kEnsureRunning, 1);
-  EXPECT_FALSE(guard->watch(saved));
-  EXPECT_TRUE(guard->watch(saved));
-  EXPECT_FALSE(guard->ensure_running().ok());
-  EXPECT_TRUE(guard->ensure_running().ok());
+  EXPECT_FALSE(guardian->watch(saved));
+  EXPECT_TRUE(guardian->watch(saved));
+  EXPECT_FALSE(guardian->ensure_running().ok());
+  EXPECT_TRUE(guardian->ensure_running().ok());
   os_.lose_thread(kMain);
-  EXPECT_FALSE(guard->watch(saved));
+  EXPECT_FALSE(guardian->watch(saved));
 }
 
 TEST_F(FaultyOsTest, IsLateOnOrder) {

@@ -104,10 +104,10 @@ Nanos steal_time(const LinuxRoots& roots) {
   std::int64_t steal = 0;
   line >> name;
   for (int field = 0; field < 7; ++field) line >> before;
-  const long ticks_per_second = ::sysconf(_SC_CLK_TCK);
-  if (name != "cpu" || !(line >> steal) || steal < 0 || ticks_per_second <= 0) return Nanos{0};
-  const Nanos tick{1'000'000'000 / ticks_per_second};
-  return steal <= Nanos::max() / tick ? tick * steal : Nanos{0};
+  const long jiffies_per_second = ::sysconf(_SC_CLK_TCK);
+  if (name != "cpu" || !(line >> steal) || steal < 0 || jiffies_per_second <= 0) return Nanos{0};
+  const Nanos jiffy{1'000'000'000 / jiffies_per_second};
+  return steal <= Nanos::max() / jiffy ? jiffy * steal : Nanos{0};
 }
 
 std::string wall_clock_utc() {

@@ -201,9 +201,9 @@ void LinuxGuardian::forget(ThreadId thread) {
 }  // namespace
 
 Result<std::unique_ptr<Guardian>> start_guardian(const LinuxRoots& roots) try {
-  auto guard = std::make_unique<LinuxGuardian>(roots);
-  if (Status started = guard->start(); !started.ok()) return started.error();
-  return std::unique_ptr<Guardian>(std::move(guard));
+  auto guardian = std::make_unique<LinuxGuardian>(roots);
+  if (Status started = guardian->start(); !started.ok()) return started.error();
+  return std::unique_ptr<Guardian>(std::move(guardian));
 } catch (const std::system_error& no_thread) {
   return cannot_start_guardian(no_thread.code().value(),
                                "raise the limit of threads (`ulimit -u`, or the control group's)");

@@ -72,8 +72,8 @@ class LinuxGuardianTest : public testing::Test {
 
 TEST_F(LinuxGuardianTest, IsAProcessThatHoldsNothing) {
   const Descriptor ours(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-  const auto guard = start_guardian();
-  ASSERT_TRUE(guard.ok()) << guard.error().message();
+  const auto guardian = start_guardian();
+  ASSERT_TRUE(guardian.ok()) << guardian.error().message();
   const auto found = guardians_of(::getpid());
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(::getsid(found[0]), found[0]);
@@ -81,22 +81,22 @@ TEST_F(LinuxGuardianTest, IsAProcessThatHoldsNothing) {
   for (const int number : {SIGTERM, SIGINT, SIGHUP, SIGQUIT, SIGUSR1, SIGTSTP}) ::kill(found[0], number);
   os_->sleep_until(os_->now() + 5ms);
   EXPECT_EQ(guardians_of(::getpid()), found);
-  EXPECT_TRUE((*guard)->ensure_running().ok());
-  EXPECT_EQ((*guard)->replaced(), 0);
+  EXPECT_TRUE((*guardian)->ensure_running().ok());
+  EXPECT_EQ((*guardian)->replaced(), 0);
 }
 
 TEST_F(LinuxGuardianTest, EndsWithoutATraceWhenAllIsForgotten) {
   ForkedProcess client([] { return ::pause(); });
   const SavedScheduling before = scheduling(client.number());
-  pid_t guardian = 0;
+  pid_t process = 0;
   {
-    const auto guard = start_guardian().value();
-    guardian = guardians_of(::getpid()).at(0);
-    ASSERT_TRUE(guard->watch(before));
+    const auto guardian = start_guardian().value();
+    process = guardians_of(::getpid()).at(0);
+    ASSERT_TRUE(guardian->watch(before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
-    guard->forget(ThreadId{client.number()});
+    guardian->forget(ThreadId{client.number()});
   }
-  EXPECT_FALSE(is_running(guardian));  // nor is there a zombie
+  EXPECT_FALSE(is_running(process));  // nor is there a zombie
   EXPECT_EQ(scheduling(client.number()).nice, 7);
 }
 
@@ -118,10 +118,10 @@ TEST_F(LinuxGuardianTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
   sigfillset(&all);
   ::pthread_sigmask(SIG_SETMASK, &all, &before);
   std::atomic<bool> last{false};
-  pid_t guardian = 0;
+  pid_t process = 0;
   std::thread forker([&] {
-    guardian = ::fork();
-    if (guardian == 0) run_guardian(*table, "/proc", theirs.number(), -1);
+    process = ::fork();
+    if (process == 0) run_guardian(*table, "/proc", theirs.number(), -1);
     while (!last) std::this_thread::sleep_for(1ms);
   });
   char ready = 0;
@@ -135,20 +135,20 @@ TEST_F(LinuxGuardianTest, SetsEverythingAgainUntilAllOfTheServerIsGone) {
     EXPECT_EQ(kernel_.set_nice(client.number(), 5), 0);
   }
   EXPECT_TRUE(becomes([&] { return scheduling(client.number()).nice == 3; }));
-  EXPECT_FALSE(has_ended(guardian));
+  EXPECT_FALSE(has_ended(process));
   ours = {};
-  EXPECT_EQ(::waitpid(guardian, nullptr, 0), guardian);
+  EXPECT_EQ(::waitpid(process, nullptr, 0), process);
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 TEST_F(LinuxGuardianTest, OneThatIsStoppedIsNotWaitedForLong) {
-  pid_t guardian = 0;
+  pid_t process = 0;
   {
-    const auto guard = start_guardian().value();
-    guardian = guardians_of(::getpid()).at(0);
-    ::kill(guardian, SIGSTOP);
+    const auto guardian = start_guardian().value();
+    process = guardians_of(::getpid()).at(0);
+    ::kill(process, SIGSTOP);
   }
-  EXPECT_FALSE(is_running(guardian));
+  EXPECT_FALSE(is_running(process));
 }
 
 TEST_F(LinuxGuardianTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
@@ -157,14 +157,14 @@ TEST_F(LinuxGuardianTest, OneThatWasKilledIsReplacedAndTheNextKnowsAll) {
   const CpuSet last{before.affinity.cpus().back()};
   pid_t second = 0;
   {
-    const auto guard = start_guardian().value();
-    ASSERT_TRUE(guard->watch(before));
+    const auto guardian = start_guardian().value();
+    ASSERT_TRUE(guardian->watch(before));
     ASSERT_TRUE(os_->set_affinity(ThreadId{client.number()}, last).ok());
     const pid_t first = guardians_of(::getpid()).at(0);
     ::kill(first, SIGKILL);
     ASSERT_TRUE(becomes([&] {
-      EXPECT_TRUE(guard->ensure_running().ok());
-      return guard->replaced() == 1;
+      EXPECT_TRUE(guardian->ensure_running().ok());
+      return guardian->replaced() == 1;
     }));
     EXPECT_FALSE(is_running(first));
     ASSERT_TRUE(becomes([&] { return guardians_of(::getpid()).size() == 1; }));
@@ -179,26 +179,26 @@ TEST_F(LinuxGuardianTest, HasRoomForAThousandAndSaysWhenItIsFull) {
   FabricatedTree tree;
   const std::string stat = read_text("/proc/self/stat").value();
   for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) tree.write(fmt::format("proc/{}/stat", 1'000'000'000 + i), stat);
-  const auto guard = start_guardian(tree.roots()).value();
+  const auto guardian = start_guardian(tree.roots()).value();
   const SavedScheduling before = scheduling(::getpid());
   const auto thread = [](std::size_t i) { return ThreadId{static_cast<std::int32_t>(1'000'000'000 + i)}; };
   const auto watch = [&](std::size_t i) {
     SavedScheduling saved = before;
     saved.thread = thread(i);
-    return guard->watch(saved);
+    return guardian->watch(saved);
   };
   for (std::size_t i = 1; i <= kMaxWatched; ++i) ASSERT_TRUE(watch(i));
   EXPECT_FALSE(watch(kMaxWatched + 1));
-  guard->forget(thread(5));
+  guardian->forget(thread(5));
   EXPECT_TRUE(watch(kMaxWatched + 1));
-  for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) guard->forget(thread(i));
+  for (std::size_t i = 1; i <= kMaxWatched + 1; ++i) guardian->forget(thread(i));
 }
 
 TEST_F(LinuxGuardianTest, WhatItCouldNotGiveBackIsNotWatched) {
-  const auto guard = start_guardian().value();
+  const auto guardian = start_guardian().value();
   SavedScheduling before = scheduling(::getpid());
   before.affinity = CpuSet{static_cast<int>(kMaxCpus)};
-  EXPECT_FALSE(guard->watch(before));
+  EXPECT_FALSE(guardian->watch(before));
 }
 
 // A number that has passed on to another thread is another's business.
@@ -210,8 +210,8 @@ TEST_F(LinuxGuardianTest, ThreadThatOnlyHasTheSameNumberIsLeftAlone) {
   tree.write(file, stat);
   const SavedScheduling before = scheduling(client.number());
   {
-    const auto guard = start_guardian(tree.roots()).value();
-    ASSERT_TRUE(guard->watch(before));
+    const auto guardian = start_guardian(tree.roots()).value();
+    ASSERT_TRUE(guardian->watch(before));
     ASSERT_EQ(kernel_.set_nice(client.number(), 7), 0);
     // Another start time: the 22nd field.
     std::string other = stat;
@@ -232,8 +232,8 @@ class KilledServer : public LinuxGuardianTest {
   void change_and_be_killed(pid_t thread, Change change) {
     const SyncPipe ready;
     ForkedProcess server([&] {
-      const auto guard = os_->start_guardian().value();
-      const bool watched = guard->watch(scheduling(thread));
+      const auto guardian = os_->start_guardian().value();
+      const bool watched = guardian->watch(scheduling(thread));
       if (!watched || !change()) return 1;
       ready.send();
       return ::pause();
@@ -303,15 +303,15 @@ TEST_F(KilledServer, KilledInTheMiddleOfWatchingItLeavesNothingHalfDone) {
   for (int round = 0; round < 40; ++round) {
     const SyncPipe ready;
     ForkedProcess server([&] {
-      const auto guard = os_->start_guardian().value();
+      const auto guardian = os_->start_guardian().value();
       for (bool said = false;; said = true) {
         // Either of these is what the thread had; a mixture is not.
         SavedScheduling other = before;
         other.nice = 4;
         other.affinity = CpuSet{before.affinity.cpus().front()};
-        guard->watch(other);
-        guard->forget(ThreadId{thread});
-        guard->watch(before);
+        guardian->watch(other);
+        guardian->forget(ThreadId{thread});
+        guardian->watch(before);
         if (!said) ready.send();
       }
       return 0;

@@ -55,20 +55,20 @@ PowerState read_power_state(const LinuxRoots& roots, const CpuSet& cpus) {
 
 std::map<int, Nanos> read_stolen_time(const LinuxRoots& roots) {
   std::map<int, Nanos> stolen;
-  const long ticks_per_second = ::sysconf(_SC_CLK_TCK);
-  if (ticks_per_second <= 0) return stolen;
-  const Nanos tick{1'000'000'000 / ticks_per_second};
+  const long jiffies_per_second = ::sysconf(_SC_CLK_TCK);
+  if (jiffies_per_second <= 0) return stolen;
+  const Nanos jiffy{1'000'000'000 / jiffies_per_second};
   std::istringstream text(read_text(roots.procfs + "/stat").value_or(""));
   for (std::string line; std::getline(text, line) && line.starts_with("cpu");) {
     // "cpuN user nice system idle iowait irq softirq steal ..."; the line without a number is their sum.
     std::istringstream fields(line);
     std::string name;
-    std::int64_t ticks = -1;
+    std::int64_t jiffies = -1;
     fields >> name;
-    for (int field = 0; field < 8; ++field) fields >> ticks;
+    for (int field = 0; field < 8; ++field) fields >> jiffies;
     const auto cpu = parse_integer(std::string_view(name).substr(3));
     if (!fields || !cpu || *cpu < 0 || *cpu > std::numeric_limits<int>::max()) continue;
-    if (ticks >= 0 && ticks <= Nanos::max() / tick) stolen[static_cast<int>(*cpu)] = tick * ticks;
+    if (jiffies >= 0 && jiffies <= Nanos::max() / jiffy) stolen[static_cast<int>(*cpu)] = jiffy * jiffies;
   }
   return stolen;
 }

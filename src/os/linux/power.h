@@ -14,7 +14,7 @@
 namespace ctn::os {
 
 PowerState read_power_state(const LinuxRoots& roots, const CpuSet& cpus);
-// By CPU, since boot; in steps of the kernel's clock tick, 10 ms as a rule.
+// By CPU, since boot; in steps of a jiffy, 10 ms as a rule.
 std::map<int, Nanos> read_stolen_time(const LinuxRoots& roots);
 
 }  // namespace ctn::os

@@ -17,7 +17,7 @@
 
 namespace ctn::os {
 
-// When a thread began, in clock ticks since the system's start; nothing when it is gone.
+// When a thread began, in jiffies since the system's start; nothing when it is gone.
 std::optional<std::uint64_t> start_time(ThreadId thread, const LinuxRoots& roots = {});
 
 // The same for where nothing may be allocated and no lock taken, as in the child of a fork.

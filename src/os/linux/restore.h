@@ -14,7 +14,7 @@ namespace ctn::os {
 // SavedScheduling with all of it in place, so that processes can share it.
 struct SavedThread {
   ThreadId thread{};
-  std::uint64_t started = 0;  // clock ticks since the system's start (process.h)
+  std::uint64_t started = 0;  // jiffies since the system's start (process.h)
   SchedulingPolicy policy;
   int nice = 0;
   CpuMask cpus{};  // none: they are left alone
