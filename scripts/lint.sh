@@ -26,8 +26,12 @@ if [[ -n $changed ]]; then
   since=$(git merge-base HEAD origin/main 2>/dev/null || git rev-parse HEAD~1)
   [[ $since != "$(git rev-parse HEAD)" ]] || since=HEAD~1
   mapfile -t different < <(git diff --name-only --diff-filter=d "$since" -- '*.cpp' '*.h')
-  # Of a header, the source that has its name.
-  mapfile -t sources < <(printf '%s\n' "${different[@]/%.h/.cpp}" | sort -u | comm -12 - <(printf '%s\n' "${sources[@]}" | sort))
+  # Of a header, the source that has its name; where there is none, one that includes it.
+  mapfile -t sources < <(for file in "${different[@]}"; do
+    source=${file/%.h/.cpp}
+    [[ -e $source ]] || source=$(git grep -lE "^#include \"(.*/)?${file##*/}\"" -- "${sources[@]}" | head -n 1 || true)
+    echo "$source"
+  done | sort -u | comm -12 - <(printf '%s\n' "${sources[@]}" | sort))
 else
   mapfile -t pieces < <(sed -n 's/^ *"file": "\(.*\/Unity\/.*\)".*/\1/p' "$build/compile_commands.json" |
     grep -E '/catan_modules\.dir/|/(apps|tools|integrations)/' | grep -v '_test\.dir/' | sort)

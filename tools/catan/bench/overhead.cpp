@@ -32,10 +32,11 @@ struct Kind {
   const char* thread;
   const char* name;
 };
-constexpr std::array<Kind, 5> kKinds = {{{"catan-core", "dispatchers"},
+constexpr std::array<Kind, 6> kKinds = {{{"catan-core", "dispatchers"},
                                          {"catan-trigger", "triggers"},
                                          {"catan-house", "housekeeper"},
                                          {"catan-server", "server"},
+                                         {"catan-heartbeat", "heartbeat"},
                                          {"catan-link", "client"}}};
 
 std::string thread_name(os::ProcessId process, os::ThreadId thread) {
