@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "base/statistics.h"
 #include "base/testing/times.h"
 #include "config/testing/apps.h"
 
@@ -17,15 +16,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-class LastSample {
- public:
-  void add(Nanos sample) { last_ms_ = {to_millis(sample).count()}; }
-  Summary summary_ms() const { return summarize(last_ms_); }
-
- private:
-  std::vector<double> last_ms_;
-};
 
 // Remembers what it is given, in words.
 class WordWriter : public record::Writer {
@@ -89,10 +79,10 @@ objective: [ { response_time: [a, b], weight: 2, max: 300ms } ]
                        plan();
                        return PlanningTime{};
                      }}};
-  Measurements<LastSample> measurements{app, TimePoint{}};
+  Measurements<record::AllSamples> measurements{app, TimePoint{}};
   Notices notices{{}, true};
   std::vector<std::string> recorded;
-  EventLog<LastSample> log{app, loop, measurements, notices};
+  EventLog<record::AllSamples> log{app, loop, measurements, notices};
 };
 
 using Words = std::vector<std::string>;

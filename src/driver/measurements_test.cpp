@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "base/statistics.h"
 #include "base/testing/times.h"
 #include "config/testing/apps.h"
 
@@ -12,16 +11,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// All of them.
-class AllSamples {
- public:
-  void add(Nanos sample) { samples_.push_back(to_millis(sample).count()); }
-  Summary summary_ms() const { return summarize(samples_); }
-
- private:
-  std::vector<double> samples_;
-};
-using Measured = Measurements<AllSamples>;
+using Measured = Measurements<record::AllSamples>;
 
 graph::App two_nodes() {
   return parse(R"(

@@ -31,6 +31,16 @@ struct Interval {
   bool holds(TimePoint from, TimePoint to) const { return from >= begin && to <= end; }
 };
 
+// Keeps all samples: figures are of the whole run, in memory that grows with it.
+class AllSamples {
+ public:
+  void add(Nanos duration) { samples_.push_back(to_millis(duration).count()); }
+  Summary summary_ms() const { return summarize(samples_); }
+
+ private:
+  std::vector<double> samples_;
+};
+
 template <class Samples>
 struct MeasuredChain {
   const graph::Term* term;  // of the objective

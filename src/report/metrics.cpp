@@ -19,17 +19,7 @@ double seconds(const record::Interval& interval) {
   return std::chrono::duration<double>(interval.end - interval.begin).count();
 }
 
-// Keeps all samples, since figures are of the whole run.
-class AllSamples {
- public:
-  void add(Nanos duration) { samples_.push_back(ms(duration)); }
-  Summary summary_ms() const { return summarize(samples_); }
-
- private:
-  std::vector<double> samples_;
-};
-
-ChainMetrics metrics_of(const record::MeasuredChain<AllSamples>& chain, const graph::Graph& graph) {
+ChainMetrics metrics_of(const record::MeasuredChain<record::AllSamples>& chain, const graph::Graph& graph) {
   ChainMetrics metrics;
   metrics.path = graph.path_name(chain.term->path);
   metrics.weight = chain.term->weight;
@@ -40,7 +30,7 @@ ChainMetrics metrics_of(const record::MeasuredChain<AllSamples>& chain, const gr
   return metrics;
 }
 
-NodeMetrics metrics_of(const record::MeasuredNode<AllSamples>& node, const std::string& name, double seconds) {
+NodeMetrics metrics_of(const record::MeasuredNode<record::AllSamples>& node, const std::string& name, double seconds) {
   NodeMetrics metrics;
   metrics.name = name;
   metrics.runs = node.runs;
@@ -61,8 +51,8 @@ NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
 
 Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
                     RunFigures& metrics) {
-  record::RunMetrics<AllSamples> measured(app, interval);
-  std::vector<AllSamples> wall(app.graph.nodes().size());
+  record::RunMetrics<record::AllSamples> measured(app, interval);
+  std::vector<record::AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
   if (!measured.edges().empty()) ages.emplace(app.graph);
   record::Run aged;
