@@ -40,12 +40,12 @@ struct TaskPlan {
 
 // A run of `to` that is triggered at R waits for the last run of `from` that was triggered at or before R - delay, and
 // uses that one.
-struct Handover {
+struct Precedence {
   SubchainId from;
   SubchainId to;
   Millis delay{0};
 
-  friend bool operator==(const Handover&, const Handover&) = default;
+  friend bool operator==(const Precedence&, const Precedence&) = default;
 };
 
 struct RatePlan {
@@ -61,8 +61,8 @@ struct RatePlan {
   std::vector<double> utilisations;  // by core, of what the slack leaves; at most 1
   std::vector<plan::ChainPlan> chains;
   std::vector<plan::NodePlan> nodes;
-  Millis hyperperiod{0};            // after which all repeats; 0: tasks are triggered whenever, not together
-  std::vector<Handover> handovers;  // where there is a hyperperiod
+  Millis hyperperiod{0};                // after which all repeats; 0: tasks are triggered whenever, not together
+  std::vector<Precedence> precedences;  // where there is a hyperperiod
 
   friend bool operator==(const RatePlan&, const RatePlan&) = default;
 };

@@ -147,7 +147,7 @@ TEST(Verucchi, OnOneCoreARowRunsAtOneRate) {
   EXPECT_TRUE(plan.exhaustive);
   EXPECT_NEAR(plan.objective, 28.0, 1e-9);
   EXPECT_NEAR(plan.hyperperiod.count(), 14.0, 1e-9);
-  for (const Handover& handover : plan.handovers) EXPECT_EQ(handover.delay.count(), 0.0);
+  for (const Precedence& precedence : plan.precedences) EXPECT_EQ(precedence.delay.count(), 0.0);
 }
 
 // b matters 100 times as much: it runs more often than c, by a power of two.

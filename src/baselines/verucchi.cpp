@@ -566,8 +566,8 @@ Result<RatePlan> plan_by_verucchi(const graph::App& app, const model::CostTable&
         {task.core, Millis{found->base * task.every}, Millis{found->base * response}, task.priority});
   }
   for (const DagEdge& edge : found->edges) {
-    plan.handovers.push_back({SubchainId(static_cast<std::size_t>(edge.from)),
-                              SubchainId(static_cast<std::size_t>(edge.to)), Millis{found->base * edge.delay}});
+    plan.precedences.push_back({SubchainId(static_cast<std::size_t>(edge.from)),
+                                SubchainId(static_cast<std::size_t>(edge.to)), Millis{found->base * edge.delay}});
   }
   fill_figures(plan, app, costs, request.cores, found->chains);
   return plan;

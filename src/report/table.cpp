@@ -41,7 +41,7 @@ bool numeric_column(const Table& table, std::size_t column) {
   });
 }
 
-std::string to_text(const Table& table) {
+std::string to_text(const Table& table, Align align) {
   std::vector<std::vector<std::string>> rows{table.header};
   rows.insert(rows.end(), table.rows.begin(), table.rows.end());
   std::vector<std::string> lines(rows.size(), " ");
@@ -50,7 +50,7 @@ std::string to_text(const Table& table) {
     if (std::none_of(table.rows.begin(), table.rows.end(), filled)) continue;
     std::size_t widest = 0;
     for (const auto& row : rows) widest = std::max(widest, width(cell(row, column)));
-    const bool right = numeric_column(table, column);
+    const bool right = align == Align::kNumbersRight && numeric_column(table, column);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const std::string padding(widest - width(cell(rows[i], column)), ' ');
       lines[i] += right ? " " + padding + cell(rows[i], column) + " " : " " + cell(rows[i], column) + padding + " ";

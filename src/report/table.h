@@ -1,4 +1,4 @@
-// Rows of text under heads: the same table for a terminal (below) and for a page (html.h).
+// Rows of text under a header: the same table for a terminal (below) and for a page (html.h).
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,8 @@ struct Table {
 bool numeric_column(const Table& table, std::size_t column);
 
 // Columns as wide as their widest cell, each line indented by two spaces; columns without any content are left out.
-std::string to_text(const Table& table);
+// Numeric columns are aligned to the right, or all columns to the left.
+enum class Align { kNumbersRight, kLeft };
+std::string to_text(const Table& table, Align align = Align::kNumbersRight);
 
 }  // namespace ctn::report

@@ -105,9 +105,9 @@ void Controllers::hand_over(SubchainId subchain, const dispatch::RunState& state
 }
 
 bool Controllers::await_outputs(const plan::Leader& leader, bool wanted, std::uint64_t /*known*/) {
-  std::vector<std::size_t>& followers = nodes_.outputs(leader).followers;
-  std::erase(followers, acting_);
-  if (wanted) followers.push_back(acting_);
+  std::vector<std::size_t>& subscribers = nodes_.outputs(leader).subscribers;
+  std::erase(subscribers, acting_);
+  if (wanted) subscribers.push_back(acting_);
   return true;
 }
 

@@ -121,7 +121,7 @@ void Nodes::give_output(const plan::Leader& leader, int from_cpu) {
   Outputs& given = outputs(leader);
   ++given.count;
   given.newest = cpus_.now();
-  for (const std::size_t follower : given.followers) listener_.wake(follower, from_cpu);
+  for (const std::size_t controller : given.subscribers) listener_.wake(controller, from_cpu);
 }
 
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {

@@ -45,7 +45,7 @@ using Body = std::function<void(Run&)>;
 struct Outputs {
   std::uint64_t count = 0;
   TimePoint newest{};
-  std::vector<std::size_t> followers;  // controllers that are woken at each
+  std::vector<std::size_t> subscribers;  // controllers that are woken at each
 };
 
 // Between a subchain's nodes and the controller that holds it.

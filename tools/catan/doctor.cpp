@@ -70,10 +70,10 @@ std::string coloured(const std::string& text, doctor::Verdict verdict, bool colo
 }
 
 std::string advice(const doctor::Finding& finding, bool colours) {
-  const std::string head =
+  const std::string title =
       coloured(fmt::format("{} ({})", finding.check, to_string(finding.verdict)), finding.verdict, colours);
   std::string text =
-      fmt::format("\n{}: {}\n  For Catan: {}.\n  To do: {}.\n", head, finding.found, finding.meaning, finding.hint);
+      fmt::format("\n{}: {}\n  For Catan: {}.\n  To do: {}.\n", title, finding.found, finding.meaning, finding.hint);
   for (const std::string& line : finding.lines) text += fmt::format("    {}\n", line);
   return text;
 }

@@ -17,7 +17,7 @@ std::string quality(const plan::Plan& plan) {
   return plan.gap < 1.0 ? fmt::format("at most {:.3g}% from the optimum, ", plan.gap * 100.0) : "";
 }
 
-std::string head(const plan::Plan& plan, const graph::App& app) {
+std::string title(const plan::Plan& plan, const graph::App& app) {
   const std::string objective = plan.expected ? fmt::format("objective {:.6g}ms expected, {:.6g}ms at worst",
                                                             plan.expected->objective, plan.objective)
                                               : fmt::format("objective {:.6g}ms", plan.objective);
@@ -132,9 +132,8 @@ std::string terms_text(const plan::Plan& plan, const graph::App& app) {
                ms_text(chain.period), app.graph.path_name(chain.path)});
   }
   for (const plan::NodePlan& node : plan.nodes) {
-    const std::optional<SubchainId> subchain = app.graph.node(node.node).subchain;
-    const Millis usual = subchain ? plan::usual_timing(plan, *subchain).period : node.period;
-    table.add({fmt::format("{:.6g}", node.weight), "period", both ? ms_text(usual) : "", ms_text(node.period), "", "",
+    table.add({fmt::format("{:.6g}", node.weight), "period",
+               both ? ms_text(plan::usual_period(app.graph, plan, node)) : "", ms_text(node.period), "", "",
                app.graph.node(node.node).name});
   }
   return table.text();
@@ -151,7 +150,7 @@ std::string relaxed_text(const plan::Plan& plan) {
 }  // namespace
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
-  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", head(plan, app), subchains_text(plan, app),
+  return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", title(plan, app), subchains_text(plan, app),
                      waits_text(plan, app), cores_text(plan, app), priorities_text(plan, app), terms_text(plan, app),
                      relaxed_text(plan));
 }

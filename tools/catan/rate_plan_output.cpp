@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string head(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
+std::string title(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
   std::string text = fmt::format(
       "{} on {} core{}: periods and fixed priorities by {} ({}), slack {:.3g}%, solved in {}\n"
       "objective {:.6g}ms by its own bounds, {:.6g}ms by Catan's formulas",
@@ -60,12 +60,13 @@ std::string terms_text(const baselines::RatePlan& plan, const graph::App& app, c
   return table.text();
 }
 
-std::string handovers_text(const baselines::RatePlan& plan, const graph::App& app) {
-  if (plan.handovers.empty()) return "";
+std::string precedences_text(const baselines::RatePlan& plan, const graph::App& app) {
+  if (plan.precedences.empty()) return "";
   Table table({"from", "to", "waits for the last triggered by"});
-  for (const baselines::Handover& handover : plan.handovers) {
-    table.add({app.graph.subchain(handover.from).name, app.graph.subchain(handover.to).name,
-               handover.delay.count() > 0.0 ? ms_text(handover.delay) + " before its own trigger" : "its own trigger"});
+  for (const baselines::Precedence& precedence : plan.precedences) {
+    table.add(
+        {app.graph.subchain(precedence.from).name, app.graph.subchain(precedence.to).name,
+         precedence.delay.count() > 0.0 ? ms_text(precedence.delay) + " before its own trigger" : "its own trigger"});
   }
   return fmt::format("\nhyperperiod {}; who uses which run\n{}", ms_text(plan.hyperperiod), table.text());
 }
@@ -81,9 +82,9 @@ std::string relaxed_text(const baselines::RatePlan& plan) {
 }  // namespace
 
 std::string rate_plan_text(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
-  return fmt::format("{}\nsubchains\n{}\ncores\n{}\nobjective\n{}{}{}", head(plan, app, catans),
+  return fmt::format("{}\nsubchains\n{}\ncores\n{}\nobjective\n{}{}{}", title(plan, app, catans),
                      subchains_text(plan, app), cores_text(plan), terms_text(plan, app, catans),
-                     handovers_text(plan, app), relaxed_text(plan));
+                     precedences_text(plan, app), relaxed_text(plan));
 }
 
 std::string rate_plan_json(const baselines::RatePlan& plan, const graph::App& app, const plan::Plan* catans) {
@@ -131,10 +132,10 @@ std::string rate_plan_json(const baselines::RatePlan& plan, const graph::App& ap
     json["nodes"].push_back(
         {{"node", app.graph.node(node.node).name}, {"period_ms", node.period.count()}, {"weight", node.weight}});
   }
-  for (const baselines::Handover& handover : plan.handovers) {
-    json["handovers"].push_back({{"from", app.graph.subchain(handover.from).name},
-                                 {"to", app.graph.subchain(handover.to).name},
-                                 {"delay_ms", handover.delay.count()}});
+  for (const baselines::Precedence& precedence : plan.precedences) {
+    json["handovers"].push_back({{"from", app.graph.subchain(precedence.from).name},
+                                 {"to", app.graph.subchain(precedence.to).name},
+                                 {"delay_ms", precedence.delay.count()}});
   }
   return json.dump() + "\n";
 }

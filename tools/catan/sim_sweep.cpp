@@ -91,7 +91,7 @@ class Lines {
     }
     file_.flush();
   }
-  void head(const std::string& line) { file_ << line << "\n"; }
+  void first_line(const std::string& line) { file_ << line << "\n"; }
   bool good() { return file_.flush().good(); }
 
  private:
@@ -111,7 +111,7 @@ Result<Swept> sweep(const Sweep& what) {
   std::error_code none;
   const bool begun = fs::exists(what.out, none) && fs::file_size(what.out, none) > 0;
   Lines lines(what.out, *done);
-  if (!begun) lines.head(what.asked);
+  if (!begun) lines.first_line(what.asked);
   if (!lines.good()) return Error::environment(fmt::format("cannot write {}", what.out), "write into another file");
   std::mutex mutex;
   sim::Progress progress(

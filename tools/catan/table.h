@@ -1,4 +1,4 @@
-// Columns of text, each as wide as its widest cell, and what cells hold.
+// Tables as the command prints them, row by row, and what their cells hold.
 #pragma once
 
 #include <string>
@@ -6,21 +6,21 @@
 #include <vector>
 
 #include "base/time.h"
+#include "report/table.h"
 
 namespace ctn::tool {
 
 class Table {
  public:
-  explicit Table(std::vector<std::string> heads) { rows_.push_back(std::move(heads)); }
+  explicit Table(std::vector<std::string> header) { table_.header = std::move(header); }
 
-  // Precondition: as many cells as heads.
-  void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  void add(std::vector<std::string> cells) { table_.rows.push_back(std::move(cells)); }
 
-  // Indented by two spaces; columns that hold nothing at all are left out.
-  std::string text() const;
+  // All columns aligned to the left.
+  std::string text() const { return report::to_text(table_, report::Align::kLeft); }
 
  private:
-  std::vector<std::vector<std::string>> rows_;
+  report::Table table_;
 };
 
 // "3.250ms".

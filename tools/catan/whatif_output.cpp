@@ -72,7 +72,7 @@ std::vector<std::string> figures(const Answer& answer, std::optional<std::size_t
   return cells;
 }
 
-std::vector<std::string> heads(std::vector<std::string> first, bool chain, bool bounds) {
+std::vector<std::string> header(std::vector<std::string> first, bool chain, bool bounds) {
   first.insert(first.end(), {"objective promised", "simulated"});
   if (chain) first.insert(first.end(), {"response promised", "mean", "p99"});
   if (bounds) first.emplace_back("bounds hold");
@@ -84,7 +84,7 @@ std::string table_of(const std::vector<Answer>& answers, const WhatIf& result, s
                      const Label& label) {
   const auto chain = heaviest_chain(result.app);
   const bool bounds = result.app.has_bounds();
-  Table table(heads(std::move(labels), chain.has_value(), bounds));
+  Table table(header(std::move(labels), chain.has_value(), bounds));
   for (const Answer& each : answers) {
     std::vector<std::string> cells = label(each);
     for (std::string& figure : figures(each, chain, bounds)) cells.push_back(std::move(figure));
