@@ -66,6 +66,15 @@ bool PlanningLoop::rise() {
   return levels_.dispatcher > before.dispatcher || levels_.unscheduled > before.unscheduled;
 }
 
+record::Header PlanningLoop::record_header() const {
+  record::Header header;
+  header.scheduler = options_.policy->name();
+  header.cpus = options_.cpus;
+  if (decision_.plan) header.slack = options_.slack;
+  header.stealing = options_.stealing;
+  return header;
+}
+
 void PlanningLoop::begin(TimePoint start, PlanningHost& host) {
   clock_ = policy::ReplanClock(start, app_.scheduler, options_.policy->replan_every(app_.scheduler),
                                memory_ ? policy::kSavedForSearch : Nanos{0});

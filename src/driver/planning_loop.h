@@ -38,6 +38,7 @@
 #include "policy/replan.h"
 #include "policy/step_cost.h"
 #include "record/events.h"
+#include "record/writer.h"
 
 namespace ctn::driver {
 
@@ -149,6 +150,9 @@ class PlanningLoop {
 
   // Where threads begin; then the highest of any decision so far, since those before may still be followed.
   const Levels& levels() const { return levels_; }
+
+  // All but where, when and how the app runs.
+  record::Header record_header() const;
 
   bool adapts() const { return options_.policy->adapts(); }
   const policy::Decision& decision() const { return decision_; }  // in force

@@ -86,7 +86,7 @@ Status Scheduler::prepare() {
     if (!started) return started.error();
     guardian = std::move(*started);
   }
-  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop.decision());
+  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
   if (!writer) return writer.error();
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
   RegisteredNodes::Placement placement{
@@ -137,15 +137,11 @@ void Scheduler::keep_cpus_ready() {
 
 // Null where none is written.
 Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
-                                                               const policy::Decision& first) const {
+                                                               const driver::PlanningLoop& loop) const {
   if (options_.record.empty()) return std::unique_ptr<record::Writer>();
-  record::Header header;
-  header.scheduler = options_.policy->name();
-  header.cpus = cpus_;
+  record::Header header = loop.record_header();
   header.host = os_.host_facts();
   header.real_time = real_time;
-  if (first.plan) header.slack = first.plan->slack;
-  header.stealing = options_.stealing;
   header.started = start;
   header.warm_up = warm_from - start;
   header.note = options_.note;

@@ -139,7 +139,7 @@ class Scheduler {
   driver::PlanningLoop planning_loop(double slack) const;
   void keep_cpus_ready();
   Result<std::unique_ptr<record::Writer>> open_record(TimePoint start, TimePoint warm_from, bool real_time,
-                                                      const policy::Decision& first) const;
+                                                      const driver::PlanningLoop& loop) const;
 
   graph::App app_;
   os::Os& os_;

@@ -277,13 +277,9 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private d
 
   Status open_record() {
     if (!options_.recording) return Done{};
-    record::Header header;
-    header.scheduler = options_.policy->name();
-    header.cpus = setting_.cpus;
+    record::Header header = loop_.record_header();
     header.host = host_facts();
     header.real_time = real_time();
-    if (plan()) header.slack = plan()->slack;
-    header.stealing = options_.stealing;
     header.warm_up = warm_from_ - TimePoint{};
     header.note = options_.recording->note;
     auto writer = record::Writer::create(options_.recording->path, app_, header);
