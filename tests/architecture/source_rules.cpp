@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <optional>
 #include <regex>
 #include <set>
@@ -88,7 +90,8 @@ std::vector<Include> includes_of(std::string_view text) {
   for (const std::string& line : lines_of(without_comments(text, Strings::kKeep))) {
     ++number;
     std::smatch match;
-    if (std::regex_search(line, match, pattern)) includes.push_back({number, match[1] == "\"", match[2]});
+    if (line.find('#') != std::string::npos && std::regex_search(line, match, pattern))
+      includes.push_back({number, match[1] == "\"", match[2]});
   }
   return includes;
 }
@@ -179,37 +182,43 @@ class Checker {
       }
     }
     static const std::regex policy{R"(\bSCHED_[A-Z]+)"};
-    if (!in({"src/os/"})) match_lines(policy, Strings::kKeep, "only os knows scheduling classes; here they are levels");
+    if (!in({"src/os/"}))
+      match_lines(policy, {"SCHED_"}, Strings::kKeep, "only os knows scheduling classes; here they are levels");
   }
 
   void check_clocks() {
     static const std::regex clock{
         R"(\b(steady_clock|system_clock|high_resolution_clock)\s*::\s*now\b|\bclock_gettime\b|\bgettimeofday\b)"
         R"(|\btimespec_get\b|(?:^|[^\w.>])time\s*\(\s*(nullptr|NULL|0)\s*\))"};
-    if (in({"src/"}) && !in({"src/os/"})) match_lines(clock, Strings::kBlank, "only os reads a clock");
+    if (in({"src/"}) && !in({"src/os/"})) {
+      match_lines(clock, {"clock", "time"}, Strings::kBlank, "only os reads a clock");
+    }
   }
 
   // Os::wait(): the word may have changed for the last time since whoever waits looked at it. Tests may try that.
   void check_waits() {
     if (file_.path.ends_with("_test.cpp")) return;
     static const std::regex waits_for_now{R"(\bwait\s*\(\s*(\w+)\s*,\s*\1\s*\.\s*load\b)"};
-    match_lines(waits_for_now, Strings::kBlank, "wait for a change of the value that was looked at, not of the newest");
+    match_lines(waits_for_now, {"wait"}, Strings::kBlank,
+                "wait for a change of the value that was looked at, not of the newest");
   }
 
   void check_header_guard() {
     if (!file_.path.ends_with(".h")) return;
-    static const std::regex once{R"(^#pragma once$)"};
     for (const std::string& line : lines_of(without_comments(file_.text, Strings::kBlank))) {
-      if (std::regex_search(line, once)) return;
+      if (line == "#pragma once") return;
     }
     report(1, "a header has #pragma once");
   }
 
-  void match_lines(const std::regex& pattern, Strings strings, std::string_view what) {
+  // Each match has one of the words in it, which is a hundred times as fast to find out.
+  void match_lines(const std::regex& pattern, std::initializer_list<std::string_view> words, Strings strings,
+                   std::string_view what) {
     int number = 0;
     for (const std::string& line : lines_of(without_comments(file_.text, strings))) {
       ++number;
-      if (std::regex_search(line, pattern)) report(number, what);
+      const auto in_line = [&](std::string_view word) { return line.find(word) != std::string::npos; };
+      if (std::any_of(words.begin(), words.end(), in_line) && std::regex_search(line, pattern)) report(number, what);
     }
   }
 
