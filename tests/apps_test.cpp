@@ -67,8 +67,8 @@ class AppsTest : public testing::TestWithParam<Case> {
   json checked() const { return document("check " + app()); }
   json planned() const { return document("plan " + with_costs()); }
   // On a machine on which scheduling costs nothing, so that what the costs and the plan say is what is to be seen.
-  json simulated(const std::string& more = {}) const {
-    return document("sim " + with_costs() + " --ideal --seconds " + std::to_string(kSeconds) + more)["runs"][0];
+  json simulated(double seconds = kSeconds, const std::string& more = {}) const {
+    return document("sim " + with_costs() + " --ideal --seconds " + std::to_string(seconds) + more)["runs"][0];
   }
 
   static json path_of(const json& term) {
@@ -202,7 +202,7 @@ TEST_P(AppsTest, TheSameQuestionHasTheSameAnswer) {
 TEST_P(AppsTest, ARecordOfItReportsTheSame) {
   const std::string record = testing::TempDir() + "catan_apps_" + std::to_string(::getpid()) + ".catan";
   std::filesystem::remove(record);
-  const json run = simulated(" --record '" + record + "'");
+  const json run = simulated(20.0, " --record '" + record + "'");
   const json report = document("report '" + record + "'");
   EXPECT_EQ(report["complete"], true);
   EXPECT_EQ(report["app"], GetParam().app);

@@ -93,14 +93,14 @@ TEST(Check, ShowsAgeLimits) {
 
 TEST(Plan, OfOneSubchain) {
   const Outcome outcome =
-      catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3 --slack 0% --effort 0.05 --json");
+      catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3 --slack 0% --effort 0.01 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   const json plan = json::parse(outcome.out);
   EXPECT_EQ(plan["app"], "minimal");
   EXPECT_FALSE(plan["subchains"]["track"]["cores"].empty());
   EXPECT_GT(plan["chains"][0]["response_time_ms"], 0.0);
-  EXPECT_EQ(catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3 --effort 0.05").exit_code, 0);
+  EXPECT_EQ(catan("plan minimal.yaml --costs minimal.costs.yaml --cores 3 --effort 0.01").exit_code, 0);
 }
 
 TEST(Plan, WithoutCostsSaysSo) {
@@ -110,13 +110,7 @@ TEST(Plan, WithoutCostsSaysSo) {
   EXPECT_NEAR(json::parse(outcome.out)["expected"]["subchains"]["loop"]["period_ms"].get<double>(), 5.0 / 0.94, 0.1);
 }
 
-#ifdef CATAN_SANITIZED
-const std::string kEffort = "0.05";  // takes ten times as long
-#else
-const std::string kEffort = "0.3";
-#endif
-const std::string kPlanNavigation =
-    "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --explain --effort " + kEffort;
+const std::string kPlanNavigation = "plan navigation.yaml --costs navigation.costs.yaml --cores 2 --explain --effort ";
 
 std::string written(const std::string& name, const std::string& text) {
   const std::string path = testing::TempDir() + name;
@@ -125,7 +119,7 @@ std::string written(const std::string& name, const std::string& text) {
 }
 
 TEST(Plan, ByOtherMethods) {
-  const std::string files = "plan navigation.yaml --cores 2 --costs navigation.costs.yaml --effort 0.1 --planner ";
+  const std::string files = "plan navigation.yaml --cores 2 --costs navigation.costs.yaml --effort 0.02 --planner ";
   for (const std::string planner : {"davare", "verucchi"}) {
     const Outcome text = catan(files + planner);
     EXPECT_EQ(text.exit_code, 0) << text.err;
@@ -155,7 +149,7 @@ nodes: { fast: {}, slow: {} }
 objective: [ { response_time: [fast], weight: 1.0 }, { response_time: [slow], weight: 0.05 } ]
 scheduler: { )" + scheduler + " }\n");
     const std::string costs = written("asked.costs.yaml", "fast: 4ms\nslow: 40ms\n");
-    const Outcome outcome = catan("plan " + app + " --costs " + costs + " --effort 0.05 --json");
+    const Outcome outcome = catan("plan " + app + " --costs " + costs + " --effort 0.02 --json");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return json::parse(outcome.out);
   };
@@ -169,7 +163,7 @@ scheduler: { )" + scheduler + " }\n");
 }
 
 TEST(Plan, ExplainsItself) {
-  const Outcome outcome = catan(kPlanNavigation);
+  const Outcome outcome = catan(kPlanNavigation + "0.05");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_THAT(outcome.out, StartsWith("navigation on 2 cores: objective ")) << "the plan comes first";
@@ -196,11 +190,11 @@ objective:
   - { response_time: [slow, base], weight: 0.0005, max: 300ms }
 )");
   const std::string costs = written("bound.costs.yaml", "fast: 4ms\nslow: 40ms\n");
-  const Outcome outcome = catan("plan " + app + " --costs " + costs + " --explain --effort 0.3");
+  const Outcome outcome = catan("plan " + app + " --costs " + costs + " --explain --effort 0.05");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("objective[1].max keeps it this fast"));
   EXPECT_THAT(outcome.out, HasSubstr("fast has one; slow has one")) << "with one core more";
-  const Outcome capped = catan("plan " + app + " --costs " + costs + " --cores 2 --explain --effort 0.1 --json");
+  const Outcome capped = catan("plan " + app + " --costs " + costs + " --cores 2 --explain --effort 0.05 --json");
   ASSERT_EQ(capped.exit_code, 0) << capped.err;
   const json why = json::parse(capped.out)["explanation"]["subchains"];
   EXPECT_EQ(why["fast"]["binds"], "rate_cap");
@@ -209,7 +203,7 @@ objective:
 }
 
 TEST(Plan, ExplainsItselfToPrograms) {
-  const Outcome outcome = catan(kPlanNavigation + " --json");
+  const Outcome outcome = catan(kPlanNavigation + "0.16 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json plan = json::parse(outcome.out);
   const json& why = plan["explanation"];

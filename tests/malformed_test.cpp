@@ -85,9 +85,9 @@ TEST_F(BigFile, OfDashesEnds) {
 
 TEST_F(BigFile, OfNodesAndNamesEnds) {
   std::string text = "catan: 1\napp: big\nnodes:\n";
-  for (int i = 0; i < 20'000; ++i) text += "  n" + std::to_string(i) + ": {}\n";
+  for (int i = 0; i < 10'000; ++i) text += "  n" + std::to_string(i) + ": {}\n";
   text += "edges:\n";
-  for (int i = 0; i < 20'000; ++i) text += "  - n" + std::to_string(i) + " -> m" + std::to_string(i) + "\n";
+  for (int i = 0; i < 10'000; ++i) text += "  - n" + std::to_string(i) + " -> m" + std::to_string(i) + "\n";
   const Outcome outcome = check(text);
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, testing::HasSubstr("more problems from here on"));

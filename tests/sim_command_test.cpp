@@ -18,13 +18,13 @@ namespace {
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kLoad = "sim synthetic.yaml --costs synthetic.costs.yaml --seconds 5 ";
+const std::string kLoad = "sim synthetic.yaml --costs synthetic.costs.yaml --seconds 2 ";
 
 TEST(SimCommand, ShowsChainsNodesAndCores) {
   const Outcome outcome = run_catan(kLoad + "--cores 2", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const char* part :
-       {"under catan on 2 cores: 5 s", "Chains (ms)", "response", "Nodes (ms)", "objective", "plans"}) {
+       {"under catan on 2 cores: 2 s", "Chains (ms)", "response", "Nodes (ms)", "objective", "plans"}) {
     EXPECT_THAT(outcome.out, HasSubstr(part));
   }
   EXPECT_EQ(outcome.err, "");
@@ -70,7 +70,7 @@ TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
 TEST(SimCommand, CountsStaleRunsAsTheReportOfItsRecordDoes) {
   const std::string record = testing::TempDir() + "aged_" + std::to_string(getpid()) + ".catan";
   std::remove(record.c_str());
-  const std::string command = "sim aged.yaml --costs aged.costs.yaml --seconds 20 --record " + record;
+  const std::string command = "sim aged.yaml --costs aged.costs.yaml --seconds 10 --record " + record;
   const Outcome outcome = run_catan(command + " --json", kTestApps);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json simulated = Json::parse(outcome.out)["runs"][0]["ages"];

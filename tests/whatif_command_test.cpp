@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kAsk = "whatif synthetic.yaml --costs synthetic.costs.yaml --seconds 5 ";
+const std::string kAsk = "whatif synthetic.yaml --costs synthetic.costs.yaml --seconds 1 ";
 
 TEST(WhatIfCommand, ShowsEachHardwareAndWhatFollows) {
   const Outcome outcome = run_catan(kAsk + "--cores 1-2 --speeds 0.5,1", kTestApps);

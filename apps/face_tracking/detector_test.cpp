@@ -44,7 +44,7 @@ View* Detection::view_ = nullptr;
 
 TEST_F(Detection, FindsTheFaceWhereverItIsWhollyInView) {
   // Bearings all round, angles from edge to edge, all faces of the film.
-  constexpr int kPictures = 60;
+  constexpr int kPictures = 30;
   constexpr double kWhole = 0.42;  // radians; further out the picture's edge cuts the face
   int found = 0;
   for (int i = 0; i < kPictures; ++i) {

@@ -45,7 +45,7 @@ TEST(CpuList, WritesTheShortestRanges) {
 
 TEST(CpuList, OverlapsOfHugeRangesStaySmall) {
   std::string text = "0-65535";
-  for (int i = 0; i < 100; ++i) text += ",0-65535";
+  for (int i = 0; i < 20; ++i) text += ",0-65535";
   EXPECT_EQ(parsed(text).size(), 65536U);
 }
 

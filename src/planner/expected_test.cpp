@@ -213,7 +213,7 @@ TEST(ExpectedPlan, IsTheSameEachTime) {
 TEST(ExpectedPlan, TellsHowFarItIsAndFindsTheSame) {
   const RandomCase random = random_case(3, {.subchains = 4}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
-  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.1};
+  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.03};
   const plan::Plan plan = make_expected_plan(random.app, samples, random.costs, request).value();
   std::vector<double> told;
   request.on_progress = [&](double part) { told.push_back(part); };
@@ -226,7 +226,7 @@ TEST(ExpectedPlan, TellsHowFarItIsAndFindsTheSame) {
 TEST(ExpectedPlan, BeginsWithWhatIsKnown) {
   const RandomCase random = random_case(5, {.subchains = 6}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
-  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.1};
+  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.05};
   const plan::Plan known = make_expected_plan(random.app, samples, random.costs, request).value();
   request.effort = 0.002;
   request.known = &known;

@@ -35,7 +35,7 @@ struct Explained {
   std::vector<double> told;  // of progress
 };
 
-Explained explained(const graph::AppSpec& spec, int cores, double effort = 0.1) {
+Explained explained(const graph::AppSpec& spec, int cores, double effort = 0.03) {
   Explained of{.app = graph::build_app(spec).value(), .plan = {}, .why = {}, .told = {}};
   model::Workload work(of.app.graph);
   for (const auto& [name, cost] : {std::pair{"fast", 4.0}, {"slow", 40.0}}) {
@@ -104,7 +104,7 @@ TEST(Explain, ABoundCostsWhatDroppingItSaves) {
   graph::AppSpec spec = fast_and_slow();
   spec.objective[1].weight.value = 1e-3;
   node(spec, "slow").min_rate = at_hertz(20.0);
-  const Explained of = explained(spec, 1);
+  const Explained of = explained(spec, 1, 0.1);
   ASSERT_EQ(of.why.bounds.size(), 1U);
   const BoundCost& bound = of.why.bounds[0];
   EXPECT_EQ(bound.key, "nodes.slow.min_rate");
@@ -164,7 +164,7 @@ TEST(Explain, ADoubledWeightMakesItsTermNoWorse) {
 }
 
 TEST(Explain, TellsHowFarItIs) {
-  const Explained of = explained(fast_and_slow(), 2, 0.05);
+  const Explained of = explained(fast_and_slow(), 2);
   ASSERT_FALSE(of.told.empty());
   for (std::size_t i = 1; i < of.told.size(); ++i) EXPECT_GE(of.told[i], of.told[i - 1]);
   EXPECT_NEAR(of.told.back(), 1.0, 0.01);

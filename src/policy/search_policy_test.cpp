@@ -69,6 +69,14 @@ struct Asked {
     return true;
   }
 
+  // The first plan of costs as they are, and some turns of the loop that make it better.
+  void search(int turns = 20) {
+    decide(PlanReason::kMeasured);
+    for (; turns > 0 && goes_on(); --turns) decide(PlanReason::kPeriodic);
+  }
+  // ... until nothing more is found.
+  void settle() { search(1000); }
+
   bool goes_on() const { return memory->more_to_do(kRuns); }
 
   static constexpr std::size_t kRuns = 1000;
@@ -131,10 +139,6 @@ struct Spikes : Asked {
     }
   }
 
-  void settle() {
-    decide(PlanReason::kMeasured);
-    while (goes_on()) decide(PlanReason::kPeriodic);
-  }
   double period_of_fast() const { return in_force.plan->subchains[0].period.count(); }
 };
 
@@ -205,8 +209,7 @@ TEST(SearchPolicy, CountsItsWork) {
 
 TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
   Three asked;
-  asked.decide(PlanReason::kMeasured);
-  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  asked.search();
   asked.cost(NodeId(2), Millis{48});
   EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
   const plan::Member* member = plan::member_of(*asked.in_force.plan, SubchainId(2));
@@ -216,8 +219,7 @@ TEST(SearchPolicy, WhatGoesOnHasBudgetsThatFitNewCosts) {
 
 TEST(SearchPolicy, WhatRunsWaitIsPlannedWithOnceItHasChanged) {
   Three asked;
-  asked.decide(PlanReason::kMeasured);
-  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  asked.search();
   const double before = asked.in_force.plan->expected->objective;
   asked.wait(NodeId(1), Millis{5});
   EXPECT_TRUE(asked.decide(PlanReason::kPeriodic));
@@ -230,8 +232,7 @@ TEST(SearchPolicy, WhatRunsWaitIsPlannedWithOnceItHasChanged) {
 
 TEST(SearchPolicy, OutputsOfOnlySomeRunsArePlannedWithAndTold) {
   Three asked;
-  asked.decide(PlanReason::kMeasured);
-  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  asked.search();
   const plan::Plan before = *asked.in_force.plan;
   EXPECT_TRUE(before.outputs.empty());
   asked.costs.set_runs_per_output(NodeId(0), 4.0);
@@ -258,8 +259,7 @@ scheduler: { slack: 6% }
               1);
   asked.cost(NodeId(0), Millis{1});
   asked.cost(NodeId(1), Millis{4});
-  asked.decide(PlanReason::kMeasured);
-  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  asked.search();
   EXPECT_TRUE(asked.in_force.plan->batches.empty());
   asked.cost(NodeId(1), Millis{2});
   asked.costs.set(NodeId(1), asked.costs[NodeId(1)].with_per_item(Millis{0.5}));
@@ -306,8 +306,7 @@ TEST(SearchPolicy, WhatSchedulingTakesIsPlannedWith) {
 
 TEST(SearchPolicy, NoiseInCostsIsNoReason) {
   Three asked;
-  asked.decide(PlanReason::kMeasured);
-  while (asked.goes_on()) asked.decide(PlanReason::kPeriodic);
+  asked.settle();
   asked.cost(NodeId(2), Millis{41});
   const plan::Plan before = *asked.in_force.plan;
   EXPECT_FALSE(asked.decide(PlanReason::kPeriodic));

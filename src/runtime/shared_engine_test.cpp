@@ -121,7 +121,7 @@ TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
   };
   const std::string path = testing::TempDir() + "catan_moves_" + std::to_string(getpid()) + ".catan";
   open(robot_app(), "catan", 2, path);
-  const Snapshot snapshot = run_for(seconds{60});
+  const Snapshot snapshot = run_for(seconds{30});
   expect_nothing_lost(path);
   std::remove(path.c_str());
   EXPECT_GT(snapshot.plans, 4U);

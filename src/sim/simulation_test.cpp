@@ -205,7 +205,7 @@ scheduler: { slack: 0%, bootstrap: 1s }
 )");
   const auto check = [](const graph::App& planned, const char* costs, int threads, double response_ms) {
     auto simulation = simulation_of(planned, costs, "catan", 4);
-    simulation->run_for(seconds{30});
+    simulation->run_for(seconds{15});
     ASSERT_TRUE(simulation->plan());
     EXPECT_EQ(simulation->plan()->subchains.front().threads, threads) << costs;
     EXPECT_NEAR(simulation->plan()->expected->chains.front().response.count(), response_ms, 0.03 * response_ms);
@@ -409,10 +409,10 @@ TEST(Simulation, EqualSeedsGiveEqualBytes) {
       "scan: 1ms\nsteer: { cost: 4ms, typical: 3ms, spikes: [0.02, 5ms] }\nmap: { cost: 40ms, typical: 20ms }\n"
       "log: { cost: 3ms, typical: 1ms }\n";
   const auto all = [&](const std::string& policy, std::size_t threads) {
-    std::vector<Seeded> runs(6);
+    std::vector<Seeded> runs(4);
     for_each_in_parallel(runs.size(), threads, [&](std::size_t index) {
       auto simulation = simulation_of(app, costs, policy, 2, index, false);
-      simulation->run_for(seconds{8});
+      simulation->run_for(seconds{5});
       runs[index] = {index, simulation->outcome()};
     });
     return to_json(runs, 2);
@@ -420,7 +420,7 @@ TEST(Simulation, EqualSeedsGiveEqualBytes) {
   for (const char* policy : {"catan", "default", "fifo"}) {
     const std::string once = all(policy, 1);
     EXPECT_EQ(once, all(policy, 3)) << policy;
-    EXPECT_NE(once.find("\"seed\": 5"), std::string::npos);
+    EXPECT_NE(once.find("\"seed\": 3"), std::string::npos);
   }
 }
 

@@ -15,7 +15,7 @@ class WhatIfTest : public ::testing::Test {
     set("fast", 4.0);
     set("slow", 30.0);
     options.policy = *policy::make_policy("catan");
-    options.seconds = 5.0;
+    options.seconds = 2.0;
   }
   void set(const char* node, double ms) { work.set(id(node), model::NodeWork::constant(Millis{ms})); }
   NodeId id(const char* node) const { return *app.graph.find_node(node); }
