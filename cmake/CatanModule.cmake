@@ -76,8 +76,8 @@ endfunction()
 # catan_test(NAME [SERIAL] SOURCES file... LIBRARIES target... REALTIME test... UNSANITIZED test...): a GoogleTest program, each
 # of its tests known to CTest. REALTIME: tests, as GoogleTest's filters name them, that run threads
 # against the clock, so that nothing may run beside them and another process can make them fail; SERIAL: all of its tests do. They
-# have the label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again. UNSANITIZED: tests that are
-# left out under sanitizers, since they compare figures at length, and other tests run the same code.
+# have the label `realtime`, by which scripts/test.sh knows what to run alone and, if it fails, again. UNSANITIZED: tests, or cases
+# of them, that are left out under sanitizers, since they compare figures at length, and others run the same code.
 function(catan_test name)
   cmake_parse_arguments(ARG "SERIAL" "" "SOURCES;LIBRARIES;REALTIME;UNSANITIZED" ${ARGN})
   catan_check_names("${ARG_SOURCES}" ${ARG_REALTIME} ${ARG_UNSANITIZED})
@@ -91,11 +91,12 @@ function(catan_test name)
   target_include_directories(${name} SYSTEM PRIVATE ${rapidcheck_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main rapidcheck)
   set(options DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
-  list(JOIN ARG_REALTIME ":" realtime)
-  set(not_steady ${ARG_REALTIME})
-  if(CATAN_SANITIZE)
-    list(APPEND not_steady ${ARG_UNSANITIZED})
+  if(NOT CATAN_SANITIZE)
+    set(ARG_UNSANITIZED "")
   endif()
+  list(JOIN ARG_REALTIME ":" realtime)
+  list(JOIN ARG_UNSANITIZED ":" left_out)
+  set(not_steady ${ARG_REALTIME} ${ARG_UNSANITIZED})
   list(JOIN not_steady ":" not_steady)
   if(CATAN_SANITIZE MATCHES "address" AND NOT ARG_SERIAL)
     # To start a program takes a tenth of a second then, and most tests far less: all in one go.
@@ -107,7 +108,7 @@ function(catan_test name)
     gtest_discover_tests(${name} ${options} TEST_FILTER "-${not_steady}" PROPERTIES TIMEOUT 300)
   endif()
   if(realtime)
-    gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}" TEST_LIST ${name}_realtime
+    gtest_discover_tests(${name} ${options} TEST_FILTER "${realtime}-${left_out}" TEST_LIST ${name}_realtime
                          PROPERTIES TIMEOUT 300 RUN_SERIAL TRUE LABELS realtime)
   endif()
 endfunction()
