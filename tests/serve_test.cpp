@@ -148,7 +148,7 @@ TEST_F(ServeTest, TheNextServerRaisesThreadsOfProgramsAgain) {
   EXPECT_TRUE(raises(os_->current_process())) << said();
 }
 
-// A driver of two processes. Without a server, too, and without its feeder it waits.
+// A driver of two processes. Without a server, too, and without its leader it waits.
 TEST_F(ServeTest, AFollowerRunsWithTheFeederOfAnotherProcess) {
   std::ofstream(path("app.yaml")) << R"(catan: 1
 app: served

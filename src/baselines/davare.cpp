@@ -236,7 +236,7 @@ class Davare {
     }
   }
 
-  // Other cores that are in use, and of those that are not, the first of each kind.
+  // Other cores that are in use, and of the unused ones the first of each kind.
   std::vector<int> cores_worth_trying(std::size_t i) const {
     std::vector<bool> used(static_cast<std::size_t>(cores_), false);
     for (const int core : best_at_.core) used[static_cast<std::size_t>(core)] = true;

@@ -95,7 +95,7 @@ class Scheduling {
 
   void make_ready(int job) { ready_[static_cast<std::size_t>(task_of(job).core)].emplace(-task_of(job).priority, job); }
 
-  // Chooses who runs from now on; when the first of them would end.
+  // Chooses the jobs that run from now on; when the first of them would end.
   double begin_and_see_end(double now) {
     double earliest = kInfinity;
     running_.clear();

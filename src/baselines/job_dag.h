@@ -3,8 +3,8 @@
 //
 // Tasks are triggered together at 0 and from then on each every `every` units of time. A run that is triggered at R
 // uses, of each predecessor, the last run that was triggered at or before R - delay, and begins no sooner than that one
-// has ended. Whoever may run and has the highest priority on a core runs; runs pre-empt each other; each must end
-// before the next of its task is triggered, so that every hyperperiod is like the first.
+// has ended. Of the runs that may run on a core, the one with the highest priority does; runs pre-empt each other; each
+// must end before the next of its task is triggered, so that every hyperperiod is like the first.
 //
 // Units: of time, as the caller likes. Thread safety: plain values, pure functions.
 #pragma once

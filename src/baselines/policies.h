@@ -1,9 +1,9 @@
 // Policies of others, which Catan is compared with: chain-aware priorities, reservations, and the two methods that
 // assign rates. Each decides once and is not asked again.
 //
-// They go by compute times, which somebody who uses them has measured before. Those that are given count, whatever the
-// situation says; without any it is those of the situation, which must be real ones then (Policy::needs_costs): they
-// are where they are known, in a simulation.
+// They go by compute times, which their user has measured before. Compute times that are given count, whatever the
+// situation says; without any, the situation's do, which must be real ones then (Policy::needs_costs), as they are in a
+// simulation.
 //
 // Units: in the types. Thread safety: as policy/policy.h says.
 #pragma once
@@ -56,7 +56,7 @@ class DeadlinePolicy : public policy::HandSetPolicy {
 };
 
 // "davare", "verucchi": rates, cores and fixed priorities of subchains by one of the methods. Of what the second says
-// of who waits for whom nothing is enforced but what follows from rates and priorities.
+// of runs that wait for one another nothing is enforced but what follows from rates and priorities.
 class RatesPolicy : public policy::Policy {
  public:
   using Method = Result<RatePlan> (*)(const graph::App&, const model::CostTable&, const RateRequest&);

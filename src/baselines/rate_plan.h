@@ -6,7 +6,7 @@
 // - A task is a subchain. Its nodes run one after the other, on one core, each run as long as the costs say. No
 //   subchain has several cores, no node several threads, no two runs of a subchain overlap.
 // - A core of which `slack` is left to ordinary threads is one that takes 1 / (1 - slack) times as long.
-// - Unscheduled nodes take no time from anybody; in a chain they count with their period and cost.
+// - Unscheduled nodes take no time from any task; in a chain they count with their period and cost.
 // - A node that emits less often than it runs (`output_period`) keeps its reader waiting for that long.
 //
 // The figures under `chains` are by the method's own bound on the time from a change in the world to the reaction,

@@ -61,8 +61,8 @@ RatePlan planned(Method method, const graph::App& app, const model::CostTable& c
   return *std::move(plan);
 }
 
-// A core each: every task runs all the time. Davare et al. know nothing of who begins when: each task adds its period
-// and its run, 2 x (2 + 4 + 8).
+// A core each: every task runs all the time. Davare et al. know nothing of which task begins when: each task adds its
+// period and its run, 2 x (2 + 4 + 8).
 TEST(Davare, WithACoreEachPeriodsAreCosts) {
   const graph::App app = graph::build_app(row()).value();
   const RatePlan plan = planned(plan_by_davare, app, costs_of(app), {3, 0.0, 0});
@@ -127,16 +127,16 @@ TEST(Davare, IsNearTheBestThatExactResponseTimesAllow) {
   RecordProperty("mean_over_best", std::to_string(sum / kCases));
 }
 
-// Exhaustive, and by hand: on three cores the graph with equal periods of 8 waits 8 for the trigger and runs 14; faster
-// rates for a and b cannot bring more, as the chain waits for c.
+// Exhaustive, and by hand: c takes all of its core, so each of its runs begins when it is triggered and takes 8 ms. b
+// every 4 ms and a every 2 ms take all of theirs, so that a run of each ends just when its successor's begins. No chain
+// is faster than its slowest period, 8, and its runs, 14.
 TEST(Verucchi, RunsThatFollowEachOtherNeedNotWait) {
   const graph::App app = graph::build_app(row()).value();
   const RatePlan plan = planned(plan_by_verucchi, app, costs_of(app), {3, 0.0, 0});
   EXPECT_TRUE(plan.exhaustive);
-  // c takes all of its core, so what it uses was triggered 8 ms before. Better: it takes the run of b that ended when
-  // it begins. Whatever is chosen, no chain is faster than its slowest period and its runs.
-  EXPECT_GE(plan.objective, 22.0 - 1e-9);
-  EXPECT_LE(plan.objective, 28.0);
+  EXPECT_NEAR(plan.objective, 22.0, 1e-9);
+  EXPECT_NEAR(plan.subchains[0].period.count(), 2.0, 1e-9);
+  EXPECT_NEAR(plan.subchains[1].period.count(), 4.0, 1e-9);
   EXPECT_NEAR(plan.subchains[2].period.count(), 8.0, 1e-9);
 }
 

@@ -2,9 +2,9 @@
 // multi-rate task sets", RTAS 2020.
 //
 // A set of tasks with different rates becomes one graph of runs, over their hyperperiod. Between two tasks of different
-// rates there are several ways to say which run uses which: each makes another graph. Of those that can be scheduled,
-// the one with the best reaction times and data ages is taken. That method is given the rates. To assign them with it,
-// as one would who compares it with Catan, rates are searched: for each combination the graphs are built
+// rates there are several ways to say which run uses which: each makes another graph. Of the graphs that can be
+// scheduled, the one with the best reaction times and data ages is taken. That method is given the rates. To assign
+// them with it, as one would who compares it with Catan, rates are searched: for each combination the graphs are built
 // (job_dag.h), and the best weighted objective that can be scheduled wins.
 //
 // What is searched, and what not:
@@ -23,8 +23,8 @@
 // - Instead of list scheduling on any core with a bound of Graham's kind, a subchain stays on one core, rate-monotonic
 //   priorities pre-empt, and the schedule of the worst costs is worked out exactly. It is what a system with fixed
 //   priorities can run, and the answer is sharper.
-// - Reaction times are from the begin of a run, as Catan's response times are. The bounds are those of this schedule;
-//   they are no proof for runs that cost less and therefore meet others elsewhere.
+// - Reaction times are from the begin of a run, as Catan's response times are. The bounds are the bounds of this
+//   schedule; they are no proof for runs that cost less and therefore meet others elsewhere.
 // - What runs by its own clock (unscheduled nodes) is not in the graph: each adds its period and cost, and the part of
 //   a chain behind it counts by itself.
 //

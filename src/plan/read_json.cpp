@@ -1,159 +1,28 @@
-// Strict reading of a plan: each value is looked at where the schema expects it, each problem is noted under its JSON
-// path, and reading goes on, so that all problems are reported at once.
+// The schema of a plan (docs/plan-schema.md), read strictly.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <climits>
-#include <cmath>
-#include <initializer_list>
 #include <optional>
-#include <set>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "plan/json.h"
+#include "plan/strict_json.h"
 
 namespace ctn::plan {
 namespace {
 
-using Json = nlohmann::json;
-
-constexpr const char* kHint = "write it as docs/plan-schema.md says, or make the plan again";
-
-std::string child(const std::string& path, std::string_view key) {
-  return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
-}
-
-class Reader {
+class Reader : private StrictJson {
  public:
-  Reader(const graph::App& app, std::string_view file) : app_(app), file_(file) {}
+  Reader(const graph::App& app, std::string_view file)
+      : StrictJson(file, "write it as docs/plan-schema.md says, or make the plan again"), app_(app) {}
 
   Result<Plan> read(std::string_view text) {
     Plan plan;
     if (const std::optional<Json> document = parse(text)) read_plan(*document, plan);
-    if (!problems_.empty()) return Error(ErrorKind::kCaller, std::move(problems_));
+    if (has_problems()) return Error(ErrorKind::kCaller, take_problems());
     return plan;
   }
 
  private:
-  void problem(std::string key, std::string what, std::string hint = kHint) {
-    problems_.push_back({{file_, 0, 0}, std::move(key), std::move(what), std::move(hint)});
-  }
-
-  // JSON lets a key occur twice, and the library would keep the last in silence.
-  std::optional<Json> parse(std::string_view text) {
-    struct Open {
-      std::set<std::string> keys;
-      std::string last;
-    };
-    std::vector<Open> open;  // the objects around what is being read
-    const auto watch = [&](int, Json::parse_event_t event, Json& value) {
-      if (event == Json::parse_event_t::object_start) open.emplace_back();
-      if (event == Json::parse_event_t::object_end) open.pop_back();
-      if (event != Json::parse_event_t::key) return true;
-      open.back().last = value.get<std::string>();
-      if (open.back().keys.insert(open.back().last).second) return true;
-      std::string path;
-      for (const Open& object : open) path = child(path, object.last);
-      problem(std::move(path), "the key is there twice in one object", "keep one");
-      return true;
-    };
-    try {
-      return Json::parse(text, watch);
-    } catch (const Json::parse_error& error) {
-      syntax_problem(text, error.byte, "the text is not JSON");
-    } catch (const Json::out_of_range&) {
-      syntax_problem(text, 0, "a number is too large");
-    }
-    return std::nullopt;
-  }
-
-  void syntax_problem(std::string_view text, std::size_t byte, std::string what) {
-    Place place{file_, 0, 0};
-    if (byte > 0) {
-      const std::string_view before = text.substr(0, std::min(byte - 1, text.size()));
-      place.line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
-      place.column = static_cast<int>(before.size() - (before.rfind('\n') + 1)) + 1;
-    }
-    problems_.push_back({std::move(place), "", std::move(what), kHint});
-  }
-
-  // Whether `value` is an object; that it has just these keys, and perhaps some of the `optional` ones, is checked on
-  // the way.
-  bool object(const Json& value, const std::string& path, std::initializer_list<std::string_view> keys,
-              std::initializer_list<std::string_view> optional = {}) {
-    const auto is_in = [](std::initializer_list<std::string_view> list, std::string_view key) {
-      return std::find(list.begin(), list.end(), key) != list.end();
-    };
-    if (!value.is_object()) {
-      problem(path, fmt::format("this is {}, not an object", value.type_name()));
-      return false;
-    }
-    for (const auto& [key, unused] : value.items()) {
-      if (!is_in(keys, key) && !is_in(optional, key)) problem(child(path, key), "unknown key", "remove it");
-    }
-    for (const std::string_view key : keys) {
-      if (!value.contains(key)) problem(child(path, key), "the key is missing");
-    }
-    return true;
-  }
-
-  // The member, or none (already reported by `object`).
-  static const Json* member(const Json& value, std::string_view key) {
-    const auto found = value.find(key);
-    return found == value.end() ? nullptr : &*found;
-  }
-
-  void read_number(const Json& parent, const std::string& path, std::string_view key, double& out) {
-    const Json* value = member(parent, key);
-    if (!value) return;
-    if (!value->is_number() || !std::isfinite(value->get<double>()) || value->get<double>() < 0.0) {
-      problem(child(path, key), fmt::format("{} is no number from 0 up", shown(*value)));
-      return;
-    }
-    out = value->get<double>();
-  }
-
-  void read_millis(const Json& parent, const std::string& path, std::string_view key, Millis& out) {
-    double number = 0.0;
-    read_number(parent, path, key, number);
-    out = Millis{number};
-  }
-
-  std::optional<int> whole(const Json& value, const std::string& path) {
-    if (value.is_number_integer() && value >= 0 && value <= INT_MAX) return value.get<int>();
-    problem(path, fmt::format("{} is no whole number from 0 up", shown(value)));
-    return std::nullopt;
-  }
-
-  void read_int(const Json& parent, const std::string& path, std::string_view key, int& out) {
-    if (const Json* value = member(parent, key)) out = whole(*value, child(path, key)).value_or(0);
-  }
-
-  void read_every(const Json& parent, const std::string& path, std::optional<int>& out) {
-    const Json* value = member(parent, "every");
-    if (value && !value->is_null()) out = whole(*value, child(path, "every"));
-  }
-
-  std::string read_text(const Json& parent, const std::string& path, std::string_view key) {
-    const Json* value = member(parent, key);
-    if (!value) return {};
-    if (value->is_string()) return value->get<std::string>();
-    problem(child(path, key), fmt::format("{} is no text", shown(*value)));
-    return {};
-  }
-
-  // Calls `each(element, path)` for the elements of the array under `key`.
-  template <class Each>
-  void read_array(const Json& parent, const std::string& path, std::string_view key, Each each) {
-    const Json* value = member(parent, key);
-    if (!value) return;
-    const std::string here = child(path, key);
-    if (!value->is_array()) return problem(here, fmt::format("this is {}, not an array", value->type_name()));
-    for (std::size_t i = 0; i < value->size(); ++i) each((*value)[i], fmt::format("{}[{}]", here, i));
-  }
-
   // Calls `each(element, path, subchain)` for the members of the object under `subchains`, which has to name them all.
   template <class Each>
   void each_subchain(const Json& parent, const std::string& path, Each each) {
@@ -173,18 +42,15 @@ class Reader {
     }
   }
 
+  void read_every(const Json& parent, const std::string& path, std::optional<int>& out) {
+    const Json* value = member(parent, "every");
+    if (value && !value->is_null()) out = whole(*value, child(path, "every"));
+  }
+
   NodeId node_named(const Json& name, const std::string& path) {
     const auto found = name.is_string() ? app_.graph.find_node(name.get<std::string>()) : std::nullopt;
     if (!found) problem(path, fmt::format("{} is no node of app '{}'", shown(name), app_.name));
     return found.value_or(NodeId{});
-  }
-
-  // Arrays and objects by their kind only: a text may nest them deeper than writing them out could follow.
-  static std::string shown(const Json& value) {
-    if (value.is_structured()) return fmt::format("this {}", value.type_name());
-    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-    if (text.size() > 60) text = text.substr(0, 57) + "...";
-    return text;
   }
 
   void read_plan(const Json& value, Plan& plan);
@@ -204,8 +70,6 @@ class Reader {
   void read_expected(const Json& value, Plan& plan);
 
   const graph::App& app_;
-  std::string file_;
-  std::vector<Problem> problems_;
 };
 
 void Reader::read_plan(const Json& value, Plan& plan) {

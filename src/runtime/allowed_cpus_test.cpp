@@ -113,7 +113,8 @@ TEST_F(AllowedCpusTest, WhatCatanItselfDoesToAThreadIsNotTakenForSomebodyElses) 
   EXPECT_TRUE(engine->stop().ok());
 }
 
-// Guards: who joined was first placed on all CPUs that were given, which is refused where one of them is gone.
+// Guards: a thread that joined was first placed on all CPUs that were given, which is refused where one of them is
+// gone.
 TEST_F(AllowedCpusTest, ThreadsThatJoinWhileACpuIsGoneArePlacedOnThoseThatAreLeft) {
   start();
   pass(seconds{3});
@@ -150,7 +151,7 @@ TEST_F(AllowedCpusTest, ThreadsThatSomebodyMovesAreMovedBackAndToldOfOnce) {
     for (const auto& [node, thread] : node_threads) EXPECT_EQ(fake.affinity(thread).value().size(), 1U) << node;
   }
   ASSERT_EQ(notices.size(), 1U);
-  EXPECT_EQ(notices[0].find("moved: somebody has bound 2 of the app's threads"), 0U) << notices[0];
+  EXPECT_EQ(notices[0].find("moved: another program has bound 2 of the app's threads"), 0U) << notices[0];
   EXPECT_TRUE(engine->stop().ok());
 }
 

@@ -20,7 +20,7 @@ class AskedChanges {
  public:
   struct State {
     graph::App app;   // with the weights and bounds that hold
-    os::CpuSet cpus;  // that nodes may use, of those that were given
+    os::CpuSet cpus;  // that nodes may use, of the CPUs that were given
   };
 
   AskedChanges(graph::App app, os::CpuSet given) : given_(given), state_{std::move(app), std::move(given)} {}

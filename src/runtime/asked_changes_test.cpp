@@ -103,7 +103,7 @@ TEST_F(AskedChangesTest, BoundsArePlannedForAndTakenAwayAgain) {
   pass(milliseconds{50});
   Snapshot snapshot = engine->snapshot();
   EXPECT_EQ(snapshot.objective[1].max_ms, 1.0);
-  ASSERT_EQ(snapshot.relaxed.size(), 1U) << "which nobody could keep";
+  ASSERT_EQ(snapshot.relaxed.size(), 1U) << "which could not be kept";
   EXPECT_EQ(snapshot.relaxed[0].bound, "objective[1].max");
   ASSERT_TRUE(engine->change({.maxes = {{"1", {}}}}).ok());
   pass(milliseconds{50});

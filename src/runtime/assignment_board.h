@@ -42,7 +42,7 @@ class AssignmentBoard {
 
 // Holds a subchain on its way between two controllers, with the state of its runs: the one that releases it puts it
 // here, the next one takes it. At most one controller holds a subchain at a time.
-// Thread safety: put() by the holder, take() by anybody; neither waits.
+// Thread safety: put() by the holder, take() by any thread; neither waits.
 class Handover {
  public:
   void put(const dispatch::RunState& state) {

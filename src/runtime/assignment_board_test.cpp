@@ -8,7 +8,7 @@ namespace {
 TEST(AssignmentBoard, KeepsWhatAReaderMayLookAtAndNoMore) {
   AssignmentBoard board(2);
   for (int i = 0; i < 5; ++i) board.publish({});
-  EXPECT_EQ(board.kept(), 5U) << "nobody has looked";
+  EXPECT_EQ(board.kept(), 5U) << "no controller has looked";
   EXPECT_EQ(board.read(0).number, 5U);
   board.publish({});
   EXPECT_EQ(board.kept(), 6U) << "the other has not";

@@ -74,7 +74,7 @@ void ClientNodes::update_saved_scheduling() {
   }
 }
 
-// Of those that were named. A node's own thread stays: whoever leaves says so.
+// Of the threads that were named. A node's own thread stays: a node that leaves says so.
 void ClientNodes::forget_ended(State& state) const {
   const Result<std::vector<os::ThreadId>> living = os_.threads(os_.current_process());
   if (!living) return;
@@ -115,7 +115,7 @@ bool ClientNodes::raised_by_server(os::ThreadId thread) const {
   return found && found->reset_on_fork;
 }
 
-// Of the node: its own, and those that the region lists. `living`: of this process.
+// Of the node: its own, and the threads that the region lists. `living`: of this process.
 std::vector<os::ThreadId> ClientNodes::threads_of(const RegisteredNode& registered, const Region& region,
                                                   const std::vector<os::ThreadId>& living) {
   std::vector<os::ThreadId> threads{registered.thread};

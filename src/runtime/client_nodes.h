@@ -44,10 +44,10 @@ class ClientNodes {
   // Before a server gets the threads again: what they have by now is what they get back, unless it is a server's doing.
   void update_saved_scheduling();
 
-  // Restores the scheduling of threads that a server has raised or moved: the nodes' own, and those that it lists
+  // Restores the scheduling of threads that a server has raised or moved: the nodes' own, and threads that it lists
   // beside them in the region, whether they were named or it has found them by itself. The region may hold anything, so
-  // only threads of this process are touched; those of whom nobody here knows what they had become ordinary, and get
-  // the CPUs of the node's own.
+  // only threads of this process are touched; threads of which this process does not know what they had become
+  // ordinary, and get the CPUs of the node's own.
   void restore_threads(const Region& region);
   // Whether a server has raised one of them.
   bool any_raised(const Region& region) const;

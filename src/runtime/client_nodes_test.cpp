@@ -55,7 +55,8 @@ TEST_F(ClientNodesTest, ThreadsGetBackTheSchedulingThatTheyRegisteredWith) {
   EXPECT_FALSE(nodes.any_raised(region));
 }
 
-// Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
+// Guards: a call of a server that is stopped may take effect after threads were restored, and that was not checked
+// again.
 TEST_F(ClientNodesTest, AThreadThatIsRaisedAfterItWasRestoredIsRestoredAgain) {
   nodes.add(node, other_id);
   raise(other_id);
@@ -116,8 +117,8 @@ TEST_F(ClientNodesTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0}) << "nor is what it has saved as the other's";
 }
 
-// Guards: whoever had the number of a named thread that had ended was named to the next server, and raised there; and
-// threads that had ended were kept for good.
+// Guards: a thread that had the number of a named thread that had ended was named to the next server, and raised there;
+// and threads that had ended were kept for good.
 TEST_F(ClientNodesTest, ANamedThreadThatEndsIsForgotten) {
   nodes.add(node, fake.current_thread());
   const auto others = [&] { return nodes.all().front().others; };

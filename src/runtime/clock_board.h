@@ -1,8 +1,7 @@
-// What is known of the clocks of others, from the housekeeping thread to the controllers, which wait for
-// nobody.
+// What is known of the clocks of others, from the housekeeping thread to the controllers, which never wait.
 //
 // How: two places a clock, of which one counts; the other is written. A reader that is overtaken twice while it reads
-// may see half of each, which a few ticks later nobody can tell from the clock's drift.
+// may see half of each, which a few ticks later cannot be told from the clock's drift.
 //
 // Thread safety: one writer, any number of readers.
 #pragma once

@@ -7,7 +7,7 @@
 namespace ctn::runtime {
 namespace {
 
-// A tick may be told before it comes, as by who knows when the next one is.
+// A tick may be told before it comes, as by a program that knows when the next one is.
 constexpr Nanos kMaxAhead = std::chrono::seconds{1};
 // A clock is told of again no sooner, and only if it is off by more than this part of its period.
 constexpr Nanos kSayAgainAfter = std::chrono::seconds{1};

@@ -63,7 +63,7 @@ TEST_F(ClockWatchTest, RefusesWhatHasNoClock) {
   }
 }
 
-// A timer of 5 ms, of which runs begin up to 100 us late; and who follows it.
+// A timer of 5 ms, of which runs begin up to 100 us late; and the node that follows it.
 TEST(ClockWatchOfRuns, TellsOfTheTimerOfAnUnscheduledNode) {
   const graph::App app = parse(R"(
 catan: 1
@@ -94,7 +94,7 @@ objective: [ { response_time: [imu, filter, warp], weight: 1 } ]
   EXPECT_NEAR(static_cast<double>(late.count()), 20e3, 10e3);
 }
 
-// Anybody may write anything into the region.
+// Any process may write anything into the region.
 TEST_F(ClockWatchTest, SurvivesWhatCannotBeTrue) {
   NodeCell& cell = region.node(display);
   cell.newest_output.store(std::numeric_limits<std::uint64_t>::max());

@@ -1,9 +1,9 @@
 // Collects what nodes and controllers have reported, drops what cannot be true, and passes the rest on to the event log
 // (driver/event_log.h).
 //
-// How it collects: it drains the rings of successors before those of their predecessors, then passes the runs on in the
-// opposite order. A node reports a run before its successors can consume it, so whatever a run consumed has been passed
-// on before the run itself.
+// How it collects: it drains the rings of successors before the rings of their predecessors, then passes the runs on in
+// the opposite order. A node reports a run before its successors can consume it, so whatever a run consumed has been
+// passed on before the run itself.
 //
 // Units: in the types. Thread safety: none; the housekeeping thread's (housekeeping.h).
 #pragma once
@@ -31,7 +31,7 @@ namespace ctn::runtime {
 // Values that were lost on their way between nodes, by edge name ("scan -> GL").
 using Dropped = std::function<std::vector<std::pair<std::string, std::uint64_t>>()>;
 
-// Who reports. References outlive the collector.
+// What is collected from. References outlive the collector.
 struct Reporting {
   Links& links;
   const std::vector<std::unique_ptr<ControllerThread>>& controllers;

@@ -26,7 +26,7 @@ ControllerThread::ControllerThread(Controls& controls, const std::vector<Subchai
 
 void ControllerThread::run() {
   for (;;) {
-    // Before it looks whether to stop: who stops it, counts a wake after saying so.
+    // Before it looks whether to stop: the thread that stops it counts a wake after saying so.
     const std::uint32_t seen = wake_count();
     if (stopping_.load(std::memory_order_acquire)) return;
     const TimePoint until = driver_->step(controls_.os.now());
@@ -56,7 +56,7 @@ void ControllerThread::sleep(std::uint32_t seen, TimePoint until) {
   report(Report::kWokeLate, SubchainId{0}, cpu, to_word(std::max(asleep, until)), to_word(woke));
 }
 
-// --- Who has which subchain ---
+// --- Which controller has which subchain ---
 
 std::optional<dispatch::RunState> ControllerThread::take(SubchainId id) {
   const std::optional<dispatch::RunState> state = controls_.handovers[id.index()].take();
@@ -70,7 +70,7 @@ void ControllerThread::hand_over(SubchainId id, const dispatch::RunState& state)
   await_completion(id, false, 0);
   std::erase_if(held_, [&](const Held& each) { return each.subchain == id; });
   controls_.handovers[id.index()].put(state);
-  // A newer assignment than the one looked at here wakes everybody when it is published.
+  // A newer assignment than the one looked at here wakes all controllers when it is published.
   controls_.wake(driver::holder_of(id, assignment().places[id.index()], subchains_.size()));
 }
 

@@ -17,7 +17,7 @@ ControllerThreads::ControllerThreads(const graph::App& app, os::Os& os, Enforcer
 
 void ControllerThreads::spawn(bool shared) {
   const std::size_t subchains = app_.graph.subchains().size();
-  // A subchain that is the only one shares with nobody.
+  // A subchain that is the only one shares no core.
   const std::size_t cores = shared && subchains > 1 ? cpus_.size() : 0;
   for (std::size_t number = 0; number < subchains + cores; ++number) {
     controllers_.push_back(std::make_unique<ControllerThread>(controls_, subchains_, number));
@@ -98,7 +98,8 @@ void ControllerThreads::keep_on_cpus(const os::CpuSet& online) {
   }
 }
 
-// A core's thread runs on its core; where that is gone, the system says where. Who paces may run anywhere.
+// A core's thread runs on its core; where that is gone, the system says where. A controller of a subchain may run
+// anywhere.
 os::CpuSet ControllerThreads::cpus_of(std::size_t controller, const os::CpuSet& online) const {
   const std::size_t subchains = app_.graph.subchains().size();
   return controller < subchains ? online : os::common(online, os::CpuSet{cpus_.cpus()[controller - subchains]});

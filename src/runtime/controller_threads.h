@@ -26,7 +26,7 @@ using Controllers = std::vector<std::unique_ptr<ControllerThread>>;
 
 class ControllerThreads {
  public:
-  // `cpus`: those that the session was given; each has one controller of a core. References outlive it.
+  // `cpus`: the CPUs that the session was given; each has one controller of a core. References outlive it.
   ControllerThreads(const graph::App& app, os::Os& os, Enforcer& enforcer, const Region& region, const Links& links,
                     os::CpuSet cpus);
   ~ControllerThreads() { stop(); }
@@ -41,7 +41,7 @@ class ControllerThreads {
   void go();
   // While they run; a higher one than before.
   void raise(os::Level level);
-  // They end, those at the gate without having begun.
+  // They end; a thread at the gate ends without having begun.
   void stop();
 
   // What they carry out from now on.
@@ -50,7 +50,7 @@ class ControllerThreads {
   void know_clock(NodeId node, const Ticks& ticks) { controls_.clocks.write(node, ticks); }
   // Of the CPUs that were given, these are left.
   void move_to_online_cpus(const os::CpuSet& online);
-  // The same, of those that somebody else has moved.
+  // The same, of controllers that another program has moved.
   void keep_on_cpus(const os::CpuSet& online);
 
   // Between holders, a subchain's state can be taken out and put back (assignment_board.h).

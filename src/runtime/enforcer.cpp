@@ -17,7 +17,7 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
   Result<os::SavedScheduling> now = os_.save_scheduling(thread);
   if (!now) return Done{};  // gone
   if (!saved_.has(*now)) {
-    // Whom nobody watches is left alone: it would stay as it is put if this process were killed.
+    // A thread that no guardian watches is left alone: it would stay as it is put if this process were killed.
     if (owner != os_.current_process() && !(guardian_ && guardian_->watch(*now))) {
       if (!os_.affinity(thread)) return Done{};  // gone meanwhile
       return Error::environment(
@@ -30,7 +30,8 @@ Status Enforcer::apply(os::ThreadId thread, os::Level level, const os::CpuSet& c
     if (!os_.affinity(thread)) return Done{};  // gone meanwhile
     return placed;
   }
-  // A program whose server was away restores its threads for some seconds, and may do so just as one is raised here.
+  // A program whose server was away restores its threads for some seconds, and may do so just as a thread is raised
+  // here.
   constexpr int kAttempts = 3;
   if (level != os::Level::kOrdinary) raise_or_refuse(thread, level, owner == os_.current_process() ? 1 : kAttempts);
   return Done{};
@@ -58,7 +59,7 @@ void Enforcer::set_level_now(os::ThreadId thread, os::Level level) {
 }
 
 void Enforcer::move_now(os::ThreadId thread, const os::CpuSet& cpus) {
-  // Best effort: the thread may be gone, and a dispatcher has nobody to tell.
+  // Best effort: the thread may be gone, and a dispatcher has nowhere to report it.
   static_cast<void>(os_.set_affinity(thread, cpus));
 }
 
@@ -83,7 +84,7 @@ void Enforcer::check_guardian() {
   guardian_missing_ = false;
   if (const int replaced = guardian_->replaced(); std::exchange(guardians_replaced_, replaced) != replaced) {
     tell("guard",
-         "somebody ended the guardian, which restores the scheduling of threads if this process is killed; "
+         "another program ended the guardian, which restores the scheduling of threads if this process is killed; "
          "another was started");
   }
 }

@@ -49,14 +49,14 @@ class Enforcer {
   // alone where they cannot be had.
   void set_level_now(os::ThreadId thread, os::Level level);
   void move_now(os::ThreadId thread, const os::CpuSet& cpus);
-  // The same where the thread is on other CPUs by now: somebody else has moved it. True: it was.
+  // The same where the thread is on other CPUs by now: another program has moved it. True: it was.
   bool keep_on(os::ThreadId thread, const os::CpuSet& cpus);
 
-  // Whether the thread is as apply() has put it: nobody has released it yet.
+  // Whether the thread is as apply() has put it: it has not been released yet.
   bool has_placed(os::ThreadId thread) const;
 
   // A thread, if it still lives, gets back what it had before the first apply(), and is forgotten; or all of them.
-  // Nobody may set its level any more: restore_all() is for where controllers still might. It forgets nothing.
+  // No thread may set its level any more: restore_all() is for where controllers still might. It forgets nothing.
   void release(os::ThreadId thread);
   void release_all();
   void restore_all();

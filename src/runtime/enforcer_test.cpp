@@ -54,11 +54,11 @@ TEST_F(EnforcerTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotTouched) {
   fake.reuse_number(thread);
   enforcer.restore_all();
   enforcer.release(thread);
-  EXPECT_EQ(*fake.level(thread), Level::kActive) << "whoever raised it will lower it";
+  EXPECT_EQ(*fake.level(thread), Level::kActive) << "what raised it will lower it";
   EXPECT_EQ(*fake.affinity(thread), CpuSet{1});
 }
 
-// Its own program may restore it just then: nobody else is to pay for that.
+// Its own program may restore it just then: no other thread is to pay for that.
 TEST(Enforcer, ALevelThatAThreadOfAnotherProcessLosesAtOnceIsAskedForAgain) {
   os::FakeOs fake;
   os::FaultyOs faulty(fake);

@@ -1,7 +1,7 @@
 // An app in one process, on whatever operating system it is given: the nodes' threads, and a scheduler for them.
 // include/catan/session.h is this engine on Linux; the tests run it in virtual time.
 //
-// Threads: those of the scheduler (scheduler.h), and one a node that is not external.
+// Threads: the scheduler's (scheduler.h), and one a node that is not external.
 //
 // Units: in the types. Thread safety: as include/catan/session.h says.
 #pragma once

@@ -121,7 +121,7 @@ void Housekeeping::in_force(const policy::Decision& decision, policy::PlanReason
   log_.in_force(os_.now(), decision, reason);
 }
 
-// Threads that belong to no subchain: the system has moved those whose CPU went, and does not move them back.
+// Threads that belong to no subchain: the system has moved the ones whose CPU went, and does not move them back.
 void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
   registered_.place_on(cpus);
   measurements_.cpus_in_use(cpus);
@@ -132,8 +132,8 @@ void Housekeeping::cpus_changed(const os::CpuSet& cpus) {
   controllers_.move_to_online_cpus(cpus);
 }
 
-// Whoever changes the affinity of all threads of a program (`taskset -a`) moves those that a plan has placed, too. They
-// are moved back, to where the plan wants them on the CPUs that are left.
+// A user who changes the affinity of all threads of a program (`taskset -a`) moves the threads that a plan has placed,
+// too. They are moved back, to where the plan wants them on the CPUs that are left.
 void Housekeeping::keep_places(TimePoint now) {
   if (!loop_.adapts() || now - published_ < kSettled) return;
   std::size_t moved = 0;
@@ -148,7 +148,7 @@ void Housekeeping::keep_places(TimePoint now) {
   if (moved == 0 || std::exchange(moved_told_, true)) return;
   log_.notice(
       {now, "moved",
-       fmt::format("somebody has bound {} of the app's threads to other CPUs than planned: they are moved back, "
+       fmt::format("another program has bound {} of the app's threads to other CPUs than planned: they are moved back, "
                    "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
                    "main threads, or from the server or session",
                    moved)});

@@ -21,7 +21,7 @@ class SampleWindow {
   static constexpr std::size_t kSamples = 16384;
 
   void add(Nanos sample);
-  Summary summary_ms() const;  // count: all there ever were; the rest: of those kept
+  Summary summary_ms() const;  // count: all there ever were; the rest: of the ones kept
 
  private:
   std::vector<double> samples_;  // milliseconds

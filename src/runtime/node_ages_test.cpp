@@ -224,7 +224,7 @@ TEST_F(NodeAgesTest, GoOnInAnotherRegion) {
   lm.port.end(lm.run);
 }
 
-// Any word that another process may write. What comes of it is an age, from 0 up, that nobody need believe.
+// Any word that another process may write. What comes of it is an age, from 0 up, that need not be believed.
 TEST_F(NodeAgesTest, ACellThatLiesMakesAgesWrongAndNoMore) {
   constexpr std::uint64_t kNumbers[] = {
       0, 1, 63, 64, std::uint64_t{1} << 62U, std::uint64_t{1} << 63U, ~std::uint64_t{0}};

@@ -56,7 +56,7 @@ void NodeLink::remove_if(const IsMeant& is_meant) {
   }
 }
 
-// Visits are a few system calls long, of threads that outrank us; those that begin now do not see the thread any more.
+// Visits are a few system calls long, of threads that outrank us; visits that begin now do not see the thread any more.
 void NodeLink::wait_for_visitors() const {
   constexpr Nanos kPause = std::chrono::microseconds{50};
   while (visitors_.load(std::memory_order_seq_cst) != 0) os_.sleep_until(os_.now() + kPause);

@@ -43,7 +43,7 @@ class NodeLink {
   void for_each_thread(Visit&& visit) const {
     for_each_slot([&](std::size_t, os::ThreadId thread) { visit(thread); });
   }
-  // With their CPU clocks; without those whose clock nobody could make.
+  // With their CPU clocks; without threads whose clock could not be made.
   template <class Visit>
   void for_each_clock(Visit&& visit) const {
     for_each_slot([&](std::size_t index, os::ThreadId thread) {
@@ -70,8 +70,8 @@ class NodeLink {
  private:
   template <class Visit>
   void for_each_slot(Visit&& visit) const {
-    // Sequentially consistent on both sides: either the visitor sees that a thread is gone, or who removes it sees the
-    // visitor.
+    // Sequentially consistent on both sides: either the visitor sees that a thread is gone, or the thread that removes
+    // it sees the visitor.
     visitors_.fetch_add(1, std::memory_order_seq_cst);
     const std::size_t count = used_.load(std::memory_order_acquire);
     for (std::size_t index = 0; index < count; ++index) {
@@ -90,9 +90,9 @@ class NodeLink {
   std::vector<NodeId> predecessors_;
   NodeCell& cell_;
   RingReader reports_;
-  std::mutex mutex_;                                                        // of those that change the threads
+  std::mutex mutex_;                                                        // of callers that change the threads
   std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // 0: free
-  // Theirs. One that was removed has its clock, and its place, until nobody visits it any more.
+  // Theirs. One that was removed has its clock, and its place, until no visit sees it any more.
   std::array<std::unique_ptr<os::CpuClock>, NodeCell::kMaxThreads> clocks_;
   std::array<bool, NodeCell::kMaxThreads> leaving_{};  // removed, and may still be visited; under the lock
   std::atomic<std::size_t> used_{0};                   // none from here on

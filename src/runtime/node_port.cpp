@@ -160,7 +160,7 @@ void NodePort::Runs::bind(const Binding& binding) {
   std::fill(taken_.begin(), taken_.end(), 0);
   number_ = std::max(number_, binding.own->number.load(std::memory_order_acquire));
   if (node_.follows) {
-    // Outputs given before the node was there are past; those given in the region that it moves to wait for it.
+    // Outputs given before the node was there are past; outputs given in the region that it moves to wait for it.
     token_ = moves ? 0 : binding.own->word.load(std::memory_order_acquire);
   } else {
     // A node that comes to a subchain which has run before goes by its newest token. A trigger that waits already is
@@ -182,7 +182,8 @@ bool NodePort::Runs::wait_for_trigger() {
     }
     const std::uint32_t expected = low(token_);
     const std::uint32_t word = binding_->own->word.load(std::memory_order_acquire);
-    // After the word, which whoever stops or moves the node changes last: it may have done so before bind() read it.
+    // After the word, which the thread that stops or moves the node changes last: it may have done so before bind()
+    // read it.
     if (stopping() || shared_.newest.load(std::memory_order_acquire) != binding_) continue;
     if (word == expected) {
       os_.wait(binding_->own->word, expected, kNever);

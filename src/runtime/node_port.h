@@ -4,8 +4,8 @@
 // call to the scheduler.
 //
 // A trigger carries a token: the number of the subchain's trigger that it goes back to. A head gets it from its
-// controller, the others from their predecessor in the subchain when that ends a run with output. The tail (or whoever
-// gives no output) hands it to the SignalCell, which is how the controller knows what is under way. The tail also
+// controller, the others from their predecessor in the subchain when that ends a run with output. The tail (or a node
+// that gives no output) hands it to the SignalCell, which is how the controller knows what is under way. The tail also
 // counts its outputs there, and wakes the controllers of subchains that follow them.
 //
 // An unscheduled node that follows another has no subchain and no token: its word counts the outputs of the other,
@@ -14,10 +14,10 @@
 // harm. While the other node gives no output, or is missing, the follower waits.
 //
 // Age of data (record/ages.h): each output carries its origin, over a channel in the channel's slot, else in the node's
-// cell, which holds those of the newest outputs by number, so that number and origin belong together. A run's own is
-// the oldest of those that it consumed. Where one is not to be had, because more outputs came at once than the cell
-// holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older unless
-// the predecessor reads its inputs only now and then, and if there is none, the clock's zero.
+// cell, which holds the origins of the newest outputs by number, so that number and origin belong together. A run's own
+// is the oldest of the origins that it consumed. Where one is not to be had, because more outputs came at once than the
+// cell holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older
+// unless the predecessor reads its inputs only now and then, and if there is none, the clock's zero.
 //
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.
@@ -29,7 +29,8 @@
 // where it did not wait for a trigger, begin() reads the clocks. What a run waits: wait_watch.h.
 //
 // A run that is to work on several threads is timed, too: from its begin to its end, less what it waited and while the
-// node's own thread was ready but others had its core, where the system tells. What kept those that help is in it.
+// node's own thread was ready but others had its core, where the system tells. What kept the threads that help is in
+// it.
 //
 // Units: Nanos. Thread safety: as each function says.
 #pragma once
@@ -82,9 +83,9 @@ class NodePort {
   // The same at once, while no thread runs the node.
   void bind_to(const Region& region);
   // Triggers the node, which is its subchain's head. False: the run before has not ended yet; the node is woken all the
-  // same, in case that whoever triggered that run is gone and did not wake it.
+  // same, in case that the process that triggered that run is gone and did not wake it.
   bool trigger_locally();
-  // The run under way counts as ended: who was to end it is gone.
+  // The run under way counts as ended: the program that was to end it is gone.
   void abandon_run();
 
  private:
@@ -104,8 +105,8 @@ class NodePort {
 
   // What the node's thread and others share. What `newest` points to stays. What `in_use` points to stays from when the
   // node, having written it, has found that it is the newest still: both sides write one and read the other, all of it
-  // sequentially consistent, so that either the node sees a newer one, or whoever makes another sees what is in use.
-  // Until then it may be gone.
+  // sequentially consistent, so that either the node sees a newer one, or the thread that makes another sees what is in
+  // use. Until then it may be gone.
   struct Shared {
     std::atomic<bool> stopping{false};
     std::atomic<const Binding*> newest{nullptr};
@@ -166,7 +167,7 @@ class NodePort {
   os::Os& os_;
   const graph::Graph& graph_;
   const NodeId node_;
-  std::vector<std::unique_ptr<const Binding>> bindings_;  // those that are in use, and the newest
+  std::vector<std::unique_ptr<const Binding>> bindings_;  // all that are in use, and the newest
   std::uint64_t made_ = 0;
   Shared shared_;
   Runs runs_;

@@ -144,9 +144,9 @@ class FollowerTest : public ::testing::Test {
   NodeId id(const char* name) const { return *app.graph.find_node(name); }
 
   void give(bool output = true) {
-    feeder.begin(run);
+    leader.begin(run);
     if (!output) run.skip_output();
-    feeder.end(run);
+    leader.end(run);
   }
   // A thread that runs `sum`, each time for as long as it says. Stopped by port.stop().
   std::unique_ptr<os::Thread> follow(Nanos cost = Nanos{0}) {
@@ -176,7 +176,7 @@ objective: [ { period: sink, weight: 1 } ]
 )");
   LocalRegion memory{app.graph, 1};
   Region& region = memory.region();
-  NodePort feeder{fake, app.graph, id("imu"), region};
+  NodePort leader{fake, app.graph, id("imu"), region};
   NodePort port{fake, app.graph, id("sum"), region};
   ctn::Run run;
   std::vector<std::uint64_t> consumed;
@@ -234,7 +234,7 @@ TEST_F(FollowerTest, WhoComesLateWaitsForTheNextOutput) {
   thread->join();
 }
 
-// Whoever writes there without a reason, as often as it likes.
+// A process that writes there without a reason, as often as it likes.
 TEST_F(FollowerTest, AWordThatLiesMakesRunsAndNoMore) {
   const auto thread = follow();
   for (const std::uint32_t word : {7U, 0U, 0xffffffffU, 1U << 31U}) {
@@ -250,18 +250,18 @@ TEST_F(FollowerTest, AWordThatLiesMakesRunsAndNoMore) {
   thread->join();
 }
 
-// What the feeder gives in the new region before the follower has looked is not lost.
+// What the leader gives in the new region before the follower has looked is not lost.
 TEST_F(FollowerTest, MovesToAnotherRegionWithItsFeeder) {
   LocalRegion other(app.graph, 1);
   const auto thread = follow(milliseconds{10});
   give();
   pass(milliseconds{1});  // busy
   port.move_to(other.region());
-  feeder.move_to(other.region());
+  leader.move_to(other.region());
   give();
   pass(milliseconds{50});
   EXPECT_EQ(consumed, (Numbers{1, 2}));
-  EXPECT_FALSE(port.uses(region) || feeder.uses(region));
+  EXPECT_FALSE(port.uses(region) || leader.uses(region));
   give();
   pass(milliseconds{50});
   EXPECT_EQ(consumed, (Numbers{1, 2, 3}));
@@ -295,7 +295,7 @@ TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
   }
 }
 
-// Guards: the next thread got the place, and then lost its clock to who removed the one before.
+// Guards: the next thread got the place, and then lost its clock to the removal of the one before.
 TEST(NodeLinkOfThreads, APlaceIsNotFreeBeforeNobodyVisitsWhoHadIt) {
   os::FakeOs fake;
   os::FaultyOs faulty(fake);

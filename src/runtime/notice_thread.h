@@ -1,7 +1,6 @@
 // Delivers notices (driver/notices.h) to the user's callback, in a thread of its own at the ordinary level, which
-// sleeps while there are none. A callback that blocks keeps only later notices waiting: nobody else waits for it but
-// stop(). The callback is that thread's alone, so nobody can call it while holding a lock. Without one there is no
-// thread.
+// sleeps while there are none. A callback that blocks keeps only later notices waiting: nothing else waits for it but
+// stop(). The callback is that thread's alone, so it cannot be called under a lock. Without one there is no thread.
 //
 // Thread safety: notices() and is_current() from any thread; start() and stop() from the owner.
 #pragma once
@@ -23,14 +22,14 @@ class NoticeThread {
 
   driver::Notices& notices() { return notices_; }
 
-  // From now on notices are delivered, those included that were added before. Precondition: it was not started before.
+  // From now on notices are delivered, with all that were added before. Precondition: it was not started before.
   void start() {
     if (!thread_.idle()) return;
     thread_.start("catan-notices", [this](const driver::Notices::Callback& on_notice) {
       do {
         notices_.deliver(on_notice);
       } while (thread_.sleep_until(kNever));
-      notices_.deliver(on_notice);  // those that were added before the end was asked for
+      notices_.deliver(on_notice);  // what was added before the end was asked for
     });
   }
   // Returns when all that were added before have been delivered. May be called again.

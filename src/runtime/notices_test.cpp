@@ -1,4 +1,4 @@
-// A user's callback may do whatever a user may: no lock is held when it is called, and nobody waits for it.
+// A user's callback may do whatever a user may: no lock is held when it is called, and no thread waits for it.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -21,7 +21,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// Each of these takes the lock of somebody who has notices to add: the enforcer's when a level is refused, the
+// Each of these takes the lock of an object that has notices to add: the enforcer's when a level is refused, the
 // that of the registered nodes when one has left.
 TEST(Notices, TheCallbackMayCallTheSchedulerBack) {
   const graph::App app = parse(R"(

@@ -1,5 +1,5 @@
 // A thread, and the state that it has for itself: while it runs, only its body is given the state, so no other thread
-// can reach it. Before start() and after join() the state is the owner's, whoever has this object.
+// can reach it. Before start() and after join() the state belongs to the owner of this object.
 //
 //   OwningThread<Count> count(os, 1);
 //   count.idle().begin();
@@ -44,7 +44,7 @@ class OwningThread {
     return state_;
   }
 
-  // Who woke it before is forgotten. Precondition: it has not been started or stopped before.
+  // Wakes before are forgotten. Precondition: it has not been started or stopped before.
   void start(const std::string& name, std::function<void(State&)> body) {
     assert(!thread_ && !stopping());
     seen_ = wakes_.load(std::memory_order_acquire);

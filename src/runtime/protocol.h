@@ -8,7 +8,7 @@
 //   {"leave": {"node": "LM"}}                   the sender runs it no more
 // Each is answered, in order: {"done": {}} or {"refused": {"what": "...", "hint": "..."}}.
 //
-// Who controls the server (`catan ctl`) says one of these, and no hello:
+// A program that controls the server (`catan ctl`) says one of these, and no hello:
 //   {"change": {"version": 2, "cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]],
 //               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
 //   {"status": {"version": 2}}                  answered with {"done": {}}, and with memory that holds the length of a

@@ -1,6 +1,7 @@
 // When a program that has no server tries to reach one again: at once when it has just lost it, ten times a second
-// where nobody answers, and less and less often, down to every five seconds, where one answers but refuses. One that
-// it was with before is asked sooner at first: it refuses because it has not noticed yet that the program was away.
+// where no server answers, and less and less often, down to every five seconds, where one answers but refuses. A server
+// that it was with before is asked sooner at first: it refuses because it has not noticed yet that the program was
+// away.
 //
 // Pure. Units: Nanos. Thread safety: none; one owner.
 #pragma once
@@ -29,7 +30,7 @@ class Redial {
     due_ = kNever;
     refused_for_ = Nanos{0};
   }
-  // Nobody was there, or the answer did not come.
+  // No server was there, or the answer did not come.
   void unanswered(TimePoint now) {
     due_ = now + kUsual;
     refused_for_ = Nanos{0};

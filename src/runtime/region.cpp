@@ -53,7 +53,7 @@ void ControllerCell::wake(os::Threads& threads) {
   threads.wake(word);
 }
 
-// Readers see either what stands for the number that they ask for, or that it does not: whoever reads a newer word
+// Readers see either what stands for the number that they ask for, or that it does not: a reader of a newer word
 // finds the number marked, or newer, when it looks at it again.
 void NodeCell::give(std::uint64_t run, std::int64_t origin) {
   Output& output = outputs[run % kOutputs];

@@ -13,7 +13,7 @@
 //   a ring          one a node that is not external: RingHeader, then kReports reports (report.h)
 //
 // Every process that has the region may write anything into it at any time. So no index found there is used without a
-// check of its range, and nobody spins on a value; what the scheduler must rely on, it keeps in memory of its own.
+// check of its range, and no thread spins on a value; what the scheduler must rely on, it keeps in memory of its own.
 //
 // Units: bytes; Nanos in words of 64 bits. Thread safety: all cells are atomics.
 #pragma once
@@ -73,7 +73,7 @@ struct OutputCell {
   // 1 + the number of a controller that is woken at each output; 0: free.
   std::array<std::atomic<std::uint32_t>, kMaxSubscribers> subscribers{};
 
-  // By who gives them: counts an output, and wakes who has subscribed.
+  // By the node that gives them: counts an output, and wakes the controllers that have subscribed.
   void give_output(os::Threads& threads, const Region& region, TimePoint at);
   // By a controller: it is woken from now on. False: there is no room. It does so again and again, since other
   // processes may have overwritten it.
@@ -107,15 +107,15 @@ struct alignas(64) NodeCell {
   std::atomic<std::uint32_t> word{0};
   std::atomic<std::uint64_t> number{0};                         // of the newest run that began; 0: none
   std::atomic<std::uint64_t> newest_output{0};                  // number of the newest run that gave output; 0: none
-  alignas(64) std::atomic<std::uint32_t> threads{0};            // none from here on, of those below
+  alignas(64) std::atomic<std::uint32_t> threads{0};            // none from here on, of the ones below
   std::array<std::atomic<std::int32_t>, kMaxThreads> thread{};  // 0: none, or ended
   alignas(64) std::array<Output, kOutputs> outputs{};           // by number modulo kOutputs
   alignas(64) OutputCell led;                                   // of an unscheduled node: for subchains that follow it
 
   // Run `run` of the node gives output: what it goes back to, and then that it is there. By the node.
   void give(std::uint64_t run, std::int64_t origin);
-  // The origin of the output of run `run`, and the oldest of those from `first` to `last`, which is an output: from 0
-  // up, whatever another process wrote. kUnknown: another output has taken its place, or it was none.
+  // The origin of the output of run `run`, and the oldest origin of the outputs from `first` to `last`, which is an
+  // output: from 0 up, whatever another process wrote. kUnknown: another output has taken its place, or it was none.
   static constexpr std::int64_t kUnknown = -1;
   std::int64_t origin_of(std::uint64_t run) const { return find(run).origin; }
   std::int64_t oldest_origin(std::uint64_t first, std::uint64_t last) const;

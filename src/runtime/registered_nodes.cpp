@@ -15,7 +15,7 @@ RegisteredNodes::RegisteredNodes(const graph::App& app, os::Os& os, const Region
       region_(region),
       links_(links),
       notices_(notices),
-      registered_(app.graph.nodes().size(), false),
+      presence_(app.graph.nodes().size(), Presence::kAway),
       left_(app.graph.subchains().size(), false) {}
 
 void RegisteredNodes::open(Enforcer& enforcer, Placement placement) {
@@ -27,15 +27,15 @@ void RegisteredNodes::open(Enforcer& enforcer, Placement placement) {
 }
 
 void RegisteredNodes::raise_unscheduled(os::Level level) {
-  std::vector<bool> registered;
+  std::vector<Presence> presence;
   {
     const std::lock_guard lock(mutex_);
     if (level <= unscheduled_level_.load(std::memory_order_relaxed)) return;
     unscheduled_level_.store(level, std::memory_order_release);
-    registered = registered_;
+    presence = presence_;
   }
-  for (std::size_t index = 0; index < registered.size(); ++index) {
-    if (!registered[index] || !app_.graph.nodes()[index].unscheduled) continue;
+  for (std::size_t index = 0; index < presence.size(); ++index) {
+    if (presence[index] != Presence::kRegistered || !app_.graph.nodes()[index].unscheduled) continue;
     // Raised inside the visit: a thread removed meanwhile is restored only after it.
     links_[index]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
   }
@@ -58,14 +58,14 @@ void RegisteredNodes::raise_if_changed(NodeId node, os::Level placed_at) {
   links_[node.index()]->for_each_thread([&](os::ThreadId thread) { enforcer_->raise(thread, level); });
 }
 
-bool RegisteredNodes::has(NodeId node) const {
+void RegisteredNodes::set(NodeId node, Presence presence) {
   const std::lock_guard lock(mutex_);
-  return registered_[node.index()];
+  presence_[node.index()] = presence;
 }
 
 bool RegisteredNodes::has_all(const graph::Subchain& subchain) const {
   return std::all_of(subchain.nodes.begin(), subchain.nodes.end(),
-                     [&](NodeId node) { return registered_[node.index()]; });
+                     [&](NodeId node) { return presence_[node.index()] == Presence::kRegistered; });
 }
 
 bool RegisteredNodes::has_all_of(const graph::Subchain& subchain) const {
@@ -78,8 +78,12 @@ Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId th
   if (!links_[node.index()]) {
     return Error::caller(fmt::format("node {} is external", name), "join as another, or drop 'external: true'");
   }
-  if (has(node)) {
-    return Error::caller(fmt::format("node {} is there already", name), "stop the program that runs it, or this one");
+  {
+    const std::lock_guard lock(mutex_);
+    if (presence_[node.index()] != Presence::kAway) {
+      return Error::caller(fmt::format("node {} is there already", name), "stop the program that runs it, or this one");
+    }
+    presence_[node.index()] = Presence::kJoining;
   }
   // Before any dispatcher knows these threads: what is set here is read back, and nothing may change it in between.
   const os::Level placed_at = level_of(node);
@@ -90,6 +94,7 @@ Status RegisteredNodes::join(NodeId node, os::ProcessId process, os::ThreadId th
       const Status done = place(node, process, each);
       if (done) continue;
       for (const os::ThreadId other : placed) enforcer_->release(other);
+      set(node, Presence::kAway);
       return done;
     }
   }
@@ -106,7 +111,7 @@ std::vector<os::ThreadId> RegisteredNodes::join_with(NodeId node, const std::vec
                 [&](os::ThreadId each) { return std::find(placed.begin(), placed.end(), each) != placed.end(); });
   if (!missing.empty()) return missing;
   links_[node.index()]->add_thread(placed.front());
-  registered_[node.index()] = true;
+  presence_[node.index()] = Presence::kRegistered;
   joined_.push_back(node);
   return {};
 }
@@ -137,7 +142,7 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
 
 RegisteredNodes::Added RegisteredNodes::add_if_placed(NodeId node, os::ThreadId thread, bool placed) {
   const std::lock_guard lock(mutex_);
-  const bool joined = registered_[node.index()];
+  const bool joined = presence_[node.index()] == Presence::kRegistered;
   if (joined && !placed) return Added::kNotPlaced;
   if (!links_[node.index()]->add_thread(thread)) return Added::kNoRoom;
   return joined ? Added::kToJoined : Added::kForLater;
@@ -170,14 +175,15 @@ bool RegisteredNodes::leave(NodeId node, const std::string& why) {
   bool expected = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!registered_[node.index()]) return false;
-    registered_[node.index()] = false;
+    if (presence_[node.index()] != Presence::kRegistered) return false;
+    presence_[node.index()] = Presence::kLeaving;
     expected = released_;
     if (const auto subchain = app_.graph.node(node).subchain) left_[subchain->index()] = true;
   }
   const std::vector<os::ThreadId> threads = link->threads();
   link->remove_all_threads();
   for (const os::ThreadId thread : threads) enforcer_->release(thread);
+  set(node, Presence::kAway);
   if (!expected) {
     notices_.add({os_.now(), "node-left",
                   fmt::format("node {} is gone: {}{}", app_.graph.node(node).name, why, broken_chains(node))});

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -35,14 +36,14 @@ class RegisteredNodes {
   // `enforcer` outlives its use: until release(), and all threads have been restored.
   void open(Enforcer& enforcer, Placement placement);
 
-  // From now on unscheduled nodes are at this level at least, those that have joined too. Precondition: open() was
-  // called.
+  // From now on unscheduled nodes are at this level at least, also nodes that have joined before. Precondition: open()
+  // was called.
   void raise_unscheduled(os::Level level);
-  // From now on threads are placed on these CPUs when they join. Those that have joined stay where they are.
+  // From now on threads are placed on these CPUs when they join. Threads that have joined stay where they are.
   void place_on(const os::CpuSet& cpus);
 
-  // `thread` of `process` is the node's own. Errors: an external node, one that is there already, threads or CPUs that
-  // cannot be had.
+  // `thread` of `process` is the node's own. Errors: an external node, one that is there already (until leave() has
+  // returned), threads or CPUs that cannot be had.
   Status join(NodeId node, os::ProcessId process, os::ThreadId thread);
   // Another thread that works for the node. Errors: no room.
   Status add_thread(NodeId node, os::ProcessId process, os::ThreadId thread);
@@ -57,7 +58,7 @@ class RegisteredNodes {
   // All nodes of the subchain are registered.
   bool has_all_of(const graph::Subchain& subchain) const;
   struct Change {
-    std::vector<SubchainId> left;  // of those that were paced: a node was missing, if only for a while
+    std::vector<SubchainId> left;  // of the subchains that were paced: a node was missing, if only for a while
     std::vector<SubchainId> back;  // of the others: all nodes are registered
   };
   // Since it was last called. `paced`: by subchain.
@@ -66,7 +67,9 @@ class RegisteredNodes {
   std::vector<NodeId> take_joined();
 
  private:
-  bool has(NodeId node) const;
+  // A node that joins or leaves is not registered, but there, so that no other program joins as it.
+  enum class Presence : std::uint8_t { kAway, kJoining, kRegistered, kLeaving };
+  void set(NodeId node, Presence presence);
   bool has_all(const graph::Subchain& subchain) const;  // under the lock
   std::vector<os::ThreadId> join_with(NodeId node, const std::vector<os::ThreadId>& placed);
   enum class Added { kNotPlaced, kNoRoom, kForLater, kToJoined };
@@ -82,16 +85,16 @@ class RegisteredNodes {
   const Region& region_;
   Links& links_;
   driver::Notices& notices_;
-  // Set before the first node joins. Who reads them has seen under the lock that one has.
+  // Set before the first node joins. A thread that reads them has seen under the lock that one has.
   Enforcer* enforcer_ = nullptr;
   Placement placement_;
   std::atomic<os::Level> unscheduled_level_{os::Level::kOrdinary};  // changed under the lock
 
-  mutable std::mutex mutex_;      // guards what follows
-  std::vector<bool> registered_;  // by node
-  std::vector<bool> left_;        // by subchain: a node of it has left since it was last settled
-  os::CpuSet cpus_;               // where threads are placed
-  std::vector<NodeId> joined_;    // since they were last taken
+  mutable std::mutex mutex_;        // guards what follows
+  std::vector<Presence> presence_;  // by node
+  std::vector<bool> left_;          // by subchain: a node of it has left since it was last settled
+  os::CpuSet cpus_;                 // where threads are placed
+  std::vector<NodeId> joined_;      // since they were last taken
   bool released_ = false;
 };
 

@@ -152,11 +152,11 @@ class RegisteredNodesTest : public ::testing::TestWithParam<const char*> {
   std::unique_ptr<Scheduler> scheduler;
 };
 
-TEST_P(RegisteredNodesTest, AFollowerWaitsForItsFeeder) {
+TEST_P(RegisteredNodesTest, AFollowerWaitsForItsLeader) {
   open(2, driver());
   auto sum = program("sum", milliseconds{1});
   pass(seconds{1});
-  EXPECT_EQ(sum->runs, 0) << "nobody feeds it";
+  EXPECT_EQ(sum->runs, 0) << "it has no leader";
   for (int round = 0; round < 3; ++round) {
     SCOPED_TRACE(round);
     auto imu = program("imu", milliseconds{1});
@@ -176,7 +176,7 @@ TEST_P(RegisteredNodesTest, AFollowerThatComesBackGoesOn) {
     EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
     leave("sum");
     sum.reset();
-    EXPECT_NEAR(runs_in(imu, [&] { pass(seconds{1}); }), 200, 1) << "its feeder does not mind";
+    EXPECT_NEAR(runs_in(imu, [&] { pass(seconds{1}); }), 200, 1) << "its leader does not mind";
   }
 }
 
@@ -189,7 +189,7 @@ TEST_P(RegisteredNodesTest, AFollowerNeedsNoScheduler) {
   EXPECT_NEAR(runs_in(sum, [&] { pass(seconds{1}); }), 200, 1);
 }
 
-TEST_P(RegisteredNodesTest, WhoeverIsThereIsPacedOthersAreWaitedFor) {
+TEST_P(RegisteredNodesTest, NodesThatAreThereArePacedOthersAreWaitedFor) {
   open(1);
   auto left = program("left");
   pass(seconds{1});
@@ -230,7 +230,7 @@ TEST_P(RegisteredNodesTest, ANodeThatDiesInItsRunBreaksItsChainOnlyAndComesBack)
   }
 }
 
-// It is back before anybody has noticed that nothing ends any more.
+// It is back before any controller has noticed that nothing ends any more.
 TEST_P(RegisteredNodesTest, ANodeThatIsBackAtOnceGoesOn) {
   open(1);
   auto left = program("left");
@@ -252,7 +252,7 @@ TEST_P(RegisteredNodesTest, ANodeIsThereOnce) {
   EXPECT_GE(left->runs, 15);
 }
 
-TEST_P(RegisteredNodesTest, WhoLeavesGetsItsSchedulingBack) {
+TEST_P(RegisteredNodesTest, ANodeThatLeavesGetsItsSchedulingBack) {
   open(1);
   auto left = program("left");
   pass(seconds{1});
@@ -267,7 +267,7 @@ TEST_P(RegisteredNodesTest, WhoLeavesGetsItsSchedulingBack) {
 
 // One program that is not there must not leave all others planned at a guess.
 class PlannedNodesTest : public RegisteredNodesTest {};
-TEST_P(PlannedNodesTest, WhoeverIsThereIsPlannedAsMeasuredAndOthersAsAssumed) {
+TEST_P(PlannedNodesTest, NodesThatAreThereArePlannedAsMeasuredAndOthersAsAssumed) {
   open(2);
   auto left = program("left", milliseconds{2});
   pass(seconds{3});
@@ -297,6 +297,29 @@ INSTANTIATE_TEST_SUITE_P(Planned, PlannedNodesTest, ::testing::Values("catan"),
 INSTANTIATE_TEST_SUITE_P(Policies, RegisteredNodesTest, ::testing::Values("catan", "default", "fifo"),
                          [](const auto& each) { return std::string(each.param); });
 
+// A scheduler of two_chains() on an os of the test's own.
+template <class TestOs>
+struct Started {
+  explicit Started(int cpus) : fake(os::fake_topology(cpus)), memory(app.graph, static_cast<std::size_t>(cpus)) {
+    fake.share_cpus(true);
+    SchedulerOptions options{
+        .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
+    scheduler = *Scheduler::create(app, os, std::move(options), fake.topology()->online(), memory.region());
+    EXPECT_TRUE(scheduler->prepare().ok());
+    EXPECT_TRUE(scheduler->start().ok());
+  }
+  ~Started() {
+    scheduler->release();
+    EXPECT_TRUE(scheduler->finish().ok());
+  }
+
+  const graph::App app = two_chains();
+  os::FakeOs fake;
+  TestOs os{fake};
+  LocalRegion memory;
+  std::unique_ptr<Scheduler> scheduler;
+};
+
 // Tells of each thread that is about to be bound.
 class ToldOs final : public os::FaultyOs {
  public:
@@ -311,22 +334,14 @@ class ToldOs final : public os::FaultyOs {
 // A dispatcher that knows of a thread moves it, also between its being set and its being read back, and then the join
 // was refused: "cannot bind to CPUs 0-1: it may use CPUs 0".
 TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
-  const graph::App app = two_chains();
-  os::FakeOs fake{os::fake_topology(2)};
-  fake.share_cpus(true);
-  ToldOs told(fake);
-  LocalRegion memory(app.graph, 2);
-  SchedulerOptions options{
-      .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
-  auto scheduler = Scheduler::create(app, told, std::move(options), os::CpuSet{0, 1}, memory.region());
-  ASSERT_TRUE(scheduler.ok());
-  ASSERT_TRUE((*scheduler)->prepare().ok());
-  ASSERT_TRUE((*scheduler)->start().ok());
+  Started<ToldOs> started(2);
+  os::FakeOs& fake = started.fake;
+  Scheduler& scheduler = *started.scheduler;
 
-  const NodeId node = *app.graph.find_node("left");
+  const NodeId node = *started.app.graph.find_node("left");
   std::map<os::ThreadId, bool> known_when_first_bound;
-  told.about_to_bind = [&](os::ThreadId thread) {
-    const std::vector<os::ThreadId> known = (*scheduler)->threads(node);
+  started.os.about_to_bind = [&](os::ThreadId thread) {
+    const std::vector<os::ThreadId> known = scheduler.threads(node);
     known_when_first_bound.emplace(thread, std::find(known.begin(), known.end(), thread) != known.end());
   };
   const auto sleeper = [&] { fake.sleep_until(fake.now() + seconds{1}); };
@@ -341,32 +356,22 @@ TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
   fake.sleep_until(fake.now() + milliseconds{1});
   const os::ThreadId own{numbers[0].load()};
   const os::ThreadId other{numbers[1].load()};
-  EXPECT_TRUE((*scheduler)->join(node, fake.current_process(), own).ok());
-  EXPECT_TRUE((*scheduler)->add_thread(node, fake.current_process(), other).ok());
+  EXPECT_TRUE(scheduler.join(node, fake.current_process(), own).ok());
+  EXPECT_TRUE(scheduler.add_thread(node, fake.current_process(), other).ok());
   EXPECT_EQ(known_when_first_bound.count(own) + known_when_first_bound.count(other), 2U);
   EXPECT_FALSE(known_when_first_bound[own]);
   EXPECT_FALSE(known_when_first_bound[other]);
-  told.about_to_bind = nullptr;
-  (*scheduler)->leave(node, "the test ends");
+  started.os.about_to_bind = nullptr;
+  scheduler.leave(node, "the test ends");
   for (const auto& thread : threads) thread->join();
-  (*scheduler)->release();
-  EXPECT_TRUE((*scheduler)->finish().ok());
 }
 
 // Guards: a thread that was named after the node's others had been listed, and before the node had joined, was not
 // placed with them. So what it had before was not saved, though dispatchers then set its level.
 TEST(RegisteredNodes, AThreadThatIsNamedWhileItsNodeJoinsIsPlaced) {
-  const graph::App app = two_chains();
-  os::FakeOs fake{os::fake_topology(1)};
-  fake.share_cpus(true);
-  ToldOs told(fake);
-  LocalRegion memory(app.graph, 1);
-  SchedulerOptions options{
-      .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
-  auto scheduler = Scheduler::create(app, told, std::move(options), os::CpuSet{0}, memory.region());
-  ASSERT_TRUE(scheduler.ok());
-  ASSERT_TRUE((*scheduler)->prepare().ok());
-  ASSERT_TRUE((*scheduler)->start().ok());
+  Started<ToldOs> started(1);
+  os::FakeOs& fake = started.fake;
+  Scheduler& scheduler = *started.scheduler;
   std::vector<std::unique_ptr<os::Thread>> threads;
   std::vector<os::ThreadId> ids;
   for (int number = 0; number < 2; ++number) {
@@ -377,23 +382,21 @@ TEST(RegisteredNodes, AThreadThatIsNamedWhileItsNodeJoinsIsPlaced) {
   }
   fake.sleep_until(fake.now() + milliseconds{1});
   ASSERT_EQ(ids.size(), 2U);
-  const NodeId node = *app.graph.find_node("left");
+  const NodeId node = *started.app.graph.find_node("left");
   std::vector<os::ThreadId> placed;
-  told.about_to_bind = [&](os::ThreadId thread) {
+  started.os.about_to_bind = [&](os::ThreadId thread) {
     placed.push_back(thread);
     if (placed.size() > 1) return;
-    EXPECT_TRUE((*scheduler)->add_thread(node, fake.current_process(), ids[1]).ok());
+    EXPECT_TRUE(scheduler.add_thread(node, fake.current_process(), ids[1]).ok());
   };
-  EXPECT_TRUE((*scheduler)->join(node, fake.current_process(), ids[0]).ok());
-  told.about_to_bind = nullptr;
+  EXPECT_TRUE(scheduler.join(node, fake.current_process(), ids[0]).ok());
+  started.os.about_to_bind = nullptr;
   EXPECT_EQ(placed, ids);
-  EXPECT_EQ((*scheduler)->threads(node).size(), 2U);
+  EXPECT_EQ(scheduler.threads(node).size(), 2U);
   fake.sleep_until(fake.now() + milliseconds{100});
-  (*scheduler)->leave(node, "the test ends");
+  scheduler.leave(node, "the test ends");
   for (const os::ThreadId id : ids) EXPECT_EQ(*fake.level(id), os::Level::kOrdinary);
   for (const auto& thread : threads) thread->join();
-  (*scheduler)->release();
-  EXPECT_TRUE((*scheduler)->finish().ok());
 }
 
 // A dispatcher that is slow between seeing a thread and setting its level.
@@ -418,35 +421,51 @@ class SlowOs final : public os::FaultyOs {
 TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
   for (const bool all : {false, true}) {
     SCOPED_TRACE(all ? "release" : "leave");
-    const graph::App app = two_chains();
-    os::FakeOs fake{os::fake_topology(1)};
-    fake.share_cpus(true);
-    SlowOs slow(fake);
-    LocalRegion memory(app.graph, 1);
-    SchedulerOptions options{
-        .policy = *policy::make_policy("catan"), .cpus = {}, .record = {}, .note = {}, .on_notice = {}};
-    auto scheduler = Scheduler::create(app, slow, std::move(options), os::CpuSet{0}, memory.region());
-    ASSERT_TRUE(scheduler.ok());
-    ASSERT_TRUE((*scheduler)->prepare().ok());
-    ASSERT_TRUE((*scheduler)->start().ok());
-    {
-      Program left(fake, **scheduler, memory.region(), "left", milliseconds{5});
-      fake.sleep_until(fake.now() + milliseconds{300});
-      const NodeId node = *app.graph.find_node("left");
-      const std::vector<os::ThreadId> threads = (*scheduler)->threads(node);
-      ASSERT_EQ(threads.size(), 1U);
-      while (!slow.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
-      if (all) {
-        (*scheduler)->release();
-      } else {
-        (*scheduler)->leave(node, "its process has ended");
-      }
-      fake.sleep_until(fake.now() + milliseconds{100});
-      EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
+    Started<SlowOs> started(1);
+    os::FakeOs& fake = started.fake;
+    Scheduler& scheduler = *started.scheduler;
+    Program left(fake, scheduler, started.memory.region(), "left", milliseconds{5});
+    fake.sleep_until(fake.now() + milliseconds{300});
+    const NodeId node = *started.app.graph.find_node("left");
+    const std::vector<os::ThreadId> threads = scheduler.threads(node);
+    ASSERT_EQ(threads.size(), 1U);
+    while (!started.os.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
+    if (all) {
+      scheduler.release();
+    } else {
+      scheduler.leave(node, "its process has ended");
     }
-    (*scheduler)->release();
-    EXPECT_TRUE((*scheduler)->finish().ok());
+    fake.sleep_until(fake.now() + milliseconds{100});
+    EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
   }
+}
+
+// Guards: a thread that joined again while leave() still waited for a dispatcher was restored and forgotten although it
+// had joined; a level that dispatchers gave it afterwards stayed.
+TEST(RegisteredNodes, ANodeThatJoinsWhileItLeavesIsRestoredAtTheEnd) {
+  Started<SlowOs> started(1);
+  os::FakeOs& fake = started.fake;
+  Scheduler& scheduler = *started.scheduler;
+  Program left(fake, scheduler, started.memory.region(), "left", milliseconds{5});
+  fake.sleep_until(fake.now() + milliseconds{300});
+  const NodeId node = *started.app.graph.find_node("left");
+  const std::vector<os::ThreadId> threads = scheduler.threads(node);
+  ASSERT_EQ(threads.size(), 1U);
+  while (!started.os.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
+  const auto joins = fake.spawn("joins", [&] {
+    while (!scheduler.join(node, fake.current_process(), threads[0])) {
+      fake.sleep_until(fake.now() + std::chrono::microseconds{100});
+    }
+  });
+  scheduler.leave(node, "its process has ended");
+  joins->join();
+  EXPECT_EQ(scheduler.threads(node), threads);
+  const int before = left.runs;
+  fake.sleep_until(fake.now() + milliseconds{500});
+  EXPECT_GE(left.runs - before, 5);
+  scheduler.release();
+  EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
+  EXPECT_EQ(*fake.affinity(threads[0]), fake.topology()->online());
 }
 
 }  // namespace

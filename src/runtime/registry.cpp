@@ -60,7 +60,7 @@ Status Registry::carry_out(Program& program, const Request& request) {
   const os::ThreadId thread{request.thread};
   if (request.kind == Request::Kind::kJoin) {
     if (Status own = own_thread(program, thread); !own) return own;
-    // Before the thread is placed as this node's: it may be among those that were taken for another's.
+    // Before the thread is placed as this node's: it may be among the threads that were taken for another's.
     if (!program.nodes.contains(*node)) release_found(program);
     if (Status joined = scheduler_.join(*node, program.process, thread); !joined) return joined;
     program.nodes.insert(*node);

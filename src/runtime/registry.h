@@ -10,9 +10,9 @@
 //   - when a program has ended, all its nodes leave,
 //   - all threads of a program that runs one node are the node's, also those that it makes later, except the one that
 //     serves the connection. Where a program runs several nodes, other threads say which one they belong to ("add"),
-//     and those that were found while it ran one are released. A program's threads are not searched before no node has
-//     joined between two searches, so that threads of nodes that join one after the other are not taken for the first
-//     one's.
+//     and the threads that were found while it ran one are released. A program's threads are not searched before no
+//     node has joined between two searches, so that threads of nodes that join one after the other are not taken for
+//     the first one's.
 //
 // Thread safety: one thread.
 #pragma once
@@ -47,7 +47,7 @@ class Registry {
     bool with_region = false;
     bool with_status = false;
   };
-  // What to answer. `sender`: who wrote the message.
+  // What to answer. `sender`: the process that wrote the message.
   Answer handle(ProgramId program, os::ProcessId sender, std::string_view message);
   // It has ended, or is turned away: `why` is for the notice.
   void leave(ProgramId program, const std::string& why);

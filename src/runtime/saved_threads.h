@@ -22,7 +22,7 @@ class SavedThreads {
   void save(os::SavedScheduling now) { saved_.insert_or_assign(now.thread, std::move(now)); }
   void forget(os::ThreadId thread) { saved_.erase(thread); }
 
-  // Those that are gone, or not known, are left alone.
+  // Threads that are gone, or not known, are left alone.
   void restore(os::ThreadId thread) const;
   void restore_all() const;
   // All but the CPUs, of all of them.

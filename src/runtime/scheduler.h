@@ -1,6 +1,6 @@
 // Schedules an app's nodes, wherever their threads are: it makes plans, paces subchains, sets levels and cores of
 // threads, collects their reports, and restores everything at the end. It communicates with nodes through a region
-// (region.h) alone, so it is the same for nodes of its own process (engine.h) and for those of others (server.h).
+// (region.h) alone, so it is the same for nodes of its own process (engine.h) and for nodes of others (server.h).
 //
 // What it is made of, and which thread owns what:
 //   controller_threads.h   one thread a subchain, and one a core (policies that follow a plan), at level dispatcher
@@ -8,7 +8,7 @@
 //   registered_nodes.h     which nodes are registered: any thread, locks
 //   enforcer.h             the scheduling that threads had before: any thread, locks
 //   notice_thread.h        one thread, at level ordinary, where there is an on_notice: calls it
-//   measurements.h         from the housekeeping thread to whoever reads: lock
+//   measurements.h         from the housekeeping thread to any reader: lock
 // This class puts them together, starts and stops them.
 //
 // It places the threads of nodes, which are made elsewhere:
@@ -55,7 +55,7 @@ struct SchedulerOptions {
   os::CpuSet cpus;                               // empty: all that this thread may use
   std::string record;                            // path; empty: none
   std::string note;
-  bool stealing = true;                      // false: nobody steals, whatever the app says
+  bool stealing = true;                      // false: no subchain steals, whatever the app says
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   bool guardian = false;                     // nodes are other processes': a guardian restores their threads
@@ -118,7 +118,7 @@ class Scheduler {
   bool delivers_notices() const { return notice_thread_.is_current(); }
 
  private:
-  // From prepare() on; none of it changes but by itself. In the order of who uses whom.
+  // From prepare() on; none of it changes but by itself. Each uses only parts before it.
   struct Parts {
     Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guardian> guardian,
           std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of);
@@ -153,7 +153,7 @@ class Scheduler {
   RegisteredNodes registered_;
   std::unique_ptr<Parts> parts_;
   std::atomic<bool> released_{false};
-  std::atomic<bool> prepared_{false};  // whoever asks from another thread sees all of the parts, or none
+  std::atomic<bool> prepared_{false};  // another thread that asks sees all of the parts, or none
 };
 
 }  // namespace ctn::runtime

@@ -31,10 +31,10 @@ class ServedRegions {
   // Whether the newest lies in this memory: its server was away, and is the same.
   bool is_newest(const os::SharedMemory& memory) const { return memory.is(regions_.back().memory); }
 
-  // All nodes of this app move to the newest region: those in `running`, which have a thread here, with their next run,
-  // the others at once. A node takes a trigger that waits there already.
+  // All nodes of this app move to the newest region: the nodes in `running`, which have a thread here, with their next
+  // run, the others at once. A node takes a trigger that waits there already.
   void move_nodes(Wiring& wiring, std::span<const NodeId> running) const;
-  // Releases those that no node uses any more.
+  // Releases the regions that no node uses any more.
   void drop_old(Wiring& wiring, std::span<const NodeId> running);
   std::size_t count() const { return regions_.size(); }
 

@@ -51,7 +51,7 @@ TEST_F(ServedRegionsTest, ANodeMovesWithItsNextRun) {
   ASSERT_TRUE(regions.add(of_server(kText)).ok());
   regions.move_nodes(wiring, running);
   EXPECT_TRUE(wiring.port(here)->uses(first));
-  EXPECT_FALSE(wiring.port(there)->uses(first)) << "nobody runs it: it has moved already";
+  EXPECT_FALSE(wiring.port(there)->uses(first)) << "no thread runs it: it has moved already";
   regions.drop_old(wiring, running);
   EXPECT_EQ(regions.count(), 2U);
   run_once();

@@ -216,7 +216,7 @@ void Server::receive_from(Key key, Client& client) {
 
 // Longer than a message may be.
 Result<os::SharedMemory> Server::status() const {
-  if (!describe_) return Error::caller("this server tells nobody its status", "start it by `catan serve`");
+  if (!describe_) return Error::caller("this server does not tell its status", "start it by `catan serve`");
   return to_memory(describe_(snapshot()));
 }
 

@@ -1,13 +1,12 @@
 // Schedules an app whose nodes are other processes', `catan serve`: a scheduler over shared memory, and a Unix socket
 // at which programs register the nodes that they run (client_engine.h is their side).
 //
-// Who may register: root, the user that the server runs as, and those that are named. Who may control the server, that
-// is change weights, bounds and CPUs or ask for its status: root and the user that it runs as (of the process that
-// connected, as the kernel knows it). What a program says is checked
-// (registry.h), what it writes into the shared memory is not trusted (region.h), and nothing here waits for it: a
-// program that floods the socket, says nothing, or belongs to another user is disconnected. If the server is killed, a
-// guardian restores the scheduling of the nodes' threads. If it is stopped, programs notice that its heartbeat stops,
-// and go on by themselves.
+// Who may register: root, the user that the server runs as, and the users that are named. Who may control the server,
+// that is change weights, bounds and CPUs or ask for its status: root and the user that it runs as (of the process that
+// connected, as the kernel knows it). What a program says is checked (registry.h), what it writes into the shared
+// memory is not trusted (region.h), and nothing here waits for it: a program that floods the socket, says nothing, or
+// belongs to another user is disconnected. If the server is killed, a guardian restores the scheduling of the nodes'
+// threads. If it is stopped, programs notice that its heartbeat stops, and go on by themselves.
 //
 // Thread safety: open, start, run, finish, watch from one thread; stop and snapshot from any.
 #pragma once
@@ -35,10 +34,9 @@ namespace ctn::runtime {
 
 struct ServerOptions {
   SchedulerOptions scheduler;
-  std::string socket;                // empty: socket_to_serve()
-  std::vector<std::uint32_t> users;  // who may register, besides root and the server's own user
-  std::function<std::string(const Snapshot&)>
-      describe{};  // what is answered to who asks for the status; else nothing is
+  std::string socket;                                      // empty: socket_to_serve()
+  std::vector<std::uint32_t> users;                        // who may register, besides root and the server's own user
+  std::function<std::string(const Snapshot&)> describe{};  // the answer to a request for the status; else there is none
 };
 
 class Server {

@@ -27,7 +27,7 @@ class Conversation {
   Conversation& operator=(const Conversation&) = delete;
 
   // A new connection in place of the one before; says hello for the thread that serves it. Returns the region's memory.
-  // kEnvironment: nobody is there, or it does not answer. kCaller: it refuses.
+  // kEnvironment: no server is there, or it does not answer. kCaller: it refuses.
   virtual Result<os::SharedMemory> dial(os::ThreadId service, const Meanwhile& meanwhile) = 0;
   // Asks and waits for the answer, for two seconds at most. kEnvironment: there is no connection, or it was lost, or
   // the answer did not come, and then there is none any more.
@@ -42,9 +42,9 @@ class ServerLink {
   ServerLink(const ServerLink&) = delete;
   ServerLink& operator=(const ServerLink&) = delete;
 
-  // Waits until nobody else has one.
+  // Waits until no other thread has one.
   virtual std::unique_ptr<Conversation> converse() = 0;
-  // Blocks until the server is gone, the deadline has passed, or somebody wakes it. True: it is gone, or did not
+  // Blocks until the server is gone, the deadline has passed, or another thread wakes it. True: it is gone, or did not
   // answer, and there is no connection any more. Not before the first dial().
   virtual bool wait(TimePoint deadline) = 0;
   // Ends whatever is being waited for.

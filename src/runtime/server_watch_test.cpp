@@ -270,7 +270,8 @@ TEST_F(ServerWatchTest, AServerThatRefusesOneNodeGetsNone) {
   EXPECT_TRUE(served);
 }
 
-// Guards: a call of a server that is stopped may take effect after threads were restored, and nobody checked again.
+// Guards: a call of a server that is stopped may take effect after threads were restored, and that was not checked
+// again.
 TEST_F(ServerWatchTest, AThreadThatIsRaisedAfterItsServerWentAwayIsRestored) {
   pass(seconds{1});
   lose();
@@ -283,7 +284,7 @@ TEST_F(ServerWatchTest, AThreadThatIsRaisedAfterItsServerWentAwayIsRestored) {
   pass(ServerWatch::kLongestCall);
   raise(map);
   pass(seconds{1});
-  EXPECT_EQ(level(map), os::Level::kActive) << "no call of the server takes as long: somebody else did it";
+  EXPECT_EQ(level(map), os::Level::kActive) << "no call of the server takes as long: it was not the server";
 }
 
 // Guards: a stopped server's answer was waited for.
@@ -292,7 +293,7 @@ TEST_F(ServerWatchTest, WhoLeavesDoesNotAskAServerThatDoesNothing) {
   pass(seconds{1});
   ASSERT_FALSE(served);
   raise(eye);
-  server.there = false;  // as it is for whoever has hung up
+  server.there = false;  // as it is for a program that has hung up
   server.heard.clear();
   watch.leave();
   ASSERT_FALSE(server.heard.empty());

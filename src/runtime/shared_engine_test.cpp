@@ -128,7 +128,7 @@ TEST_F(SharedTest, MovesFromCoreToCoreLoseNoRun) {
   EXPECT_TRUE(snapshot.notices.empty());
   EXPECT_GT(rate(snapshot, "scan"), 100.0);
   EXPECT_GT(rate(snapshot, "map"), 10.0);
-  EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "nobody was deferred for long";
+  EXPECT_LT(snapshot.chains[0].response_ms.max, 200.0) << "no trigger was deferred for long";
 }
 
 TEST_F(SharedTest, AHangIsSuspendedAndTheRestKeepsItsRates) {

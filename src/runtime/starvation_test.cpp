@@ -65,7 +65,8 @@ TEST(Starvation, AProcessThatWasStoppedIsNotStarved) {
   EXPECT_EQ(starvation.total(), milliseconds{249});
 }
 
-// A thread that was to wake shortly before the process went on has waited only for that, whoever reports first.
+// A thread that was to wake shortly before the process went on has waited only for that, whichever thread reports
+// first.
 TEST(Starvation, ThreadsThatWereDueWhileTheProcessWasStoppedAreNotStarved) {
   Starvation starvation;
   starvation.woke_late(1, at(milliseconds{3900}), at(milliseconds{4000}));

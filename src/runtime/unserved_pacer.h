@@ -1,6 +1,6 @@
-// Runs subchains at their own rates while there is no server: the heads of those whose head is this program's are
-// triggered every period, when the run before has ended. A run that has not ended after ten periods and a second counts
-// as ended: whoever was to end it is gone.
+// Runs subchains at their own rates while there is no server: the heads that are this program's are triggered every
+// period, when the run before has ended. A run that has not ended after ten periods and a second counts as ended: the
+// program that was to end it is gone.
 //
 // Units: Nanos. Thread safety: none; one owner, which is not a node's thread.
 #pragma once
@@ -23,7 +23,7 @@ class UnservedPacer {
 
   // From now on these, and no others. The ports outlive their use.
   void begin(TimePoint now, const std::vector<Head>& heads);
-  // Triggers those that are due. Returns when to be called again.
+  // Triggers the heads that are due. Returns when to be called again.
   TimePoint pace_heads(TimePoint now);
 
  private:

@@ -43,7 +43,7 @@ TEST_F(WaitWatchTest, TellsWaitsFromTheFirstOn) {
 TEST_F(WaitWatchTest, LooksAwayAfterManyRunsWithoutAny) {
   run(1ms, 3ms);
   for (int i = 0; i < WaitWatch::kWatchedRuns; ++i) EXPECT_EQ(run(1ms, 0ms), 0ms);
-  EXPECT_EQ(run(1ms, 3ms), 0ms) << "nobody knew that it might";
+  EXPECT_EQ(run(1ms, 3ms), 0ms) << "it was not known that it might";
   EXPECT_EQ(run(1ms, 3ms), 3ms);
 }
 

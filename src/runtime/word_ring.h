@@ -1,5 +1,5 @@
 // A bounded queue of fixed-size records from one thread to one other, wait-free on both sides: how nodes and
-// controllers report without ever waiting for whoever reads the reports.
+// controllers report without ever waiting for the reader of the reports.
 //
 // A record is a row of 64-bit words. The queue itself is plain memory (RingHeader and the words), so that it can lie
 // between two processes; its two ends are objects of their own. The reader believes nothing that it finds there: it

@@ -57,7 +57,7 @@ void Cpus::run_until(TimePoint end) {
   now_ = std::max(now_, end);
 }
 
-// --- Who runs ---
+// --- Which thread runs ---
 
 void Cpus::settle() {
   while (!dirty_.empty()) reschedule(dirty_.take_lowest());
@@ -68,7 +68,7 @@ void Cpus::account(int number) {
   const Nanos spent = now_ - cpu.since;
   if (limit_) enter_window(cpu);
   cpu.since = now_;
-  if (cpu.current == kNobody || spent == Nanos{0}) return;
+  if (cpu.current == kNoThread || spent == Nanos{0}) return;
   Entity& current = threads_[cpu.current];
   current.left -= spent;
   current.used += spent;
@@ -85,7 +85,7 @@ void Cpus::account(int number) {
 void Cpus::cpu_event(int number) {
   account(number);
   const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  if (cpu.current != kNobody && threads_[cpu.current].left <= Nanos{0}) {
+  if (cpu.current != kNoThread && threads_[cpu.current].left <= Nanos{0}) {
     finish(number);
   } else {
     touch(number);
@@ -105,7 +105,7 @@ void Cpus::finish(int number) {
   Entity& entity = threads_[thread];
   if (entity.level == 0) leave_fair(thread);
   entity.state = State::kAsleep;
-  cpu.current = kNobody;
+  cpu.current = kNoThread;
 }
 
 void Cpus::begin_work(int number, Thread thread) {
@@ -118,16 +118,16 @@ void Cpus::begin_work(int number, Thread thread) {
 void Cpus::reschedule(int number) {
   account(number);
   Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  if (cpu.current != kNobody && threads_[cpu.current].level == kReserved) give_way_without_budget(number);
+  if (cpu.current != kNoThread && threads_[cpu.current].level == kReserved) give_way_without_budget(number);
   const bool limit_reached = limited(number);
   Thread next = best_real_time(number);
-  if (limit_reached && next != kNobody && threads_[next].level < kReserved) next = kNobody;
-  if (next == kNobody) next = best_ordinary(number);
-  if (next == kNobody && cpu.current == kNobody) next = pull_ordinary(number);
+  if (limit_reached && next != kNoThread && threads_[next].level < kReserved) next = kNoThread;
+  if (next == kNoThread) next = best_ordinary(number);
+  if (next == kNoThread && cpu.current == kNoThread) next = pull_ordinary(number);
   const Level level = level_on(cpu);
   const bool must_go = limit_reached && level > 0 && level < kReserved;
   if (must_go) ++throttled_;
-  if (next != kNobody && next != cpu.current) {
+  if (next != kNoThread && next != cpu.current) {
     switch_to(number, next);
   }
   arm(number);
@@ -140,16 +140,12 @@ void Cpus::switch_to(int number, Thread next) {
   cpu.current = next;
   Entity& entity = threads_[next];
   entity.state = State::kRunning;
-  const auto from = static_cast<std::size_t>(entity.cpu);
-  if (entity.begun && cpus_[from].speed != cpu.speed) {
-    entity.left = Nanos{std::llround(static_cast<double>(entity.left.count()) * (cpus_[from].speed / cpu.speed))};
-  }
-  entity.cpu = number;
+  move_to(number, entity);
   if (entity.level == 0) {
     begin_slices_until_now(entity);
     entity.protected_until = entity.deadline;
   }
-  if (before != kNobody) {
+  if (before != kNoThread) {
     threads_[before].state = State::kReady;
     put_in_queue(before);
   }
@@ -158,11 +154,21 @@ void Cpus::switch_to(int number, Thread next) {
   if (!entity.begun) begin_work(number, next);
 }
 
+// What is left of its work takes as long as the CPU is slow.
+void Cpus::move_to(int number, Entity& entity) const {
+  const double from = cpus_[static_cast<std::size_t>(entity.cpu)].speed;
+  const double to = cpus_[static_cast<std::size_t>(number)].speed;
+  if (entity.begun && from != to) {
+    entity.left = Nanos{std::llround(static_cast<double>(entity.left.count()) * (from / to))};
+  }
+  entity.cpu = number;
+}
+
 // When the CPU has to be looked at next.
 void Cpus::arm(int number) {
   Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
   TimePoint at = kNever;
-  if (cpu.current != kNobody) {
+  if (cpu.current != kNoThread) {
     const Entity& current = threads_[cpu.current];
     at = now_ + std::max(current.left, Nanos{0});
     if (current.level == 0 && !cpu.fair.empty()) {
@@ -248,7 +254,7 @@ void Cpus::put_in_queue(Thread thread) {
   } else {
     insert(roaming_, thread);
     const int cpu = place_for_roaming(entity);
-    if (dirty_.has(cpu)) {  // somebody else may be about to get it: look everywhere
+    if (dirty_.has(cpu)) {  // another thread may be about to get it: look everywhere
       for (CpuMask cpus = entity.cpus; !cpus.empty();) touch(cpus.take_lowest());
     }
     touch(cpu);
@@ -299,7 +305,7 @@ void Cpus::put_on_level(Thread thread) {
   Entity& entity = threads_[thread];
   if (entity.state == State::kReady) put_in_queue(thread);
   if (entity.state == State::kRunning) {
-    if (entity.level == 0) {  // it joins those who wait in its place
+    if (entity.level == 0) {  // it joins the threads that wait in its place
       const std::int64_t virtual_now = virtual_time(entity.cpu);
       entity.vruntime = virtual_now;
       entity.deadline = virtual_now + fair_.slice.count();
@@ -323,7 +329,7 @@ void Cpus::set_cpus(Thread thread, CpuMask mask) {
   if (entity.state == State::kRunning && !stays) {
     account(entity.cpu);
     if (entity.level == 0) leave_fair(thread);
-    cpus_[static_cast<std::size_t>(entity.cpu)].current = kNobody;
+    cpus_[static_cast<std::size_t>(entity.cpu)].current = kNoThread;
     touch(entity.cpu);
     entity.state = State::kReady;
   } else if (entity.state != State::kReady) {
@@ -335,7 +341,7 @@ void Cpus::set_cpus(Thread thread, CpuMask mask) {
   put_in_queue(thread);
 }
 
-// Where a real-time thread that may choose pre-empts somebody, if it can anywhere.
+// Where a real-time thread that may choose pre-empts another, if it can anywhere.
 int Cpus::place_for_roaming(const Entity& entity) const {
   const auto level_at = [&](int cpu) { return level_on(cpus_[static_cast<std::size_t>(cpu)]); };
   int best = entity.cpus.has(entity.cpu) ? entity.cpu : entity.cpus.lowest();
@@ -352,153 +358,18 @@ int Cpus::place_for_roaming(const Entity& entity) const {
   return best;
 }
 
-// Of those who wait and the one that runs; kNobody: no real-time thread at all.
+// Of the threads that wait and the one that runs; kNoThread: no real-time thread at all.
 Cpus::Thread Cpus::best_real_time(int number) const {
   const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  Thread best = cpu.current != kNobody && threads_[cpu.current].level > 0 ? cpu.current : kNobody;
-  if (!cpu.queue.empty() && (best == kNobody || before(cpu.queue.back(), best))) best = cpu.queue.back();
+  Thread best = cpu.current != kNoThread && threads_[cpu.current].level > 0 ? cpu.current : kNoThread;
+  if (!cpu.queue.empty() && (best == kNoThread || before(cpu.queue.back(), best))) best = cpu.queue.back();
   for (auto waiting = roaming_.rbegin(); waiting != roaming_.rend(); ++waiting) {
-    if (best != kNobody && !before(*waiting, best)) break;
+    if (best != kNoThread && !before(*waiting, best)) break;
     if (!threads_[*waiting].cpus.has(number)) continue;
     best = *waiting;
     break;
   }
   return best;
-}
-
-// --- Ordinary threads ---
-
-int Cpus::place_for_ordinary(const Entity& entity) const {
-  const auto idle = [&](int number) {
-    const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-    return cpu.current == kNobody && cpu.fair.empty() && cpu.queue.empty();
-  };
-  const int stay = entity.cpus.has(entity.cpu) ? entity.cpu : entity.cpus.lowest();
-  if (entity.pinned || idle(stay)) return stay;
-  for (CpuMask others = entity.cpus; !others.empty();) {
-    const int cpu = others.take_lowest();
-    if (idle(cpu)) return cpu;
-  }
-  return stay;
-}
-
-// The average of what all who compete have had.
-std::int64_t Cpus::virtual_time(int number) {
-  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  std::int64_t sum = 0;
-  std::int64_t count = 0;
-  const auto add = [&](Thread thread) {
-    sum += threads_[thread].vruntime - cpu.virtual_time;
-    ++count;
-  };
-  if (cpu.current != kNobody && threads_[cpu.current].level == 0) add(cpu.current);
-  for (const Thread thread : cpu.fair) add(thread);
-  if (count > 0) cpu.virtual_time += sum / count;
-  return cpu.virtual_time;
-}
-
-// It keeps the lag that it had when it last left the queue; if it had more than its part, that is forgotten as others
-// catch up.
-void Cpus::join_fair(Thread thread, int number) {
-  account(number);
-  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  Entity& entity = threads_[thread];
-  if (cpu.fair.empty() && cpu.current != kNobody && cpu.current != thread && threads_[cpu.current].level == 0) {
-    begin_slices_until_now(threads_[cpu.current]);
-  }
-  if (entity.competes) {  // it was only pre-empted
-    cpu.fair.push_back(thread);
-    return;
-  }
-  const std::int64_t virtual_now = virtual_time(number);
-  auto competitors = static_cast<std::int64_t>(cpu.fair.size());
-  if (cpu.current != kNobody && cpu.current != thread && threads_[cpu.current].level == 0) ++competitors;
-  std::int64_t lag = entity.lag;
-  if (lag < 0) lag = std::min<std::int64_t>(0, lag + std::max<std::int64_t>(virtual_now - entity.left_at, 0));
-  if (competitors > 0) lag = lag * (competitors + 1) / competitors;
-  entity.vruntime = virtual_now - lag;
-  entity.deadline = entity.vruntime + fair_.slice.count();
-  entity.competes = true;
-  cpu.fair.push_back(thread);
-}
-
-void Cpus::leave_fair(Thread thread) {
-  Entity& entity = threads_[thread];
-  account(entity.cpu);
-  const std::int64_t max = 2 * fair_.slice.count();
-  const std::int64_t virtual_now = virtual_time(entity.cpu);
-  entity.lag = std::clamp(virtual_now - entity.vruntime, -max, max);
-  entity.left_at = virtual_now;
-  entity.competes = false;
-}
-
-// A thread that runs alone goes on from slice to slice.
-void Cpus::begin_slices_until_now(Entity& entity) const {
-  const std::int64_t slice = fair_.slice.count();
-  if (entity.deadline <= entity.vruntime) {
-    entity.deadline += ((entity.vruntime - entity.deadline) / slice + 1) * slice;
-  }
-}
-
-// Of those who wait and the one that runs. Who was given the CPU has it for a slice; who has had more than its part
-// since gives way to anybody who wakes.
-Cpus::Thread Cpus::best_ordinary(int number) {
-  Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  Thread current = cpu.current;
-  if (current != kNobody && threads_[current].level > 0) current = kNobody;
-  if (cpu.fair.empty()) return current;
-  bool begins_another = false;
-  if (current != kNobody) {
-    Entity& entity = threads_[current];
-    if (entity.vruntime < entity.protected_until) return current;
-    begins_another = entity.vruntime >= entity.deadline;
-    if (begins_another) entity.deadline = entity.vruntime + fair_.slice.count();
-  }
-  const std::int64_t virtual_now = virtual_time(number);
-  Thread best = kNobody;
-  Thread min = kNobody;  // rounding may leave nobody below the average
-  const auto consider = [&](Thread thread) {
-    const Entity& entity = threads_[thread];
-    if (min == kNobody || entity.vruntime < threads_[min].vruntime) min = thread;
-    if (entity.vruntime > virtual_now) return;
-    if (best == kNobody || entity.deadline < threads_[best].deadline) best = thread;
-  };
-  for (const Thread thread : cpu.fair) consider(thread);
-  // As much as its part is as good as more: whoever wakes with nothing to its credit goes first, too.
-  if (current != kNobody && (best == kNobody || threads_[current].vruntime < virtual_now)) consider(current);
-  const Thread chosen = best != kNobody ? best : min;
-  if (chosen == current && current != kNobody && begins_another) {
-    threads_[current].protected_until = threads_[current].deadline;
-  }
-  return chosen;
-}
-
-// One that waits elsewhere, for a CPU that would be idle.
-Cpus::Thread Cpus::pull_ordinary(int number) {
-  std::size_t max = 0;
-  Thread found = kNobody;
-  for (const Cpu& cpu : cpus_) {
-    if (cpu.fair.size() <= max) continue;
-    const auto may = std::find_if(cpu.fair.begin(), cpu.fair.end(),
-                                  [&](Thread thread) { return threads_[thread].cpus.has(number); });
-    if (may == cpu.fair.end()) continue;
-    max = cpu.fair.size();
-    found = *may;
-  }
-  if (found == kNobody) return kNobody;
-  Entity& entity = threads_[found];
-  const int from = entity.cpu;
-  leave_fair(found);
-  take_out_of_queue(found);
-  if (entity.begun && cpus_[static_cast<std::size_t>(from)].speed != cpus_[static_cast<std::size_t>(number)].speed) {
-    entity.left =
-        Nanos{std::llround(static_cast<double>(entity.left.count()) * (cpus_[static_cast<std::size_t>(from)].speed /
-                                                                       cpus_[static_cast<std::size_t>(number)].speed))};
-  }
-  entity.cpu = number;
-  entity.left_at = virtual_time(number);
-  join_fair(found, number);
-  return found;
 }
 
 // --- The real-time limit ---
@@ -513,7 +384,7 @@ void Cpus::enter_window(Cpu& cpu) {
 bool Cpus::limited(int number) const {
   if (!limit_) return false;
   const Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
-  const bool wanted = !cpu.fair.empty() || (cpu.current != kNobody && threads_[cpu.current].level == 0);
+  const bool wanted = !cpu.fair.empty() || (cpu.current != kNoThread && threads_[cpu.current].level == 0);
   return wanted && cpu.used_in_window >= limit_->runtime;
 }
 

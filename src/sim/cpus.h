@@ -7,8 +7,8 @@
 // lowest runs, rather where it ran last. Raised threads go to the end of their level's queue, lowered and pre-empted
 // ones to its front.
 //
-// Threads with a reservation of CPU time (reservation_server.h) are above all levels, as SCHED_DEADLINE is
-// above SCHED_FIFO: of those that have budget, on K CPUs the K with the earliest deadlines run; whoever has spent its
+// Threads with a reservation of CPU time (reservation_server.h) are above all levels, as SCHED_DEADLINE is above
+// SCHED_FIFO: of those that have budget, on K CPUs the K with the earliest deadlines run; a thread that has spent its
 // budget waits for the next, even where a CPU is idle. Budgets are not scaled by the speed of a CPU. The real-time
 // limit does not keep them from a CPU, but what they use counts.
 //
@@ -19,57 +19,19 @@
 // of one CPU; nothing is allocated once running. Thread safety: none; one owner.
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "base/time.h"
-#include "os/cpu_set.h"
 #include "os/level.h"
+#include "sim/cpu_mask.h"
 #include "sim/event_queue.h"
 #include "sim/machine.h"
 #include "sim/reservation_server.h"
 
 namespace ctn::sim {
-
-// As many as two words have bits.
-constexpr int kMaxCpus = 128;
-
-// A set of CPUs, small and quick.
-class CpuMask {
- public:
-  constexpr CpuMask() = default;
-  explicit CpuMask(const os::CpuSet& cpus) {
-    for (const int cpu : cpus.cpus()) add(cpu);
-  }
-  static CpuMask only(int cpu) {
-    CpuMask mask;
-    mask.add(cpu);
-    return mask;
-  }
-
-  void add(int cpu) { words_[word(cpu)] |= bit(cpu); }
-  bool has(int cpu) const { return (words_[word(cpu)] & bit(cpu)) != 0; }
-  bool empty() const { return (words_[0] | words_[1]) == 0; }
-  // Precondition for both: not empty.
-  int lowest() const { return words_[0] != 0 ? std::countr_zero(words_[0]) : 64 + std::countr_zero(words_[1]); }
-  int take_lowest() {
-    const int cpu = lowest();
-    words_[word(cpu)] &= ~bit(cpu);
-    return cpu;
-  }
-  bool single() const { return std::popcount(words_[0]) + std::popcount(words_[1]) == 1; }
-  friend constexpr bool operator==(const CpuMask&, const CpuMask&) = default;
-
- private:
-  static std::size_t word(int cpu) { return static_cast<std::size_t>(cpu) / 64; }
-  static std::uint64_t bit(int cpu) { return std::uint64_t{1} << (static_cast<unsigned>(cpu) % 64); }
-
-  std::array<std::uint64_t, 2> words_{};
-};
 
 class Cpus {
  public:
@@ -89,7 +51,7 @@ class Cpus {
     virtual bool done(Thread thread, int cpu) = 0;
   };
 
-  // CPU time by who used it.
+  // CPU time by the level of the threads that used it.
   struct Used {
     Nanos real_time{0};  // above the ordinary level
     Nanos ordinary{0};
@@ -110,7 +72,7 @@ class Cpus {
   void set_cpus(Thread thread, CpuMask cpus);
   Level level(Thread thread) const { return threads_[thread].level; }
 
-  // A thread that sleeps wakes: some latency from now, depending on who wakes it (the CPU; -1: nobody's). One that does
+  // A thread that sleeps wakes: some latency from now, depending on the CPU that wakes it (-1: none). One that does
   // not sleep is left alone.
   void wake(Thread thread, int from_cpu);
   // The same at that time, plus a timer's latency; of several calls the last counts. kNever: not at all. For a thread
@@ -134,7 +96,7 @@ class Cpus {
     kRunning,
     kNoBudget
   };  // the last: it waits for budget, in no queue
-  static constexpr Thread kNobody = 0xffffffff;
+  static constexpr Thread kNoThread = 0xffffffff;
 
   struct Entity {
     CpuMask cpus = CpuMask::only(0);
@@ -149,15 +111,15 @@ class Cpus {
     // Ordinary threads; virtual time of the CPU they are on.
     std::int64_t vruntime = 0;
     std::int64_t deadline = 0;
-    std::int64_t protected_until = 0;  // in its virtual time: nobody who wakes takes the CPU from it before
+    std::int64_t protected_until = 0;  // in its virtual time: no thread that wakes takes the CPU from it before
     std::int64_t lag = 0;              // when it last left a CPU's queue
     std::int64_t left_at = 0;          // the CPU's virtual time then
     std::uint64_t timers = 0;          // set so far
     bool competes = false;             // on a CPU, for its fair part: it runs or waits there
   };
   struct Cpu {
-    Thread current = kNobody;
-    Thread last = kNobody;
+    Thread current = kNoThread;
+    Thread last = kNoThread;
     TimePoint since{};          // accounted for up to here
     std::vector<Thread> queue;  // real-time, bound to this CPU; the next at the back
     std::vector<Thread> fair;   // ordinary threads that wait
@@ -170,7 +132,7 @@ class Cpus {
 
   EventQueue::Source source_of(Thread thread) const { return static_cast<EventQueue::Source>(cpus_.size()) + thread; }
   void touch(int cpu) { dirty_.add(cpu); }
-  Level level_on(const Cpu& cpu) const { return cpu.current == kNobody ? -1 : threads_[cpu.current].level; }
+  Level level_on(const Cpu& cpu) const { return cpu.current == kNoThread ? -1 : threads_[cpu.current].level; }
 
   void cpu_event(int cpu);
   void account(int cpu);
@@ -178,6 +140,7 @@ class Cpus {
   void settle();
   void reschedule(int cpu);
   void switch_to(int cpu, Thread next);
+  void move_to(int cpu, Entity& entity) const;
   void begin_work(int cpu, Thread thread);
   void arm(int cpu);
 
@@ -213,10 +176,10 @@ class Cpus {
   TimePoint now_{};
   std::vector<Entity> threads_;
   std::vector<Cpu> cpus_;
-  std::vector<std::optional<ReservationServer>> servers_;  // by thread; empty where nobody has one
+  std::vector<std::optional<ReservationServer>> servers_;  // by thread; empty where no thread has one
   std::vector<Thread> roaming_;  // real-time threads that may run on several CPUs and wait; the next at the back
   EventQueue events_due_;
-  CpuMask dirty_;  // CPUs on which somebody else may have to run
+  CpuMask dirty_;  // CPUs on which another thread may have to run
   std::int64_t first_order_ = 0;
   std::int64_t last_order_ = 0;
   std::uint64_t events_ = 0;

@@ -37,13 +37,13 @@ void Cpus::replenish(Thread thread) {
   put_in_queue(thread);
 }
 
-// Precondition: who runs has a reservation.
+// Precondition: the thread that runs has a reservation.
 void Cpus::give_way_without_budget(int number) {
   Cpu& cpu = cpus_[static_cast<std::size_t>(number)];
   const Thread thread = cpu.current;
   const ReservationServer& server = *servers_[thread];
   if (server.may_run()) return;
-  cpu.current = kNobody;
+  cpu.current = kNoThread;
   threads_[thread].state = State::kNoBudget;
   if (server.replenished_at() <= now_) {
     replenish(thread);

@@ -1,4 +1,4 @@
-// Who has which CPU when, by hand: every figure exact.
+// Which thread has which CPU when, by hand: every figure exact.
 #include "sim/cpus.h"
 
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ TEST_F(CpusTest, ARunningThreadThatIsLoweredGivesWayAtOnce) {
   EXPECT_EQ(log, "1@0:7 0@0:13");
 }
 
-// Who is lowered into a level goes to the front of it, who is raised into it to its end.
+// A thread that is lowered into a level goes to the front of it, one that is raised into it to its end.
 TEST_F(CpusTest, LoweredGoToTheFrontRaisedToTheEnd) {
   make(ideal(1), {milliseconds{1}, milliseconds{1}, milliseconds{1}, milliseconds{1}});
   for (const Cpus::Thread thread : {1U, 2U, 3U}) cpus->set_level(thread, kBackground);
@@ -191,7 +191,7 @@ TEST_F(CpusTest, RealTimeThreadsAreLimitedWhereOrdinaryOnesWait) {
   cpus->set_level(0, kActive);
   wake(0);
   run(200);
-  EXPECT_EQ(cpus->used_by(0), milliseconds{200}) << "nobody waits";
+  EXPECT_EQ(cpus->used_by(0), milliseconds{200}) << "no thread waits";
   wake(1);
   run(400);
   EXPECT_EQ(cpus->used_by(0), milliseconds{390});

@@ -30,13 +30,13 @@ std::size_t Nodes::threads_needed(const graph::App& app, int cores) {
 }
 
 Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKinds& kinds, RunCosts& costs, Cpus& cpus,
-             Cpus::Thread first, Listener& listener)
+             Cpus::Thread first, Client& client)
     : app_(app),
       kinds_(kinds),
       costs_(costs),
       cpus_(cpus),
       first_(first),
-      listener_(listener),
+      client_(client),
       overhead_(machine.costs.run_overhead),
       jitter_(machine.costs.run_jitter),
       real_time_(machine.real_time),
@@ -121,13 +121,13 @@ void Nodes::give_output(const plan::Leader& leader, int from_cpu) {
   Outputs& given = outputs(leader);
   ++given.count;
   given.newest = cpus_.now();
-  for (const std::size_t controller : given.subscribers) listener_.wake(controller, from_cpu);
+  for (const std::size_t controller : given.subscribers) client_.wake(controller, from_cpu);
 }
 
 void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
   Signal& signal = signals_[subchain.index()];
   signal.completed = std::max(signal.completed, token);
-  if (signal.wants_completions && signal.holder) listener_.wake(*signal.holder, from_cpu);
+  if (signal.wants_completions && signal.holder) client_.wake(*signal.holder, from_cpu);
 }
 
 // --- Levels and cores ---
@@ -336,7 +336,7 @@ void Nodes::end_run(Node& node, int cpu) {
     RunAccess::finish_writes(node.seen, origin.time_since_epoch());
   }
   batches_.ended(node.run);
-  listener_.run_ended(node.run);
+  client_.run_ended(node.run);
   if (node.run.emitted) publish(node);
   pass_on(node, node.run.emitted, cpu);
 }

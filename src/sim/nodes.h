@@ -58,10 +58,10 @@ struct Signal {
 
 class Nodes {
  public:
-  // Is told what nodes do.
-  class Listener {
+  // What nodes do is told to it.
+  class Client {
    public:
-    virtual ~Listener() = default;
+    virtual ~Client() = default;
     virtual void run_ended(const record::Run& run) = 0;  // good for the call
     virtual void wake(std::size_t controller, int from_cpu) = 0;
   };
@@ -71,7 +71,7 @@ class Nodes {
 
   // Its threads are `first` and those that follow. All outlive it.
   Nodes(const graph::App& app, const Machine& machine, const policy::CpuKinds& kinds, RunCosts& costs, Cpus& cpus,
-        Cpus::Thread first, Listener& listener);
+        Cpus::Thread first, Client& client);
 
   // --- before anything runs ---
   void set_body(NodeId node, Body body) {
@@ -180,7 +180,7 @@ class Nodes {
   RunCosts& costs_;
   Cpus& cpus_;
   Cpus::Thread first_;
-  Listener& listener_;
+  Client& client_;
   Nanos overhead_;
   Nanos jitter_;
   bool real_time_;

@@ -65,7 +65,7 @@ Clocks clocks_of(const graph::Graph& graph, const Options& options) {
 }  // namespace
 
 // Threads: of nodes, of controllers, of housekeeping, of background loads.
-class Simulation::Impl : public Cpus::Client, private Nodes::Listener, private driver::PlanningHost {
+class Simulation::Impl : public Cpus::Client, private Nodes::Client, private driver::PlanningHost {
  public:
   Impl(Setting setting, std::unique_ptr<RunCosts> costs, Options options)
       : setting_(std::move(setting)),

@@ -56,10 +56,10 @@ std::string owner_text(const plan::Plan& plan, const graph::App& app, int core) 
 std::string trigger_text(const plan::Member& member, const graph::App& app) {
   if (member.after) {
     const SubchainId* const subchain = member.after->subchain();
-    const std::string& feeder =
+    const std::string& leader =
         subchain != nullptr ? app.graph.subchain(*subchain).name : app.graph.node(*member.after->node()).name;
-    return member.after->every == 1 ? fmt::format("each output of {}", feeder)
-                                    : fmt::format("every {}th output of {}", member.after->every, feeder);
+    return member.after->every == 1 ? fmt::format("each output of {}", leader)
+                                    : fmt::format("every {}th output of {}", member.after->every, leader);
   }
   if (member.pause) return fmt::format("{} after its end", ms_text(*member.pause));
   const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";

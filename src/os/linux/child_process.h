@@ -4,7 +4,8 @@
 // reaches both. No descriptor of ours is open in it but standard input, output and error.
 //
 // When its owner goes, a child that still runs is asked to end (SIGTERM), made to after two seconds (SIGKILL), and
-// waited for: neither a program without its owner is left, nor a zombie. Who wants to be gentler waits before.
+// waited for: neither a program without its owner is left, nor a zombie. An owner that wants to be gentler waits
+// before.
 //
 // Thread safety: one thread at a time.
 #pragma once
@@ -43,7 +44,7 @@ class ChildProcess {
   // Readable once it has ended, for a Poller. None where the system does not support that: ask wait() now and then.
   const Descriptor& descriptor() const { return descriptor_; }
 
-  // How it ended; nothing while it runs. Code 255 where somebody else in this process collected that (or SIGCHLD is
+  // How it ended; nothing while it runs. Code 255 where another part of this process collected that (or SIGCHLD is
   // ignored).
   std::optional<Exit> wait();
   // Does nothing once it has ended. kEnvironment: not permitted, since the child is another user by now.

@@ -1,9 +1,9 @@
 // Messages between processes of one machine, over a Unix socket that keeps them apart (SOCK_SEQPACKET): each arrives
-// whole, in order, and once. The kernel says who sent each, and no sender can lie about it. listener.h makes the
-// server's ends.
+// whole, in order, and once. The kernel says which process sent each, and no sender can lie about it. listener.h makes
+// the server's ends.
 //
-// Nothing here blocks. Who sends faster than the other reads finds the buffer full, which is an error: a server drops
-// such a client rather than wait for it.
+// Nothing here blocks. A process that sends faster than the other reads finds the buffer full, which is an error: a
+// server drops such a client rather than wait for it.
 //
 // Thread safety: send() from any thread; receive() from one thread at a time.
 #pragma once
@@ -35,18 +35,18 @@ struct Message {
   bool truncated = false;  // it was longer than kMaxMessage; the rest is lost
   Descriptor descriptor;   // that was handed over with it, if one was
   bool surplus = false;    // more descriptors came, or one that this process has no number left for; they are closed
-  Peer sender;             // who wrote this message: need not be who connected
+  Peer sender;             // that wrote this message: need not be the one that connected
 };
 
 enum class Arrival { kMessage, kNothing, kClosed };
 
 class Connection {
  public:
-  // To the server that listens on `path`. kCaller: a path that no socket can have. kEnvironment: nobody listens there,
-  // it is not permitted, or the server does not keep up.
+  // To the server that listens on `path`. kCaller: a path that no socket can have. kEnvironment: no process listens
+  // there, it is not permitted, or the server does not keep up.
   static Result<Connection> connect(const std::string& path);
   // From a socket that is connected, as Listener::accept() has it; nothing where the other process is gone already.
-  // Until then a sender who wants to can stay unnamed (process 0) on kernels before 6.16.
+  // Until then a sender that wants to can stay unnamed (process 0) on kernels before 6.16.
   static Result<std::optional<Connection>> adopt(Descriptor socket);
 
   // Hands over a copy of `passed`, if given. kCaller: an empty message, or more than kMaxMessage bytes. kEnvironment:
@@ -55,7 +55,7 @@ class Connection {
   // kClosed: there will be no more. Overwrites `message`, which is empty unless kMessage.
   Arrival receive(Message& message) const;
 
-  // Who connected, or on a client's end, who listens.
+  // The process that connected, or on a client's end, that listens.
   const Peer& peer() const { return peer_; }
   // Readable when receive() has something to tell.
   const Descriptor& socket() const { return socket_; }

@@ -16,7 +16,7 @@ namespace {
 // As guardian_process.cpp calls itself.
 constexpr std::string_view kGuardianName = "(catan-guard";
 
-// By parent; those that have ended but were not collected, too.
+// By parent; processes that have ended but were not collected, too.
 std::multimap<ProcessId, std::pair<ProcessId, Parentage>> all_by_parent(const LinuxRoots& roots) {
   std::multimap<ProcessId, std::pair<ProcessId, Parentage>> all;
   for (const int number : numbered_entries(roots.procfs, "").value_or(std::vector<int>{})) {

@@ -1,4 +1,4 @@
-// What the programs that this process started have started in turn, for whoever is to end all of it.
+// What the programs that this process started have started in turn, for ending all of it.
 //
 // A process whose parent ends is given to the next of its ancestors that adopts orphans, so once this one does, nothing
 // below it is lost sight of, also what has put itself into the background. Guardians (guardian.h) are not counted: they

@@ -1,7 +1,7 @@
 // What the kernel tells about itself and the machine: for the slack that plans need, and for the record of a run.
 //
 // Two mechanisms keep CPU time for ordinary threads. Kernels before 6.12 throttle real-time threads
-// (sched_rt_runtime_us per sched_rt_period_us). Those from 6.12 on run a fair server on each CPU, whose numbers only
+// (sched_rt_runtime_us per sched_rt_period_us). Kernels from 6.12 on run a fair server on each CPU, whose numbers only
 // debugfs shows; it is seldom readable, so the kernel's default (50 ms in 1 s) is assumed then, and said. Both can be
 // at work at once, and a control group may throttle harder than the machine: the largest reserve counts.
 //

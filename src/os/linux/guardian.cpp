@@ -143,7 +143,7 @@ void LinuxGuardian::end_guardian() {
   for (bool open = true; open;) {
     pollfd source{monitor_socket_.number(), POLLIN, 0};
     const int found = ::poll(&source, 1, kTimeoutMs);
-    if (found == 0) ::kill(guardian_pid_, SIGKILL);  // somebody has stopped it
+    if (found == 0) ::kill(guardian_pid_, SIGKILL);  // another program has stopped it
     char byte = 0;
     if (found >= 0) open = ::recv(monitor_socket_.number(), &byte, 1, 0) == 1;
   }

@@ -29,7 +29,7 @@ void close_range(unsigned first, unsigned last) {
   for (unsigned number = first; number < end && number <= last; ++number) ::close(static_cast<int>(number));
 }
 
-// Standard input and output, too, are closed: whoever reads what the server writes is not to wait for us.
+// Standard input and output, too, are closed: a program that reads what the server writes is not to wait for us.
 void close_all_but(int one, int other) {
   unsigned from = 0;
   for (const int kept : {std::min(one, other), std::max(one, other)}) {
@@ -92,7 +92,7 @@ Seen wait_for_end(EndSources& signs, int timeout) {
   }
 }
 
-// Readable once the thread that forked us is gone. The signal is one that nobody sends by chance.
+// Readable once the thread that forked us is gone. The signal is one that no program sends by chance.
 int watch_forker() {
   const int number = SIGRTMAX;
   sigset_t set{};
@@ -115,7 +115,7 @@ void run_guardian(const GuardianTable& table, const char* procfs, int monitor_so
   ::send(monitor_socket, &ready, 1, MSG_NOSIGNAL);
   Seen seen = wait_for_end(signs, -1);
   restore_all(table, procfs);
-  // Its other threads may still be in calls that raise somebody, and come to their ends later than this one to its.
+  // Its other threads may still be in calls that raise a thread, and come to their ends later than this one to its.
   for (int pass = 0; seen != Seen::kEnded && pass < kPasses; ++pass) {
     seen = wait_for_end(signs, kPassMs);
     restore_all(table, procfs);

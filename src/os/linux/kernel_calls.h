@@ -40,7 +40,7 @@ class KernelCalls {
   virtual int get_nice(pid_t thread, int& nice);
   // CPUs that are not there are ignored by the kernel as long as one is.
   virtual int set_affinity(pid_t thread, const CpuMask& cpus);
-  // Of the CPUs the thread may use, those that are online.
+  // Of the CPUs the thread may use, the ones that are online.
   virtual int get_affinity(pid_t thread, CpuMask& cpus);
 };
 

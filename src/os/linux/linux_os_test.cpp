@@ -114,7 +114,7 @@ TEST_F(LinuxOsTest, ThreadsOfAnotherProcess) {
   EXPECT_FALSE(os_->threads(ProcessId{child}).ok());
 }
 
-// Two threads on one CPU, woken at once: who comes last was ready while the other worked.
+// Two threads on one CPU, woken at once: the one that comes last was ready while the other worked.
 TEST_F(LinuxOsTest, WhoWaitsForACpuIsReady) {
   if (!os_->ready_time()) GTEST_SKIP() << "this kernel does not tell";
   const auto cpus = os_->affinity(os_->current_thread());

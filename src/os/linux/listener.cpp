@@ -48,7 +48,7 @@ Descriptor open_spare() { return Descriptor(::open("/dev/null", O_RDONLY | O_CLO
 
 const sockaddr* generic(const sockaddr_un& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
-// Holds off other servers that start in the same folder at the same time. Whoever may read the folder can hold this
+// Holds off other servers that start in the same folder at the same time. A user who may read the folder can hold this
 // lock, so it is not waited for long: without it, all that is lost is the right order of two servers that race.
 Descriptor lock_folder(const std::string& folder) {
   constexpr int kTries = 100;
@@ -74,7 +74,7 @@ Status make_folder(const std::string& path) {
   return failed(path, errno);
 }
 
-// Removes a socket that nobody listens on.
+// Removes a socket that no process listens on.
 Status clear_path(const std::string& path, const sockaddr_un& address) {
   struct stat file {};
   if (::lstat(path.c_str(), &file) != 0) return errno == ENOENT ? Status(Done{}) : Status(failed(path, errno));
@@ -130,7 +130,7 @@ Result<Listener> Listener::open(const std::string& path, unsigned mode) {
   if (!socket.valid()) return failed(path, errno);
   if (::bind(socket.number(), generic(*address), sizeof *address) != 0) return failed(path, errno);
   const auto identity = identify(path);
-  // Nobody can connect before listen(), so nobody gets in whom the mode keeps out.
+  // No client can connect before listen(), so none gets in that the mode keeps out.
   const int yes = 1;
   if (!identity || ::chmod(path.c_str(), mode) != 0 ||
       ::setsockopt(socket.number(), SOL_SOCKET, SO_PASSCRED, &yes, sizeof yes) != 0 ||
@@ -147,9 +147,9 @@ Result<std::optional<Connection>> Listener::turn_away() {
   const int error = errno;
   spare_.reset();
   const bool waited = Descriptor(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC)).valid();
-  const bool nobody = !waited && errno == EAGAIN;  // the kernel looks for a descriptor first, and for a client then
+  const bool none_waits = !waited && errno == EAGAIN;  // the kernel looks for a descriptor first, and for a client then
   spare_ = open_spare();
-  if (nobody) return std::optional<Connection>();
+  if (none_waits) return std::optional<Connection>();
   return Error::environment(fmt::format("turned a client away at {}: {}", path_, errno_text(error)),
                             "let fewer clients connect, or raise the limit of open files (`ulimit -n`)");
 }

@@ -19,9 +19,9 @@ namespace ctn::os {
 
 class Listener {
  public:
-  // `mode` says who may connect, as in chmod: 0600 the own user, 0660 the group, too, 0666 everybody. The path's folder
-  // is made (0755) if it is missing. kCaller: a path that no socket can have, or one where there is something else.
-  // kEnvironment: another server is there, or it is not permitted.
+  // `mode` says who may connect, as in chmod: 0600 the own user, 0660 the group, too, 0666 every user. The path's
+  // folder is made (0755) if it is missing. kCaller: a path that no socket can have, or one where there is something
+  // else. kEnvironment: another server is there, or it is not permitted.
   static Result<Listener> open(const std::string& path, unsigned mode);
   // Removes the path, unless it is another's by now.
   ~Listener();
@@ -30,7 +30,7 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  // The next client that waits to be let in; nothing when none does. Who waits but is gone already is passed over.
+  // The next client that waits to be let in; nothing when none does. One that waits but is gone already is passed over.
   // kEnvironment: a client had to be turned away, because this process has no descriptor left for it.
   Result<std::optional<Connection>> accept();
 

@@ -190,10 +190,10 @@ TEST_F(ListenerTest, WithoutDescriptorsClientsAreTurnedAwayNotLeftWaiting) {
       const auto refused = listener.accept();
       if (refused.ok() || refused.error().message().find("turned a client away") == std::string::npos) return 3;
     }
-    const auto nobody = listener.accept();
+    const auto client = listener.accept();
     Message message;
     const bool closed = first->receive(message) == Arrival::kClosed && second->receive(message) == Arrival::kClosed;
-    return nobody.ok() && !nobody->has_value() && closed ? 0 : 4;
+    return client.ok() && !client->has_value() && closed ? 0 : 4;
   });
   EXPECT_EQ(server.join(), 0);
 }

@@ -28,8 +28,8 @@ class Poller {
   Status add(const Descriptor& descriptor, Key key);
   void remove(const Descriptor& descriptor);
 
-  // The keys of those that are readable, at most 64 at once; none after the deadline (kNever: no deadline) or wake().
-  // A key that another thread removes meanwhile may be among them. Valid until the next call.
+  // The keys of the descriptors that are readable, at most 64 at once; none after the deadline (kNever: no deadline) or
+  // wake(). A key that another thread removes meanwhile may be among them. Valid until the next call.
   const std::vector<Key>& wait(TimePoint deadline);
   // Ends the wait() that is going on, or else the next one, at once.
   void wake();

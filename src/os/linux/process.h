@@ -31,8 +31,8 @@ bool is_ending(ProcessId process, const LinuxRoots& roots = {});
 // The user that this process acts as.
 std::uint32_t current_user();
 
-// Becomes readable once the process has ended, whoever else has its sockets (pidfd). None when it is gone already, then
-// errno is ESRCH, or where the system gives none.
+// Becomes readable once the process has ended, whichever other process has its sockets (pidfd). None when it is gone
+// already, then errno is ESRCH, or where the system gives none.
 Descriptor watch_process(ProcessId process);
 
 }  // namespace ctn::os

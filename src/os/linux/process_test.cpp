@@ -48,7 +48,7 @@ TEST(Ending, IsAProcessThatIsBeingReapedOrGone) {
     const Descriptor end = watch_process(ProcessId{child.number()});
     pollfd source{end.number(), POLLIN, 0};
     ASSERT_EQ(::poll(&source, 1, 5000), 1);
-    EXPECT_TRUE(is_ending(ProcessId{child.number()})) << "nobody has reaped it";
+    EXPECT_TRUE(is_ending(ProcessId{child.number()})) << "it has not been reaped";
   }
   EXPECT_TRUE(is_ending(ProcessId{0x3fffffff}));
 }

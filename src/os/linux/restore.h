@@ -33,8 +33,8 @@ struct RestoreErrors {
 };
 
 // Tries every part, so that one refusal leaves as little behind as can be. Of the CPUs that were saved the thread gets
-// those that are still there; when none is, all. A thread that is gone, or is another by now, is ESRCH and not touched.
-// `procfs` is where start times are looked up.
+// the ones that are still there; when none is, all. A thread that is gone, or is another by now, is ESRCH and not
+// touched. `procfs` is where start times are looked up.
 RestoreErrors restore(KernelCalls& kernel, const char* procfs, const SavedThread& saved);
 
 }  // namespace ctn::os

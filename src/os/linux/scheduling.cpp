@@ -59,7 +59,7 @@ std::string describe(const SchedulingPolicy& policy) {
   }
 }
 
-// The kernel takes 0 for the calling thread and negative numbers for nobody; neither is a thread's number.
+// The kernel takes 0 for the calling thread and negative numbers for no thread; neither is a thread's number.
 pid_t kernel_number(ThreadId thread) { return std::max(static_cast<pid_t>(thread), pid_t{-1}); }
 bool is_number(ThreadId thread) { return kernel_number(thread) > 0; }
 

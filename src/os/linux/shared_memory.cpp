@@ -51,7 +51,7 @@ std::uint64_t free_memory() {
   return ::sysinfo(&system) == 0 ? std::uint64_t{system.freeram} * system.mem_unit : 0;
 }
 
-// The kernel reports no error when more memory is asked for than there is: it kills processes, of anybody, until there
+// The kernel reports no error when more memory is asked for than there is: it kills processes, of any user, until there
 // is enough. So no more than this is asked for.
 bool may_have(std::size_t size) { return size <= free_memory() / 2; }
 
@@ -98,7 +98,7 @@ Result<SharedMemory> SharedMemory::create(const std::string& name, std::size_t s
                          "allow the system call memfd_create (a container's filter may forbid it, or the kernel was "
                          "built without CONFIG_MEMFD_CREATE)");
   }
-  // Allocated now, because memory that is missing later ends whoever touches it.
+  // Allocated now, because memory that is missing later ends the process that touches it.
   if (::ftruncate(file.number(), static_cast<off_t>(size)) != 0 ||
       ::fallocate(file.number(), 0, 0, static_cast<off_t>(size)) != 0) {
     return cannot_create(size, errno_text(errno), "free memory, or raise the memory limit of this control group");

@@ -1,8 +1,8 @@
 // Memory that several processes share, by handing its descriptor over (connection.h).
 //
-// It is a memfd whose size is sealed: nobody, however ill-meaning, can shrink it under another's feet, which would end
-// that other process with a bus error. All pages are there from the beginning. What is in it anybody who has the
-// descriptor can write at any time: trust no value read from it.
+// It is a memfd whose size is sealed: no process, however ill-meaning, can shrink it under another's feet, which would
+// end that other process with a bus error. All pages are there from the beginning. What is in it any process that has
+// the descriptor can write at any time: trust no value read from it.
 //
 // Units: bytes. Thread safety: as that of a pointer to the memory. The memory stays where it is when its owner is
 // moved.
