@@ -82,14 +82,14 @@ class Analysis {
     const std::size_t i = member.subchain.index();
     const Millis late = std::max(promises_[i].execution - spacing_[i], Millis{0});
     if (!member.after) return member.pause ? Millis{0} : late;
-    // An output may come as late as the feeder's run may end, and as early as a run costs nothing.
+    // An output may come as late as the leader's run may end, and as early as a run costs nothing.
     if (const NodeId* const leader = member.after->node()) {
       return late + output_lateness(app_.graph, by_kind_.front(), *leader, plan_.slack);
     }
-    const std::size_t feeder = member.after->subchain()->index();
+    const std::size_t leader = member.after->subchain()->index();
     const bool owns = member_of(plan_, *member.after->subchain()) == nullptr;
-    const Millis run = owns ? plan_.subchains[feeder].execution : promises_[feeder].execution;
-    return late + run + jitter_[feeder];
+    const Millis run = owns ? plan_.subchains[leader].execution : promises_[leader].execution;
+    return late + run + jitter_[leader];
   }
 
   // The least time between any two triggers, however early outputs come: what is triggered by a pause or by outputs is

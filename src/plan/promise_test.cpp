@@ -37,7 +37,7 @@ TEST_F(PromiseTest, TheHighestPriorityTakesItsOwnTime) {
   EXPECT_EQ(promised(kFast).period, Millis{20});
 }
 
-TEST_F(PromiseTest, AFollowerTakesWhatInterruptsItAndComesWithItsFeeder) {
+TEST_F(PromiseTest, AFollowerTakesWhatInterruptsItAndComesWithItsLeader) {
   // fast interrupts 20 ms of slow twice: 32 ms, in which it comes twice.
   EXPECT_EQ(promised(kSlow).execution, Millis{32});
   EXPECT_EQ(promised(kSlow).period, Millis{40});

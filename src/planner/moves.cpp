@@ -43,7 +43,7 @@ bool has_cycle(const Schedule& schedule) {
   return false;
 }
 
-std::vector<std::size_t> feeders_of(const graph::Graph& graph, SubchainId id) {
+std::vector<std::size_t> predecessors_of(const graph::Graph& graph, SubchainId id) {
   std::set<std::size_t> found;
   for (const NodeId node : graph.subchain(id).nodes) {
     for (const NodeId from : graph.node(node).predecessors) {
@@ -113,7 +113,7 @@ Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& p
     const graph::TriggerBy trigger = free ? head.trigger : graph::TriggerBy::kTime;
     limits_.push_back({std::max(to_nanos(limits.min), dispatch::kShortestPeriod), limits.exact.has_value(), trigger});
     neighbours_.push_back(neighbours_of(app.graph, SubchainId(i)));
-    feeders_.push_back(feeders_of(app.graph, SubchainId(i)));
+    predecessors_.push_back(predecessors_of(app.graph, SubchainId(i)));
     arrivals_.push_back(trigger == graph::TriggerBy::kTime ? std::vector<Arrival>()
                                                            : arrivals_of(app.graph, SubchainId(i)));
   }
@@ -214,21 +214,22 @@ void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) co
     turn += cost_[i];
   }
   std::sort(priorities.rbegin(), priorities.rend());
-  std::vector<double> turns(schedule.subchains.size(), 1.0);  // of the first's, to one of his
+  std::vector<double> turns(schedule.subchains.size(), 1.0);  // of the first one's, to one of its own
   for (std::size_t at = 1; at < line.size(); ++at) {
     const std::size_t i = line[at];
     Place& place = schedule.subchains[i];
-    std::size_t feeder = leader;
+    std::size_t followed = leader;
     for (std::size_t before = 1; before < at; ++before) {
-      const auto& feeders = feeders_[i];
-      if (std::find(feeders.begin(), feeders.end(), line[before]) != feeders.end()) feeder = line[before];
+      const auto& predecessors = predecessors_[i];
+      if (std::find(predecessors.begin(), predecessors.end(), line[before]) != predecessors.end())
+        followed = line[before];
     }
     const bool with_first =
         together != chains_.end() && std::find(together->begin(), together->end(), i) != together->end();
     const double asked = with_first ? 1.0 : to_millis(place.period).count() / turn;
-    const int every = std::max(1, static_cast<int>(std::lround(asked / turns[feeder])));
-    turns[i] = every * turns[feeder];
-    place.after = plan::After{SubchainId(feeder), every};
+    const int every = std::max(1, static_cast<int>(std::lround(asked / turns[followed])));
+    turns[i] = every * turns[followed];
+    place.after = plan::After{SubchainId(followed), every};
     place.pause.reset();
     place.clock.reset();
     place.phase = Nanos{0};
@@ -244,9 +245,9 @@ void Moves::line_up(Schedule& schedule, const std::vector<std::size_t>& line) co
   first.pause = to_nanos(Millis{kRest * turn});
 }
 
-std::size_t Moves::some_feeder(std::size_t subchain, Random& random) const {
-  const std::vector<std::size_t>& feeders = feeders_[subchain];
-  if (!feeders.empty() && random.once_in(2)) return feeders[random.below(feeders.size())];
+std::size_t Moves::some_predecessor(std::size_t subchain, Random& random) const {
+  const std::vector<std::size_t>& predecessors = predecessors_[subchain];
+  if (!predecessors.empty() && random.once_in(2)) return predecessors[random.below(predecessors.size())];
   return random.below(limits_.size());
 }
 
@@ -489,10 +490,10 @@ void Moves::change_trigger(Schedule& schedule, std::size_t subchain, Random& ran
   place.clock.reset();
   place.phase = Nanos{0};
   const int every = random.once_in(3) ? 1 + static_cast<int>(random.below(kMaxOutputs)) : 1;
-  const std::size_t feeder = some_feeder(subchain, random);
-  place.after = plan::After{SubchainId(feeder), every};
+  const std::size_t leader = some_predecessor(subchain, random);
+  place.after = plan::After{SubchainId(leader), every};
   // Some less than outputs are likely to be apart.
-  const double apart = every * std::max(to_millis(schedule.subchains[feeder].period).count(), 1.5 * cost_[feeder]);
+  const double apart = every * std::max(to_millis(schedule.subchains[leader].period).count(), 1.5 * cost_[leader]);
   place.period = std::max(to_nanos(Millis{kHeldApart * apart}), limits_[subchain].shortest);
   if (has_cycle(schedule)) place = before;
 }

@@ -96,7 +96,7 @@ class Moves {
   void lead(trial::Schedule& schedule, std::size_t leader) const;
   bool may_lead(const trial::Schedule& schedule, std::size_t subchain, int core) const;
   void line_up(trial::Schedule& schedule, const std::vector<std::size_t>& line) const;
-  std::size_t some_feeder(std::size_t subchain, Random& random) const;
+  std::size_t some_predecessor(std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
@@ -108,12 +108,12 @@ class Moves {
   std::vector<double> cost_;
   int cores_;
   Freedom freedom_;
-  std::vector<Limits> limits_;                        // by subchain
-  std::vector<std::vector<std::size_t>> neighbours_;  // by subchain: that give it something, or take it from it
-  std::vector<std::vector<std::size_t>> feeders_;     // by subchain: those neighbours that give it something
-  std::vector<std::vector<std::size_t>> chains_;      // subchains on the way, the chain that weighs most first
-  std::vector<std::vector<Clock>> clocks_;            // by subchain
-  std::vector<std::vector<Arrival>> arrivals_;        // by subchain; empty where the app does not let them trigger it
+  std::vector<Limits> limits_;                          // by subchain
+  std::vector<std::vector<std::size_t>> neighbours_;    // by subchain: that give it something, or take it from it
+  std::vector<std::vector<std::size_t>> predecessors_;  // by subchain: those neighbours that give it something
+  std::vector<std::vector<std::size_t>> chains_;        // subchains on the way, the chain that weighs most first
+  std::vector<std::vector<Clock>> clocks_;              // by subchain
+  std::vector<std::vector<Arrival>> arrivals_;          // by subchain; empty where the app does not let them trigger it
 };
 
 }  // namespace ctn::planner

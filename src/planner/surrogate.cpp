@@ -140,8 +140,8 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
 double Surrogate::outputs_apart(const trial::Schedule& schedule, std::size_t subchain) const {
   const plan::After& after = *schedule.subchains[subchain].after;
   if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
-  const std::size_t feeder = after.subchain()->index();
-  return after.every * std::max(timings_[feeder].period, output_period_[feeder]);
+  const std::size_t leader = after.subchain()->index();
+  return after.every * std::max(timings_[leader].period, output_period_[leader]);
 }
 
 double Surrogate::runs_per_output(const plan::After& after) const {
@@ -273,11 +273,11 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i
   }
   double found = above.anytime - led.anytime;
   if (!place.after || place.after->subchain() == nullptr) return found;
-  // Nor above its feeder when that ended.
-  const trial::Place& feeder = schedule.subchains[place.after->subchain()->index()];
-  if (feeder.form != trial::Form::kPriority || feeder.core != place.core) return found;
+  // Nor above its leader when that ended.
+  const trial::Place& leader = schedule.subchains[place.after->subchain()->index()];
+  if (leader.form != trial::Form::kPriority || leader.core != place.core) return found;
   for (std::size_t at = above.first; at < above.last; ++at) {
-    if (schedule.subchains[order_[at]].priority >= feeder.priority) found -= timings_[order_[at]].anytime;
+    if (schedule.subchains[order_[at]].priority >= leader.priority) found -= timings_[order_[at]].anytime;
   }
   return std::max(found, 0.0);
 }
@@ -365,10 +365,10 @@ bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
     if (!batches_[i].empty()) return false;
     const std::optional<plan::After>& after = schedule.subchains[i].after;
     if (!after || after->subchain() == nullptr) continue;
-    const std::size_t feeder = after->subchain()->index();
-    if (schedule.subchains[feeder].form != trial::Form::kPriority) continue;
+    const std::size_t leader = after->subchain()->index();
+    if (schedule.subchains[leader].form != trial::Form::kPriority) continue;
     const auto end = order_.begin() + static_cast<std::ptrdiff_t>(at);
-    if (std::find(order_.begin(), end, feeder) == end) return false;
+    if (std::find(order_.begin(), end, leader) == end) return false;
   }
   return true;
 }

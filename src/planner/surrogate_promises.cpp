@@ -71,9 +71,9 @@ void Surrogate::plan_batches(const trial::Place& place, std::size_t subchain) {
 bool Surrogate::may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain) {
   const trial::Place* place = &schedule.subchains[subchain];
   while (place->after && place->after->subchain() != nullptr) {
-    const trial::Place& feeder = schedule.subchains[place->after->subchain()->index()];
-    if (feeder.core != place->core || feeder.priority < place->priority) return true;
-    place = &feeder;
+    const trial::Place& leader = schedule.subchains[place->after->subchain()->index()];
+    if (leader.core != place->core || leader.priority < place->priority) return true;
+    place = &leader;
   }
   return false;
 }
