@@ -4,8 +4,8 @@
 // A contender is a policy by its name (api/policies.h), or "plan:auto[:EFFORT][:no-FEATURE]...": the plan of
 // `catan plan --planner auto`, made before from other draws of the load than it is then measured by, and never revised.
 // Features that can be left out, to see what each is worth: priorities (frames everywhere), elastic (fixed frames),
-// stealing, phases (triggers by time are at phase 0), outputs (nobody is triggered by another's, unless the app says
-// so).
+// stealing, phases (triggers by time are at phase 0), outputs (no subchain is triggered by another's, unless the app
+// says so).
 //
 // The seed also draws when unscheduled nodes begin: on real machines that is chance, and lasts.
 //

@@ -218,7 +218,7 @@ void print_random(const Contest& contest, const std::string& what, const RatioOf
   }
 }
 
-// Everybody's objective to that of the first policy.
+// Each policy's objective to that of the first policy.
 void print_objectives_to_first(const Contest& contest) {
   const std::vector<std::string>& policies = contest.options.policies;
   fmt::print("\nObjective to that of {}, geometric means\n{:>5}", policies.front(), "cores");

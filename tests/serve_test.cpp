@@ -149,7 +149,7 @@ TEST_F(ServeTest, TheNextServerRaisesThreadsOfProgramsAgain) {
 }
 
 // A driver of two processes. Without a server, too, and without its leader it waits.
-TEST_F(ServeTest, AFollowerRunsWithTheFeederOfAnotherProcess) {
+TEST_F(ServeTest, AFollowerRunsWithTheLeaderOfAnotherProcess) {
   std::ofstream(path("app.yaml")) << R"(catan: 1
 app: served
 nodes: { imu: { unscheduled: true, period: 10ms }, sum: { unscheduled: true }, warp: { fallback_rate: 20Hz } }

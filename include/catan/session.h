@@ -51,7 +51,7 @@ struct SessionOptions {
   std::vector<int> cpus;                              // CPUs that nodes may use; empty: all that this process may use
   std::string record;                                 // path of the record to write; empty: none
   std::string note;                                   // kept in the record
-  bool stealing = true;                               // false: nobody goes on in another's slot when late
+  bool stealing = true;                               // false: no subchain goes on in another's slot when late
   bool replan = true;                                 // false: the first plan for which all nodes have run stays
   std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
   std::function<void(const std::string&)> on_notice;  // called by a thread of its own, ordinary; may block

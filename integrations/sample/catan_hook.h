@@ -7,7 +7,8 @@
 //   executor.add(...);   executor.spin();
 //
 // Topics are edges: a component subscribes to topics of its node's predecessors, with Keep::kAll where the node's input
-// is a queue. Relay delivers what a run published before the run ends, so whoever is triggered by that finds it.
+// is a queue. Relay delivers what a run published before the run ends, so a subchain that is triggered by that finds
+// it.
 //
 // Thread safety: as relay::Hook says. stop() from any thread.
 #pragma once
@@ -39,7 +40,7 @@ class CatanHook final : public relay::Hook {
   void complain(const relay::Component& component, const ctn::Error& error);
 
   ctn::Client& client_;
-  std::mutex client_mutex_;  // nobody attaches any more once the client stops
+  std::mutex client_mutex_;  // no node attaches any more once the client stops
   bool stopped_ = false;
   mutable std::mutex error_mutex_;
   std::string error_;

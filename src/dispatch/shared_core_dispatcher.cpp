@@ -235,7 +235,7 @@ void SharedCoreDispatcher::check_thief() {
   if (slot_->end <= now_) return;  // nothing to steal here
   const SharedCoreMember& thief = members_[*thief_];
   const SharedCoreMember& victim = members_[slot_->index];
-  // In its own slot, too: nobody outranks himself.
+  // In its own slot, too: a subchain does not outrank itself.
   if (!thief_can_go_on() || thief.slot().rank >= victim.slot().rank) {
     thief_.reset();
     return;

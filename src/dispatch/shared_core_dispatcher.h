@@ -8,7 +8,7 @@
 //   fixed     Slots begin at their planned offsets, frames on a grid of T. What a slot's subchain leaves is the
 //             background's. A late call finds later slots where they were planned; a slot that is over by then
 //             still has its trigger sent. Once a call is a whole frame late, the grid restarts.
-//   elastic   A slot begins when the dispatcher comes to it, so that lateness costs nobody his slice. It ends with its
+//   elastic   A slot begins when the dispatcher comes to it, so that being late costs no slice. It ends with its
 //             slice, or as soon as its subchain has nothing left to do, and is left out if it has nothing to do at all.
 //             The next frame follows at once, but not sooner than frame_min and kShortestFrame, and not without what is
 //             owed to ordinary threads (slack_account.h).
@@ -16,18 +16,18 @@
 // before is still under way then, it waits for the first slot that finds it ended. Queue nodes earn f runs a frame and
 // spend one on each trigger, several in one slot if they can; what they may save is bounded, so that a pause makes no
 // burst. A subchain with a `min_period` is deferred to the first frame that begins so long after its last trigger: a
-// rate cap that is to hold up nobody else.
+// rate cap that is to hold up no other subchain.
 //
-// Slack: nobody with a run under way is above the ordinary level, or such runs would starve ordinary threads. Time that
-// has to be waited anyway (frame_min, planned idle time) is the background's, and goes before the slack; with no run
-// under way it is all the same, and counts as slack.
+// Slack: no thread with a run under way is above the ordinary level, or such runs would starve ordinary threads. Time
+// that has to be waited anyway (frame_min, planned idle time) is the background's, and goes before the slack; with no
+// run under way it is all the same, and counts as slack.
 //
 // Stealing: a run that has had all its planned slots and is not done may go on, active, in the slots that follow until
 // it is done, across the frame's end too, as long as each is of a lower rank; the first one that is not ends it. Never
-// in the slack or in time that nobody planned to use. The slot's owner gets what is left of it; if nothing is left, its
-// trigger waits for its next slot. Slots that have no work, no length, or are over before they were looked at, are not
-// stolen. A run that has had four times its planned slots steals no more: what it takes beyond all plans is its own
-// subchain's loss.
+// in the slack or in time that no subchain was planned to use. The slot's owner gets what is left of it; if nothing is
+// left, its trigger waits for its next slot. Slots that have no work, no length, or are over before they were looked
+// at, are not stolen. A run that has had four times its planned slots steals no more: what it takes beyond all plans is
+// its own subchain's loss.
 //
 // Hang: a run under way for longer than `hang_after` is suspended: it is active in its slots, at the ordinary level
 // otherwise, and does not steal.

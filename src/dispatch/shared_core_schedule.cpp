@@ -18,7 +18,7 @@ bool steals(const graph::App& app, SubchainId subchain) {
   return std::find(off.begin(), off.end(), subchain) == off.end();
 }
 
-// A subchain that is late because its run waits would hold up the owner of the next slot while nobody computes.
+// A subchain that is late because its run waits would hold up the owner of the next slot while no run computes.
 bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kSwitchAllowance; }
 
 Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& options) {

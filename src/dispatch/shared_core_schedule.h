@@ -19,8 +19,8 @@ namespace ctn::dispatch {
 constexpr Nanos kShortestFrame = std::chrono::microseconds{100};
 
 // In elastic frames no slot ends sooner with its subchain's run under way: a timer is no more exact than that, and a
-// run whose cost was taken for nothing must still come to its end. It costs nobody anything, as a slot ends with its
-// run.
+// run whose cost was taken for nothing must still come to its end. It costs no other subchain anything, as a slot ends
+// with its run.
 constexpr Nanos kShortestSlice = std::chrono::microseconds{50};
 
 // What a slot is longer than its slice: in fixed frames each one, as far as the frame's idle time goes; in elastic
@@ -54,12 +54,13 @@ struct SharedCoreSchedule {
 };
 
 struct ScheduleOptions {
-  bool stealing = true;        // false: nobody steals, whatever the app says
+  bool stealing = true;        // false: no subchain steals, whatever the app says
   double hang_multiple = 0.0;  // of the planned execution time; 0: no run is ever taken to hang
   Nanos shortest_hang{0};      // no run is taken to hang sooner
 };
 
-// Precondition: `plan` is valid for `app` (plan::validate) and has this core. A core that nobody shares has no slots.
+// Precondition: `plan` is valid for `app` (plan::validate) and has this core. A core that no subchains share has no
+// slots.
 SharedCoreSchedule shared_core_schedule(const graph::App& app, const plan::Plan& plan, int core,
                                         const ScheduleOptions& options);
 

@@ -1,6 +1,6 @@
 // How to tell that the process of a dispatcher was stopped (SIGSTOP, a debugger) and goes on: a call comes much later
 // than was asked for. Nothing of ours outranks the calling thread, and the kernel keeps a CPU from real-time threads
-// for only 50 ms at a time. Nobody is charged for such a time, since the dispatcher did not give it to anybody.
+// for only 50 ms at a time. No subchain is charged for such a time, since the dispatcher gave it to none.
 #pragma once
 
 #include "base/time.h"

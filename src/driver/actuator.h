@@ -28,8 +28,9 @@ class Actuator {
   // --- Which controller holds which subchain ---
   // The newest; good until the next call of this or of hand_over().
   virtual const policy::Assignment& assignment() = 0;
-  // A subchain that nobody holds, with the state of its runs; from now on this controller holds it. None: somebody else
-  // still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever level they came.
+  // A subchain that no controller holds, with the state of its runs; from now on this controller holds it. None:
+  // another still does. Its threads are at the ordinary level, or, where it has just been set up, at whatever
+  // level they came.
   virtual std::optional<dispatch::RunState> take(SubchainId subchain) = 0;
   // Releases it and its completions, and wakes the controller that is to have it by the newest assignment.
   virtual void hand_over(SubchainId subchain, const dispatch::RunState& state) = 0;

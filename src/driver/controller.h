@@ -1,7 +1,7 @@
 // Controllers trigger subchains: they are the state machines of `dispatch`, carried out by an actuator (actuator.h). At
 // any time one controller holds a subchain, or none does; it passes from one to the other by a hand-over.
 //
-//   SubchainPacer  one a subchain (subchain_pacer.h): paces it while it takes turns with nobody: it has its CPUs to
+//   SubchainPacer  one a subchain (subchain_pacer.h): paces it while it takes turns with no other: it has its CPUs to
 //                  itself, or a fixed priority on one
 //   CoreDriver     one a core (core_driver.h): takes turns among those that share it
 //

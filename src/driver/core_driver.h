@@ -1,5 +1,5 @@
 // Takes turns among the subchains that share one core: the state machine of shared cores
-// (dispatch/shared_core_dispatcher.h), carried out. While nobody shares the core it has nothing to do.
+// (dispatch/shared_core_dispatcher.h), carried out. While no subchains share the core it has nothing to do.
 //
 // A subchain that is to share the core by an assignment, but is still held by another controller, is absent: its slot
 // is skipped until it is released there. Those that an assignment leaves out are released at the end of the frame.

@@ -1,5 +1,5 @@
 // What a user should be told. Any thread may add a notice, at any time and under any lock, because add() only stores
-// it: for snapshots and the record, and in the queue for whoever delivers them to the user's callback
+// it: for snapshots and the record, and in the queue for the thread that delivers them to the user's callback
 // (runtime/notice_thread.h), who is woken.
 //
 // Thread safety: add() and newest() from any thread; deliver() from one at a time, take_unrecorded() from one at a
@@ -21,8 +21,8 @@ class Notices {
  public:
   using Callback = std::function<void(const std::string&)>;
 
-  // `on_added` is called after each that is added, by whoever adds it, and so must not block; empty: nobody delivers
-  // them. `recorded`: somebody takes them for the record.
+  // `on_added` is called after each that is added, by the thread that adds it, and so must not block; empty: no thread
+  // delivers them. `recorded`: they are taken for the record.
   Notices(std::function<void()> on_added, bool recorded) : on_added_(std::move(on_added)), recorded_(recorded) {}
 
   void add(record::Notice notice);

@@ -9,7 +9,7 @@
 //   adopt()   takes that, and brings what was decided into force: PlanningHost::in_force()
 //
 // A plan is due at the end of the bootstrap, every `replan`, and at once when a node has run that had not before, when
-// compute times, power, clock limits or CPUs have changed (policy/replan.h), or when somebody has asked for other
+// compute times, power, clock limits or CPUs have changed (policy/replan.h), or when the user has asked for other
 // weights, bounds or CPUs (change()), within a budget of CPU time (policy/planning_budget.h). It is made with what is
 // known: nodes that have not run have an assumed cost, and the plan says which. Where no plan can be made and the one
 // in force names a CPU that is gone, what comes into force in its place has no plan: rates only (policy/planned.h).
@@ -58,7 +58,7 @@ struct PlanningOptions {
   std::shared_ptr<const policy::Policy> policy;
   os::CpuSet cpus;                                // that were given; policy::CpuKinds::fits() them
   double slack = 0.0;                             // a fraction of a core
-  bool stealing = true;                           // false: nobody steals, whatever the app says
+  bool stealing = true;                           // false: no subchain steals, whatever the app says
   bool replan = true;                             // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};       // in place of the app's
   std::optional<model::CostTable> known_costs{};  // for policies that decide once, by such
@@ -96,8 +96,8 @@ class PlanningHost {
   virtual os::PowerState power_state() = 0;
   virtual ControllerWork controller_work() = 0;
 
-  // Controllers, and nodes that run by themselves, are at these levels from now on, before anybody follows what comes
-  // into force next: they are no lower than before, and not all the same.
+  // Controllers, and nodes that run by themselves, are at these levels from now on, before any controller follows what
+  // comes into force next: they are no lower than before, and not all the same.
   virtual void raise(const Levels& levels) = 0;
   // `decision` replaces the one before it, and is to be carried out from now on. Its cores are those that were given.
   // It may have no plan although the one before had.

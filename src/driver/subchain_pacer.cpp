@@ -101,7 +101,7 @@ void SubchainPacer::set_leader(std::optional<plan::Leader> leader) {
   leader_ = leader;
 }
 
-// When to look for outputs, where nobody wakes it.
+// When to look for outputs, where nothing wakes it.
 TimePoint SubchainPacer::hear(TimePoint now) {
   if (!leader_) return kNever;
   const Actuator::Outputs outputs = actuator_->outputs(*leader_);

@@ -6,7 +6,7 @@
 // number of items hardly varies its slope means nothing: one is told only
 //   - if it is more than four of its standard errors from what was told before (0 at first), and then
 //   - again whenever it is known better than it was,
-// so that noise does not move it, and a window of batches that are all alike makes nobody forget it.
+// so that noise does not move it, and a window of batches that are all alike does not make it forgotten.
 //
 // Batches change as plans do, and compute times with them. Before a slope is known, that looks like a lasting change of
 // the compute time (change_detector.h); explains() tells the one from the other.

@@ -1,4 +1,4 @@
-// What a clock that is not ours does, from the ticks that somebody tells of, or runs that a timer of its own begins:
+// What a clock that is not ours does, from the ticks that it is told of, or runs that a timer of its own begins:
 // period and phase.
 //
 // Ticks may be told late, now and then by much, and some not at all; the clock drifts. How: each tick gets a number, by

@@ -43,8 +43,8 @@ class Guardian {
   // For a thread that got its scheduling back, or ended. Nothing happens where it is not watched.
   virtual void forget(ThreadId thread) = 0;
 
-  // Where somebody ended the guardian, starts another in its place, which watches what it did. Cheap enough to be
-  // called every second; watch() calls it, too. kEnvironment: none can be started; the next call tries again.
+  // Where another program ended the guardian, starts another in its place, which watches what it did. Cheap enough to
+  // be called every second; watch() calls it, too. kEnvironment: none can be started; the next call tries again.
   virtual Status ensure_running() = 0;
   // How often that was needed: what a user should be told when it grows.
   virtual int replaced() const = 0;

@@ -13,7 +13,7 @@
 namespace ctn::paper {
 namespace {
 
-// Subchains on cores; a core that somebody has to himself may be lent others of its kind.
+// Subchains on cores; a core that a subchain has to itself may be lent others of its kind.
 struct Cores {
   std::vector<int> core_of;  // by subchain
   std::vector<int> lent;     // by core: how many more its owner has
@@ -67,7 +67,7 @@ class LocalSearch {
     for (const int core : state.core_of) ++count[index(core)];
     return count;
   }
-  // How many cores of the kind nobody has; less than 0: the state cannot be.
+  // How many cores of the kind no subchain has; less than 0: the state cannot be.
   int spare(const Cores& state, const std::vector<int>& count, int kind) const {
     int spare = 0;
     for (std::size_t core = 0; core < cores(); ++core) {
@@ -134,7 +134,7 @@ class LocalSearch {
     return better;
   }
 
-  // A core that nobody has, or that another was lent.
+  // A core that no subchain has, or that another was lent.
   bool lend_any() {
     bool better = false;
     for (std::size_t to = 0; to < cores() && steps_ > 0; ++to) {

@@ -26,7 +26,7 @@ model::CostTable at_batches(const model::CostTable& costs, const std::vector<Bat
                             const graph::Graph& graph);
 
 // By NodeId, of nodes that have batches at these costs: what the plan's own periods bring at most. None where the
-// plan's fixed priorities promise somebody nothing.
+// plan's fixed priorities promise some subchain nothing.
 std::optional<std::vector<Batch>> needed_batches(const Plan& plan, const graph::App& app,
                                                  const model::CostTable& costs);
 

@@ -34,7 +34,7 @@ std::string names_of(const graph::Graph& graph, const Members& members) {
   return names;
 }
 
-// On a core that nobody shares there are no turns to take: its frame is empty.
+// On a core that no subchains share there are no turns to take: its frame is empty.
 void check_no_frame(Check& check, std::size_t number) {
   const CorePlan& core = check.plan.cores[number];
   if (!core.slots.empty()) check.problem(Check::core_key(number, "slots"), "a core that is not shared has no slots");
@@ -201,7 +201,7 @@ void check_priorities(Check& check, std::size_t number, const Members& members) 
   }
 }
 
-// Nobody waits for outputs that wait for its own.
+// No subchain waits for outputs that wait for its own.
 void check_following(Check& check, SubchainId id) {
   SubchainId at = id;
   for (std::size_t steps = 0; steps <= check.plan.subchains.size(); ++steps) {
@@ -241,7 +241,7 @@ void check_cores(Check& check) {
   for (std::size_t core = 0; core < members.size(); ++core) {
     // A core of another kind may be too slow to be of use.
     if (members[core].empty() && sharing[kind(core)]) {
-      check.problem(fmt::format("cores[{}]", core), "nobody has this core, while others are shared");
+      check.problem(fmt::format("cores[{}]", core), "no subchain has this core, while others are shared");
     }
     if (members[core].size() < 2 && check.plan.cores[core].form == Form::kFrames) continue;
     for (const SubchainId id : members[core]) {

@@ -68,8 +68,8 @@ bool is_deferred(const graph::Graph& graph, const Plan& plan, const CorePlan& co
 Millis min_elastic_frame(const graph::Graph& graph, const Plan& plan, const CorePlan& core);
 
 // How many ticks of a clock a period lasts: a whole number of them, or of halves, thirds or quarters, but for the
-// digits with which one writes periods and rates. None: neither, and then nobody can keep a phase to the clock at such
-// a period. Precondition: both are > 0.
+// digits with which one writes periods and rates. None: neither, and then no subchain can keep a phase to the clock at
+// such a period. Precondition: both are > 0.
 std::optional<TickCount> ticks_of(Millis period, Millis clock);
 
 // A subchain whose head takes all inputs since its last run: its share is free, because what counts is its average

@@ -11,7 +11,7 @@
 // response and jitter grow with one another. Outputs of an unscheduled node come at its period, each as late as its own
 // run and those of the nodes that it follows may end.
 //
-// While a run of i is pending, nobody below it on its core runs. So those above it that go back to outputs of one that
+// While a run of i is pending, nothing below it on its core runs. So those above it that go back to outputs of one that
 // is not above it come once each, and not again before i has ended: where all on the way from that one to j are on this
 // core and never wait, j comes at most as often as there are subchains on that way, since each of them may have kept
 // one trigger back until its period was over. That is where i does not wait and R_i is below silence_limit() of j
@@ -60,8 +60,8 @@ constexpr Millis kLongestPromise = std::chrono::hours{24};
 Millis output_lateness(const graph::Graph& graph, const model::CostTable& costs, NodeId node, double slack);
 
 // By SubchainId; period and execution are 0 for those without a fixed priority. None where the subchains above leave
-// somebody no time. Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs does
-// not trigger that one, directly or by others.
+// some subchain no time. Preconditions: shapes as validate() checks them; a subchain triggered by another one's outputs
+// does not trigger that one, directly or by others.
 std::optional<std::vector<Promise>> promise(const Plan& plan, const graph::App& app, const model::CostTable& costs);
 
 }  // namespace ctn::plan

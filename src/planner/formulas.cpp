@@ -98,10 +98,11 @@ Error unattainable(const graph::App& app, const model::CostTable& costs, const F
                                               "scale all weights down: only their ratios matter"}});
   }
   if (exact.empty()) {
-    return Error(ErrorKind::kCaller, {Problem{{},
-                                              "scheduler.schedule",
-                                              "no fixed priorities were found under which everybody is promised a time",
-                                              "leave out schedule: priorities, or give it more cores"}});
+    return Error(ErrorKind::kCaller,
+                 {Problem{{},
+                          "scheduler.schedule",
+                          "no fixed priorities were found under which each subchain is promised a time",
+                          "leave out schedule: priorities, or give it more cores"}});
   }
   const double there = speed_of_all(app, request.cores) * (1.0 - request.slack);
   const std::string_view unit = app.core_kinds.empty() ? "a core" : "a core of speed 1";

@@ -14,7 +14,7 @@
 
 namespace ctn::planner {
 
-// Steps of each of the paper's stages: while an app runs, 20 ms of CPU time for 64 subchains; and where somebody waits
+// Steps of each of the paper's stages: while an app runs, 20 ms of CPU time for 64 subchains; and where a user waits
 // for the plan.
 constexpr std::size_t kFrameStepsAtRunTime = 20'000;
 constexpr std::size_t kFrameSteps = 400'000;

@@ -33,7 +33,7 @@ class Random {
 // What a search is free to choose; without one of these it can be seen what that is worth.
 struct Freedom {
   bool phases = true;   // false: what is triggered by time is so at phase 0
-  bool outputs = true;  // false: nobody is triggered by another's outputs, unless the app asks for it
+  bool outputs = true;  // false: no subchain is triggered by another's outputs, unless the app asks for it
 };
 
 // An unscheduled node whose outputs may trigger a subchain.

@@ -19,8 +19,8 @@
 namespace ctn::planner {
 namespace {
 
-// A budget is for what nobody has seen: runs that were measured keep to it, all others' promises are for the planned
-// percentile anyway.
+// A budget is for runs longer than any that was seen: runs that were measured keep to it, all others' promises are for
+// the planned percentile anyway.
 constexpr double kBudgetMargin = 2.0;
 
 // `batches`: how many items its runs may have.
@@ -153,7 +153,7 @@ void set_period(const graph::App& app, SubchainId id, Millis period, trial::Plac
   place.after = plan::After{arrival.node, static_cast<int>(std::ceil(period / arrival.apart))};
 }
 
-// Everybody in turn, so seldom that each run is over before its next trigger.
+// Each subchain in turn, so seldom that each run is over before its next trigger.
 std::optional<Promised> slowed(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                int cores, double slack) {
   const std::vector<std::vector<Millis>> times = run_times(app, costs, slack);

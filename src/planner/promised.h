@@ -16,7 +16,7 @@
 namespace ctn::planner {
 
 // A schedule of fixed priorities as a plan that is valid (plan/validate.h), without what is expected of it. None where
-// there is no such plan: somebody has no fixed priority or no promise within reach, or what the app asks for is not
+// there is no such plan: a subchain has no fixed priority or no promise within reach, or what the app asks for is not
 // kept. Precondition: the schedule is one of a ScheduleSearch's.
 std::optional<plan::Plan> plan_of(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
                                   const trial::Schedule& schedule, double slack);

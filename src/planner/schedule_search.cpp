@@ -143,7 +143,7 @@ bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (!keeps_asked_triggers(schedule)) return;
-  // Until it is tried nobody knows what it is worth.
+  // What it is worth is not known until it is tried.
   Candidate candidate{.schedule = std::move(schedule), .score = 2.0 * kOverload, .relax = relax};
   if (fixed(candidate)) std::erase_if(candidates_, fixed);
   const auto same = std::find_if(candidates_.begin(), candidates_.end(),

@@ -285,8 +285,8 @@ double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i
 // A run takes
 //   L = late + (c + W) / (1 - U),  W = sum of r_j E[c_j^2] / 2 over those above that it may meet
 // (what is left of a run that is met at any time). Those that it triggers itself are in neither; they may make it begin
-// late. A run that waits takes that much longer, and may then meet anybody above it. One above it that runs longer than
-// its period makes it miss triggers: so many as fit into that run, but one.
+// late. A run that waits takes that much longer, and may then meet any subchain above it. One above it that runs longer
+// than its period makes it miss triggers: so many as fit into that run, but one.
 void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above) {
   const trial::Place& place = schedule.subchains[i];
   take_batches(place, i);
@@ -331,7 +331,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   }
 }
 
-// False: somebody gets nothing.
+// False: a subchain gets nothing.
 bool Surrogate::time_cores(const trial::Schedule& schedule) {
   load_ = 0.0;
   settled_ = true;

@@ -42,7 +42,7 @@ struct Estimate {
   double objective = 0.0;     // the weighted sum of means
   double relax = 1.0;         // by how much bounds would have to be relaxed, at the promised times
   bool exact_missed = false;  // an exact rate is not promised
-  bool promised = true;       // everybody is promised something
+  bool promised = true;       // each subchain is promised something
   double load = 0.0;          // of the fullest core: CPU time used, as a fraction of what the slack leaves
 };
 
@@ -111,7 +111,7 @@ class Surrogate {
     bool leads = false;
     double led_work = 0.0;  // what those cost, after each of its runs
   };
-  // Those above somebody on its core: order_[first, last).
+  // Those above a subchain on its core: order_[first, last).
   struct Above {
     std::size_t first = 0;
     std::size_t last = 0;
@@ -126,7 +126,7 @@ class Surrogate {
     double late = 0.0;  // how long they keep it from its next run
   };
   enum class Basis { kUsual, kPromised };
-  // More than this of a core's time above somebody leaves him none.
+  // More than this of a core's time above a subchain leaves it none.
   static constexpr double kNothingLeft = 0.999;
 
   struct Batches {  // of a node

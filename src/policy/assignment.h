@@ -35,7 +35,7 @@ struct SubchainPlace {
 struct Assignment {
   std::uint64_t number = 0;                         // of those published, counted from 1
   std::vector<SubchainPlace> places;                // by SubchainId
-  std::vector<dispatch::SharedCoreSchedule> cores;  // by core; without slots where nobody shares
+  std::vector<dispatch::SharedCoreSchedule> cores;  // by core; without slots where no subchains share it
 };
 
 // Removes the subchains that are not `present` (by SubchainId): no controller holds them, and the others go on without

@@ -1,4 +1,4 @@
-// Policies whose rates somebody has set by hand, in the app file or on the command line.
+// Policies whose rates were set by hand, in the app file or on the command line.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once

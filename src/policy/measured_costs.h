@@ -33,7 +33,7 @@ class MeasuredCosts {
     return nodes_[run.node.index()].add(run, items, kind);
   }
 
-  // What runs on cores of that kind take now, whatever was measured: so many times as much; or nobody knows.
+  // What runs on cores of that kind take now, whatever was measured: so many times as much; or it is not known.
   void rescale(std::size_t kind, double factor);
   void invalidate(std::size_t kind);
 

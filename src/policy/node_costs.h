@@ -63,7 +63,7 @@ class NodeCosts {
 
   // Runs on cores of that kind will take `factor` times as long as those seen.
   void rescale(std::size_t kind, double factor);
-  // Nobody knows what runs on cores of that kind take now: what was seen serves until there are a few more runs.
+  // What runs on cores of that kind take now is not known: what was seen serves until there are a few more runs.
   void invalidate(std::size_t kind);
 
  private:

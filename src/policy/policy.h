@@ -62,11 +62,11 @@ struct Situation {
   const model::CostTable& costs;             // to plan with
   const model::CostTable& typical;           // what runs typically cost
   double slack = 0.0;                        // fraction of a core that ordinary threads are to have
-  bool stealing = true;                      // false: nobody steals, whatever the app says
+  bool stealing = true;                      // false: no subchain steals, whatever the app says
   std::optional<graph::FrameMode> frames{};  // in place of those of a plan that is given
-  std::span<const NodeId> assumed{};         // whose costs nobody has measured: scheduled nodes that have not run
+  std::span<const NodeId> assumed{};         // whose costs were not measured: scheduled nodes that have not run
   PlanReason why = PlanReason::kBootstrap;
-  const trial::MeasuredRuns* runs = nullptr;  // as measured; null: nobody has
+  const trial::MeasuredRuns* runs = nullptr;  // as measured; null: none were
   std::size_t fewest_runs = 0;                // of the node of which the fewest are known
   double step_factor = 1.0;                   // of controllers' steps, as measured (step_cost.h)
   std::span<const NodeId> clocks{};           // nodes whose clocks are known

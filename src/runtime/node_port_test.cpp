@@ -251,7 +251,7 @@ TEST_F(FollowerTest, AWordThatLiesMakesRunsAndNoMore) {
 }
 
 // What the leader gives in the new region before the follower has looked is not lost.
-TEST_F(FollowerTest, MovesToAnotherRegionWithItsFeeder) {
+TEST_F(FollowerTest, MovesToAnotherRegionWithItsLeader) {
   LocalRegion other(app.graph, 1);
   const auto thread = follow(milliseconds{10});
   give();

@@ -417,19 +417,29 @@ class SlowOs final : public os::FaultyOs {
   os::FakeOs& fake_;
 };
 
+// A dispatcher has seen the one thread of node left, and is about to raise it.
+struct AboutToRaise : Started<SlowOs> {
+  AboutToRaise() : Started(1), left(fake, *scheduler, memory.region(), "left", milliseconds{5}) {
+    fake.sleep_until(fake.now() + milliseconds{300});
+    threads = scheduler->threads(node);
+    while (!os.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
+  }
+
+  Program left;
+  const NodeId node = *app.graph.find_node("left");
+  std::vector<os::ThreadId> threads;
+};
+
 // The level was set after the thread had been given back, and stayed.
 TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
   for (const bool all : {false, true}) {
     SCOPED_TRACE(all ? "release" : "leave");
-    Started<SlowOs> started(1);
+    AboutToRaise started;
     os::FakeOs& fake = started.fake;
     Scheduler& scheduler = *started.scheduler;
-    Program left(fake, scheduler, started.memory.region(), "left", milliseconds{5});
-    fake.sleep_until(fake.now() + milliseconds{300});
-    const NodeId node = *started.app.graph.find_node("left");
-    const std::vector<os::ThreadId> threads = scheduler.threads(node);
+    const NodeId node = started.node;
+    const std::vector<os::ThreadId>& threads = started.threads;
     ASSERT_EQ(threads.size(), 1U);
-    while (!started.os.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
     if (all) {
       scheduler.release();
     } else {
@@ -443,15 +453,12 @@ TEST(RegisteredNodes, ARestoredThreadIsNotRaisedByADispatcherThatSawItBefore) {
 // Guards: a thread that joined again while leave() still waited for a dispatcher was restored and forgotten although it
 // had joined; a level that dispatchers gave it afterwards stayed.
 TEST(RegisteredNodes, ANodeThatJoinsWhileItLeavesIsRestoredAtTheEnd) {
-  Started<SlowOs> started(1);
+  AboutToRaise started;
   os::FakeOs& fake = started.fake;
   Scheduler& scheduler = *started.scheduler;
-  Program left(fake, scheduler, started.memory.region(), "left", milliseconds{5});
-  fake.sleep_until(fake.now() + milliseconds{300});
-  const NodeId node = *started.app.graph.find_node("left");
-  const std::vector<os::ThreadId> threads = scheduler.threads(node);
+  const NodeId node = started.node;
+  const std::vector<os::ThreadId>& threads = started.threads;
   ASSERT_EQ(threads.size(), 1U);
-  while (!started.os.about_to_raise.load()) fake.sleep_until(fake.now() + std::chrono::microseconds{100});
   const auto joins = fake.spawn("joins", [&] {
     while (!scheduler.join(node, fake.current_process(), threads[0])) {
       fake.sleep_until(fake.now() + std::chrono::microseconds{100});
@@ -460,9 +467,9 @@ TEST(RegisteredNodes, ANodeThatJoinsWhileItLeavesIsRestoredAtTheEnd) {
   scheduler.leave(node, "its process has ended");
   joins->join();
   EXPECT_EQ(scheduler.threads(node), threads);
-  const int before = left.runs;
+  const int before = started.left.runs;
   fake.sleep_until(fake.now() + milliseconds{500});
-  EXPECT_GE(left.runs - before, 5);
+  EXPECT_GE(started.left.runs - before, 5);
   scheduler.release();
   EXPECT_EQ(*fake.level(threads[0]), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(threads[0]), fake.topology()->online());

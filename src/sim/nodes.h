@@ -186,7 +186,7 @@ class Nodes {
   bool real_time_;
   record::AgeTracker ages_;
   policy::BatchSizes batches_;
-  bool follows_ages_;  // somebody asks for them
+  bool follows_ages_;  // they are asked for
   std::vector<Node> nodes_;
   std::vector<Signal> signals_;
   std::vector<Outputs> outputs_of_subchains_;

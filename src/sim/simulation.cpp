@@ -192,7 +192,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
     TimePoint next{};
   };
 
-  // A subchain that is the only one shares with nobody.
+  // A subchain that is the only one shares its core with no other.
   int core_controllers() const {
     return options_.policy->follows_plan() && app_.graph.subchains().size() > 1 ? options_.machine.cores : 0;
   }

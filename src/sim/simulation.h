@@ -74,7 +74,7 @@ struct Options {
   std::shared_ptr<const policy::Policy> policy;
   Reserve reserve{};  // of a policy whose nodes are in reservations, in place of levels
   Machine machine{};
-  bool stealing = true;                      // false: nobody steals, whatever the app says
+  bool stealing = true;                      // false: no subchain steals, whatever the app says
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
   std::optional<double> slack{};             // in place of the app's

@@ -213,7 +213,7 @@ class Machine {
   Cores cores_;
   Lineage lineage_;
   std::optional<RunLog> log_;
-  std::vector<int> touched_;  // cores on which somebody else may have to run
+  std::vector<int> touched_;  // cores on which another subchain may have to run
   std::uint64_t events_ = 0;
 };
 

@@ -51,7 +51,7 @@ void SchedulingOptions::add_to(CLI::App& command) {
   command.add_option("--cpus", cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")->type_name("LIST");
   command.add_option("--record", record, "Keep the record of the run in this new file (catan report)")
       ->type_name("FILE");
-  command.add_flag("--no-stealing", no_stealing, "Nobody goes on in another's slot when late");
+  command.add_flag("--no-stealing", no_stealing, "No subchain goes on in another's slot when late");
   command.add_flag("--no-replan", no_replan, "Keep the first plan that rests on measured times");
   command.add_option("--frames", frames, "Frames of shared cores; else as the app says")
       ->check(CLI::IsMember({"elastic", "fixed"}));

@@ -54,7 +54,7 @@ class FakeCpus {
   void assign();
   // After assign(): a thread that has a CPU and nothing left to consume; the highest level, of those the first in line.
   std::optional<ThreadId> ready() const;
-  // After assign(), with nobody ready: until someone is, or a slice ends. Empty when no CPU is used.
+  // After assign(), with no task ready: until one is, or a slice ends. Empty when no CPU is used.
   std::optional<Nanos> next_event() const;
   // After assign(): the threads that have no CPU.
   std::vector<ThreadId> waiting() const;

@@ -2,8 +2,8 @@
 //
 // Threads made by spawn() are real threads, but one at a time has the baton and runs; it gives the baton up in wait(),
 // sleep_until(), burn() and join() alone. Next is the thread that can run at the earliest time; of several the one at
-// the highest level; of those the one that was made first. When nobody can run now, time jumps to the earliest
-// deadline. The thread that makes the FakeOs is its thread 1. When nobody can ever run again, or a million switches of
+// the highest level; of those the one that was made first. When no task can run now, time jumps to the earliest
+// deadline. The thread that makes the FakeOs is its thread 1. When no task can ever run again, or a million switches of
 // threads pass without time going on, the program aborts and lists all threads, instead of hanging.
 //
 // Threads do not compete for CPUs at first: burn() takes as long as it is asked, at whatever level. After
@@ -85,9 +85,10 @@ class FakeOs : public Os {
   // From now on the thread counts as another, which began just now and has the number of one that has ended.
   void reuse_number(ThreadId thread);
   std::vector<Change> changes() const;
-  // Does what the guardian would if the process were killed now; nobody is watched any more then.
+  // Does what the guardian would if the process were killed now; no thread is watched any more then.
   void restore_watched();
-  // Somebody ends the guardian: restore_watched() does nothing until ensure_running() or watch() has replaced it.
+  // Another program ends the guardian: restore_watched() does nothing until ensure_running() or watch() has replaced
+  // it.
   void end_guardian();
   // How many threads can be watched at once, 1024 at first.
   void set_guardian_capacity(std::size_t room);
@@ -143,7 +144,7 @@ class FakeOs : public Os {
   // Gives the baton away; returns when it is back. The caller has set when, or on what, the task can run again.
   void yield_baton(Task& task, Lock& lock);
   void pass_baton();
-  // The task that runs next; time goes on until then. Null when nobody ever can.
+  // The task that runs next; time goes on until then. Null when none ever can.
   Task* next_by_time();
   Task* next_on_shared_cpus();
   void make_runnable(Task& task);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <map>
@@ -38,6 +39,7 @@ constexpr std::array<Kind, 6> kKinds = {{{"catan-core", "dispatchers"},
                                          {"catan-server", "server"},
                                          {"catan-heartbeat", "heartbeat"},
                                          {"catan-link", "client"}}};
+constexpr std::size_t kHousekeeper = 2;
 
 std::string thread_name(os::ProcessId process, os::ThreadId thread) {
   std::ifstream file(fmt::format("/proc/{}/task/{}/comm", static_cast<int>(process), static_cast<int>(thread)));
@@ -86,25 +88,36 @@ Figure percent_figure(std::string name, std::string where, std::vector<double> p
   return figure;
 }
 
-std::vector<Figure> watch(os::Os& os, const SchedulerThreads& threads, Nanos duration, const std::string& where) {
+// `planning_ms`: CPU time of planning so far, which is the housekeeper's and stands apart: it may have half of what a
+// minute allows it at once (policy/planning_budget.h), so that a few seconds say nothing of its share.
+template <class PlanningTime>
+std::vector<Figure> watch(os::Os& os, const SchedulerThreads& threads, Nanos duration, const std::string& where,
+                          PlanningTime&& planning_ms) {
   std::array<std::vector<double>, kKinds.size()> by_kind;
+  std::vector<double> planning;
   std::vector<double> all;
   const TimePoint until = os.now() + duration;
   TimePoint last = os.now();
   Used before = threads.used();
+  double planned_before = planning_ms();
   while (last < until) {
     os.sleep_until(last + kWindow);
     const Used after = threads.used();
+    const double planned = planning_ms();
     const TimePoint now = os.now();
+    const Millis window = to_millis(now - last);
+    planning.push_back(100.0 * ((planned - planned_before) / window.count()));
     double sum = 0.0;
     for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
-      const double percent = 100.0 * (to_millis(after[kind] - before[kind]) / to_millis(now - last));
+      double percent = 100.0 * (to_millis(after[kind] - before[kind]) / window);
+      if (kind == kHousekeeper) percent = std::max(0.0, percent - planning.back());
       by_kind[kind].push_back(percent);
       sum += percent;
     }
     all.push_back(sum);
     last = now;
     before = after;
+    planned_before = planned;
   }
   std::vector<Figure> figures{percent_figure("CPU of scheduling", where, std::move(all))};
   figures.front().goal.p50 = 1.0;
@@ -112,6 +125,7 @@ std::vector<Figure> watch(os::Os& os, const SchedulerThreads& threads, Nanos dur
     Figure figure = percent_figure(fmt::format("  {}", kKinds[kind].name), where, std::move(by_kind[kind]));
     if (figure.measured.max > 0.0) figures.push_back(std::move(figure));
   }
+  figures.push_back(percent_figure("planning", where, std::move(planning)));
   return figures;
 }
 
@@ -179,7 +193,8 @@ Result<std::vector<Figure>> measure_overhead_in_process(const BenchContext& cont
   if (Status started = session->start(); !started) return started.error();
   if (Status warm = warm_up(os, [&] { return session->snapshot(); }); !warm) return warm.error();
   const SchedulerThreads threads(os, {os.current_process()});
-  std::vector<Figure> figures = watch(os, threads, part_of(context, 0.25), "navigation, in process");
+  std::vector<Figure> figures = watch(os, threads, part_of(context, 0.25), "navigation, in process",
+                                      [&] { return session->snapshot().planning_ms; });
   load.stop();
   if (Status stopped = session->stop(); !stopped) return stopped.error();
   return figures;
@@ -204,7 +219,8 @@ Result<std::vector<Figure>> measure_overhead_served(const BenchContext& context)
   std::vector<Figure> figures;
   if (warm) {
     const SchedulerThreads threads(os, {os.current_process(), nodes.process()});
-    figures = watch(os, threads, part_of(context, 0.25), "navigation, served");
+    figures = watch(os, threads, part_of(context, 0.25), "navigation, served",
+                    [&] { return (*server)->snapshot().planning_ms; });
   }
   (*server)->stop();
   thread->join();

@@ -1,7 +1,8 @@
 // What scheduling itself costs: the CPU time of all threads that belong to Catan while the navigation case study runs
 // on one core, its nodes burning CPU time as their load says.
 //
-// A figure for all of them and one for each kind of thread, in percent of a core, sampled every half second.
+// A figure for all of them and one for each kind of thread, in percent of a core, sampled every half second. Planning
+// has a figure of its own, and is in no other: what it may use is said of a minute (policy/planning_budget.h).
 // Needs the permission for real-time levels.
 #pragma once
 
