@@ -5,7 +5,7 @@
 // node feeds, external ones aside; the origin of its output is the begin of the run itself. The origin of any other is
 // the oldest of those of the outputs that its run consumed. A run that consumed nothing works on what it had before:
 // its output has the origin that the node's last run has found; and where no run has consumed anything yet, its own
-// begin. What passes through an external node is not followed: nobody can tell.
+// begin. What passes through an external node is not followed: it cannot be seen.
 //
 // The age of an input is the begin of the run minus the origin of what it consumed there, of a queue the oldest. Where
 // it consumed nothing there, of what a run before it consumed last, which the node may still use; kNoAge: nothing ever.

@@ -151,16 +151,15 @@ class AppReader {
   // Calls `take` for each row; it refuses what no writer wrote through the cells.
   Status each_row(const std::string& table, const std::string& columns, const std::string& order,
                   const std::function<void(Cells&)>& take) {
-    auto rows = database_.prepare("SELECT " + columns + " FROM " + table + " ORDER BY " + order);
-    if (!rows) return rows.error();
-    for (std::size_t count = 0;; ++count) {
-      const Result<bool> row = rows->next();
-      if (!row) return row.error();
-      if (!*row) return Done{};
-      Cells cells(*rows);
-      if (count < kMaxRows) take(cells);
-      if (count >= kMaxRows || !cells.ok()) return damaged(database_, table);
-    }
+    std::size_t count = 0;
+    const auto take_row = [&](sqlite::Statement& row) -> Status {
+      if (count++ >= kMaxRows) return damaged(database_, table);
+      Cells cells(row);
+      take(cells);
+      if (!cells.ok()) return damaged(database_, table);
+      return Done{};
+    };
+    return database_.each_row("SELECT " + columns + " FROM " + table + " ORDER BY " + order, take_row);
   }
 
   Status read_core_kinds() {
@@ -298,7 +297,7 @@ class AppReader {
     return true;
   }
 
-  // Subchains that nobody named arise again by themselves; the lists name all.
+  // Subchains that the app file does not name arise again by themselves; the lists name all.
   void order_subchains() {
     for (const Entry& entry : subchains_) {
       if (!entry.implicit) spec_.subchains.push_back(entry.spec);

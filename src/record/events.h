@@ -38,13 +38,20 @@ struct Run {
   std::uint32_t mode = 0;          // index into the node's modes
   bool emitted = true;             // false: it ran, but gave no output to its successors
   std::vector<Consumed> consumed;  // predecessors that had given nothing yet are left out
-  int on_cpu = -1;                 // the CPU that it ended on; -1: not known. Not in the record
+  int on_cpu = -1;                 // the CPU that it ended on; -1: not known
   std::vector<Nanos> ages{};       // of its inputs (ages.h), one a predecessor; empty: not known. Not in the record
   Nanos wait{0};                   // in which it neither ran nor was ready to run
   int threads = 1;                 // that it was to work on. Not in the record
   // Where these are several: from begin to end, less what it waited and while others had its core. Not in the record.
   Nanos elapsed{0};
   friend bool operator==(const Run&, const Run&) = default;
+};
+
+// A run that took another one as input.
+struct Consumer {
+  NodeId node;
+  std::uint64_t run = 0;
+  friend bool operator==(const Consumer&, const Consumer&) = default;
 };
 
 struct Trigger {

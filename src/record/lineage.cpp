@@ -11,6 +11,10 @@ ChainTracker::Step* ChainTracker::Stage::find(std::uint64_t number) {
   return &steps[slot];
 }
 
+const ChainTracker::Step* ChainTracker::Stage::find(std::uint64_t number) const {
+  return const_cast<Stage*>(this)->find(number);
+}
+
 ChainTracker::Step& ChainTracker::Stage::put(std::uint64_t number) {
   const std::size_t slot = number % kHorizon;
   if (slot >= steps.size()) steps.resize(std::min(kHorizon, std::max(slot + 1, 2 * steps.size())));
@@ -133,6 +137,45 @@ std::vector<ChainTracker::Source> ChainTracker::trace_to_source(const Step& outp
   for (const Step* step : found) sources.push_back({step->number, step->begin});
   std::sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) { return a.number < b.number; });
   return sources;
+}
+
+// Whether a run descends from the source run: its sources are all less, that one is among them, or all that are not
+// less are greater. Of several ways by which it does, the path is the one by the newest runs.
+std::strong_ordering ChainTracker::trace(std::size_t stage, std::uint64_t number, Trace& of) const {
+  of.path[stage] = number;
+  if (stage == 0) return number <=> of.source_run;
+  const Step* const step = stages_[stage].find(number);
+  if (step == nullptr || step->first == 0) return std::strong_ordering::less;
+  const Stage& before = stages_[stage - 1];
+  const std::uint64_t oldest = before.newest > kHorizon ? before.newest - kHorizon + 1 : 1;
+  std::strong_ordering found = std::strong_ordering::less;
+  for (std::uint64_t input = std::min(step->last, before.newest); input >= std::max(step->first, oldest); --input) {
+    const Step* const ancestor = before.find(input);
+    if (of.steps_left == 0) return std::strong_ordering::less;
+    --of.steps_left;
+    if (ancestor == nullptr || !ancestor->emitted || (stage > 1 && ancestor->first == 0)) continue;
+    const std::strong_ordering of_input = trace(stage - 1, input, of);
+    if (of_input == std::strong_ordering::equal) return of_input;
+    if (of_input == std::strong_ordering::less) return found;  // those before it go back no less far
+    found = of_input;
+  }
+  return found;
+}
+
+// The output that brought it is the first that descends from it; those that followed used it again.
+std::vector<std::uint64_t> ChainTracker::path_of(std::uint64_t source_run) const {
+  Trace searched{.source_run = source_run, .path = std::vector<std::uint64_t>(stages_.size())};
+  std::vector<std::uint64_t> found;
+  const Stage& end = stages_.back();
+  const std::uint64_t oldest = end.newest > kHorizon ? end.newest - kHorizon : 0;
+  for (std::uint64_t number = end.newest; number > oldest; --number) {
+    const Step* const output = end.find(number);
+    if (output == nullptr || !output->emitted) continue;
+    const std::strong_ordering traced = trace(stages_.size() - 1, number, searched);
+    if (traced == std::strong_ordering::less && !found.empty()) break;
+    if (traced == std::strong_ordering::equal) found = searched.path;
+  }
+  return found;
 }
 
 ChainSample ChainTracker::sample(const Source& source, TimePoint end) {

@@ -23,6 +23,7 @@
 // reaches the end only after one of the chain's nodes has run kHorizon times more counts as dropped.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -60,6 +61,11 @@ class ChainTracker {
   // not in the chain are passed over. Runs that never came count as dropped; nothing that comes is harmful.
   std::vector<ChainSample> add(const Run& run);
 
+  // The way of the sample that add() has just returned with that source run: the numbers of the runs by which it
+  // reached the end, one a node of the chain that is not external, the first node's first. Empty: one of them is not
+  // known.
+  std::vector<std::uint64_t> path_of(std::uint64_t source_run) const;
+
   // From now on that external node's clock ticks so. Of nodes that neither begin nor end the chain it makes no
   // difference.
   void set_clock(NodeId node, const Ticks& ticks);
@@ -84,6 +90,7 @@ class ChainTracker {
     std::vector<Step> steps;  // by number modulo kHorizon; grows as needed up to it
 
     Step* find(std::uint64_t number);
+    const Step* find(std::uint64_t number) const;
     Step& put(std::uint64_t number);
   };
   struct Range {
@@ -104,6 +111,12 @@ class ChainTracker {
   Range consumed(std::size_t stage, const Run& run);
   Range inferred(std::size_t stage, const Run& run);
   std::vector<Source> trace_to_source(const Step& output);
+  struct Trace {
+    std::uint64_t source_run = 0;
+    std::vector<std::uint64_t> path;
+    std::size_t steps_left = 4 * kHorizon;  // a foreign record may have every run consume all others
+  };
+  std::strong_ordering trace(std::size_t stage, std::uint64_t number, Trace& of) const;
   void reach_end(const std::vector<Source>& sources, TimePoint end, std::vector<ChainSample>& samples);
   void wait_for_tick(std::vector<Source> sources, TimePoint end, std::vector<ChainSample>& samples);
   ChainSample sample(const Source& source, TimePoint end);

@@ -69,6 +69,8 @@ class Chain {
     return tracker_.add(run);
   }
 
+  std::vector<std::uint64_t> path_of(std::uint64_t source_run) const { return tracker_.path_of(source_run); }
+
   void set_clock(const std::string& name, int tick, int period) {
     tracker_.set_clock(id(name), {at_ms(tick), milliseconds{period}});
   }
@@ -125,6 +127,22 @@ TEST(ChainTracker, GivesASampleForEachInputOfABatch) {
   EXPECT_EQ(chain.run("q", 21, 30, 1, 3), Samples{});
   EXPECT_EQ(chain.run("c", 30, 35, 1),
             (Samples{first_sample(1, 0, 35), sample(2, 10, 35, 0, 35), sample(3, 20, 35, 0, 25)}));
+}
+
+TEST(ChainTracker, SaysByWhichRunsASampleCame) {
+  Chain chain({{"a"}, {"q", true}, {"c"}});
+  for (int i = 0; i < 3; ++i) chain.run("a", 10 * i, 10 * i + 1, 0, 0, i != 1);
+  chain.run("q", 21, 30, 1, 3);
+  EXPECT_EQ(chain.run("c", 30, 35, 1).size(), 2U);
+  EXPECT_EQ(chain.path_of(1), (std::vector<std::uint64_t>{1, 1, 1}));
+  EXPECT_EQ(chain.path_of(3), (std::vector<std::uint64_t>{3, 1, 1}));
+  EXPECT_EQ(chain.path_of(2), std::vector<std::uint64_t>{}) << "emitted nothing";
+  chain.run("c", 40, 41, 1);
+  EXPECT_EQ(chain.path_of(3), (std::vector<std::uint64_t>{3, 1, 1})) << "the first output that used it";
+  chain.run("a", 41, 42);
+  chain.run("q", 42, 43, 4);
+  EXPECT_EQ(chain.run("c", 43, 44, 2).size(), 1U);
+  EXPECT_EQ(chain.path_of(4), (std::vector<std::uint64_t>{4, 2, 3}));
 }
 
 TEST(ChainTracker, RunsThatEmitNothingAreNoInputAndNoOutput) {

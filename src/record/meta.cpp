@@ -12,28 +12,26 @@ constexpr std::size_t kMaxKeys = 10'000;  // far above what a writer makes; a bo
 }  // namespace
 
 Result<Meta> Meta::read(sqlite::Database& database) {
-  auto rows = database.prepare("SELECT key, value FROM meta");
-  if (!rows) return rows.error();
   Meta meta;
-  while (true) {
-    const Result<bool> row = rows->next();
-    if (!row) return row.error();
-    if (!*row) return meta;
-    if (rows->type(0) != SQLITE_TEXT || meta.values_.size() >= kMaxKeys) return damaged(database, "meta");
-    switch (rows->type(1)) {
+  const Status done = database.each_row("SELECT key, value FROM meta", [&](sqlite::Statement& row) -> Status {
+    if (row.type(0) != SQLITE_TEXT || meta.values_.size() >= kMaxKeys) return damaged(database, "meta");
+    switch (row.type(1)) {
       case SQLITE_INTEGER:
-        meta.values_[rows->text(0)] = rows->integer(1);
+        meta.values_[row.text(0)] = row.integer(1);
         break;
       case SQLITE_FLOAT:
-        meta.values_[rows->text(0)] = rows->real(1);
+        meta.values_[row.text(0)] = row.real(1);
         break;
       case SQLITE_TEXT:
-        meta.values_[rows->text(0)] = rows->text(1);
+        meta.values_[row.text(0)] = row.text(1);
         break;
       default:  // NULL: as if not there
         break;
     }
-  }
+    return Done{};
+  });
+  if (!done) return done.error();
+  return meta;
 }
 
 std::optional<std::int64_t> Meta::integer(std::string_view key) const {

@@ -99,25 +99,24 @@ Status check_version(sqlite::Database& database) {
 using Tables = std::map<std::string, std::set<std::string>>;
 
 Result<Tables> tables_of(sqlite::Database& database) {
-  auto rows = database.prepare(
-      "SELECT s.name, c.name FROM sqlite_schema AS s, pragma_table_xinfo(s.name) AS c WHERE s.type = 'table' "
-      "AND s.sql LIKE 'CREATE TABLE%' AND c.hidden = 0");
-  if (!rows) return rows.error();
   Tables tables;
-  while (true) {
-    const Result<bool> row = rows->next();
-    if (!row) return row.error();
-    if (!*row) return tables;
-    tables[rows->text(0)].insert(rows->text(1));
-  }
+  const Status done = database.each_row(
+      "SELECT s.name, c.name FROM sqlite_schema AS s, pragma_table_xinfo(s.name) AS c WHERE s.type = 'table' "
+      "AND s.sql LIKE 'CREATE TABLE%' AND c.hidden = 0",
+      [&](sqlite::Statement& row) -> Status {
+        tables[row.text(0)].insert(row.text(1));
+        return Done{};
+      });
+  if (!done) return done.error();
+  return tables;
 }
 
 // Tables that the first records did not have.
 constexpr std::array<std::string_view, 8> kLater{"age_limits",   "app_changes", "clocks", "core_kinds",
                                                  "cost_changes", "overruns",    "slots",  "steals"};
 
-// A column that older records do not have.
-constexpr std::pair<std::string_view, std::string_view> kLaterColumn{"runs", "wait_ns"};
+// Columns of runs that older records do not have.
+constexpr std::array<std::string_view, 2> kLaterOfRuns{"on_cpu", "wait_ns"};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
@@ -148,10 +147,9 @@ Status check_tables(sqlite::Database& database) {
       return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kNoRecordHint);
     }
     for (const std::string& column : columns) {
-      if (match->second.contains(column) ||
-          std::pair<std::string_view, std::string_view>(table, column) == kLaterColumn) {
-        continue;
-      }
+      const bool later =
+          table == "runs" && std::find(kLaterOfRuns.begin(), kLaterOfRuns.end(), column) != kLaterOfRuns.end();
+      if (later || match->second.contains(column)) continue;
       return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
                            kNoRecordHint);
     }

@@ -96,6 +96,61 @@ class TieOrder {
   std::vector<Run> tied_;
 };
 
+// Who consumed a run, for runs that come in the order of the rows: of (predecessor, first, last, node, run), by the
+// first two.
+class ConsumerCursor {
+ public:
+  ConsumerCursor(const graph::Graph& graph, const sqlite::Database& database, sqlite::Statement rows)
+      : database_(&database), rows_(std::move(rows)), nodes_(graph.nodes().size()) {}
+
+  Status move_to(const Run& run) {
+    std::erase_if(taken_, [&](const Taken& taken) { return !taken.from(run.node) || taken.input.last < run.number; });
+    while (true) {
+      if (!next_ && !ended_) {
+        if (Status done = fetch(); !done) return done;
+      }
+      if (ended_ || std::pair(next_->input.predecessor, next_->input.first) > std::pair(run.node, run.number)) break;
+      const bool takes_it = next_->from(run.node) && next_->input.last >= run.number;
+      if (takes_it && taken_.size() < kMostConsumers) taken_.push_back(*next_);
+      next_.reset();
+    }
+    consumers_.clear();
+    for (const Taken& taken : taken_) consumers_.push_back(taken.consumer);
+    return Done{};
+  }
+
+  std::span<const Consumer> of_run() const { return consumers_; }
+
+ private:
+  static constexpr std::size_t kMostConsumers = 1 << 16;  // a record that was tampered with must not fill the memory
+
+  struct Taken {
+    Consumed input;
+    Consumer consumer;
+    bool from(NodeId node) const { return input.predecessor == node; }
+  };
+
+  Status fetch() {
+    const Result<bool> row = rows_.next();
+    if (!row) return row.error();
+    ended_ = !*row;
+    if (ended_) return Done{};
+    Cells cells(rows_);
+    next_ = {{NodeId{cells.index(0, nodes_)}, cells.number(1), cells.number(2)},
+             {NodeId{cells.index(3, nodes_)}, cells.number(4)}};
+    if (!cells.ok() || next_->input.first > next_->input.last) return damaged(*database_, "consumed");
+    return Done{};
+  }
+
+  const sqlite::Database* database_;
+  sqlite::Statement rows_;
+  std::size_t nodes_;          // how many the app has
+  std::optional<Taken> next_;  // the row that the cursor is at
+  bool ended_ = false;
+  std::vector<Taken> taken_;  // that include the run moved to
+  std::vector<Consumer> consumers_;
+};
+
 }  // namespace
 
 struct Reader::Impl {
@@ -104,6 +159,7 @@ struct Reader::Impl {
   Header header;
   Ending ending;
 
+  Status each_run(const std::string& which_and_order, bool with_consumed, const std::function<void(Run)>& take) const;
   Status read_consumed(sqlite::Statement& rows, Run& run) const;
   Status each_row(const std::string& table, const std::string& columns_and_order,
                   const std::function<void(Cells&)>& take) const;
@@ -133,34 +189,27 @@ Result<Reader> Reader::open(const std::string& path) {
 }
 
 Status Reader::each_run(const std::function<void(const Run&)>& take) const {
-  auto inputs = impl_->database.prepare("SELECT predecessor, first, last FROM consumed WHERE node = ? AND run = ?");
-  if (!inputs) return inputs.error();
   TieOrder ordered(impl_->app.graph, take);
+  const Status done = impl_->each_run("ORDER BY end_ns", true, [&](Run run) { ordered.add(std::move(run)); });
+  if (done) ordered.flush();
+  return done;
+}
+
+Status Reader::each_run_by_begin(const std::function<void(const Run&)>& take) const {
+  return impl_->each_run("ORDER BY begin_ns, end_ns DESC", false, take);
+}
+
+Status Reader::each_run_with_consumers(const std::function<void(const Run&, std::span<const Consumer>)>& take) const {
+  auto rows = impl_->database.prepare(
+      "SELECT predecessor, first, last, node, run FROM consumed ORDER BY predecessor, first, node, run");
+  if (!rows) return rows.error();
+  ConsumerCursor consumers(impl_->app.graph, impl_->database, std::move(*rows));
   Status status = Done{};
-  const auto has_waits =
-      one_integer(impl_->database, "SELECT count(*) FROM pragma_table_info('runs') WHERE name = 'wait_ns'");
-  if (!has_waits) return has_waits.error();
-  const std::string rows =
-      fmt::format("node, number, begin_ns, end_ns, cpu_ns, mode, emitted, {} FROM runs ORDER BY end_ns",
-                  *has_waits == 1 ? "wait_ns" : "0");
-  const auto done = impl_->each_row("runs", rows, [&](Cells& cells) {
-    Run run;
-    run.node = NodeId{cells.index(0, impl_->app.graph.nodes().size())};
-    run.number = cells.number(1);
-    run.begin = cells.time(2);
-    run.end = cells.time(3);
-    run.cpu = cells.duration(4);
-    run.mode = static_cast<std::uint32_t>(cells.integer(5, 0, std::numeric_limits<std::uint32_t>::max()));
-    run.emitted = cells.flag(6);
-    run.wait = cells.duration(7);
-    if (run.begin > run.end) cells.refuse();
-    if (!cells.ok() || !status) return;
-    status = impl_->read_consumed(*inputs, run);
-    if (status) ordered.add(std::move(run));
+  const Status done = impl_->each_run("ORDER BY node, number", true, [&](const Run& run) {
+    if (status) status = consumers.move_to(run);
+    if (status) take(run, consumers.of_run());
   });
-  if (!done) return done;
-  ordered.flush();
-  return status;
+  return done ? status : done;
 }
 
 Status Reader::each_trigger(const std::function<void(const Trigger&)>& take) const {
@@ -293,6 +342,42 @@ Result<std::vector<Notice>> Reader::notices() const {
   return notices;
 }
 
+Status Reader::Impl::each_run(const std::string& which_and_order, bool with_consumed,
+                              const std::function<void(Run)>& take) const {
+  auto inputs = database.prepare("SELECT predecessor, first, last FROM consumed WHERE node = ? AND run = ?");
+  if (!inputs) return inputs.error();
+  Status status = Done{};
+  const auto has = [this](const char* column) {
+    return one_integer(database,
+                       fmt::format("SELECT count(*) FROM pragma_table_info('runs') WHERE name = '{}'", column));
+  };
+  const auto has_waits = has("wait_ns");
+  if (!has_waits) return has_waits.error();
+  const auto has_cpus = has("on_cpu");
+  if (!has_cpus) return has_cpus.error();
+  const std::string rows =
+      fmt::format("node, number, begin_ns, end_ns, cpu_ns, mode, emitted, {}, {} FROM runs {}",
+                  *has_waits == 1 ? "wait_ns" : "0", *has_cpus == 1 ? "on_cpu" : "NULL", which_and_order);
+  const auto done = each_row("runs", rows, [&](Cells& cells) {
+    Run run;
+    run.node = NodeId{cells.index(0, app.graph.nodes().size())};
+    run.number = cells.number(1);
+    run.begin = cells.time(2);
+    run.end = cells.time(3);
+    run.cpu = cells.duration(4);
+    run.mode = static_cast<std::uint32_t>(cells.integer(5, 0, std::numeric_limits<std::uint32_t>::max()));
+    run.emitted = cells.flag(6);
+    run.wait = cells.duration(7);
+    if (!cells.null(8)) run.on_cpu = static_cast<int>(cells.integer(8, 0, kMaxCores));
+    if (run.begin > run.end) cells.refuse();
+    if (!cells.ok() || !status) return;
+    if (with_consumed) status = read_consumed(*inputs, run);
+    if (status) take(std::move(run));
+  });
+  if (!done) return done;
+  return status;
+}
+
 Status Reader::Impl::read_consumed(sqlite::Statement& rows, Run& run) const {
   rows.bind(1, run.node.index());
   rows.bind(2, run.number);
@@ -313,16 +398,12 @@ Status Reader::Impl::read_consumed(sqlite::Statement& rows, Run& run) const {
 
 Status Reader::Impl::each_row(const std::string& table, const std::string& columns_and_order,
                               const std::function<void(Cells&)>& take) const {
-  auto rows = database.prepare("SELECT " + columns_and_order);
-  if (!rows) return rows.error();
-  while (true) {
-    const Result<bool> row = rows->next();
-    if (!row) return row.error();
-    if (!*row) return Done{};
-    Cells cells(*rows);
+  return database.each_row("SELECT " + columns_and_order, [&](sqlite::Statement& row) -> Status {
+    Cells cells(row);
     take(cells);
     if (!cells.ok()) return damaged(database, table);
-  }
+    return Done{};
+  });
 }
 
 }  // namespace ctn::record

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,10 @@ class Reader {
   // All runs, by the time they ended: runs of a node in the order of their numbers, and a run after those it consumed,
   // as ChainTracker wants them. What a run consumed is in the order of the predecessors' ids.
   Status each_run(const std::function<void(const Run&)>& take) const;
+  // All runs, by the time they began; of those that began at once, the longest first. What they consumed is left out.
+  Status each_run_by_begin(const std::function<void(const Run&)>& take) const;
+  // All runs, by node, in the order of their numbers, with the runs that consumed them.
+  Status each_run_with_consumers(const std::function<void(const Run&, std::span<const Consumer>)>& take) const;
   // By subchain, in the order of their numbers.
   Status each_trigger(const std::function<void(const Trigger&)>& take) const;
   // In the order they were reported, which is by time for each core.

@@ -43,6 +43,10 @@ Status read_all(const std::string& path) {
     for (ChainTracker& tracker : trackers) (void)tracker.add(run);
   });
   if (!done) return done;
+  done = reader->each_run_by_begin([](const record::Run&) {});
+  if (!done) return done;
+  done = reader->each_run_with_consumers([](const record::Run&, std::span<const Consumer>) {});
+  if (!done) return done;
   done = reader->each_trigger([](const Trigger&) {});
   if (!done) return done;
   done = reader->each_slot([](const SlotUse&) {});
@@ -114,8 +118,9 @@ TEST(Reader, LeavesAlonePartsThatAreNotItsOwn) {
       "");
 }
 
-TEST(Reader, ReadsRecordsFromBeforeWaitsWereKept) {
+TEST(Reader, ReadsRecordsFromBeforeWaitsOrCpusWereKept) {
   EXPECT_EQ(error_after("ALTER TABLE runs DROP COLUMN wait_ns"), "");
+  EXPECT_EQ(error_after("ALTER TABLE runs DROP COLUMN on_cpu"), "");
 }
 
 TEST(Reader, RefusesValuesThatNoWriterWrites) {
@@ -127,6 +132,8 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE runs SET end_ns = 1e300",
            "UPDATE runs SET cpu_ns = -1",
            "UPDATE runs SET wait_ns = -1",
+           "UPDATE runs SET on_cpu = -1",
+           "UPDATE runs SET on_cpu = 'a'",
            "UPDATE runs SET mode = 4294967296",
            "UPDATE runs SET emitted = 'yes'",
            "UPDATE runs SET number = -number",

@@ -134,6 +134,54 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(notices->at(0).detail, "it's \"so\"");
 }
 
+TEST(Record, RunsComeByWhenTheyBeganToo) {
+  const Folder folder;
+  const graph::App app = robot();
+  const auto writer = make(folder.file("r"), app);
+  for (const record::Run& run : runs(app, seconds{103}, 1)) writer->add(run);
+  ASSERT_TRUE(writer->close(at(seconds{110}), header().host).ok());
+  std::vector<record::Run> expected = runs(app, seconds{103}, 1);
+  for (record::Run& run : expected) run.consumed.clear();
+  std::stable_sort(expected.begin(), expected.end(), [](const auto& a, const auto& b) { return a.begin < b.begin; });
+  std::vector<record::Run> read;
+  ASSERT_TRUE(open(folder.file("r")).each_run_by_begin([&](const record::Run& run) { read.push_back(run); }).ok());
+  EXPECT_EQ(read, expected);
+}
+
+TEST(Record, RunsComeWithThoseThatConsumedThem) {
+  const Folder folder;
+  const graph::App app = robot();
+  const auto id = [&](const char* name) { return *app.graph.find_node(name); };
+  const auto writer = make(folder.file("r"), app);
+  const auto add = [&](const char* node, std::uint64_t number, std::vector<Consumed> consumed) {
+    writer->add(record::Run{id(node), number, at(seconds{103}), at(seconds{104}), Nanos{0}, 0, true, consumed});
+  };
+  for (std::uint64_t i = 1; i < 6; ++i) add("scan", i, {});
+  add("LM", 1, {{id("scan"), 2, 2}});
+  add("LM", 2, {{id("scan"), 2, 2}});
+  add("LM", 3, {{id("scan"), 9, 9}});  // which is not there
+  add("GL", 1, {{id("scan"), 1, 3}});
+  add("LP", 1, {{id("LM"), 1, 1}, {id("GL"), 1, 1}});
+  ASSERT_TRUE(writer->close(at(seconds{110}), header().host).ok());
+
+  std::map<std::pair<NodeId, std::uint64_t>, std::vector<Consumer>> consumers;
+  std::vector<std::pair<NodeId, std::uint64_t>> order;
+  const auto done = open(folder.file("r")).each_run_with_consumers([&](const record::Run& run, auto taken_by) {
+    order.emplace_back(run.node, run.number);
+    consumers[order.back()] = {taken_by.begin(), taken_by.end()};
+  });
+  ASSERT_TRUE(done.ok());
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+  EXPECT_EQ(order.size(), 10U);
+  std::erase_if(consumers, [](const auto& entry) { return entry.second.empty(); });
+  const decltype(consumers) expected{{{id("scan"), 1}, {{id("GL"), 1}}},
+                                     {{id("scan"), 2}, {{id("GL"), 1}, {id("LM"), 1}, {id("LM"), 2}}},
+                                     {{id("scan"), 3}, {{id("GL"), 1}}},
+                                     {{id("LM"), 1}, {{id("LP"), 1}}},
+                                     {{id("GL"), 1}, {{id("LP"), 1}}}};
+  EXPECT_EQ(consumers, expected);
+}
+
 // With a period it would run by a timer.
 TEST(Record, WhoFollowsFollowsAgain) {
   const Folder folder;

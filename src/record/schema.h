@@ -52,6 +52,7 @@ CREATE TABLE runs(
   mode INTEGER NOT NULL,
   emitted INTEGER NOT NULL,
   wait_ns INTEGER NOT NULL,
+  on_cpu INTEGER,
   PRIMARY KEY(node, number)
 ) WITHOUT ROWID;
 CREATE TABLE consumed(

@@ -72,6 +72,18 @@ class Database {
   // One or more statements without results.
   Status execute(const std::string& sql);
   Result<Statement> prepare(std::string_view sql);
+  // Calls `take`, a Status(Statement&), for each row of the query's result, until one fails.
+  template <class Take>
+  Status each_row(std::string_view sql, Take take) {
+    Result<Statement> rows = prepare(sql);
+    if (!rows) return rows.error();
+    while (true) {
+      const Result<bool> row = rows->next();
+      if (!row) return row.error();
+      if (!*row) return Done{};
+      if (Status done = take(*rows); !done) return done;
+    }
+  }
 
   // How long a call waits for another program's lock before it fails as busy.
   void set_busy_timeout(std::chrono::milliseconds limit);

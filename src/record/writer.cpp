@@ -91,7 +91,7 @@ struct Statements {
 };
 
 Result<Statements> prepare(sqlite::Database& database) {
-  auto run = database.prepare("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  auto run = database.prepare("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!run) return run.error();
   auto consumed = database.prepare("INSERT INTO consumed VALUES (?, ?, ?, ?, ?)");
   if (!consumed) return consumed.error();
@@ -273,8 +273,9 @@ class SqliteWriter : public Writer {
   }
 
   Status write(const Run& run) {
-    auto done = statements_->run.run(run.node.index(), run.number, ns(run.begin), ns(run.end), run.cpu.count(),
-                                     run.mode, run.emitted, run.wait.count());
+    auto done =
+        statements_->run.run(run.node.index(), run.number, ns(run.begin), ns(run.end), run.cpu.count(), run.mode,
+                             run.emitted, run.wait.count(), run.on_cpu < 0 ? std::nullopt : std::optional(run.on_cpu));
     if (!done) return done;
     for (const Consumed& input : run.consumed) {
       done =

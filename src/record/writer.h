@@ -28,7 +28,7 @@ struct Header {
   os::HostFacts host;
   bool real_time = false;       // false: rates only
   std::optional<double> slack;  // fraction of a core that plans leave to ordinary threads; none: no plans are made
-  bool stealing = true;         // false: nobody steals, whatever the app says
+  bool stealing = true;         // false: no subchain steals, whatever the app says
   TimePoint started{};
   Nanos warm_up{0};  // what happens in it after `started` is not what the run is measured by
   std::string note;  // free text, as "slowdown 2.0"

@@ -129,6 +129,7 @@ inline std::vector<Run> runs(const graph::App& app, Nanos start, std::uint64_t f
   result.push_back(
       {id("GL"), (first + 1) / 2, t, t + milliseconds{9}, milliseconds{8}, 1, false, {{id("scan"), first, first + 1}}});
   result.back().wait = microseconds{700};
+  result.back().on_cpu = 3;
   return result;
 }
 
