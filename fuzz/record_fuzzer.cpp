@@ -6,8 +6,9 @@
 #include <cstdlib>
 #include <string>
 
+#include "page/page.h"
+#include "page/story.h"
 #include "record/reader.h"
-#include "report/metrics.h"
 #include "report/text.h"
 
 namespace {
@@ -46,8 +47,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (record.error().message().empty()) std::abort();
     return 0;
   }
-  const auto metrics = ctn::report::measure(*record, true);
-  if (!metrics.ok() && metrics.error().message().empty()) std::abort();
-  if (metrics.ok()) (void)ctn::report::to_text(*metrics);
+  const auto story = ctn::page::tell(*record, true);
+  if (!story.ok() && story.error().message().empty()) std::abort();
+  if (story.ok()) {
+    (void)ctn::report::to_text(story->figures);
+    (void)ctn::page::to_html({"record", *story});
+  }
   return 0;
 }

@@ -19,6 +19,8 @@ user_packages=(
   libyaml-cpp-dev        # YAML: app and cost files
   libcli11-dev           # command lines
   libsqlite3-dev         # records of runs
+  libprotobuf-dev        # traces for Perfetto
+  protobuf-compiler      # and the classes of their format
   libeigen3-dev          # linear algebra of the planner
   sqlite3                # reads a record from a shell, as docs/record-schema.md shows
   libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts

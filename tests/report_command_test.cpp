@@ -2,6 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
@@ -9,6 +13,7 @@
 namespace ctn::test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -35,10 +40,72 @@ TEST(ReportCommand, PrintsAPage) {
   const Outcome outcome = report("face_tracking --html");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, StartsWith("<!DOCTYPE html>"));
+  EXPECT_EQ(report("--html face_tracking").out, outcome.out);
+}
+
+// A folder that goes with all that is in it.
+class ReportPages : public testing::Test {
+ protected:
+  ReportPages() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "catan-pages-XXXXXX").string();
+    folder_ = ::mkdtemp(pattern.data());
+  }
+  ~ReportPages() override { std::filesystem::remove_all(folder_); }
+  std::string file(const std::string& name) const { return folder_ + "/" + name; }
+
+ private:
+  std::string folder_;
+};
+
+TEST_F(ReportPages, AreWrittenToAFile) {
+  const Outcome outcome = report("face_tracking --html " + file("page.html"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(read_all(file("page.html")), AllOf(StartsWith("<!DOCTYPE html>"), HasSubstr("catan-data")));
+  EXPECT_EQ(report("face_tracking --html " + file("no/page.html")).exit_code, 1);
+}
+
+TEST_F(ReportPages, PutTwoRunsSideBySide) {
+  const Outcome outcome = report("face_tracking --compare face_tracking --html " + file("page.html"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(read_all(file("page.html")), AllOf(HasSubstr("face_tracking (other)"), HasSubstr("side by side")));
+}
+
+TEST_F(ReportPages, RefuseWhatCannotBeCompared) {
+  const std::string apps = std::string(CATAN_TESTS) + "/apps/";
+  const Outcome simulated = run_catan("sim " + apps + "navigation.yaml --costs " + apps +
+                                          "navigation.costs.yaml --cores 1 --seconds 1 --record " + file("other.catan"),
+                                      CATAN_RECORDS);
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const Outcome outcome = report("face_tracking --html --compare " + file("other.catan"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("no node in common"));
+  const Outcome over = report("face_tracking --html " + file("other.catan"));
+  EXPECT_EQ(over.exit_code, 2);
+  EXPECT_THAT(over.err, HasSubstr("is a record"));
+}
+
+TEST(ReportCommand, SaysWhyResponsesWereLate) {
+  const Outcome outcome = report("face_tracking --all --why motor --worst 2");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const char* part : {"camera -> detect -> plan -> motor: 11 responses", "running", "#"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  }
+  const Outcome in_json = report("face_tracking --all --json --worst 2 --why 'camera>detect -> plan > motor'");
+  EXPECT_EQ(in_json.exit_code, 0) << in_json.err;
+  const auto document = nlohmann::json::parse(in_json.out);
+  EXPECT_EQ(document["responses"], 11);
+  EXPECT_EQ(document["worst"].size(), 2U);
+  const Outcome none = report("face_tracking --why detect");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("0 (camera -> detect -> plan -> motor)"));
 }
 
 TEST(ReportCommand, MistakesExitWith2) {
-  for (const char* arguments : {"", "nowhere", ".", "face_tracking --json --html", "face_tracking extra"}) {
+  for (const char* arguments : {"", "nowhere", ".", "face_tracking --json --html", "face_tracking extra", "--html",
+                                "face_tracking --compare face_tracking", "face_tracking --worst 2",
+                                "face_tracking --why 0 --html", "face_tracking --why 0 --worst -1"}) {
     const Outcome outcome = report(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_EQ(outcome.out, "") << arguments;

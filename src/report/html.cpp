@@ -50,8 +50,21 @@ Page::Page(std::string_view title, std::string_view lead) : title_(escaped(title
   if (!lead.empty()) body_ += fmt::format("<p class=\"lead\">{}</p>\n", escaped(lead));
 }
 
-Page& Page::section(std::string_view title) {
-  body_ += fmt::format("<h2>{}</h2>\n", escaped(title));
+Page& Page::section(std::string_view title, std::string_view id) {
+  const std::string name = id.empty() ? "" : fmt::format(" id=\"{}\"", escaped(id));
+  body_ += fmt::format("<h2{}>{}</h2>\n", name, escaped(title));
+  return *this;
+}
+
+Page& Page::element(std::string_view html) {
+  body_ += html;
+  body_ += '\n';
+  return *this;
+}
+
+Page& Page::head(std::string_view html) {
+  head_ += html;
+  head_ += '\n';
   return *this;
 }
 
@@ -109,9 +122,10 @@ Page& Page::code(std::string_view text) {
 std::string Page::html() const {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, "
+      "initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n{}"
       "</head>\n<body>\n<main>\n<h1>{}</h1>\n{}</main>\n</body>\n</html>\n",
-      title_, kStyle, title_, body_);
+      title_, kStyle, head_, title_, body_);
 }
 
 }  // namespace ctn::report

@@ -50,7 +50,7 @@ NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
 }
 
 Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
-                    RunFigures& metrics) {
+                    RunFigures& metrics, const std::function<void(const record::Run&)>& see) {
   record::RunMetrics<record::AllSamples> measured(app, interval);
   std::vector<record::AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
@@ -60,6 +60,7 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
   if (!clocks) return clocks.error();
   auto reading = clocks->begin();
   const Status done = record.each_run([&](const record::Run& run) {
+    if (see) see(run);
     for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
       measured.set_clock(reading->node, reading->ticks);
     }
@@ -117,7 +118,8 @@ void put_predictions(const plan::Predictions& predicted, const graph::App& app, 
 
 }  // namespace
 
-Result<RunFigures> measure(const record::Reader& record, bool whole) {
+Result<RunFigures> measure(const record::Reader& record, bool whole,
+                           const std::function<void(const record::Run&)>& see) {
   RunFigures metrics;
   metrics.app = record.app().name;
   metrics.header = record.header();
@@ -136,7 +138,7 @@ Result<RunFigures> measure(const record::Reader& record, bool whole) {
   }
   const Result<graph::App> app = record::app_after(record.app(), *changes);
   if (!app) return app.error();
-  if (auto done = measure_runs(record, *app, interval, metrics); !done) return done.error();
+  if (auto done = measure_runs(record, *app, interval, metrics, see); !done) return done.error();
   if (auto done = measure_triggers(record, interval, metrics); !done) return done.error();
   const auto predicted = predictions(record, interval.begin, interval.end);
   if (!predicted) return predicted.error();

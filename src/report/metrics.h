@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -87,7 +88,9 @@ struct RunFigures {
   std::vector<record::Notice> notices;    // of the whole run
 };
 
-// `whole`: include the warm-up. Errors: those of the reader; a plan in the record that cannot be read (kCaller).
-Result<RunFigures> measure(const record::Reader& record, bool whole = false);
+// `whole`: include the warm-up. `see` is shown every run of the record, as Reader::each_run() does. Errors: those of
+// the reader; a plan in the record that cannot be read (kCaller).
+Result<RunFigures> measure(const record::Reader& record, bool whole = false,
+                           const std::function<void(const record::Run&)>& see = {});
 
 }  // namespace ctn::report

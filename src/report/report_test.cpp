@@ -8,7 +8,6 @@
 #include "record/testing/record_fixture.h"
 #include "report/json.h"
 #include "report/metrics.h"
-#include "report/page.h"
 #include "report/text.h"
 
 namespace ctn::report {
@@ -16,7 +15,6 @@ namespace {
 
 using namespace record::test;
 using testing::HasSubstr;
-using testing::Not;
 
 // A plan that says `period` for every subchain and multiples of it for the chains.
 plan::Plan plan_of(const graph::App& app, double period) {
@@ -236,13 +234,6 @@ TEST_F(ReportTest, JsonHoldsTheSameFigures) {
   EXPECT_EQ(json["nodes"][3]["cores"], run.nodes[3].cores);
   EXPECT_EQ(json["cpus"], nlohmann::json::parse("[0, 2, 3]"));
   EXPECT_EQ(json["notices"].size(), 2U);
-}
-
-TEST_F(ReportTest, PageEscapesWhatTheRecordSays) {
-  const std::string html = to_html(metrics(true));
-  EXPECT_THAT(html, HasSubstr("again &lt;script&gt;"));
-  EXPECT_THAT(html, Not(HasSubstr("<script>")));
-  EXPECT_EQ(html.find('\x1b'), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Does what a page with commands tells its reader to: run.sh PAGE PREFIX, where Catan is installed in PREFIX.
+# Does what a page with commands tells its reader to: run.sh PAGE PREFIX [FILE...], where Catan is installed in PREFIX, and the
+# page takes FILE for there.
 #
 # Of the page's fenced blocks, in order: one below a line that is a file's name in backquotes and a colon becomes that file; a
 # block of `sh` is run, each of its lines printed first. Any command that fails, fails the test; other blocks are only shown.
@@ -8,6 +9,7 @@ page=$(readlink -f "$1")
 prefix=$(readlink -f "$2")
 folder=$(mktemp -d)
 trap 'jobs=$(jobs -p); [ -z "$jobs" ] || kill $jobs 2>/dev/null; rm -rf "$folder"' EXIT
+cp -- "${@:3}" "$folder" 2>/dev/null || [ $# = 2 ]
 cd "$folder"
 
 awk '

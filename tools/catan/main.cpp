@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
   add_node_command(cli, exit_code);
   add_ctl_command(cli, exit_code);
   add_report_command(cli, exit_code);
+  add_export_command(cli, exit_code);
   add_sim_command(cli, exit_code);
   add_whatif_command(cli, exit_code);
   try {

@@ -1,6 +1,7 @@
 // catan report: what a run came to, from its record.
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -8,8 +9,11 @@
 #include "record/reader.h"
 #include "report/json.h"
 #include "report/metrics.h"
-#include "report/page.h"
 #include "report/text.h"
+#include "report_page.h"
+#include "why/json.h"
+#include "why/why.h"
+#include "why_text.h"
 
 namespace ctn::tool {
 namespace {
@@ -18,17 +22,30 @@ struct ReportOptions {
   std::string record;
   bool json = false;
   bool html = false;
+  PageOptions page;
   bool all = false;
+  std::string why;  // a chain
+  std::size_t worst = 5;
 };
+
+int why_late(const record::Reader& record, const ReportOptions& options) {
+  const auto term = why::find_chain(record.app(), options.why);
+  if (!term) return report_error(term.error());
+  const auto analysis = why::analyse(record, *term, {.worst = options.worst, .whole = options.all});
+  if (!analysis) return report_error(analysis.error());
+  const TimePoint started = record.header().started;
+  print(options.json ? why::to_json(*analysis, record.app(), started) : why_text(*analysis, record.app(), started));
+  return kSuccess;
+}
 
 int report(const ReportOptions& options) {
   const auto record = record::Reader::open(options.record);
   if (!record) return report_error(record.error());
+  if (!options.why.empty()) return why_late(*record, options);
+  if (options.html) return report_page(*record, options.record, options.page, options.all);
   const auto metrics = report::measure(*record, options.all);
   if (!metrics) return report_error(metrics.error());
-  print(options.json   ? report::to_json(*metrics)
-        : options.html ? report::to_html(*metrics)
-                       : report::to_text(*metrics));
+  print(options.json ? report::to_json(*metrics) : report::to_text(*metrics));
   return kSuccess;
 }
 
@@ -40,14 +57,41 @@ void add_report_command(CLI::App& cli, int& exit_code) {
   command->footer(
       "Examples:\n"
       "  catan report run.catan                    chains, nodes, triggers\n"
-      "  catan report run.catan --html > run.html  the same as a page\n"
+      "  catan report run.catan --html run.html    a page: timelines, distributions, figures\n"
+      "  catan report new.catan --html both.html --compare old.catan\n"
       "  catan report run.catan --json             for programs (docs/report-schema.md)\n"
+      "  catan report run.catan --why LP           why the chain that ends at LP was late, and its worst responses\n"
+      "  catan report run.catan --why 'scan > LM > LP' --worst 20 --json\n"
       "The record itself is an SQLite database: docs/record-schema.md.");
-  command->add_option("RECORD", options->record, "Record that catan run --record made")->required();
+  command->add_option("RECORD", options->record, "Record that catan run --record made");
   CLI::Option* json = command->add_flag("--json", options->json, "Print one JSON document");
-  command->add_flag("--html", options->html, "Print an HTML page")->excludes(json);
+  CLI::Option* html =
+      command->add_option("--html", options->page.file, "Write an HTML page to FILE; without it, to stdout")
+          ->type_name("FILE")
+          ->expected(0, 1)
+          ->excludes(json);
+  command->add_option("--compare", options->page.compare, "Put this record beside it on the page")
+      ->type_name("OTHER")
+      ->needs(html);
   command->add_flag("--all", options->all, "Include the warm-up");
-  command->callback([options, &exit_code] { exit_code = report(*options); });
+  CLI::Option* why =
+      command
+          ->add_option("--why", options->why,
+                       "Take the longest response times of a chain apart, and count what made responses late "
+                       "(docs/why.md). A chain is a response_time of the objective: its number there, its path, or its "
+                       "last node")
+          ->type_name("CHAIN")
+          ->excludes(html);
+  command->add_option("--worst", options->worst, "With --why: so many of them")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str()
+      ->needs(why);
+  command->callback([options, html, &exit_code] {
+    options->html = html->count() > 0;
+    if (options->record.empty()) std::swap(options->record, options->page.file);  // --html RECORD
+    if (options->record.empty()) throw CLI::RequiredError("RECORD");
+    exit_code = report(*options);
+  });
 }
 
 }  // namespace ctn::tool

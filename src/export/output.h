@@ -1,0 +1,17 @@
+// What all exports have in common: where they write to, and how they say how far they are.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace ctn::exports {
+
+// Takes the next bytes; after its first failure it is not called again.
+using Sink = std::function<Status(std::string_view)>;
+
+// Told from time to time which part is done, from 0 to 1.
+using Progress = std::function<void(double)>;
+
+}  // namespace ctn::exports

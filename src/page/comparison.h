@@ -1,0 +1,29 @@
+// Two runs side by side: what their apps have in common, and by how much figures differ.
+//
+// Chains are the same if their paths are, nodes if their names are. Thread safety: pure functions.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "report/metrics.h"
+#include "report/table.h"
+
+namespace ctn::page {
+
+// In words, what only one of the apps has: nodes, edges, subchains, response times; empty: nothing. The names are those
+// of the records. kCaller: no node is in both.
+Result<std::vector<std::string>> differences_of(const graph::App& app, const std::string& name, const graph::App& other,
+                                                const std::string& other_name);
+
+std::optional<std::size_t> find_chain(const report::RunFigures& figures, const std::string& path);
+
+// Of chains and nodes that both have: figures of both, and the difference in percent of the first.
+std::vector<report::Table> comparison_tables(const report::RunFigures& run, const std::string& name,
+                                             const report::RunFigures& other, const std::string& other_name);
+
+}  // namespace ctn::page

@@ -1,0 +1,20 @@
+// What a page's script draws: a story as JSON, numbers packed (pack.h). The keys are explained where the script reads
+// them (script/).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "page/detail.h"
+#include "page/story.h"
+
+namespace ctn::page {
+
+// `colours`: CSS colours, by lane.
+std::string data_of(const Story& story, const std::string& name, const Detail& detail,
+                    const std::vector<std::string>& colours);
+
+// Samples of compute times, by mode. Index: NodeId.
+std::vector<std::vector<std::vector<double>>> compute_samples_ms(const Story& story);
+
+}  // namespace ctn::page

@@ -1,0 +1,161 @@
+// What happened in a run of the app, in memory, in the order in which it is asked for: the runs of a node, who had a
+// core when, which trigger a run goes back to, which plan was in force.
+//
+// It is filled once, closed by sort(), and asked after that; what is asked of n events takes log n steps. A million
+// runs take about 100 MB.
+//
+// The core of a run is the CPU that it ended on. Where the record does not say that, it is the one core that the plan
+// in force gave its subchain, or the only CPU there was; else it is not known.
+//
+// Units: in the types. Thread safety: none while it is filled, then any.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "base/ticks.h"
+#include "graph/app.h"
+#include "plan/plan.h"
+#include "record/events.h"
+
+namespace ctn::why {
+
+constexpr int kUnknownCore = -1;
+
+struct RunTimes {
+  std::uint64_t number = 0;
+  TimePoint begin{};
+  TimePoint end{};
+  Nanos cpu{0};
+  Nanos wait{0};
+  int core = kUnknownCore;
+  bool emitted = false;
+};
+
+// A run, by its node and its place among the node's runs.
+struct RunRef {
+  NodeId node;
+  std::size_t index = 0;
+  friend bool operator==(const RunRef&, const RunRef&) = default;
+};
+
+struct SentTrigger {
+  TimePoint due{};
+  TimePoint sent{};
+};
+
+struct Span {
+  TimePoint begin{};
+  TimePoint end{};
+};
+
+// Who had a core for a while: a run, none of the app's, or one of several of which it cannot be told.
+struct Holder {
+  Span time;
+  std::optional<NodeId> node{};
+  bool unsure = false;
+};
+
+class History {
+ public:
+  // `app` outlives it. `cpus`: how many the app could use.
+  History(const graph::App& app, std::size_t cpus);
+
+  void add(const record::Run& run);
+  void add(const record::Trigger& trigger);
+  void add(const record::SlotUse& slot);
+  void add(const record::Steal& steal);
+  void add(const record::ClockReading& reading);
+  Status add(const record::PlanChange& change);  // kCaller: a plan that cannot be read
+  void sort();
+
+  const graph::App& app() const { return *app_; }
+  std::span<const RunTimes> runs(NodeId node) const { return runs_[node.index()]; }
+  const RunTimes& run(const RunRef& ref) const { return runs_[ref.node.index()][ref.index]; }
+  std::optional<RunRef> find(NodeId node, std::uint64_t number) const;
+  // The last run of the node that had ended by then; that gave an output, if asked.
+  std::optional<RunRef> last_ended(NodeId node, TimePoint by, bool emitted) const;
+  // The last end of a run of any of the subchain's nodes in (after, by].
+  std::optional<TimePoint> last_end(SubchainId subchain, TimePoint after, TimePoint by) const;
+  // Of a run of the node, the median.
+  Nanos usual_cpu(NodeId node) const { return usual_cpu_[node.index()]; }
+
+  const SentTrigger* last_sent(SubchainId subchain, TimePoint by) const;
+  const plan::Plan* plan_at(TimePoint time) const;  // null: none was in force
+  // When a plan replaced another in (after, before), the last time.
+  std::optional<TimePoint> plan_changed(TimePoint after, TimePoint before) const;
+  // Whether a subchain took turns on a core, in frames.
+  bool took_turns(SubchainId subchain, TimePoint time) const;
+  std::optional<Ticks> ticks(NodeId node, TimePoint time) const;
+
+  // Runs on that core, or on one that is not known, that were going on in `span`, but for those of `but`: each is
+  // passed to `take` (RunRef, bool sure). Of a core that is not known: those on any.
+  template <class Take>
+  void each_overlapping(int core, Span span, NodeId but, Take take) const;
+  // Who had a core in `span`, but for `but`, without gaps: of the runs that were going on the one that began last.
+  std::vector<Holder> holders(int core, Span span, NodeId but) const;
+
+  // When a subchain was active where it takes turns: in its own slots, and where it stole. Those that overlap.
+  std::vector<Span> active(SubchainId subchain, Span span) const;
+  struct Theft {
+    Span time;
+    SubchainId thief;
+  };
+  std::vector<Theft> thefts(SubchainId victim, Span span) const;
+
+ private:
+  struct Busy {
+    TimePoint begin{};
+    TimePoint end{};
+    TimePoint latest{};  // end of this and all before it
+    RunRef run;
+  };
+  struct InForce {
+    TimePoint at{};
+    plan::Plan plan;
+  };
+  struct Reading {
+    TimePoint at{};
+    Ticks ticks;
+  };
+  void place_by_plans();
+  template <class Take>
+  void each_in(const std::vector<Busy>& busy, Span span, NodeId but, Take take) const;
+
+  const graph::App* app_;
+  std::size_t cpus_;
+  bool knows_cpus_ = false;
+  std::vector<std::vector<RunTimes>> runs_;         // by NodeId, by number
+  std::vector<std::vector<SentTrigger>> triggers_;  // by SubchainId, by when they were sent
+  std::vector<std::vector<Span>> active_;           // by SubchainId
+  std::vector<std::vector<Theft>> thefts_;          // by SubchainId
+  std::vector<std::vector<Reading>> clocks_;        // by NodeId
+  std::vector<InForce> plans_;
+  std::map<int, std::vector<Busy>> busy_;  // by core
+  std::vector<Nanos> usual_cpu_;           // by NodeId
+};
+
+template <class Take>
+void History::each_in(const std::vector<Busy>& busy, Span span, NodeId but, Take take) const {
+  auto each = std::partition_point(busy.begin(), busy.end(), [&](const Busy& one) { return one.latest <= span.begin; });
+  for (; each != busy.end() && each->begin < span.end; ++each) {
+    if (each->end > span.begin && each->run.node != but) take(each->run);
+  }
+}
+
+template <class Take>
+void History::each_overlapping(int core, Span span, NodeId but, Take take) const {
+  for (const auto& [number, busy] : busy_) {
+    if (core != kUnknownCore && number != kUnknownCore && number != core) continue;
+    const bool sure = core != kUnknownCore && number == core;
+    each_in(busy, span, but, [&](const RunRef& run) { take(run, sure); });
+  }
+}
+
+}  // namespace ctn::why

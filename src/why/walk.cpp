@@ -1,0 +1,393 @@
+#include "why/walk.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace ctn::why {
+namespace {
+
+constexpr int kMaxSteps = 4096;  // runs on the path of one response: a damaged record may lead in circles
+
+Nanos overlap_of(const RunTimes& run, Span span) {
+  return std::max(std::min(run.end, span.end) - std::max(run.begin, span.begin), Nanos{0});
+}
+
+// CPU time that a run used in a span, as if it had used it evenly.
+Nanos used_in(const RunTimes& run, Span span) {
+  const Nanos wall = run.end - run.begin;
+  const Nanos shared = overlap_of(run, span);
+  if (shared >= wall || wall <= Nanos{0}) return std::min(run.cpu, shared);
+  const double part = static_cast<double>(shared.count()) / static_cast<double>(wall.count());
+  return std::min(Nanos{static_cast<Nanos::rep>(part * static_cast<double>(run.cpu.count()))}, shared);
+}
+
+}  // namespace
+
+std::vector<Part> Walk::take_apart(const Way& before, const Way& way) {
+  parts_.clear();
+  walk(way, &before, before.sample.end, way.sample.end);
+  walk(before, nullptr, before.sample.begin, before.sample.end);
+  return {parts_.rbegin(), parts_.rend()};
+}
+
+// `before`: the sample before, where it is asked what kept this one from coming sooner.
+void Walk::walk(const Way& way, const Way* before, TimePoint begin, TimePoint end) {
+  cursor_ = end;
+  floor_ = begin;
+  const RunRef last{chain_.nodes.back(), way.runs.back()};
+  emit(history_.run(last).end, PartKind::kWaitingForTick, last.node);
+  for (std::size_t stage = chain_.nodes.size(); stage-- > 0;) {
+    in_run({chain_.nodes[stage], way.runs[stage]});
+    before_run(stage, way, before);
+  }
+  floor_ = begin;
+  emit(begin, PartKind::kUnexplained, chain_.nodes.front());
+}
+
+void Walk::emit(TimePoint from, PartKind kind, NodeId node, std::optional<NodeId> by) {
+  from = std::max(from, floor_);
+  if (from >= cursor_) return;
+  if (!parts_.empty() && parts_.back().begin == cursor_ && parts_.back().kind == kind && parts_.back().node == node &&
+      parts_.back().by == by) {
+    parts_.back().begin = from;
+  } else {
+    parts_.push_back({kind, from, cursor_, node, by});
+  }
+  cursor_ = from;
+}
+
+void Walk::emit(const std::vector<Held>& held, NodeId node) {
+  for (auto each = held.rbegin(); each != held.rend(); ++each) emit(each->time.begin, each->kind, node, each->by);
+}
+
+// --- In a run ---
+
+void Walk::in_run(const RunRef& ref) {
+  const std::vector<Piece> all = pieces(ref);
+  TimePoint begin = history_.run(ref).end;
+  for (auto piece = all.rbegin(); piece != all.rend(); ++piece) {
+    begin -= piece->length;
+    emit(begin, piece->kind, ref.node, piece->by);
+  }
+}
+
+// In order. What was not running is known by its length, and when it can have begun; the wait for a device is taken to
+// come in the middle of what the run computes, and what the kernel took at the end.
+std::vector<Walk::Piece> Walk::pieces(const RunRef& ref) const {
+  const RunTimes& run = history_.run(ref);
+  const Nanos wall = run.end - run.begin;
+  const Nanos wait = std::min(run.wait, wall);
+  const Nanos running = std::min(run.cpu, wall - wait);
+  const Nanos usual = history_.usual_cpu(ref.node);
+  std::vector<Piece> pieces;
+  TimePoint now = run.begin;
+  Nanos ran{0};
+  bool waited = wait == Nanos{0};
+  const auto put = [&](PartKind kind, Nanos length, std::optional<NodeId> by = {}) {
+    if (length <= Nanos{0}) return;
+    pieces.push_back({kind, length, by});
+    now += length;
+  };
+  // Whatever comes next until then, but no longer than there is to run or wait.
+  const auto go_on = [&](TimePoint until) {
+    while (now < until) {
+      if (!waited && ran >= running / 2) {
+        put(PartKind::kDevice, wait);
+        waited = true;
+        continue;
+      }
+      const Nanos before_wait = waited ? running - ran : running / 2 - ran;
+      const Nanos before_longer = ran < usual ? usual - ran : running;
+      const Nanos step = std::min({before_wait, before_longer, until - now, running - ran});
+      if (step <= Nanos{0}) return;
+      put(ran < usual ? PartKind::kRunning : PartKind::kRunningLonger, step);
+      ran += step;
+    }
+  };
+  Nanos held{0};
+  for (const Held& claim : claims(ref, wall - wait - running)) {
+    go_on(claim.time.begin);
+    put(claim.kind, claim.time.end - claim.time.begin, claim.by);
+    held += claim.time.end - claim.time.begin;
+  }
+  go_on(kNever);
+  put(PartKind::kKernel, wall - wait - running - held);
+  return pieces;
+}
+
+// What kept the run from its core for `not_running` in all, by begin; less where not all of it is anybody's.
+std::vector<Walk::Held> Walk::claims(const RunRef& ref, Nanos not_running) const {
+  const RunTimes& run = history_.run(ref);
+  const Span whole{run.begin, run.end};
+  std::vector<Held> claims;
+  const auto claim = [&](TimePoint begin, Nanos length, PartKind kind, std::optional<NodeId> by) {
+    length = std::min(length, not_running);
+    if (length <= Nanos{0}) return;
+    claims.push_back({{begin, begin + length}, kind, by});
+    not_running -= length;
+  };
+  const std::optional<SubchainId> subchain = history_.app().graph.node(ref.node).subchain;
+  if (not_running > Nanos{0} && subchain && history_.took_turns(*subchain, run.begin)) {
+    for (const Held& held : held_up(ref, whole)) {
+      if (held.kind == PartKind::kWaitingForSlot || held.kind == PartKind::kStolen) {
+        claim(held.time.begin, held.time.end - held.time.begin, held.kind, held.by);
+      }
+    }
+  }
+  if (not_running > Nanos{0}) {
+    // Those that began meanwhile have pre-empted it; those that were there before may have, too, where it was demoted
+    // or the core is shared evenly.
+    std::vector<std::pair<RunRef, bool>> others;
+    history_.each_overlapping(run.core, whole, ref.node,
+                              [&](const RunRef& other, bool sure) { others.emplace_back(other, sure); });
+    const bool one = std::all_of(others.begin(), others.end(),
+                                 [&](const auto& other) { return other.first.node == others.front().first.node; });
+    for (const bool began_meanwhile : {true, false}) {
+      for (const auto& [other, sure] : others) {
+        const RunTimes& times = history_.run(other);
+        if ((times.begin >= run.begin) != began_meanwhile) continue;
+        const bool known = sure || one;
+        claim(std::max(times.begin, run.begin), used_in(times, whole),
+              known ? PartKind::kPreEmpted : PartKind::kUnexplained, known ? std::optional(other.node) : std::nullopt);
+      }
+    }
+  }
+  std::stable_sort(claims.begin(), claims.end(),
+                   [](const Held& a, const Held& b) { return a.time.begin < b.time.begin; });
+  return claims;
+}
+
+// --- Before a run ---
+
+void Walk::before_run(std::size_t stage, const Way& way, const Way* before) {
+  const TimePoint begin = floor_;
+  const bool of_source = stage == 0;
+  TimePoint since = begin;
+  if (!of_source) {
+    since = std::max(begin, history_.run({chain_.nodes[stage - 1], way.runs[stage - 1]}).end);
+  } else if (chain_.begins_at_clock) {
+    since = std::max(begin, way.sample.begin);
+  }
+  const std::optional<LeftOut> left = left_out(stage, way, before);
+  floor_ = left ? std::max(since, left->end) : since;
+  explain_begin({chain_.nodes[stage], way.runs[stage]}, of_source);
+  if (of_source) {
+    floor_ = left ? left->end : begin;
+    emit(floor_, PartKind::kWaitingForSample, chain_.nodes.front());
+  }
+  floor_ = of_source ? begin : since;
+  if (left) emit(floor_, PartKind::kNoOutput, left->node);
+  floor_ = begin;
+}
+
+// The last run that would have brought what now comes with a later run, but gave no output.
+std::optional<Walk::LeftOut> Walk::left_out(std::size_t stage, const Way& way, const Way* before) const {
+  if (stage == 0 && before == nullptr) return std::nullopt;
+  const graph::Graph& graph = history_.app().graph;
+  const std::optional<SubchainId> subchain = graph.node(chain_.nodes[stage]).subchain;
+  const TimePoint by = history_.run({chain_.nodes[stage], way.runs[stage]}).begin;
+  // Whether run `index` of stage `at` goes back to something that had not come to the end yet.
+  const auto brings_news = [&](std::size_t at, std::size_t index) {
+    for (; at > stage; --at) {
+      const std::optional<RunRef> input = history_.find(chain_.nodes[at - 1], chain_.taken[at][index]);
+      if (!input) return false;
+      index = input->index;
+    }
+    if (stage == 0) {
+      return history_.run({chain_.nodes[0], index}).number > history_.run({chain_.nodes[0], before->runs[0]}).number;
+    }
+    return chain_.taken[stage][index] >= history_.run({chain_.nodes[stage - 1], way.runs[stage - 1]}).number;
+  };
+  std::optional<LeftOut> last;
+  for (std::size_t at = stage; at < chain_.nodes.size(); ++at) {
+    const NodeId node = chain_.nodes[at];
+    if (at > stage && stage > 0 && (!subchain || graph.node(node).subchain != subchain)) break;
+    std::optional<RunRef> ended = history_.last_ended(node, by, false);
+    for (; ended && history_.run(*ended).end > std::max(floor_, last ? last->end : floor_); --ended->index) {
+      if (!history_.run(*ended).emitted && brings_news(at, ended->index)) {
+        last = {history_.run(*ended).end, node};
+        break;
+      }
+      if (ended->index == 0) break;
+    }
+  }
+  return last;
+}
+
+// From its begin back to the floor: how it came to begin just then.
+void Walk::explain_begin(RunRef ref, bool of_source) {
+  const graph::Graph& graph = history_.app().graph;
+  for (int step = 0; step < kMaxSteps && !arrived(); ++step, of_source = false) {
+    const graph::Node& node = graph.node(ref.node);
+    const bool head = node.subchain && graph.subchain(*node.subchain).head() == ref.node;
+    std::optional<RunRef> next;
+    if (head) {
+      const SentTrigger* trigger = history_.last_sent(*node.subchain, history_.run(ref).begin);
+      if (trigger == nullptr) break;
+      ready(ref, trigger->sent);
+      if (trigger->due < trigger->sent) {
+        const std::optional<TimePoint> busy = history_.last_end(*node.subchain, trigger->due, trigger->sent);
+        if (history_.took_turns(*node.subchain, trigger->sent)) {
+          emit(held_up(ref, {std::max(busy.value_or(trigger->due), floor_), cursor_}), ref.node);
+        }
+        const TimePoint since = busy.value_or(trigger->due);
+        if (const auto changed = history_.plan_changed(since, cursor_)) {
+          emit(*changed, PartKind::kPlanChange, ref.node);
+        }
+        emit(std::max(since, held_apart_until(*node.subchain, *trigger)), PartKind::kLateTrigger, ref.node);
+        emit(since, PartKind::kWaitingForTrigger, ref.node);
+        emit(trigger->due, PartKind::kOwnPreviousRun, ref.node);
+      }
+      if (arrived()) return;
+      next = before_due(*node.subchain);
+    } else if (node.unscheduled && !node.follows) {
+      return by_timer(ref, of_source);
+    } else {
+      next = triggered_by(ref);
+      if (!next) break;
+      ready(ref, history_.run(*next).end);
+      in_run(*next);
+    }
+    if (!next) return;
+    ref = *next;
+  }
+  emit(floor_, PartKind::kUnexplained, ref.node);
+}
+
+// A trigger by a leader's output is due with that, but may not come sooner than a period after the one before.
+TimePoint Walk::held_apart_until(SubchainId subchain, const SentTrigger& trigger) const {
+  const plan::Plan* const plan = history_.plan_at(trigger.sent);
+  const bool planned = plan != nullptr && !plan->subchains[subchain.index()].cores.empty();
+  const plan::Member* const member = planned ? plan::member_of(*plan, subchain) : nullptr;
+  const SentTrigger* const earlier = history_.last_sent(subchain, trigger.sent - Nanos{1});
+  if (member == nullptr || !member->after || earlier == nullptr) return trigger.due;
+  return std::min(earlier->sent + to_nanos(member->period), trigger.sent);
+}
+
+// The run whose output made this one run, of a node that is no head and has no timer.
+std::optional<RunRef> Walk::triggered_by(const RunRef& ref) const {
+  const graph::Graph& graph = history_.app().graph;
+  const graph::Node& node = graph.node(ref.node);
+  const TimePoint begin = history_.run(ref).begin;
+  if (node.follows) return history_.last_ended(*node.follows, begin, true);
+  if (!node.subchain) return std::nullopt;
+  const std::vector<NodeId>& nodes = graph.subchain(*node.subchain).nodes;
+  const auto place = std::find(nodes.begin(), nodes.end(), ref.node);
+  return history_.last_ended(*(place - 1), begin, true);
+}
+
+// Back from when a trigger was due. Returns a run if it came of that, whose begin is to be explained next.
+std::optional<RunRef> Walk::before_due(SubchainId subchain) {
+  const graph::Graph& graph = history_.app().graph;
+  const NodeId head = graph.subchain(subchain).head();
+  // A plan that came since the trigger before decides what is waited for, though its run was still under way.
+  const SentTrigger* const earlier = history_.last_sent(subchain, cursor_ - Nanos{1});
+  const TimePoint since_earlier = earlier != nullptr ? std::min(earlier->sent - Nanos{1}, floor_) : floor_;
+  if (const auto changed = history_.plan_changed(since_earlier, cursor_)) emit(*changed, PartKind::kPlanChange, head);
+  const plan::Plan* const plan = arrived() ? nullptr : history_.plan_at(cursor_ - Nanos{1});
+  const bool planned = plan != nullptr && !plan->subchains[subchain.index()].cores.empty();
+  const plan::SubchainPlan* const placed = planned ? &plan->subchains[subchain.index()] : nullptr;
+  const plan::Member* const member = planned ? plan::member_of(*plan, subchain) : nullptr;
+  if (member != nullptr && member->after) {
+    const NodeId leader =
+        member->after->node() != nullptr ? *member->after->node() : graph.subchain(*member->after->subchain()).tail();
+    const std::optional<RunRef> output = history_.last_ended(leader, cursor_, true);
+    if (output) {
+      emit(history_.run(*output).end, PartKind::kWaitingForTrigger, head);
+      in_run(*output);
+      return output;
+    }
+  }
+  const bool turns = planned && history_.took_turns(subchain, cursor_ - Nanos{1});
+  const bool alone = placed != nullptr && member == nullptr && placed->cores.size() == 1 && !turns &&
+                     !plan::has_fixed_frames(history_.app(), plan->cores, *placed);
+  if (turns || alone || (member != nullptr && member->pause)) {
+    // It comes so long after its own run.
+    const std::optional<TimePoint> ended = history_.last_end(subchain, floor_, cursor_);
+    const TimePoint since = std::max(ended.value_or(floor_), floor_);
+    const std::optional<RunRef> run = ended ? history_.last_ended(head, *ended, false) : std::nullopt;
+    if (turns) {
+      std::vector<Held> others = held_up(run.value_or(RunRef{head, 0}), {since, cursor_});
+      for (Held& each : others) {
+        if (each.kind != PartKind::kStolen) each.kind = PartKind::kWaitingForSlot;  // it had nothing to do in its own
+      }
+      emit(others, head);
+    }
+    emit(since, PartKind::kWaitingForTrigger, head);
+    if (run) emit(history_.run(*run).begin, PartKind::kOwnPreviousRun, head);
+    return run;
+  }
+  emit(floor_, PartKind::kWaitingForTrigger, head);
+  return std::nullopt;
+}
+
+void Walk::by_timer(const RunRef& ref, bool of_source) {
+  const RunTimes& run = history_.run(ref);
+  const std::optional<Ticks> ticks = history_.ticks(ref.node, run.begin);
+  const TimePoint due = ticks ? ticks->last(run.begin) : run.begin;
+  ready(ref, due, PartKind::kLateTimer);
+  emit(floor_, of_source ? PartKind::kWaitingForSample : PartKind::kWaitingForTrigger, ref.node);
+}
+
+// It could run since then, but did not yet. `nobody`: what it is where no run of the app had the core.
+void Walk::ready(const RunRef& ref, TimePoint since, PartKind nobody) {
+  since = std::max(since, floor_);
+  if (since >= cursor_) return;
+  TimePoint free = since;
+  if (ref.index > 0) free = std::clamp(history_.run({ref.node, ref.index - 1}).end, since, cursor_);
+  std::vector<Held> held = held_up(ref, {free, cursor_});
+  for (Held& each : held) {
+    if (each.kind == PartKind::kKernel) each.kind = nobody;
+  }
+  emit(held, ref.node);
+  emit(since, PartKind::kOwnPreviousRun, ref.node);
+}
+
+// Who had the core in a span in which the run did not.
+std::vector<Walk::Held> Walk::held_up(const RunRef& ref, Span span) const {
+  std::vector<Held> held;
+  if (span.begin >= span.end) return held;
+  const auto put = [&](Span time, PartKind kind, std::optional<NodeId> by) {
+    if (time.begin < time.end) held.push_back({time, kind, by});
+  };
+  const std::optional<SubchainId> subchain = history_.app().graph.node(ref.node).subchain;
+  const bool turns = subchain && history_.took_turns(*subchain, span.begin);
+  const std::vector<Span> active = turns ? history_.active(*subchain, span) : std::vector<Span>{};
+  const std::vector<History::Theft> thefts = turns ? history_.thefts(*subchain, span) : std::vector<History::Theft>{};
+  for (const Holder& holder : history_.holders(history_.run(ref).core, span, ref.node)) {
+    const PartKind in_its_slot = holder.unsure ? PartKind::kUnexplained
+                                 : holder.node ? PartKind::kPreEmpted
+                                               : PartKind::kKernel;
+    if (!turns) {
+      put(holder.time, in_its_slot, holder.node);
+      continue;
+    }
+    for (TimePoint now = holder.time.begin; now < holder.time.end;) {
+      TimePoint until = holder.time.end;
+      PartKind kind = PartKind::kWaitingForSlot;
+      std::optional<NodeId> by = holder.node;
+      for (const Span& own : active) {
+        if (own.begin <= now && now < own.end) {
+          kind = in_its_slot;
+          until = std::min(until, own.end);
+        } else if (own.begin > now) {
+          until = std::min(until, own.begin);
+        }
+      }
+      for (const History::Theft& theft : thefts) {
+        if (theft.time.begin <= now && now < theft.time.end && kind == PartKind::kWaitingForSlot) {
+          kind = PartKind::kStolen;
+          by = history_.app().graph.subchain(theft.thief).head();
+          until = std::min(until, theft.time.end);
+        } else if (theft.time.begin > now) {
+          until = std::min(until, theft.time.begin);
+        }
+      }
+      put({now, until}, kind, by);
+      now = until;
+    }
+  }
+  return held;
+}
+
+}  // namespace ctn::why

@@ -1,0 +1,411 @@
+#include "why/why.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <functional>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "base/testing/times.h"
+#include "graph/build.h"
+#include "graph/testing/spec_text.h"
+#include "plan/json.h"
+#include "why/json.h"
+
+namespace ctn::why {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+// scan -> LM -> LP, one subchain; map, a queue node, is fed by scan and feeds base; hog has nothing to do with them.
+// Bounds: 32 ms.
+graph::App robot() {
+  graph::AppSpec spec = graph::spec_of({"scan", "LM", "LP", "map", "hog", "lamp"}, {"scan LM LP lamp", "scan map"});
+  graph::node(spec, "map").input = graph::InputKind::kQueue;
+  graph::node(spec, "lamp").external = true;
+  graph::node(spec, "lamp").period = graph::At<Nanos>{ms(16), {}};
+  spec.subchains = {graph::subchain("local", "scan LM LP")};
+  spec.objective = {graph::response("scan LM LP", 1.0), graph::period("map", 0.5), graph::response("scan map", 0.1),
+                    graph::response("scan LM LP lamp", 0.1)};
+  spec.objective[0].max = graph::At<Nanos>{ms(32), {}};
+  return graph::build_app(spec).value();
+}
+
+// A run, as a test writes it; times in ms.
+struct Written {
+  double begin = 0.0;
+  double end = 0.0;
+  double cpu = -1.0;  // as long as it took
+  double wait = 0.0;
+  bool emitted = true;
+};
+
+// What happened on one CPU, for the first chain unless another is asked for.
+class Story {
+ public:
+  explicit Story(std::size_t term = 0, std::size_t cpus = 1)
+      : app_(robot()), analyser_(app_, term, cpus, {at(Nanos{0})}) {}
+
+  NodeId id(const std::string& name) const { return *app_.graph.find_node(name); }
+  void trigger(double due, double sent) {
+    const auto number = ++triggers_;
+    analyser_.add(record::Trigger{SubchainId{0}, number, at(ms(due)), at(ms(sent))});
+  }
+  // It took what the node before it in the subchain gave last.
+  void run(const std::string& name, const Written& written) {
+    static const std::map<std::string, std::string> kBefore{{"LM", "scan"}, {"LP", "LM"}, {"map", "scan"}};
+    record::Run run;
+    run.node = id(name);
+    run.number = ++count_[name];
+    run.begin = at(ms(written.begin));
+    run.end = at(ms(written.end));
+    run.cpu = ms(written.cpu >= 0.0 ? written.cpu : written.end - written.begin - written.wait);
+    run.wait = ms(written.wait);
+    run.emitted = written.emitted;
+    if (kBefore.contains(name)) {
+      const std::string& before = kBefore.at(name);
+      const std::uint64_t first = name == "map" ? taken_[name] + 1 : given_[before];
+      if (given_[before] >= first && given_[before] > 0) {
+        run.consumed.push_back({id(before), first, given_[before]});
+        taken_[name] = given_[before];
+      }
+    }
+    if (written.emitted) given_[name] = run.number;
+    analyser_.add(run);
+  }
+  // scan 2, LM 3, LP 4, from a trigger at `t` on.
+  void round(double t) {
+    trigger(t, t);
+    run("scan", {t, t + 2});
+    run("LM", {t + 2, t + 5});
+    run("LP", {t + 5, t + 9});
+  }
+  void rounds(double from, int count) {
+    for (int i = 0; i < count; ++i) round(from + 20.0 * i);
+  }
+  void clock(const std::string& name, double tick, double period) {
+    analyser_.add(record::ClockReading{at(Nanos{0}), id(name), {at(ms(tick)), ms(period)}});
+  }
+
+  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst); }
+  // "running scan 2" of all parts of the longest response.
+  std::vector<std::string> longest() {
+    const Analysis analysis = finish(1);
+    std::vector<std::string> parts;
+    if (analysis.worst.empty()) return parts;
+    for (const Part& part : analysis.worst.front().parts) {
+      const std::string by = part.by ? " by " + app_.graph.node(*part.by).name : "";
+      parts.push_back(std::string(to_string(part.kind)) + " " + app_.graph.node(part.node).name + by + " " +
+                      nlohmann::json(to_millis(part.length()).count()).dump());
+    }
+    cause_ = analysis.worst.front().cause;
+    return parts;
+  }
+  // Of the longest; after longest().
+  std::string cause() const {
+    if (!cause_) return "none";
+    return std::string(to_string(cause_->kind)) + " " + app_.graph.node(cause_->node).name +
+           (cause_->by ? " by " + app_.graph.node(*cause_->by).name : "");
+  }
+  const graph::App& app() const { return app_; }
+  Analyser& analyser() { return analyser_; }
+
+ private:
+  graph::App app_;
+  Analyser analyser_;
+  std::uint64_t triggers_ = 0;
+  std::map<std::string, std::uint64_t> count_;
+  std::map<std::string, std::uint64_t> given_;
+  std::map<std::string, std::uint64_t> taken_;
+  std::optional<Cause> cause_;
+};
+
+TEST(Why, TakesAResponseApart) {
+  Story story;
+  story.rounds(0, 2);
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "waiting-for-trigger scan 11.0",
+                          "running scan 2.0", "running LM 3.0", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "none") << "29 ms are within the bound";
+}
+
+TEST(Why, ATriggerThatWasSentLate) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 104);
+  story.run("scan", {104, 106});
+  story.run("LM", {106, 109});
+  story.run("LP", {109, 113});
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "waiting-for-trigger scan 11.0",
+                          "late-trigger scan 4.0", "running scan 2.0", "running LM 3.0", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "late-trigger scan");
+}
+
+TEST(Why, ARunThatWasLongAndTheOneThatItKeptBack) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 100);
+  story.run("scan", {100, 102});
+  story.run("LM", {102, 122});
+  story.run("LP", {122, 126});
+  story.trigger(120, 126);
+  story.run("scan", {126, 128});
+  story.run("LM", {128, 131});
+  story.run("LP", {131, 135});
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "waiting-for-trigger scan 11.0",
+                          "running scan 2.0", "running LM 3.0", "running-longer LM 17.0", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "long-run LM");
+}
+
+TEST(Why, PreEmptedInARunAndBeforeOne) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 100);
+  story.run("hog", {101, 104});
+  story.run("scan", {100, 105, 2});
+  story.run("hog", {106, 109});
+  story.run("LM", {109, 112});
+  story.run("LP", {112, 116});
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "waiting-for-trigger scan 11.0",
+                          "running scan 1.0", "pre-empted scan by hog 3.0", "running scan 1.0", "kernel LM 1.0",
+                          "pre-empted LM by hog 3.0", "running LM 3.0", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "pre-empted scan by hog");
+}
+
+TEST(Why, NobodyOfTheAppHadTheCore) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 100);
+  story.run("scan", {107, 109});
+  story.run("LM", {109, 114, 3});
+  story.run("LP", {114, 118});
+  const auto parts = story.longest();
+  EXPECT_THAT(parts, testing::Contains("kernel scan 7.0"));
+  EXPECT_THAT(parts, testing::Contains("kernel LM 2.0"));
+  EXPECT_EQ(story.cause(), "starved scan");
+}
+
+TEST(Why, ARunThatWaitedForADevice) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 100);
+  story.run("scan", {100, 102});
+  story.run("LM", {102, 115, 3, 10});
+  story.run("LP", {115, 119});
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "waiting-for-trigger scan 11.0",
+                          "running scan 2.0", "running LM 1.5", "device LM 10.0", "running LM 1.5", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "device LM");
+}
+
+TEST(Why, AnOutputThatWasLeftOut) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 100);
+  story.run("scan", {100, 102});
+  story.run("LM", {102, 105, -1, 0, false});
+  story.round(120);
+  EXPECT_THAT(story.longest(),
+              ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0", "no-output LM 16.0",
+                          "waiting-for-trigger scan 15.0", "running scan 2.0", "running LM 3.0", "running LP 4.0"));
+  EXPECT_EQ(story.cause(), "no-output LM");
+}
+
+TEST(Why, AnInputThatLayInFrontOfABusyNode) {
+  Story story(2);
+  for (int i = 0; i < 3; ++i) {
+    story.run("scan", {20.0 * i, 20.0 * i + 2});
+    story.run("map", {20.0 * i + 3, 20.0 * i + 8});
+  }
+  const Analysis analysis = story.finish();
+  ASSERT_EQ(analysis.responses, 2U);
+  for (const Response& response : analysis.worst) {
+    EXPECT_EQ(response.length(), ms(28));
+    EXPECT_EQ(response.parts.front().kind, PartKind::kRunning);
+    EXPECT_EQ(response.parts[1].kind, PartKind::kUnexplained) << "no trigger of map was recorded";
+  }
+  EXPECT_EQ(analysis.explained, 0U);
+}
+
+TEST(Why, ADisplayThatTakesWhatIsDoneAtItsTicks) {
+  Story story(3);
+  story.clock("lamp", 0, 16);
+  story.rounds(0, 4);
+  const Analysis analysis = story.finish();
+  ASSERT_FALSE(analysis.worst.empty());
+  for (const Response& response : analysis.worst) {
+    EXPECT_EQ(response.end.time_since_epoch() % ms(16), Nanos{0});
+    EXPECT_EQ(response.parts.back().kind, PartKind::kWaitingForTick);
+  }
+}
+
+TEST(Why, OfSeveralCpusThatAreNotKnownItIsNotSaidWhoHadTheCore) {
+  Story story(0, 2);
+  story.rounds(0, 2);
+  story.trigger(40, 40);
+  story.run("hog", {41, 52});
+  story.run("map", {41, 52});
+  story.run("scan", {40, 53, 2});
+  story.run("LM", {53, 56});
+  story.run("LP", {56, 60});
+  EXPECT_THAT(story.longest(), testing::Contains("unexplained scan 11.0"));
+  Story alone(0, 2);
+  alone.rounds(0, 2);
+  alone.trigger(40, 40);
+  alone.run("hog", {41, 52});
+  alone.run("scan", {40, 53, 2});
+  alone.run("LM", {53, 56});
+  alone.run("LP", {56, 60});
+  EXPECT_THAT(alone.longest(), testing::Contains("pre-empted scan by hog 11.0")) << "it can have been no other";
+}
+
+TEST(Why, LateWithoutABoundIsOverThe99thPercentile) {
+  Story story(2);
+  for (int i = 0; i < 201; ++i) {
+    story.run("scan", {20.0 * i, 20.0 * i + 2});
+    story.run("map", {20.0 * i + 2, 20.0 * i + (i == 100 ? 14 : 8)});
+  }
+  const Analysis analysis = story.finish();
+  EXPECT_FALSE(analysis.bound);
+  EXPECT_EQ(analysis.late_over, ms(28));
+  EXPECT_EQ(analysis.late, 1U);
+  EXPECT_EQ(analysis.causes[static_cast<std::size_t>(CauseKind::kLongRun)], 1U);
+}
+
+TEST(Why, WhereAChainIsUsuallyLateTheLongestPartIsTheCause) {
+  Story story;
+  for (int i = 0; i < 5; ++i) story.round(30.0 * i);
+  const Analysis analysis = story.finish();
+  EXPECT_EQ(analysis.late, 4U);
+  EXPECT_EQ(analysis.causes[static_cast<std::size_t>(CauseKind::kWaitedForTrigger)], 4U);
+}
+
+// LM gives the sample twice before LP takes it: what it waited for is LP, not LM's second run.
+TEST(Why, ASampleWaitsWhereItCameFirst) {
+  Story story;
+  story.rounds(0, 2);
+  story.trigger(40, 40);
+  story.run("scan", {40, 42});
+  story.run("LM", {42, 45});
+  story.run("LM", {46, 48});
+  story.run("LP", {53, 57});
+  EXPECT_THAT(story.longest(), ElementsAre("running scan 2.0", "running LM 3.0", "running LP 4.0",
+                                           "waiting-for-trigger scan 11.0", "running scan 2.0", "running LM 3.0",
+                                           "kernel LM 1.0", "running LM 2.0", "kernel LP 5.0", "running LP 4.0"));
+}
+
+TEST(Why, APlanWithCoresThatItHasNotIsNoPlan) {
+  Story story;
+  plan::Plan plan;
+  plan.planner = "by hand";
+  for (std::size_t id = 0; id < story.app().graph.subchains().size(); ++id) {
+    plan.subchains.push_back({{static_cast<int>(id)}, Millis{20}, Millis{9}, 1, 1.0, Millis{9}, 1});
+    plan.cores.push_back({});
+  }
+  for (const graph::Term& term : story.app().objective) {
+    if (term.metric == graph::Metric::kPeriod) {
+      plan.nodes.push_back({term.path.front(), Millis{20}, term.weight});
+    } else {
+      plan.chains.push_back({term.path, Millis{29}, Millis{9}, Millis{20}, term.weight});
+    }
+  }
+  const auto added = [&] {
+    return story.analyser().add(record::PlanChange{at(Nanos{0}), "static", plan::to_json(plan, story.app())});
+  };
+  EXPECT_TRUE(added().ok());
+  plan.subchains.front().cores = {7};
+  const Status refused = added();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message(), HasSubstr("core 7"));
+}
+
+TEST(Why, NothingIsMeasured) {
+  Story story;
+  story.round(0);
+  const Analysis analysis = story.finish();
+  EXPECT_EQ(analysis.responses, 0U);
+  EXPECT_THAT(analysis.worst, IsEmpty());
+  EXPECT_THAT(to_json(analysis, story.app(), at(Nanos{0})), HasSubstr("\"response_ms\": null"));
+}
+
+TEST(WhyJson, IsOneDocumentWithUnits) {
+  Story story;
+  story.rounds(0, 5);
+  story.trigger(100, 104);
+  story.run("scan", {104, 106});
+  story.run("LM", {106, 109});
+  story.run("LP", {109, 113});
+  const auto document = nlohmann::json::parse(to_json(story.finish(1), story.app(), at(ms(1))));
+  EXPECT_EQ(document["chain"], "scan -> LM -> LP");
+  EXPECT_EQ(document["late_over"], "bound");
+  EXPECT_EQ(document["late_over_ms"], 32.0);
+  EXPECT_EQ(document["causes"], nlohmann::json({{"late-trigger", 1}}));
+  EXPECT_EQ(document["worst"][0]["response_ms"], 33.0);
+  EXPECT_EQ(document["worst"][0]["begin_ms"], 79.0);
+  EXPECT_EQ(document["worst"][0]["cause"]["beyond_usual_ms"], 4.0);
+  EXPECT_EQ(document["worst"][0]["parts"][0]["by"], nullptr);
+}
+
+TEST(FindChain, ByNumberPathOrLastNode) {
+  const graph::App app = robot();
+  EXPECT_EQ(find_chain(app, "0").value(), 0U);
+  EXPECT_EQ(find_chain(app, "scan>LM>LP").value(), 0U);
+  EXPECT_EQ(find_chain(app, " scan -> map ").value(), 2U);
+  EXPECT_EQ(find_chain(app, "map").value(), 2U);
+  EXPECT_EQ(find_chain(app, "lamp").value(), 3U);
+  for (const char* unknown : {"1", "9", "", ">", "scan", "nowhere", "scan>LP", "99999999999999999999"}) {
+    const auto none = find_chain(app, unknown);
+    ASSERT_FALSE(none.ok()) << unknown;
+    EXPECT_THAT(none.error().message(), HasSubstr("2 (scan -> map)")) << unknown;
+    EXPECT_THAT(none.error().message(), Not(HasSubstr("1 ("))) << unknown;
+  }
+}
+
+void expect_sums(const Response& response) {
+  TimePoint now = response.begin;
+  for (const Part& part : response.parts) {
+    RC_ASSERT(part.begin == now);
+    RC_ASSERT(part.end > part.begin);
+    now = part.end;
+  }
+  RC_ASSERT(now == response.end);
+}
+
+// Whatever is recorded, even what cannot have happened.
+RC_GTEST_PROP(WhyProperty, PartsFollowEachOtherAndAddUp, ()) {
+  std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
+  const auto below = [&](int limit) { return static_cast<int>(random() % static_cast<unsigned>(limit)); };
+  const std::size_t term = std::vector<std::size_t>{0, 2, 3}[random() % 3];
+  Story story(term, random() % 2 + 1);
+  if (below(2) == 0) story.clock("lamp", below(10), 1 + below(20));
+  const char* const names[] = {"scan", "LM", "LP", "map", "hog"};
+  double now = 0.0;
+  for (int event = 0; event < 200; ++event) {
+    now += 0.25 * below(12);
+    if (below(4) == 0) story.trigger(now + below(5) - 2, now);
+    const int length = below(12);
+    const SubchainId owner{random() % story.app().graph.subchains().size()};
+    const TimePoint begin = at(ms(now));
+    if (below(6) == 0) story.analyser().add(record::SlotUse{0, owner, begin, begin, begin + ms(below(9))});
+    if (below(9) == 0) story.analyser().add(record::Steal{0, owner, SubchainId{0}, begin, begin + ms(below(9))});
+    story.run(names[below(5)], {now - length, now, 0.5 * below(20), 0.5 * below(4), below(5) > 0});
+  }
+  const Analysis analysis = story.finish();
+  for (const Response& response : analysis.worst) expect_sums(response);
+  RC_ASSERT(analysis.worst.size() == analysis.responses);
+}
+
+}  // namespace
+}  // namespace ctn::why

@@ -1,0 +1,196 @@
+// catan export: a record for the tools that people already use.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "command.h"
+#include "export/csv.h"
+#include "export/output.h"
+#include "export/perfetto.h"
+#include "record/reader.h"
+#include "status_line.h"
+
+namespace ctn::tool {
+namespace {
+
+struct ExportOptions {
+  std::string record;
+  std::string format;
+  std::string table;
+  std::string output;
+};
+
+// A file that was not there before, and does not stay unless it is kept.
+class NewFile {
+ public:
+  static Result<std::unique_ptr<NewFile>> create(const std::string& path) {
+    std::FILE* const file = std::fopen(path.c_str(), "wxe");
+    if (file != nullptr) return std::unique_ptr<NewFile>(new NewFile(path, file));
+    if (errno == EEXIST) return Error::caller(path + " exists already", "name a file that does not exist");
+    return Error::environment(fmt::format("{} cannot be made: {}", path, std::strerror(errno)),
+                              "name a file in a folder that is there and may be written");
+  }
+  ~NewFile() {
+    if (file_ != nullptr) std::fclose(file_);
+    if (!kept_) std::remove(path_.c_str());
+  }
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  Status write(std::string_view bytes) {
+    return std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() ? Status(Done{}) : failure();
+  }
+  Status close() {
+    const int failed = std::fclose(std::exchange(file_, nullptr));
+    return failed == 0 ? Status(Done{}) : failure();
+  }
+  void keep() { kept_ = true; }
+
+ private:
+  NewFile(std::string path, std::FILE* file) : path_(std::move(path)), file_(file) {}
+  Error failure() const {
+    return Error::environment(fmt::format("{} cannot be written: {}", path_, std::strerror(errno)),
+                              "make room on the disk");
+  }
+
+  std::string path_;
+  std::FILE* file_;
+  bool kept_ = false;
+};
+
+// Says on a terminal how far an export is that takes long.
+class ProgressLine {
+ public:
+  void show(double part) {
+    constexpr std::chrono::milliseconds kBetween{200};
+    const Clock::time_point now = Clock::now();
+    if (now < next_) return;
+    next_ = now + kBetween;
+    line_.show(fmt::format("exported: {:.0f} %", 100.0 * part));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  StatusLine line_;
+  Clock::time_point next_ = Clock::now() + std::chrono::seconds{2};
+};
+
+using Export = std::function<Status(const exports::Sink&)>;
+
+Status to_stdout(const Export& write) {
+  return write([](std::string_view bytes) -> Status {
+    print(bytes);
+    return Done{};
+  });
+}
+
+// All of these files or none.
+Status to_files(const std::vector<std::pair<std::string, Export>>& exports) {
+  std::vector<std::unique_ptr<NewFile>> files;
+  for (const auto& [path, write] : exports) {
+    auto file = NewFile::create(path);
+    if (!file) return file.error();
+    files.push_back(std::move(*file));
+  }
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    NewFile& file = *files[i];
+    Status done = exports[i].second([&](std::string_view bytes) { return file.write(bytes); });
+    if (done) done = file.close();
+    if (!done) return done;
+  }
+  for (const std::unique_ptr<NewFile>& file : files) file->keep();
+  return Done{};
+}
+
+Status export_tables(const record::Reader& record, const std::string& folder, ProgressLine& progress) {
+  std::error_code failed;
+  std::filesystem::create_directory(folder, failed);
+  if (failed || !std::filesystem::is_directory(folder, failed)) {
+    return Error::caller(fmt::format("{} is no folder, and cannot be made one", folder),
+                         "name a folder for the tables");
+  }
+  std::vector<std::pair<std::string, Export>> exports;
+  const auto tables = exports::csv_tables();
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    exports.emplace_back(fmt::format("{}/{}.csv", folder, tables[i]), [&, i](const exports::Sink& sink) {
+      return exports::write_csv(record, tables[i], sink, [&, i](double part) {
+        progress.show((static_cast<double>(i) + part) / static_cast<double>(tables.size()));
+      });
+    });
+  }
+  return to_files(exports);
+}
+
+Status check(const ExportOptions& options) {
+  const bool csv = options.format == "csv";
+  if (!csv && !options.table.empty()) {
+    return Error::caller("--table is for CSV: a trace has no tables", "leave it out, or take --format csv");
+  }
+  if (csv && options.table.empty() && options.output.empty()) {
+    return Error::caller("a record has several tables",
+                         "name a folder for them by --output, or one of them by --table");
+  }
+  if (!csv && options.output.empty() && isatty(STDOUT_FILENO) == 1) {
+    return Error::caller("a trace is no text for a terminal", "name a file for it by --output");
+  }
+  return Done{};
+}
+
+Status export_record(const ExportOptions& options) {
+  if (Status done = check(options); !done) return done;
+  const auto record = record::Reader::open(options.record);
+  if (!record) return record.error();
+  ProgressLine progress;
+  const bool csv = options.format == "csv";
+  if (csv && options.table.empty()) return export_tables(*record, options.output, progress);
+  const Export write = [&](const exports::Sink& sink) {
+    const exports::Progress show = [&](double part) { progress.show(part); };
+    return csv ? exports::write_csv(*record, options.table, sink, show) : exports::write_perfetto(*record, sink, show);
+  };
+  return options.output.empty() ? to_stdout(write) : to_files({{options.output, write}});
+}
+
+int run_export(const ExportOptions& options) {
+  const Status done = export_record(options);
+  return done ? kSuccess : report_error(done.error());
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& cli, int& exit_code) {
+  auto options = std::make_shared<ExportOptions>();
+  CLI::App* command = cli.add_subcommand("export", "Write a record as a trace for Perfetto, or as CSV");
+  command->footer(
+      "Examples:\n"
+      "  catan export run.catan --format perfetto --output run.pftrace   open it in Perfetto's UI\n"
+      "  catan export run.catan --format csv --output tables             a folder, one file a table\n"
+      "  catan export run.catan --format csv --table runs > runs.csv     one table\n"
+      "What is in them: docs/export.md. The record itself is an SQLite database: docs/record-schema.md.");
+  command->add_option("RECORD", options->record, "Record that catan run --record made")->required();
+  command->add_option("--format", options->format, "What to write")
+      ->required()
+      ->check(CLI::IsMember({"perfetto", "csv"}));
+  const auto tables = exports::csv_tables();
+  command->add_option("--table", options->table, "Of CSV: this table alone")
+      ->check(CLI::IsMember(std::vector<std::string>(tables.begin(), tables.end())));
+  command->add_option(
+      "--output", options->output,
+      "File to write, in place of stdout; of several tables the folder. What is there is not overwritten");
+  command->callback([options, &exit_code] { exit_code = run_export(*options); });
+}
+
+}  // namespace ctn::tool

@@ -1,0 +1,87 @@
+#include "why_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/text.h"
+#include "report/table.h"
+
+namespace ctn::tool {
+namespace {
+
+constexpr std::int64_t kBarWidth = 40;
+
+std::string in_ms(Nanos duration) { return fmt::format("{:.3f}", to_millis(duration).count()); }
+
+std::string name_of(const graph::App& app, std::optional<NodeId> node) {
+  return node ? printable(app.graph.node(*node).name) : "";
+}
+
+std::string described(const why::Cause& cause, const graph::App& app) {
+  return fmt::format("{} ({}{}), {} ms beyond what is usual", why::to_string(cause.kind), name_of(app, cause.node),
+                     cause.by ? " by " + name_of(app, cause.by) : "", in_ms(cause.beyond_usual));
+}
+
+// Where in the response a part is.
+std::string bar(const why::Response& response, const why::Part& part) {
+  const auto column = [&](TimePoint time) {
+    return static_cast<std::size_t>((time - response.begin) * kBarWidth / response.length());
+  };
+  const std::size_t from = std::min<std::size_t>(column(part.begin), kBarWidth - 1);
+  const std::size_t to = std::max(column(part.end), from + 1);
+  return std::string(from, '.') + std::string(to - from, '#') + std::string(kBarWidth - to, '.');
+}
+
+report::Table timeline(const why::Response& response, const graph::App& app) {
+  report::Table table{.header = {"after ms", "ms", "part", "node", "by", ""}};
+  for (const why::Part& part : response.parts) {
+    table.rows.push_back({in_ms(part.begin - response.begin), in_ms(part.length()), why::to_string(part.kind),
+                          name_of(app, part.node), name_of(app, part.by), bar(response, part)});
+  }
+  return table;
+}
+
+std::string cause_counts(const why::Analysis& analysis) {
+  std::vector<std::pair<std::uint64_t, why::CauseKind>> counts;
+  for (std::size_t kind = 0; kind < why::kCauseKinds; ++kind) {
+    if (analysis.causes[kind] > 0) counts.emplace_back(analysis.causes[kind], static_cast<why::CauseKind>(kind));
+  }
+  std::stable_sort(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  report::Table table{.header = {"cause", "late responses"}};
+  for (const auto& [count, kind] : counts) table.rows.push_back({why::to_string(kind), std::to_string(count)});
+  return counts.empty() ? "" : "\nCauses of the late ones (docs/why.md)\n" + to_text(table);
+}
+
+std::string usual_parts(const why::Analysis& analysis, const graph::App& app) {
+  report::Table table{.header = {"part", "node", "median ms"}};
+  for (const why::UsualPart& part : analysis.usual) {
+    table.rows.push_back({why::to_string(part.kind), name_of(app, part.node), in_ms(part.median)});
+  }
+  return table.rows.empty() ? "" : "\nWhat is usual: each part's median over all responses\n" + to_text(table);
+}
+
+}  // namespace
+
+std::string why_text(const why::Analysis& analysis, const graph::App& app, TimePoint started) {
+  const std::string chain = printable(app.graph.path_name(app.objective[analysis.term].path));
+  if (analysis.responses == 0) return chain + ": no response was measured; --all includes the warm-up\n";
+  std::string text =
+      fmt::format("{}: {} responses, {} late: over {} ms, {}\nAt most 2 % is unexplained in {:.2f} % of them.\n", chain,
+                  analysis.responses, analysis.late, in_ms(analysis.late_over),
+                  analysis.bound ? "the chain's bound" : "the 99th percentile of its responses, since it has no bound",
+                  100.0 * static_cast<double>(analysis.explained) / static_cast<double>(analysis.responses));
+  text += cause_counts(analysis) + usual_parts(analysis, app);
+  for (const why::Response& response : analysis.worst) {
+    text +=
+        fmt::format("\n{} ms, {:.3f} s after the start: {}\n{}", in_ms(response.length()),
+                    to_millis(response.begin - started).count() / 1000.0,
+                    response.cause ? described(*response.cause, app) : "not late", to_text(timeline(response, app)));
+  }
+  return text;
+}
+
+}  // namespace ctn::tool
