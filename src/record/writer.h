@@ -9,7 +9,6 @@
 // Units: nanoseconds of the monotonic clock. Thread safety: none; one owner.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +17,7 @@
 #include "graph/app.h"
 #include "os/machine.h"
 #include "record/events.h"
+#include "record/sink.h"
 
 namespace ctn::record {
 
@@ -34,33 +34,12 @@ struct Header {
   std::string note;  // free text, as "slowdown 2.0"
 };
 
-// What a run came to, known when it ends.
-struct Totals {
-  std::uint64_t plans_made = 0;  // in force or not, without the first
-  Nanos planning_cpu{0};         // that making them took
-  std::uint64_t starved = 0;     // how often a core was kept from its dispatcher
-  Nanos starved_for{0};          // all cores
-};
-
-class Writer {
+class Writer : public Sink {
  public:
   // Makes a new file; one that exists is kCaller (nothing recorded is ever overwritten), one that cannot be made
   // kEnvironment.
   static Result<std::unique_ptr<Writer>> create(const std::string& path, const graph::App& app, const Header& header);
-  virtual ~Writer() = default;
-
-  virtual void add(const Run& run) = 0;
-  virtual void add(const Trigger& trigger) = 0;
-  virtual void add(const SlotUse& slot) = 0;
-  virtual void add(const Steal& steal) = 0;
-  virtual void add(const Overrun& overrun) = 0;
-  virtual void add(const PlanChange& change) = 0;
-  virtual void add(const CostChange& change) = 0;
-  virtual void add(const AppChange& change) = 0;
-  virtual void add(const ClockReading& reading) = 0;
-  virtual void add(const Notice& notice) = 0;
-  // Kept until the record is closed, and then written with it.
-  virtual void set_totals(const Totals& totals) = 0;
+  // Totals that were set are written when it is closed.
 
   // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done
   // unasked, too, when much has accumulated. A node's run number that is added twice is a failure.

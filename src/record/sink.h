@@ -1,0 +1,38 @@
+// Where what happens in a run goes: the writer of a record (writer.h), the memory of the last seconds (flight/).
+#pragma once
+
+#include <cstdint>
+
+#include "base/time.h"
+#include "record/events.h"
+
+namespace ctn::record {
+
+// What a run has come to so far.
+struct Totals {
+  std::uint64_t plans_made = 0;  // in force or not, without the first
+  Nanos planning_cpu{0};         // that making them took
+  std::uint64_t starved = 0;     // how often a core was kept from its dispatcher
+  Nanos starved_for{0};          // all cores
+  friend bool operator==(const Totals&, const Totals&) = default;
+};
+
+class Sink {
+ public:
+  virtual ~Sink() = default;
+
+  virtual void add(const Run& run) = 0;
+  virtual void add(const Trigger& trigger) = 0;
+  virtual void add(const SlotUse& slot) = 0;
+  virtual void add(const Steal& steal) = 0;
+  virtual void add(const Overrun& overrun) = 0;
+  virtual void add(const PlanChange& change) = 0;
+  virtual void add(const CostChange& change) = 0;
+  virtual void add(const AppChange& change) = 0;
+  virtual void add(const ClockReading& reading) = 0;
+  virtual void add(const Notice& notice) = 0;
+  // As of now; each replaces what was told before.
+  virtual void set_totals(const Totals& totals) = 0;
+};
+
+}  // namespace ctn::record
