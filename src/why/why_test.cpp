@@ -53,7 +53,7 @@ struct Written {
 class Story {
  public:
   explicit Story(std::size_t term = 0, std::size_t cpus = 1)
-      : app_(robot()), analyser_(app_, term, cpus, {at(Nanos{0})}) {}
+      : app_(robot()), analyser_(app_, {term}, cpus, {at(Nanos{0})}) {}
 
   NodeId id(const std::string& name) const { return *app_.graph.find_node(name); }
   void trigger(double due, double sent) {
@@ -96,7 +96,7 @@ class Story {
     analyser_.add(record::ClockReading{at(Nanos{0}), id(name), {at(ms(tick)), ms(period)}});
   }
 
-  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst); }
+  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst).front(); }
   // "running scan 2" of all parts of the longest response.
   std::vector<std::string> longest() {
     const Analysis analysis = finish(1);
