@@ -213,29 +213,31 @@ TEST(WhyInjected, AHog) {
   EXPECT_EQ(count(analysis, CauseKind::kStarved), analysis.late) << counted(analysis);
 }
 
+// By hand: one subchain with a fixed priority, every 20 ms.
+plan::Plan plan_with_phase(const graph::App& app, Millis phase) {
+  plan::Plan plan;
+  plan.planner = "by hand";
+  plan::SubchainPlan local;
+  local.cores = {0};
+  local.period = Millis{20};
+  local.execution = local.slice = Millis{9};
+  local.every = 1;
+  plan.subchains = {local};
+  plan::CorePlan core;
+  core.form = plan::Form::kPriorities;
+  core.members = {{SubchainId{0}, 1, Millis{20}, phase, {}, {}, {}, Millis{20}}};
+  plan.cores = {core};
+  plan.chains = {{app.objective.front().path, Millis{29}, Millis{9}, Millis{20}, 1.0}};
+  return plan;
+}
+
 // Plans that differ in nothing but their phases: each swap makes the next trigger come up to half a period later.
 TEST(WhyInjected, PlanSwaps) {
   const graph::App app = parse(kRobot);
-  const auto plan_with_phase = [&](Millis phase) {
-    plan::Plan plan;
-    plan.planner = "by hand";
-    plan::SubchainPlan local;
-    local.cores = {0};
-    local.period = Millis{20};
-    local.execution = local.slice = Millis{9};
-    local.every = 1;
-    plan.subchains = {local};
-    plan::CorePlan core;
-    core.form = plan::Form::kPriorities;
-    core.members = {{SubchainId{0}, 1, Millis{20}, phase, {}, {}, {}, Millis{20}}};
-    plan.cores = {core};
-    plan.chains = {{app.objective.front().path, Millis{29}, Millis{9}, Millis{20}, 1.0}};
-    return plan;
-  };
   sim::Options options = under("catan");
   constexpr int kSwaps = 2 * kInjected + 4;  // every second one brings the next trigger later
   for (int swap = 0; swap <= kSwaps; ++swap) {
-    options.plans.push_back({seconds{swap}, plan_with_phase(Millis{swap % 2 == 0 ? 0.0 : 8.0})});
+    options.plans.push_back({seconds{swap}, plan_with_phase(app, Millis{swap % 2 == 0 ? 0.0 : 8.0})});
   }
   const auto analysis =
       analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{}), std::move(options), seconds{kSwaps});
@@ -279,12 +281,12 @@ scheduler: { slack: 0%, bootstrap: 1s }
 
 TEST(WhyInjected, ASlowWriterThatKeepsItsSubchainBusy) {
   const graph::App app = parse(kLogs);
-  for (const char* policy : {"default", "fifo"}) {
-    const auto analysis =
-        analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{"LP", Nanos{0}, milliseconds{25}}),
-                    under(policy), kForAll);
-    expect_all(analysis, CauseKind::kOwnPreviousRun, *app.graph.find_node("scan"));
-  }
+  sim::Options options = under("catan");
+  options.plans = {{Nanos{0}, plan_with_phase(app, Millis{0})}};
+  const auto analysis =
+      analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{"LP", Nanos{0}, milliseconds{25}}),
+                  std::move(options), kForAll);
+  expect_all(analysis, CauseKind::kOwnPreviousRun, *app.graph.find_node("scan"));
 }
 
 // Two subchains that take turns on a core; long runs of the first go on in the slots of the other. Of chains without

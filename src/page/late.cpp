@@ -19,7 +19,7 @@ using report::escaped;
 
 // So that pages of apps with many chains stay small.
 constexpr std::size_t kMostStretches = 20'000;  // of all chains together
-constexpr std::size_t kMostRows = 12;           // of the parts of a response
+constexpr std::size_t kMostParts = 12;          // of the parts of a response
 constexpr std::size_t kManyChains = 50;         // from which on each shows its longest response alone
 
 using Sums = std::vector<std::pair<std::pair<why::PartKind, NodeId>, Nanos>>;
@@ -79,7 +79,7 @@ class Late {
 
   std::string bar(const why::Response& response, const Sums& sums) {
     std::string label;
-    for (std::size_t i = 0; i < std::min(sums.size(), kMostRows); ++i) {
+    for (std::size_t i = 0; i < std::min(sums.size(), kMostParts); ++i) {
       label += fmt::format("{}{} {} {} ms", i > 0 ? ", " : "", why::to_string(sums[i].first.first),
                            name(sums[i].first.second), ms_text(sums[i].second));
     }
@@ -101,7 +101,7 @@ class Late {
     Nanos rest{0};
     for (std::size_t i = 0; i < sums.size(); ++i) {
       const auto& [whose, length] = sums[i];
-      if (i >= kMostRows) {
+      if (i >= kMostParts) {
         rest += length;
         continue;
       }

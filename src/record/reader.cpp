@@ -102,6 +102,22 @@ Run run_of(Cells& cells, std::size_t nodes) {
   return run;
 }
 
+// Whether the runs of each node end in the order of their numbers, as those that a writer has written do.
+Result<bool> end_in_order(sqlite::Database& database) {
+  bool in_order = true;
+  std::int64_t node = -1;
+  std::int64_t end = 0;
+  const Status done =
+      database.each_row("SELECT node, end_ns FROM runs ORDER BY node, number", [&](sqlite::Statement& row) -> Status {
+        in_order = in_order && (row.integer(0) != node || row.integer(1) >= end);
+        node = row.integer(0);
+        end = row.integer(1);
+        return Done{};
+      });
+  if (!done) return done.error();
+  return in_order;
+}
+
 // The runs of a node in the order of their numbers, with what they consumed: both lie in the file in that order, so
 // nothing is sorted, and nothing looked up.
 class NodeRuns {
@@ -163,6 +179,54 @@ class NodeRuns {
   std::uint64_t input_run_ = 0;
   bool inputs_ended_ = false;
 };
+
+using Take = std::function<void(const Run&)>;
+
+// By their ends, and of those that end together by rank. `rank`: by NodeId.
+Status merge(std::vector<NodeRuns>& nodes, const std::vector<std::size_t>& rank, const Take& take) {
+  struct Next {
+    TimePoint end;
+    std::size_t rank;
+    std::size_t index;  // in nodes
+    bool operator>(const Next& other) const { return std::tie(end, rank) > std::tie(other.end, other.rank); }
+  };
+  std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
+  const auto move_on = [&](std::size_t index) -> Status {
+    const Result<bool> row = nodes[index].next();
+    if (!row) return row.error();
+    const Run& run = nodes[index].run();
+    if (*row) next.push({run.end, rank[run.node.index()], index});
+    return Done{};
+  };
+  for (std::size_t index = 0; index < nodes.size(); ++index) {
+    if (Status done = move_on(index); !done) return done;
+  }
+  while (!next.empty()) {
+    const std::size_t index = next.top().index;
+    next.pop();
+    take(nodes[index].run());
+    if (Status done = move_on(index); !done) return done;
+  }
+  return Done{};
+}
+
+// The same where those of a node are in any order: all of them are held in memory.
+Status sort(std::vector<NodeRuns>& nodes, const std::vector<std::size_t>& rank, const Take& take) {
+  std::vector<Run> runs;
+  for (NodeRuns& of_node : nodes) {
+    while (true) {
+      const Result<bool> row = of_node.next();
+      if (!row) return row.error();
+      if (!*row) break;
+      runs.push_back(of_node.run());
+    }
+  }
+  std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
+    return std::pair(a.end, rank[a.node.index()]) < std::pair(b.end, rank[b.node.index()]);
+  });
+  for (const Run& run : runs) take(run);
+  return Done{};
+}
 
 // Who consumed a run, for runs that come in the order of the rows: of (predecessor, first, last, node, run), by the
 // first two.
@@ -257,35 +321,14 @@ Result<Reader> Reader::open(const std::string& path) {
 }
 
 Status Reader::each_run(const std::function<void(const Run&)>& take) const {
+  const Result<bool> in_order = end_in_order(impl_->database);
+  if (!in_order) return in_order.error();
   auto nodes = impl_->runs_by_node();
   if (!nodes) return nodes.error();
   const graph::Graph& graph = impl_->app.graph;
   std::vector<std::size_t> rank(graph.nodes().size());  // of runs that end together, what is consumed comes first
   for (std::size_t i = 0; i < graph.topological_order().size(); ++i) rank[graph.topological_order()[i].index()] = i;
-  struct Next {
-    TimePoint end;
-    std::size_t rank;
-    std::size_t index;  // in nodes
-    bool operator>(const Next& other) const { return std::tie(end, rank) > std::tie(other.end, other.rank); }
-  };
-  std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
-  const auto move_on = [&](std::size_t index) -> Status {
-    const Result<bool> row = (*nodes)[index].next();
-    if (!row) return row.error();
-    const Run& run = (*nodes)[index].run();
-    if (*row) next.push({run.end, rank[run.node.index()], index});
-    return Done{};
-  };
-  for (std::size_t index = 0; index < nodes->size(); ++index) {
-    if (Status done = move_on(index); !done) return done;
-  }
-  while (!next.empty()) {
-    const std::size_t index = next.top().index;
-    next.pop();
-    take((*nodes)[index].run());
-    if (Status done = move_on(index); !done) return done;
-  }
-  return Done{};
+  return *in_order ? merge(*nodes, rank, take) : sort(*nodes, rank, take);
 }
 
 Status Reader::each_run_by_begin(const std::function<void(const Run&)>& take) const {

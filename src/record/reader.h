@@ -45,8 +45,7 @@ class Reader {
   const Ending& ending() const;
 
   // All runs, by the time they ended: runs of a node in the order of their numbers, and a run after those it consumed,
-  // as ChainTracker wants them. What a run consumed is in the order of the predecessors' ids. (Of a node whose runs do
-  // not end in the order of their numbers, which no writer writes, they come in that of their numbers.)
+  // as ChainTracker wants them. What a run consumed is in the order of the predecessors' ids.
   Status each_run(const std::function<void(const Run&)>& take) const;
   // All runs, by the time they began; of those that began at once, the longest first. What they consumed is left out.
   Status each_run_by_begin(const std::function<void(const Run&)>& take) const;

@@ -142,7 +142,7 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE consumed SET first = 5, last = 4",
            "UPDATE consumed SET predecessor = 77",
            "UPDATE consumed SET first = 0",
-           "UPDATE consumed SET run = 'x'",
+           "UPDATE consumed SET run = 'x' WHERE run = 1",
            "UPDATE triggers SET subchain = 9",
            "UPDATE triggers SET due_ns = x'00'",
            "UPDATE plans SET json = x'00ff'",
