@@ -14,6 +14,7 @@
 #include "page/comparison.h"
 #include "page/data.h"
 #include "page/graph_picture.h"
+#include "page/late.h"
 #include "page/plots.h"
 #include "report/escape.h"
 #include "report/html.h"
@@ -242,7 +243,8 @@ class Writer {
     page.element(
         "<p class=\"caption\">Left over time, in ms: mean, 95th percentile (area's upper edge) and maximum; "
         "single responses where there is room. Right by rank, after the warm-up: how many are at most so "
-        "long. Promised: the worst case as planned. Expected: the mean as planned.</p>");
+        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest ones, as bars of "
+        "what they consist of, and the one cause that is named of a late one; open one for its parts.</p>");
     const Story& story = first();
     for (std::size_t i = 0; i < story.responses.size(); ++i) {
       const report::ChainMetrics& metrics = story.figures.chains[i];
@@ -264,8 +266,16 @@ class Writer {
       page.element(card(metrics.path, line, "response", names, "Response times of " + metrics.path,
                         responses_picture(story, i),
                         percentile_picture("Distribution of the response times of " + metrics.path, curves, levels)));
+      late(page, runs_[0], i);
+      if (other != kNoChain) late(page, runs_[1], other);
+      page.element("</div>");
     }
     if (story.responses.empty()) page.paragraph("The objective has no response times.");
+  }
+
+  void late(report::Page& page, const Told& run, std::size_t chain) const {
+    if (compares()) page.element("<h4>" + escaped("Longest in " + run.name) + "</h4>");
+    add_late(page, run.story, chain);
   }
 
   std::size_t common_chain(std::size_t chain) const {
@@ -297,13 +307,14 @@ class Writer {
     return {};
   }
 
+  // Without its end.
   static std::string card(const std::string& title, const std::string& line, const std::string& kind,
                           const std::string& data, const std::string& label, const std::string& still,
                           const std::string& distribution) {
     return fmt::format(
         "<div class=\"card\"><div class=\"card-head\"><h3>{}</h3><p>{}</p></div><div class=\"card-body\"><div "
         "class=\"over-time\"><div class=\"panel\" data-kind=\"{}\" {} data-label=\"{}\"></div><div "
-        "class=\"static\">{}</div></div><div class=\"by-rank\">{}</div></div></div>",
+        "class=\"static\">{}</div></div><div class=\"by-rank\">{}</div></div>",
         escaped(title), escaped(line), kind, data, escaped(label), still, distribution);
   }
 
@@ -353,7 +364,8 @@ class Writer {
       }
     }
     return card(node.name, line, "compute", names, "Compute times of " + node.name, "",
-                percentile_picture("Distribution of the compute times of " + node.name, curves, {}));
+                percentile_picture("Distribution of the compute times of " + node.name, curves, {})) +
+           "</div>";
   }
 
   void figures(report::Page& page) const {
