@@ -62,6 +62,13 @@ class Writer {
   Writer(Told2 runs, std::vector<std::string> differences)
       : runs_(runs), differences_(std::move(differences)), colours_(lane_colours(runs)) {}
 
+  Glance glance() const {
+    const Told& run = runs_.front();
+    return {fmt::format("<style>{}</style>", kStyle), graph_box(run) + "<figure class=\"chart\">" +
+                                                          cores_picture(run.story, colours_.front()) + "</figure>" +
+                                                          legend(run)};
+  }
+
   std::string write(std::size_t most_bytes) const {
     const std::string before = head_and_pictures();
     std::size_t detail = most_bytes / 100 * kFirstShare / runs_.size();
@@ -141,24 +148,28 @@ class Writer {
     page.section("The app", "app");
     for (const Told& run : runs_) {
       if (run_index(run) > 0 && differences_.empty()) break;  // both have the same graph
-      const Story& story = run.story;
-      const auto nodes = story.app.graph.nodes();
-      std::vector<std::string> notes(nodes.size());
-      std::vector<std::string> node_colours(nodes.size());
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (story.lane_of[i] != kNoLane) node_colours[i] = colours_[run_index(run)][story.lane_of[i]];
-        for (const report::NodeMetrics& node : story.figures.nodes) {
-          if (node.name == nodes[i].name && node.runs > 0) {
-            notes[i] = fmt::format("{:.3g} ms, {:.3g} Hz", node.compute_ms.mean, node.rate_hz);
-          }
-        }
-      }
-      page.element("<div class=\"scroll graph-box\" tabindex=\"0\" role=\"group\" aria-label=\"The app's graph\">" +
-                   graph_picture(story.app.graph, notes, node_colours) + "</div>");
+      page.element(graph_box(run));
       page.element("<p class=\"caption\">Mean compute time and rate of each node" + escaped(of_run(run)) +
                    ". Boxes around nodes are subchains: each node triggers the next. Dashed: unscheduled; dotted: "
                    "external.</p>");
     }
+  }
+
+  std::string graph_box(const Told& run) const {
+    const Story& story = run.story;
+    const auto nodes = story.app.graph.nodes();
+    std::vector<std::string> notes(nodes.size());
+    std::vector<std::string> node_colours(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (story.lane_of[i] != kNoLane) node_colours[i] = colours_[run_index(run)][story.lane_of[i]];
+      for (const report::NodeMetrics& node : story.figures.nodes) {
+        if (node.name == nodes[i].name && node.runs > 0) {
+          notes[i] = fmt::format("{:.3g} ms, {:.3g} Hz", node.compute_ms.mean, node.rate_hz);
+        }
+      }
+    }
+    return "<div class=\"scroll graph-box\" tabindex=\"0\" role=\"group\" aria-label=\"The app's graph\">" +
+           graph_picture(story.app.graph, notes, node_colours) + "</div>";
   }
 
   void cores(report::Page& page) const {
@@ -178,7 +189,7 @@ class Writer {
           "<div class=\"static\">{}</div></figure>",
           run_index(run), escaped("Timeline of cores" + of_run(run)),
           cores_picture(run.story, colours_[run_index(run)])));
-      legend(page, run);
+      page.element(legend(run));
       busy_summary(page, run);
     }
     page.element(kOmittedPlace);
@@ -195,14 +206,15 @@ class Writer {
         "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
   }
 
-  void legend(report::Page& page, const Told& run) const {
-    if (run.story.lanes.size() > 40) return;  // rows are labelled
+  // Nothing where there are too many: rows are labelled.
+  std::string legend(const Told& run) const {
+    if (run.story.lanes.size() > 40) return {};
     std::string text = "<p class=\"legend\">";
     for (std::size_t i = 0; i < run.story.lanes.size(); ++i) {
       text += fmt::format("<span><span class=\"swatch\" style=\"background:{}\"></span>{}</span> ",
                           colours_[run_index(run)][i], escaped(run.story.lanes[i].name));
     }
-    page.element(text + "</p>");
+    return text + "</p>";
   }
 
   // The timeline in words, for those who do not see it.
@@ -435,6 +447,8 @@ class Writer {
 }  // namespace
 
 std::string to_html(const Told& run, std::size_t most_bytes) { return Writer({&run, 1}, {}).write(most_bytes); }
+
+Glance glance(const Told& run) { return Writer({&run, 1}, {}).glance(); }
 
 Result<std::string> compare_html(const Told& run, const Told& other, std::size_t most_bytes) {
   auto differences = differences_of(run.story.app, run.name, other.story.app, other.name);

@@ -6,7 +6,7 @@
 namespace ctn::demo {
 namespace {
 
-constexpr double kSeconds = 5.0;       // at slowdown 1
+constexpr double kSeconds = 5.0;  // at slowdown 1
 constexpr double kQuickSeconds = 2.0;
 
 }  // namespace

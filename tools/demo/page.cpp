@@ -227,9 +227,10 @@ Result<std::string> render_page(const Results& results, const std::optional<page
   if (glance) {
     page.head(glance->head);
     page.section("The app, and who had the cores").element(glance->body);
-    page.element(fmt::format("<p>One run under Catan. <a href=\"{}\">This run beside one under the default</a>: "
-                             "timelines to move and zoom, distributions, why responses were late.</p>",
-                             kLookPage));
+    page.element(
+        fmt::format("<p>One run under Catan. <a href=\"{}\">This run beside one under the default</a>: "
+                    "timelines to move and zoom, distributions, why responses were late.</p>",
+                    kLookPage));
   }
   page.section("What is claimed, and whether it held").table(claims_table(summary));
   page.section("Response time")
