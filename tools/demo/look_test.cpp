@@ -24,7 +24,7 @@ class LookTest : public testing::Test {
     const graph::App app = record::test::robot();
     const auto writer = record::test::make(record_of(path(), trial).string(), app);
     for (const record::Run& run : record::test::runs(app, record::test::seconds{103}, 1)) writer->add(run);
-    ASSERT_TRUE(writer->close(record::test::at(record::test::seconds{104}), record::test::header().host).ok());
+    ASSERT_TRUE(writer->close(at(record::test::seconds{104}), record::test::header().host).ok());
   }
   std::filesystem::path path() const { return folder_.file(""); }
 
