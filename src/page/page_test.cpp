@@ -158,15 +158,15 @@ TEST(Late, ABarHasWhatIsLongestInEachColumn) {
   };
   add(PartKind::kWaitingForSample, milliseconds{4});
   add(PartKind::kKernel, microseconds{100});
-  add(PartKind::kRunning, microseconds{3400});
-  add(PartKind::kDevice, microseconds{2500});
+  add(PartKind::kRunning, microseconds{3300});
+  add(PartKind::kDevice, microseconds{2600});
   EXPECT_THAT(columns_of(bar_of(response, 10)),
               ElementsAre(std::pair(PartKind::kWaitingForSample, 4), std::pair(PartKind::kRunning, 3),
                           std::pair(PartKind::kDevice, 3)))
       << "the kernel's is longest in none";
   EXPECT_THAT(columns_of(bar_of(response, 100)),
               ElementsAre(std::pair(PartKind::kWaitingForSample, 40), std::pair(PartKind::kKernel, 1),
-                          std::pair(PartKind::kRunning, 34), std::pair(PartKind::kDevice, 25)));
+                          std::pair(PartKind::kRunning, 33), std::pair(PartKind::kDevice, 26)));
 }
 
 TEST(GraphPicture, SubchainsHaveRowsOfTheirOwn) {
