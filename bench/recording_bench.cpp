@@ -261,17 +261,18 @@ Counted count(const std::string& path, const record::Interval& measured) {
   Counted counted;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> runs(record.app().graph.nodes().size());  // how many, the last
   Status done = record.each_run([&](const record::Run& run) {
-    auto& [count, last] = runs[run.node.index()];
-    ++count;
+    auto& [recorded, last] = runs[run.node.index()];
+    ++recorded;
     counted.events += measured.holds(run.end, run.end) ? 1U : 0U;
     last = std::max(last, run.number);
   });
-  if (done)
+  if (done) {
     done = record.each_trigger([&](const record::Trigger& trigger) {
       counted.events += measured.holds(trigger.sent, trigger.sent) ? 1U : 0U;
     });
+  }
   if (!done) throw std::runtime_error(done.error().message());
-  for (const auto& [count, last] : runs) counted.missing += last - count;
+  for (const auto& [recorded, last] : runs) counted.missing += last - recorded;
   for (const record::Notice& notice : value_of(record.notices())) {
     std::uint64_t lost = 0;
     if (notice.kind != "lost-reports") continue;
