@@ -34,6 +34,7 @@
 #include "os/linux/linux_os.h"
 #include "policy/policy.h"
 #include "record/reader.h"
+#include "record/run_metrics.h"
 #include "record/writer.h"
 #include "runtime/server.h"
 #include "value_of.h"
@@ -188,8 +189,8 @@ int run_nodes(os::Os& os, const std::string& socket, int rate) {
     threads.emplace_back([&client, &os, i, each_ms] {
       Run run;
       auto node = client.attach(fmt::format("free{}", i));
-      if (!node) return;
-      for (TimePoint next = os.now(); node->wait(); os.sleep_until(next += milliseconds{1})) {
+      if (!node) return fmt::print(stderr, "recording_bench: {}\n", node.error().message());
+      for (TimePoint next = os.now();; os.sleep_until(next += milliseconds{1})) {
         for (int one = 0; one < each_ms; ++one) {
           node->begin(run);
           node->end(run);
@@ -215,6 +216,7 @@ std::optional<os::ThreadId> housekeeper(os::Os& os) {
 struct Served {
   double percent = 0.0;  // of a core, of the housekeeping thread
   std::string cpus;      // where it may run
+  record::Interval measured{};
 };
 
 Served serve(os::Os& os, const std::string& socket, const std::string& record, int rate, int for_seconds) {
@@ -234,11 +236,13 @@ Served serve(os::Os& os, const std::string& socket, const std::string& record, i
     const auto cpus = os.affinity(*house);
     served.cpus = cpus ? os::to_string(*cpus) : "unknown";
     const auto before = os.thread_cpu_time(*house);
-    const TimePoint begin = os.now();
-    os.sleep_until(begin + seconds{for_seconds});
+    served.measured.begin = os.now();
+    os.sleep_until(served.measured.begin + seconds{for_seconds});
     const auto after = os.thread_cpu_time(*house);
-    if (before && after)
-      served.percent = 100.0 * to_millis(*after - *before).count() / to_millis(os.now() - begin).count();
+    served.measured.end = os.now();
+    if (before && after) {
+      served.percent = 100.0 * (to_millis(*after - *before) / to_millis(served.measured.end - served.measured.begin));
+    }
   }
   server->stop();
   thread->join();
@@ -247,24 +251,28 @@ Served serve(os::Os& os, const std::string& socket, const std::string& record, i
 }
 
 struct Counted {
-  std::uint64_t events = 0;   // runs and triggers
+  std::uint64_t events = 0;   // runs and triggers that were measured
   std::uint64_t missing = 0;  // runs that were reported, as far as their numbers tell, and are not in the record
   std::uint64_t told = 0;     // reports that the record says were lost
 };
 
-Counted count(const std::string& path) {
+Counted count(const std::string& path, const record::Interval& measured) {
   const auto record = value_of(record::Reader::open(path));
   Counted counted;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> runs(record.app().graph.nodes().size());  // how many, the last
   Status done = record.each_run([&](const record::Run& run) {
-    auto& [count, last] = runs[run.node.index()];
-    ++count;
-    ++counted.events;
+    auto& [recorded, last] = runs[run.node.index()];
+    ++recorded;
+    counted.events += measured.holds(run.end, run.end) ? 1U : 0U;
     last = std::max(last, run.number);
   });
-  if (done) done = record.each_trigger([&](const record::Trigger&) { ++counted.events; });
+  if (done) {
+    done = record.each_trigger([&](const record::Trigger& trigger) {
+      counted.events += measured.holds(trigger.sent, trigger.sent) ? 1U : 0U;
+    });
+  }
   if (!done) throw std::runtime_error(done.error().message());
-  for (const auto& [count, last] : runs) counted.missing += last - count;
+  for (const auto& [recorded, last] : runs) counted.missing += last - recorded;
   for (const record::Notice& notice : value_of(record.notices())) {
     std::uint64_t lost = 0;
     if (notice.kind != "lost-reports") continue;
@@ -286,16 +294,13 @@ bool measure_server(os::Os& os, const Options& options, const Folder& folder) {
     std::vector<double> without;
     Counted sum;
     std::string cpus;
-    double recorded_s = 0.0;
     for (int round = 0; round < options.rounds; ++round) {
       const std::string record = folder.file(fmt::format("served-{}-{}.catan", rate, round));
       const Served served = serve(os, folder.file("socket"), record, rate, options.seconds);
       with.push_back(served.percent);
       cpus = served.cpus;
       without.push_back(serve(os, folder.file("socket"), "", rate, options.seconds).percent);
-      const Counted counted = count(record);
-      const auto open = value_of(record::Reader::open(record));
-      recorded_s += std::chrono::duration<double>(open.ending().ended - open.header().started).count();
+      const Counted counted = count(record, served.measured);
       sum.events += counted.events;
       sum.missing += counted.missing;
       sum.told += counted.told;
@@ -303,8 +308,8 @@ bool measure_server(os::Os& os, const Options& options, const Folder& folder) {
       std::filesystem::remove(record);
     }
     fmt::print("{:>10} {:>11.2f} {:>13.2f} {:>11.2f}  {:<8} {:>12.0f} {:>9} {:>9}\n", rate, median(with),
-               median(without), median(with) - median(without), cpus, static_cast<double>(sum.events) / recorded_s,
-               sum.missing, sum.told);
+               median(without), median(with) - median(without), cpus,
+               static_cast<double>(sum.events) / (1.0 * options.rounds * options.seconds), sum.missing, sum.told);
   }
   return all_told;
 }

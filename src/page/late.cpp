@@ -46,10 +46,10 @@ class Late {
 
   void write() {
     page_.element("<div class=\"late\">");
-    page_.element(fmt::format("<p class=\"caption\">{} of {} late: over {:.4g} ms, {}. By cause: {}.</p>", late_.late,
+    const std::string by_cause = late_.late > 0 ? " By cause: " + report::causes_in_words(late_) + "." : "";
+    page_.element(fmt::format("<p class=\"caption\">{} of {} late: over {:.4g} ms, {}.{}</p>", late_.late,
                               late_.responses, to_millis(late_.late_over).count(),
-                              late_.bound ? "the bound" : "the 99th percentile, since it has no bound",
-                              report::causes_in_words(late_)));
+                              late_.bound ? "the bound" : "the 99th percentile, since it has no bound", by_cause));
     for (std::size_t i = 0; i < shown_; ++i) add(late_.worst[i]);
     if (shown_ > 0) add_legend();
     page_.element("</div>");
