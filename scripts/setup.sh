@@ -22,6 +22,7 @@ user_packages=(
   libprotobuf-dev        # traces for Perfetto
   protobuf-compiler      # and the classes of their format
   libeigen3-dev          # linear algebra of the planner
+  libcpp-httplib-dev     # the page and metrics of a server
   sqlite3                # reads a record from a shell, as docs/record-schema.md shows
   libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts
   opencv-data            # the face detector's cascades
