@@ -50,7 +50,8 @@ std::optional<std::size_t> end_of_labels(std::string_view line, std::size_t begi
     const std::size_t equals = line.find("=\"", i);
     if (equals == std::string_view::npos || !is_name(line.substr(i, equals - i))) return std::nullopt;
     for (i = equals + 2; i < line.size() && line[i] != '"'; ++i) {
-      if (line[i] == '\\' && std::string_view("\\\"n").find(line.at(++i)) == std::string_view::npos) return std::nullopt;
+      if (line[i] == '\\' && std::string_view("\\\"n").find(line.at(++i)) == std::string_view::npos)
+        return std::nullopt;
     }
     if (++i >= line.size()) return std::nullopt;
     if (line[i] == '}') return i + 1;

@@ -89,10 +89,10 @@ TEST(RequestHeadTest, WhatIsNoPlainRequestIsRefused) {
 TEST(RequestHeadTest, WrongHeadersAreRefused) {
   const std::string get = "GET / HTTP/1.1\r\n";
   const std::string post = "POST / HTTP/1.1\r\n";
-  for (const std::string& header :
-       std::vector<std::string>{"no colon", ": x", "a b: x", " folded: x", std::string("a: \0", 4), std::string("a: b\x7F"), "a: b\rc",
-        "Host: a\r\nHost: a", "Origin: a\r\nOrigin: a", "Authorization: a\r\nAuthorization: a", "Content-Length: 1",
-        "Content-Length: 0\r\nContent-Length: 0"}) {
+  for (const std::string& header : std::vector<std::string>{
+           "no colon", ": x", "a b: x", " folded: x", std::string("a: \0", 4), std::string("a: b\x7F"), "a: b\rc",
+           "Host: a\r\nHost: a", "Origin: a\r\nOrigin: a", "Authorization: a\r\nAuthorization: a", "Content-Length: 1",
+           "Content-Length: 0\r\nContent-Length: 0"}) {
     EXPECT_EQ(refused(get + header + "\r\n\r\n"), 400) << header;
   }
   for (const std::string length : {"", "-1", "+1", "0x10", "1, 1", "1 1"}) {

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include "graph/build.h"
-#include "web/testing/small_app.h"
+#include "graph/testing/spec_text.h"
 
 namespace ctn::web {
 namespace {
@@ -14,6 +17,16 @@ using Json = nlohmann::json;
 using std::chrono::milliseconds;
 
 constexpr TimePoint kStart{std::chrono::seconds{100}};
+
+graph::App eye_and_hand() {
+  graph::AppSpec spec = graph::spec_of({"scan", "see", "act", "ext"}, {"scan see act ext"});
+  graph::node(spec, "scan").unscheduled = true;
+  graph::node(spec, "scan").period = {milliseconds{10}, {}};
+  graph::node(spec, "ext").external = true;
+  spec.subchains = {graph::subchain("front", "see"), graph::subchain("back", "act")};
+  spec.objective = {graph::response("see act", 1.0)};
+  return graph::build_app(spec).value();
+}
 
 class TimelineTest : public testing::Test {
  protected:
@@ -27,12 +40,13 @@ class TimelineTest : public testing::Test {
   Json shown(int now) { return Json::parse(timeline_.json(at(now))); }
   static Json row(Json cpu, Json busy) { return {{"cpu", std::move(cpu)}, {"busy", std::move(busy)}}; }
 
-  graph::App app_ = testing_support::small_app();
+  graph::App app_ = eye_and_hand();
   Timeline timeline_{app_, kStart};
 };
 
 TEST_F(TimelineTest, ShowsSubchainsAndThenUnscheduledNodes) {
-  EXPECT_EQ(shown(0), Json::parse(R"({"step_ms": 100.0, "until_s": 0.0, "lanes": ["act", "see", "scan"], "cpus": []})"));
+  EXPECT_EQ(shown(0),
+            Json::parse(R"({"step_ms": 100.0, "until_s": 0.0, "lanes": ["front", "back", "scan"], "cpus": []})"));
 }
 
 TEST_F(TimelineTest, CpuTimeIsSpreadOverTheRun) {
@@ -42,8 +56,8 @@ TEST_F(TimelineTest, CpuTimeIsSpreadOverTheRun) {
   const Json json = shown(450);
   EXPECT_EQ(json["until_s"], 0.4);
   EXPECT_EQ(json["cpus"], Json::array({row(0, {{{"lane", 2}, {"permille", {100, 0, 0, 0}}}}),
-                                       row(2, {{{"lane", 0}, {"permille", {0, 0, 0, 1000}}},
-                                               {{"lane", 1}, {"permille", {250, 500, 250, 0}}}})}));
+                                       row(2, {{{"lane", 0}, {"permille", {250, 500, 250, 0}}},
+                                               {{"lane", 1}, {"permille", {0, 0, 0, 1000}}}})}));
 }
 
 TEST_F(TimelineTest, RunsOfALaneAddUp) {
@@ -74,7 +88,7 @@ TEST_F(TimelineTest, OddRunsAreLeftOut) {
   timeline_.add(record::Run{.node = NodeId(99), .begin = at(0), .end = at(1)});
   EXPECT_EQ(shown(1000)["cpus"], Json::array());
   ran("see", 0, 100, 1'000'000, -7);  // more CPU time than there was; a CPU that is not known
-  EXPECT_EQ(shown(100)["cpus"], Json::array({row(nullptr, {{{"lane", 1}, {"permille", {1000}}}})}));
+  EXPECT_EQ(shown(100)["cpus"], Json::array({row(nullptr, {{{"lane", 0}, {"permille", {1000}}}})}));
 }
 
 TEST_F(TimelineTest, CpusAreBounded) {
