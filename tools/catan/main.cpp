@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   add_serve_command(cli, exit_code);
   add_node_command(cli, exit_code);
   add_ctl_command(cli, exit_code);
+  add_http_command(cli, exit_code);
   add_report_command(cli, exit_code);
   add_export_command(cli, exit_code);
   add_sim_command(cli, exit_code);

@@ -62,6 +62,7 @@ class Serving {
   Result<Served> run();
 
  private:
+  Status start_companion();
   Status start_commands();
   Status watch_command(os::ChildProcess& command);
   void end_commands();
@@ -74,6 +75,7 @@ class Serving {
   runtime::Server& server_;
   os::SignalWatch& signals_;
   std::deque<os::ChildProcess> commands_;
+  std::optional<os::ChildProcess> companion_;
   std::size_t running_ = 0;
   bool ending_ = false;
   std::optional<TimePoint> warm_;
@@ -91,12 +93,29 @@ Result<Served> Serving::run() {
   }
   server_.every(kProgress, [this] { look(); });
   if (Status started = server_.start(); !started) return started.error();
+  if (Status started = start_companion(); !started) return started.error();
   if (Status started = start_commands(); !started) return started.error();
   server_.run();
+  if (companion_) server_.forget(companion_->descriptor());
+  companion_.reset();
   server_.release();
   end_commands();
   if (Status finished = server_.finish(); !finished) return finished.error();
   return served_;
+}
+
+Status Serving::start_companion() {
+  if (!options_.companion) return Done{};
+  const std::string socket = std::filesystem::absolute(server_.socket()).string();
+  Result<os::ChildProcess> started = os::ChildProcess::start(options_.companion(socket));
+  if (!started) return started.error();
+  companion_.emplace(std::move(*started));
+  return server_.watch(companion_->descriptor(), [this] {
+    if (!companion_->wait()) return;
+    server_.forget(companion_->descriptor());
+    companion_.reset();
+    note("the page is gone; the app is scheduled as before");
+  });
 }
 
 Status Serving::start_commands() {

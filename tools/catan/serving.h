@@ -17,6 +17,9 @@ struct ServingOptions {
   std::string socket;                              // empty: the usual one
   std::vector<std::string> users;                  // that may register in addition, by number
   std::vector<std::vector<std::string>> commands;  // started with CATAN_SOCKET set; serving ends when all have ended
+  // Started beside it, told where it listens, and ended with it: not one of the programs that are scheduled. If it ends
+  // sooner, a note says so, and serving goes on.
+  std::function<std::vector<std::string>(const std::string& socket)> companion;
   std::optional<double> seconds;  // to serve after the warm-up; else until a signal or the commands end it
   std::function<void(const Snapshot&, double measured_s)> on_progress;  // if given, called twice a second
 };
