@@ -75,7 +75,7 @@ void try_token(std::string_view text) {
 
 // Each line is a comment or one sample.
 void try_metrics(std::string_view text) {
-  const std::string metrics = web::metrics_text(text);
+  const std::string metrics = web::metrics_text(text, text);
   must(metrics.ends_with('\n'));
   std::string_view left = metrics;
   while (!left.empty()) {

@@ -108,7 +108,7 @@ std::string path_of(const Json& chain) {
 }
 
 std::string up(bool answers) {
-  return Family("catan_up", "gauge", "Whether the scheduler answers.").add({}, answers ? 1.0 : 0.0).text();
+  return Family("catan_up", "gauge", "Whether the app is scheduled.").add({}, answers ? 1.0 : 0.0).text();
 }
 
 std::string of_the_scheduler(const Json& snapshot) {
@@ -192,14 +192,59 @@ std::string of_nodes(const Json& snapshot) {
   return compute.text() + rate.text() + minimum.text() + stale.text() + runs.text();
 }
 
-}  // namespace
-
-std::string metrics_text(std::string_view snapshot) {
-  const Json read = Json::parse(snapshot, nullptr, false);
-  if (!read.is_object()) return metrics_of_none();
-  return up(true) + of_the_scheduler(read) + of_chains(read) + of_nodes(read);
+// Of the last seconds, which `live` tells of.
+std::string of_cores(const Json& live) {
+  Family window("catan_window_seconds", "gauge", "The last seconds, of which the figures of CPUs and subchains are.");
+  window.add({}, Family::number(live, "window_s"));
+  Family busy("catan_cpu_busy_ratio", "gauge", "CPU time of all runs that ended on a CPU, over time.");
+  Family use("catan_cpu_use_ratio", "gauge", "CPU time of a subchain or an unscheduled node on a CPU, over time.");
+  for (const Json& core : list(live, "cores")) {
+    const auto cpu = core.is_object() ? Family::number(core, "cpu") : std::nullopt;
+    if (!cpu) continue;
+    const std::string number = fmt::format("{}", *cpu);
+    busy.add({{"cpu", number}}, Family::number(core, "busy"));
+    for (const Json& one : list(core, "uses")) {
+      if (one.is_object()) use.add({{"cpu", number}, {"subchain", text_of(one, "name")}}, Family::number(one, "cores"));
+    }
+  }
+  return window.text() + busy.text() + use.text();
 }
 
-std::string metrics_of_none() { return up(false); }
+std::string of_subchains(const Json& live) {
+  Family runs("catan_subchain_rate_hertz", "gauge", "Runs of a subchain in a second.");
+  Family execution("catan_subchain_execution_p95_seconds", "gauge",
+                   "95th percentile of the time from the begin of a subchain's first run to the end of its last.");
+  Family promised("catan_subchain_promised_execution_seconds", "gauge", "The longest such time that is promised.");
+  Family late("catan_subchain_late_ratio", "gauge", "Part of a subchain's runs that took longer than promised.");
+  const double window = Family::number(live, "window_s").value_or(0.0);
+  for (const Json& subchain : list(live, "subchains")) {
+    if (!subchain.is_object()) continue;
+    const Labels labels{{"subchain", text_of(subchain, "subchain")}};
+    const auto count = Family::number(subchain, "runs");
+    if (count && window > 0.0) runs.add(labels, *count / window);
+    const Json times = subchain.value("execution_ms", Json());
+    if (times.is_object()) execution.add(labels, Family::number(times, "p95", kMilli));
+    promised.add(labels, Family::number(subchain, "promised_execution_ms", kMilli));
+    const auto missed = Family::number(subchain, "late");
+    if (missed && count && *count > 0.0) late.add(labels, *missed / *count);
+  }
+  Family response("catan_promised_response_time_seconds", "gauge", "The longest response time that is promised.");
+  for (const Json& chain : list(live, "chains")) {
+    if (chain.is_object())
+      response.add({{"chain", text_of(chain, "path")}}, Family::number(chain, "promised_ms", kMilli));
+  }
+  return runs.text() + execution.text() + promised.text() + late.text() + response.text();
+}
+
+}  // namespace
+
+std::string metrics_text(std::string_view snapshot, std::string_view live) {
+  const Json measured = Json::parse(snapshot, nullptr, false);
+  const Json seen = Json::parse(live, nullptr, false);
+  std::string text = up(measured.is_object() || (seen.is_object() && text_of(seen, "state") == "running"));
+  if (measured.is_object()) text += of_the_scheduler(measured) + of_chains(measured) + of_nodes(measured);
+  if (seen.is_object()) text += of_cores(seen) + of_subchains(seen);
+  return text;
+}
 
 }  // namespace ctn::web

@@ -11,9 +11,8 @@
 
 namespace ctn::web {
 
-// `snapshot`: as Source::snapshot() has it. What is no such document gives only `catan_up 0`.
-std::string metrics_text(std::string_view snapshot);
-// The scheduler does not answer.
-std::string metrics_of_none();
+// `snapshot`, `live`: as Source has them. What is no such document, an empty text say, is left out; where neither is
+// one, there is only `catan_up 0`.
+std::string metrics_text(std::string_view snapshot, std::string_view live);
 
 }  // namespace ctn::web

@@ -30,6 +30,12 @@ constexpr const char* kSnapshot = R"({
  "ages": [{"from": "scan", "to": "LM", "max_age_ms": 5, "skips": false, "runs": 7, "stale": 1}],
  "notices": ["one", "two"]})";
 
+constexpr const char* kLive = R"({"state": "running", "window_s": 10.0,
+ "cores": [{"cpu": 3, "busy": 0.75, "uses": [{"name": "front", "cores": 0.5}]}, {"cpu": null, "busy": 1}],
+ "subchains": [{"subchain": "front", "runs": 50, "late": 5, "promised_execution_ms": 30.0, "execution_ms": {"p95": 25.0}},
+               {"subchain": "back", "runs": 0, "late": 0, "promised_execution_ms": null, "execution_ms": null}],
+ "chains": [{"path": "scan -> LM", "promised_ms": 40.0}, {"path": "LM", "promised_ms": null}]})";
+
 // What a strict reader of the format makes of it: the value of each sample by its name and labels as they are written,
 // and what is wrong. A metric's HELP and TYPE come once, before its samples, which are all together.
 struct Exposition {
@@ -113,7 +119,7 @@ Exposition read_exposition(std::string_view text) {
 }
 
 TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
-  const Exposition seen = read_exposition(metrics_text(kSnapshot));
+  const Exposition seen = read_exposition(metrics_text(kSnapshot, kLive));
   EXPECT_THAT(seen.wrong, IsEmpty());
   const std::map<std::string, double> wanted{
       {"catan_up", 1},
@@ -150,7 +156,16 @@ TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
       {"catan_compute_time_seconds_count{node=\"L\\\"M\\\\\\n\"}", 1},
       {"catan_node_rate_hertz{node=\"L\\\"M\\\\\\n\"}", 9.5},
       {"catan_stale_inputs_total{from=\"scan\",to=\"LM\"}", 1},
-      {"catan_aged_runs_total{from=\"scan\",to=\"LM\"}", 7}};
+      {"catan_aged_runs_total{from=\"scan\",to=\"LM\"}", 7},
+      {"catan_window_seconds", 10},
+      {"catan_cpu_busy_ratio{cpu=\"3\"}", 0.75},
+      {"catan_cpu_use_ratio{cpu=\"3\",subchain=\"front\"}", 0.5},
+      {"catan_subchain_rate_hertz{subchain=\"front\"}", 5},
+      {"catan_subchain_rate_hertz{subchain=\"back\"}", 0},
+      {"catan_subchain_execution_p95_seconds{subchain=\"front\"}", 0.025},
+      {"catan_subchain_promised_execution_seconds{subchain=\"front\"}", 0.03},
+      {"catan_subchain_late_ratio{subchain=\"front\"}", 0.1},
+      {"catan_promised_response_time_seconds{chain=\"scan -> LM\"}", 0.04}};
   std::map<std::string, double> left = seen.samples;
   for (const auto& [name, value] : wanted) {
     ASSERT_TRUE(left.contains(name)) << name;
@@ -160,16 +175,25 @@ TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
   EXPECT_THAT(left, IsEmpty());
 }
 
-TEST(MetricsTest, WhatIsNoSnapshotIsAServerThatDoesNotAnswer) {
-  for (const char* text : {"", "no", "[]", "1"}) EXPECT_EQ(metrics_text(text), metrics_of_none()) << text;
-  const Exposition seen = read_exposition(metrics_of_none());
-  EXPECT_THAT(seen.wrong, IsEmpty());
-  EXPECT_EQ(seen.samples, (std::map<std::string, double>{{"catan_up", 0}}));
+TEST(MetricsTest, WhatIsNoDocumentIsASchedulerThatIsNotThere) {
+  for (const char* text : {"", "no", "[]", "1"}) {
+    const Exposition seen = read_exposition(metrics_text(text, text));
+    EXPECT_THAT(seen.wrong, IsEmpty());
+    EXPECT_EQ(seen.samples, (std::map<std::string, double>{{"catan_up", 0}})) << text;
+  }
+}
+
+// A session in one process has no socket at which it could be asked.
+TEST(MetricsTest, WithoutASnapshotThereIsWhatIsSeen) {
+  EXPECT_EQ(read_exposition(metrics_text("", kLive)).samples.at("catan_up"), 1);
+  EXPECT_EQ(read_exposition(metrics_text("", kLive)).samples.at("catan_cpu_busy_ratio{cpu=\"3\"}"), 0.75);
+  EXPECT_EQ(read_exposition(metrics_text("", R"({"state": "killed"})")).samples.at("catan_up"), 0);
 }
 
 TEST(MetricsTest, WhatIsMissingOrOddIsLeftOut) {
   const Exposition seen = read_exposition(metrics_text(
-      R"({"plans": "many", "chains": [1, {"path": 3, "response_ms": []}], "nodes": {}, "objective": [null], "ages": 1})"));
+      R"({"plans": "many", "chains": [1, {"path": 3, "response_ms": []}], "nodes": {}, "objective": [null], "ages": 1})",
+      R"({"window_s": "long", "cores": [1, {"cpu": "one"}], "subchains": [[]], "chains": [null]})"));
   EXPECT_THAT(seen.wrong, IsEmpty());
   EXPECT_FALSE(seen.samples.contains("catan_plans_total"));
   EXPECT_EQ(seen.samples.at("catan_up"), 1);

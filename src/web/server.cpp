@@ -264,8 +264,9 @@ struct Server::Impl {
       response.set_content(rules.token ? "{\"allowed\":true}\n" : "{\"allowed\":false}\n", kJson);
     });
     library.Get("/metrics", [this](const httplib::Request&, httplib::Response& response) {
-      const Document::Text text = snapshot.get();
-      response.set_content(*text ? metrics_text(**text) : metrics_of_none(),
+      const Document::Text measured = snapshot.get();
+      const Document::Text seen = live.get();
+      response.set_content(metrics_text(*measured ? **measured : std::string(), *seen ? **seen : std::string()),
                            "text/plain; version=0.0.4; charset=utf-8");
     });
     library.Get("/events", [this](const httplib::Request&, httplib::Response& response) { stream(response); });
