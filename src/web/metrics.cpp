@@ -51,12 +51,11 @@ class Family {
     return *this;
   }
 
-  // A summary of values in milliseconds.
+  // A summary of values in milliseconds. It has no sum: its count is of all there ever were, its mean of the newest.
   void add_summary(const Labels& labels, const Json& summary) {
     if (!summary.is_object()) return;
     const auto count = number(summary, "count");
-    const auto mean = number(summary, "mean");
-    if (!count || !mean) return;
+    if (!count) return;
     if (*count > 0.0) {
       using Quantile = std::pair<const char*, const char*>;
       for (const auto& [key, quantile] : {Quantile{"p50", "0.5"}, {"p95", "0.95"}, {"p99", "0.99"}, {"max", "1"}}) {
@@ -66,7 +65,6 @@ class Family {
         if (value) add(with_quantile, *value * kMilli);
       }
     }
-    add(labels, *mean * *count * kMilli, "_sum");
     add(labels, *count, "_count");
   }
 
@@ -105,6 +103,12 @@ std::string path_of(const Json& chain) {
     if (node.is_string()) path += (path.empty() ? "" : " -> ") + node.get<std::string>();
   }
   return path;
+}
+
+void add_mean(Family& family, const Labels& labels, const Json& summary) {
+  if (summary.is_object() && Family::number(summary, "count").value_or(0.0) > 0.0) {
+    family.add(labels, Family::number(summary, "mean", kMilli));
+  }
 }
 
 std::string up(bool answers) {
@@ -150,11 +154,13 @@ std::string of_chains(const Json& snapshot) {
   Family response("catan_response_time_seconds", "summary", "Response times of a chain.");
   Family latency("catan_latency_seconds", "summary", "Latencies of a chain.");
   Family period("catan_period_seconds", "summary", "Times between two outputs of a chain.");
+  Family mean("catan_response_time_mean_seconds", "gauge", "Mean of the newest response times of a chain.");
   Family expected("catan_expected_response_time_seconds", "gauge", "Mean response time that plans expected.");
   for (const Json& chain : list(snapshot, "chains")) {
     if (!chain.is_object()) continue;
     const Labels labels{{"chain", path_of(chain)}};
     response.add_summary(labels, chain.value("response_ms", Json()));
+    add_mean(mean, labels, chain.value("response_ms", Json()));
     latency.add_summary(labels, chain.value("latency_ms", Json()));
     period.add_summary(labels, chain.value("period_ms", Json()));
     expected.add(labels, Family::number(chain, "predicted_response_ms", kMilli));
@@ -167,17 +173,20 @@ std::string of_chains(const Json& snapshot) {
     weight.add(labels, Family::number(term, "weight"));
     bound.add(labels, Family::number(term, "max_ms", kMilli));
   }
-  return response.text() + latency.text() + period.text() + expected.text() + weight.text() + bound.text();
+  return response.text() + mean.text() + latency.text() + period.text() + expected.text() + weight.text() +
+         bound.text();
 }
 
 std::string of_nodes(const Json& snapshot) {
   Family compute("catan_compute_time_seconds", "summary", "CPU times of the runs of a node.");
+  Family mean("catan_compute_time_mean_seconds", "gauge", "Mean of the newest CPU times of the runs of a node.");
   Family rate("catan_node_rate_hertz", "gauge", "Runs of a node in a second, since the warm-up.");
   Family minimum("catan_node_min_rate_hertz", "gauge", "Lowest rate that is asked of a node.");
   for (const Json& node : list(snapshot, "nodes")) {
     if (!node.is_object()) continue;
     const Labels labels{{"node", text_of(node, "name")}};
     compute.add_summary(labels, node.value("compute_ms", Json()));
+    add_mean(mean, labels, node.value("compute_ms", Json()));
     rate.add(labels, Family::number(node, "rate_hz"));
     minimum.add(labels, Family::number(node, "min_rate_hz"));
   }
@@ -189,7 +198,7 @@ std::string of_nodes(const Json& snapshot) {
     stale.add(labels, Family::number(edge, "stale"));
     runs.add(labels, Family::number(edge, "runs"));
   }
-  return compute.text() + rate.text() + minimum.text() + stale.text() + runs.text();
+  return compute.text() + mean.text() + rate.text() + minimum.text() + stale.text() + runs.text();
 }
 
 // Of the last seconds, which `live` tells of.

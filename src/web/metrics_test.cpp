@@ -66,7 +66,7 @@ std::optional<std::size_t> end_of_labels(std::string_view line, std::size_t begi
 }
 
 std::string family_of(std::string name, const Exposition& seen) {
-  for (const std::string_view suffix : {"_sum", "_count"}) {
+  for (const std::string_view suffix : {"_count"}) {
     if (!name.ends_with(suffix)) continue;
     const std::string family = name.substr(0, name.size() - suffix.size());
     const auto type = seen.types.find(family);
@@ -140,9 +140,8 @@ TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
       {"catan_response_time_seconds{chain=\"scan -> LM\",quantile=\"0.95\"}", 0.02},
       {"catan_response_time_seconds{chain=\"scan -> LM\",quantile=\"0.99\"}", 0.021},
       {"catan_response_time_seconds{chain=\"scan -> LM\",quantile=\"1\"}", 0.022},
-      {"catan_response_time_seconds_sum{chain=\"scan -> LM\"}", 0.04},
+      {"catan_response_time_mean_seconds{chain=\"scan -> LM\"}", 0.01},
       {"catan_response_time_seconds_count{chain=\"scan -> LM\"}", 4},
-      {"catan_latency_seconds_sum{chain=\"scan -> LM\"}", 0},
       {"catan_latency_seconds_count{chain=\"scan -> LM\"}", 0},
       {"catan_expected_response_time_seconds{chain=\"scan -> LM\"}", 0.011},
       {"catan_term_weight{term=\"scan -> LM\"}", 0.5},
@@ -152,7 +151,7 @@ TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
       {"catan_compute_time_seconds{node=\"L\\\"M\\\\\\n\",quantile=\"0.95\"}", 0.002},
       {"catan_compute_time_seconds{node=\"L\\\"M\\\\\\n\",quantile=\"0.99\"}", 0.002},
       {"catan_compute_time_seconds{node=\"L\\\"M\\\\\\n\",quantile=\"1\"}", 0.002},
-      {"catan_compute_time_seconds_sum{node=\"L\\\"M\\\\\\n\"}", 0.002},
+      {"catan_compute_time_mean_seconds{node=\"L\\\"M\\\\\\n\"}", 0.002},
       {"catan_compute_time_seconds_count{node=\"L\\\"M\\\\\\n\"}", 1},
       {"catan_node_rate_hertz{node=\"L\\\"M\\\\\\n\"}", 9.5},
       {"catan_stale_inputs_total{from=\"scan\",to=\"LM\"}", 1},

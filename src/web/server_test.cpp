@@ -178,7 +178,7 @@ TEST_F(WebServerTest, AConnectionCarriesSeveralRequestsAndNoMoreThanAllowed) {
   const os::TcpConnection client = connect();
   const std::string request = "GET /snapshot HTTP/1.1\r\nHost: localhost\r\n\r\n";
   send(client, request);
-  EXPECT_THAT(receive(client, "{\"plans\":3}"), HasSubstr("Connection: Keep-Alive\r\n"));
+  EXPECT_THAT(receive(client, "{\"plans\":3}"), HasSubstr("\r\nKeep-Alive: timeout=5"));
   send(client, request + request + request);  // one that is too many
   const std::string rest = receive(client);
   EXPECT_THAT(rest, HasSubstr("Connection: close\r\n"));

@@ -22,7 +22,7 @@ void Timeline::add(const record::Run& run) {
   const int cpu = std::max(run.on_cpu, -1);
   if (lane >= names_.size() || (!of_.contains(cpu) && of_.size() >= kMostCpus)) return;
   Busy& busy = of_[cpu].try_emplace(lane).first->second;
-  const std::int64_t last = step_of(run.end);
+  const std::int64_t last = step_of(run.end - Nanos{1});
   const std::int64_t first = std::max(step_of(run.begin), last - static_cast<std::int64_t>(kSteps) + 1);
   const double share =
       std::min(1.0, static_cast<double>(run.cpu.count()) / static_cast<double>((run.end - run.begin).count()));

@@ -32,7 +32,11 @@ class TimelineTest : public testing::Test {
  protected:
   TimePoint at(int ms) { return kStart + milliseconds{ms}; }
   void ran(const char* node, int begin, int end, int cpu_ms, int on_cpu) {
-    record::Run run{.node = *app_.graph.find_node(node), .number = 1, .begin = at(begin), .end = at(end)};
+    record::Run run;
+    run.node = *app_.graph.find_node(node);
+    run.number = 1;
+    run.begin = at(begin);
+    run.end = at(end);
     run.cpu = milliseconds{cpu_ms};
     run.on_cpu = on_cpu;
     timeline_.add(run);
@@ -85,7 +89,11 @@ TEST_F(TimelineTest, OddRunsAreLeftOut) {
   ran("see", 100, 50, 1, 0);
   ran("see", -100, 50, 1, 0);
   ran("ext", 0, 50, 1, 0);
-  timeline_.add(record::Run{.node = NodeId(99), .begin = at(0), .end = at(1)});
+  record::Run unknown;
+  unknown.node = NodeId(99);
+  unknown.begin = at(0);
+  unknown.end = at(1);
+  timeline_.add(unknown);
   EXPECT_EQ(shown(1000)["cpus"], Json::array());
   ran("see", 0, 100, 1'000'000, -7);  // more CPU time than there was; a CPU that is not known
   EXPECT_EQ(shown(100)["cpus"], Json::array({row(nullptr, {{{"lane", 0}, {"permille", {1000}}}})}));
