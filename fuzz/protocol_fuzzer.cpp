@@ -55,8 +55,9 @@ void speak(runtime::Registry& registry, const std::map<char, runtime::Registry::
   const runtime::Registry::Answer answer = registry.handle(program->second, sender, line.substr(1));
   const Status said = runtime::parse_reply(answer.text);
   if (!said && said.error().kind() != ErrorKind::kCaller) std::abort();
-  if (answer.with_region && (!said || sender != own)) std::abort();
-  if (answer.with_status && (!said || sender != own || who != 'd')) std::abort();
+  using Attached = ctn::runtime::Registry::Attached;
+  if (answer.attached != Attached::kNone && (!said || sender != own)) std::abort();
+  if ((answer.attached == Attached::kStatus || answer.attached == Attached::kFlight) && who != 'd') std::abort();
   if (line.find("change") == std::string_view::npos) return;  // a snapshot costs more than all of the above
   const std::uint64_t changes = world.scheduler->snapshot().changes;
   if (changes != world.changes && (!said || sender != own || who != 'd')) std::abort();

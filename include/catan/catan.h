@@ -100,9 +100,10 @@ typedef struct catan_session_options {
   int frames;         /* 0: as the app file says; 1: elastic; 2: fixed */
   catan_notice_function on_notice;
   void* on_notice_user;
+  int flight_recorder_mib; /* memory in which the last seconds are kept; 0: 8, less: they are not */
 } catan_session_options;
 #define CATAN_SESSION_OPTIONS \
-  { sizeof(catan_session_options), NULL, NULL, 0, NULL, NULL, 0, 0, 0, NULL, NULL }
+  { sizeof(catan_session_options), NULL, NULL, 0, NULL, NULL, 0, 0, 0, NULL, NULL, 0 }
 
 /* Thread safety: one thread at a time; set_..., snapshot and adopt_this_thread from any. */
 typedef struct catan_session catan_session;
@@ -126,6 +127,9 @@ catan_status catan_session_set_min_rate(catan_session* session, const char* node
 /* What was measured so far, as one JSON object: the fields of ctn::Snapshot (snapshot.h) under their names. The caller
  * frees it with catan_free(). NULL on failure. */
 char* catan_session_snapshot(const catan_session* session, catan_error** error);
+/* Saves the last seconds, which are kept in memory, as a new record; `why` (NULL: "asked") is told in it. */
+catan_status catan_session_save_flight(const catan_session* session, const char* path, const char* why,
+                                       catan_error** error);
 /* Waits for runs that are under way; no function is called afterwards. May be called twice. An error that does nothing
  * from a function that the session calls. */
 catan_status catan_session_stop(catan_session* session, catan_error** error);

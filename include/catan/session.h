@@ -21,11 +21,13 @@
 //   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file
 // CPUs that go offline, or that are taken from the process while the session runs (its cpuset, or `taskset` on its main
 // thread or on all threads), are not planned with until they are back.
+// The last seconds of what happens are kept in memory (docs/flight-recorder.md): `catan top` shows them, save_flight()
+// makes a record of them.
 // Without the permission to set real-time levels "catan" plans and triggers but does not prioritise (rates only), and
 // says so in the snapshot, in the record and to on_notice.
 //
-// Thread safety: open, node, channel, queue, start, stop from one thread; change, snapshot and adopt_this_thread from
-// any; tick from any, but for one node from one at a time.
+// Thread safety: open, node, channel, queue, start, stop from one thread; change, snapshot, save_flight and
+// adopt_this_thread from any; tick from any, but for one node from one at a time.
 #pragma once
 
 #include <chrono>
@@ -54,6 +56,7 @@ struct SessionOptions {
   bool stealing = true;                               // false: no subchain goes on in another's slot when late
   bool replan = true;                                 // false: the first plan for which all nodes have run stays
   std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
+  int flight_recorder_mib = 8;                        // memory in which the last seconds are kept; 0: they are not
   std::function<void(const std::string&)> on_notice;  // called by a thread of its own, ordinary; may block
 };
 
@@ -108,6 +111,12 @@ class Session {
   Status change(const Changes& changes);
 
   Snapshot snapshot() const;
+
+  // Saves the last seconds, which are always kept in memory, as a new record, to be read as any other (`catan report`);
+  // `why` is told in it. What a run has just done is there after 50 ms. Takes milliseconds, of the calling thread
+  // alone: not for a node's function. Errors: it was not started; a file that is there already or cannot be made; no
+  // flight recorder (kCaller, kEnvironment).
+  Status save_flight(const std::string& path, const std::string& why = "asked") const;
 
  private:
   friend class SessionAccess;  // the command

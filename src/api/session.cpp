@@ -1,6 +1,9 @@
 // The public session: the engine on Linux.
 #include "catan/session.h"
 
+#include <fmt/format.h>
+
+#include <cstddef>
 #include <utility>
 
 #include "api/policies.h"
@@ -33,20 +36,28 @@ Result<Session> SessionAccess::open(graph::App app, const SessionOptions& option
   const auto policy = api::live_policy(options.policy, app);
   if (!policy) return policy.error();
 
+  constexpr int kMostMib = 4096;
+  if (options.flight_recorder_mib < 0 || options.flight_recorder_mib > kMostMib) {
+    return Error::caller(fmt::format("a flight recorder cannot have {} MiB", options.flight_recorder_mib),
+                         fmt::format("write 0 for none, or up to {}", kMostMib));
+  }
+
   std::optional<graph::FrameMode> frames;
   if (options.fixed_frames) {
     frames = *options.fixed_frames ? graph::FrameMode::kFixed : graph::FrameMode::kElastic;
   }
   std::unique_ptr<os::Os> system = os::make_linux_os();
-  Result<std::unique_ptr<runtime::Engine>> engine = runtime::Engine::create(std::move(app), *system,
-                                                                            {.policy = *policy,
-                                                                             .cpus = os::CpuSet(options.cpus),
-                                                                             .record = options.record,
-                                                                             .note = options.note,
-                                                                             .stealing = options.stealing,
-                                                                             .replan = options.replan,
-                                                                             .frames = frames,
-                                                                             .on_notice = options.on_notice});
+  Result<std::unique_ptr<runtime::Engine>> engine =
+      runtime::Engine::create(std::move(app), *system,
+                              {.policy = *policy,
+                               .cpus = os::CpuSet(options.cpus),
+                               .record = options.record,
+                               .note = options.note,
+                               .stealing = options.stealing,
+                               .replan = options.replan,
+                               .frames = frames,
+                               .flight_bytes = static_cast<std::size_t>(options.flight_recorder_mib) << 20U,
+                               .on_notice = options.on_notice});
   if (!engine) return engine.error();
   return Session(std::make_unique<Session::Impl>(std::move(system), std::move(*engine)));
 }
@@ -79,5 +90,11 @@ Status Session::stop() { return impl_->engine().stop(); }
 Status Session::change(const Changes& changes) { return impl_->engine().change(changes); }
 
 Snapshot Session::snapshot() const { return impl_->engine().snapshot(); }
+
+Status Session::save_flight(const std::string& path, const std::string& why) const {
+  return impl_->engine().save_flight(path, why);
+}
+
+Result<os::Descriptor> SessionAccess::flight(const Session& session) { return session.impl_->engine().flight(); }
 
 }  // namespace ctn

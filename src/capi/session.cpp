@@ -1,5 +1,6 @@
 #include "catan/session.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -33,6 +34,7 @@ Result<SessionOptions> options_of(const catan_session_options* given) {
     return Error::caller("frames is none of 0, 1, 2", "write 0 for what the app file says, 1 for elastic, 2 for fixed");
   }
   if (options.frames != 0) result.fixed_frames = options.frames == 2;
+  if (options.flight_recorder_mib != 0) result.flight_recorder_mib = std::max(options.flight_recorder_mib, 0);
   result.on_notice = notice_of(options.on_notice, options.on_notice_user);
   return result;
 }
@@ -132,6 +134,15 @@ char* catan_session_snapshot(const catan_session* session, catan_error** error) 
     return ctn::Done{};
   });
   return copy;
+}
+
+catan_status catan_session_save_flight(const catan_session* session, const char* path, const char* why,
+                                       catan_error** error) {
+  return ctn::capi::guarded(error, [&]() -> ctn::Status {
+    if (session == nullptr) return ctn::capi::missing("session");
+    if (path == nullptr) return ctn::capi::missing("path");
+    return session->session.save_flight(path, why == nullptr ? "asked" : why);
+  });
 }
 
 catan_status catan_session_stop(catan_session* session, catan_error** error) {

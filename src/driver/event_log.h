@@ -1,6 +1,6 @@
 // All that happens while an app runs is reported here once, in life and in the simulator, and passed on to the
-// measurements (measurements.h), the planning loop (planning_loop.h), the notices that a user gets (notices.h), and the
-// record, where one is written.
+// measurements (measurements.h), the planning loop (planning_loop.h), the notices that a user gets (notices.h), the
+// record, where one is written, and the flight recorder.
 //
 // Units: in the types; it reads no clock. Thread safety: none; one owner, in life the housekeeping thread.
 #pragma once
@@ -19,6 +19,7 @@
 #include "policy/policy.h"
 #include "policy/stale_inputs.h"
 #include "record/events.h"
+#include "record/sink.h"
 #include "record/writer.h"
 
 namespace ctn::driver {
@@ -32,6 +33,8 @@ class EventLog {
 
   // What comes from now on is recorded, too. Null: nothing is.
   void record_to(std::unique_ptr<record::Writer> writer) { writer_ = std::move(writer); }
+  // What comes from now on goes there, too; it outlives this. Null: nowhere.
+  void keep_in(record::Sink* keeper) { keeper_ = keeper; }
 
   // A run has ended; each after those it consumed.
   void ran(const record::Run& run) {
@@ -73,7 +76,9 @@ class EventLog {
   void in_force(TimePoint at, const policy::Decision& decision, policy::PlanReason reason) {
     if (!decision.plan) return measurements_.no_plan_in_force();
     measurements_.plan_in_force(at, *decision.plan);
-    if (writer_) writer_->add(record::PlanChange{at, policy::to_string(reason), plan::to_json(*decision.plan, app_)});
+    if (writer_ || keeper_ != nullptr) {
+      write(record::PlanChange{at, policy::to_string(reason), plan::to_json(*decision.plan, app_)});
+    }
   }
   // A weight or a bound was changed.
   void app_changed(const record::AppChange& change) { write(change); }
@@ -84,15 +89,16 @@ class EventLog {
 
   // Writes what was recorded, and what others have added to the notices.
   void flush(TimePoint now) {
-    if (!writer_) return;
     write_notices();
+    if (keeper_ != nullptr) keeper_->set_totals(measurements_.lock()->totals);
+    if (!writer_) return;
     const Status flushed = writer_->flush();
     if (!flushed && !std::exchange(failed_, true)) notices_.add({now, "record-failed", flushed.error().message()});
   }
   // Closes the record, if there is one; what comes later is not in it. Errors: the writer's.
   Status close(TimePoint now, const os::HostFacts& host) {
-    if (!writer_) return Done{};
     write_notices();
+    if (!writer_) return Done{};
     writer_->set_totals(measurements_.lock()->totals);
     Status closed = writer_->close(now, host);
     writer_.reset();
@@ -103,6 +109,7 @@ class EventLog {
   template <class Event>
   void write(const Event& event) {
     if (writer_) writer_->add(event);
+    if (keeper_ != nullptr) keeper_->add(event);
   }
   void write_notices() {
     for (const record::Notice& notice : notices_.take_unrecorded()) write(notice);
@@ -114,6 +121,7 @@ class EventLog {
   Notices& notices_;
   policy::StaleInputs stale_;
   std::unique_ptr<record::Writer> writer_;
+  record::Sink* keeper_ = nullptr;
   bool failed_ = false;
 };
 

@@ -38,18 +38,22 @@ Status readable(const std::string& path) {
   return Error::environment(what, "get the permission to read it");
 }
 
-// Opens a file of which nothing is known yet: neither its schema nor its size is trusted.
-Result<sqlite::Database> open_guarded(const std::string& path, int flags) {
-  auto database = sqlite::Database::open(path, flags);
-  if (!database) return database;
-  database->set_busy_timeout(kWait);
-  sqlite3* handle = database->handle();
+// Nothing is known yet of what it holds: neither its schema nor its size is trusted.
+Status guard(sqlite::Database& database) {
+  database.set_busy_timeout(kWait);
+  sqlite3* handle = database.handle();
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
   sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValue);
-  if (auto done = database->execute("PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0"); !done) return done.error();
+  return database.execute("PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0");
+}
+
+Result<sqlite::Database> open_guarded(const std::string& path, int flags) {
+  auto database = sqlite::Database::open(path, flags);
+  if (!database) return database;
+  if (auto done = guard(*database); !done) return done.error();
   return database;
 }
 
@@ -157,6 +161,14 @@ Status check_tables(sqlite::Database& database) {
   return Done{};
 }
 
+// That it is a record.
+Result<sqlite::Database> checked(Result<sqlite::Database> database) {
+  if (!database) return database;
+  if (auto done = check_version(*database); !done) return done.error();
+  if (auto done = check_tables(*database); !done) return done.error();
+  return database;
+}
+
 }  // namespace
 
 Result<std::int64_t> one_integer(sqlite::Database& database, const std::string& sql) {
@@ -167,12 +179,13 @@ Result<std::int64_t> one_integer(sqlite::Database& database, const std::string& 
   return *row && rows->type(0) == SQLITE_INTEGER ? rows->integer(0) : 0;
 }
 
-Result<sqlite::Database> open_record(const std::string& path) {
-  auto database = open_consistent(path);
+Result<sqlite::Database> open_record(const std::string& path) { return checked(open_consistent(path)); }
+
+Result<sqlite::Database> open_record(std::span<const std::byte> image) {
+  auto database = sqlite::Database::in_memory(image);
   if (!database) return database;
-  if (auto done = check_version(*database); !done) return done.error();
-  if (auto done = check_tables(*database); !done) return done.error();
-  return database;
+  if (auto done = guard(*database); !done) return done.error();
+  return checked(std::move(database));
 }
 
 }  // namespace ctn::record

@@ -154,6 +154,8 @@ class ConsumerCursor {
 }  // namespace
 
 struct Reader::Impl {
+  static Result<Reader> read(Result<sqlite::Database> database);
+
   mutable sqlite::Database database;
   graph::App app;
   Header header;
@@ -174,8 +176,11 @@ const graph::App& Reader::app() const { return impl_->app; }
 const Header& Reader::header() const { return impl_->header; }
 const Ending& Reader::ending() const { return impl_->ending; }
 
-Result<Reader> Reader::open(const std::string& path) {
-  auto database = open_record(path);
+Result<Reader> Reader::open(const std::string& path) { return Impl::read(open_record(path)); }
+
+Result<Reader> Reader::of_image(std::span<const std::byte> image) { return Impl::read(open_record(image)); }
+
+Result<Reader> Reader::Impl::read(Result<sqlite::Database> database) {
   if (!database) return database.error();
   const auto meta = Meta::read(*database);
   if (!meta) return meta.error();

@@ -7,6 +7,7 @@
 // Units: nanoseconds of the monotonic clock of the machine that ran. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,6 +35,8 @@ class Reader {
   // Errors: no such file, no record, damaged, made by a newer version of Catan (kCaller); not to be read
   // (kEnvironment).
   static Result<Reader> open(const std::string& path);
+  // Of the bytes of such a file, as Writer::blank() gives them: a copy is read. Errors: as open().
+  static Result<Reader> of_image(std::span<const std::byte> image);
 
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) noexcept;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+
 namespace ctn::record::sqlite {
 namespace {
 
@@ -73,6 +75,36 @@ Result<Database> Database::open(const std::string& path, int flags) {
   if (code != SQLITE_OK) return database.error();
   sqlite3_extended_result_codes(handle, 1);
   return database;
+}
+
+Result<Database> Database::in_memory(std::span<const std::byte> image) {
+  sqlite3* handle = nullptr;
+  const int opened = sqlite3_open_v2(":memory:", &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  const auto out_of_memory = [] {
+    return Error::environment("a record in memory: out of memory", "free some memory and try again");
+  };
+  if (handle == nullptr) return out_of_memory();
+  Database database(handle, "a record in memory");
+  if (opened != SQLITE_OK) return database.error();
+  sqlite3_extended_result_codes(handle, 1);
+  if (image.empty()) return database;
+  const auto size = static_cast<sqlite3_int64>(image.size());
+  auto* const copy = static_cast<unsigned char*>(sqlite3_malloc64(static_cast<sqlite3_uint64>(size)));
+  if (copy == nullptr) return out_of_memory();
+  std::memcpy(copy, image.data(), image.size());
+  // The database owns the copy from now on, whether or not this succeeds.
+  const int code = sqlite3_deserialize(handle, "main", copy, size, size, SQLITE_DESERIALIZE_FREEONCLOSE);
+  if (code != SQLITE_OK) return database.error();
+  return database;
+}
+
+Result<std::vector<std::byte>> Database::image() {
+  sqlite3_int64 size = 0;
+  const std::unique_ptr<unsigned char, void (*)(void*)> bytes(sqlite3_serialize(database_.get(), "main", &size, 0),
+                                                              sqlite3_free);
+  if (!bytes) return Error::environment(path_ + ": out of memory", "free some memory and try again");
+  const auto* const first = reinterpret_cast<const std::byte*>(bytes.get());
+  return std::vector<std::byte>(first, first + size);
 }
 
 Status Database::execute(const std::string& sql) {

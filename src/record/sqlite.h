@@ -8,12 +8,15 @@
 
 #include <chrono>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/result.h"
 
@@ -69,6 +72,11 @@ class Database {
   // `flags` as for sqlite3_open_v2. A path is a path: never a URI, never a database in memory.
   static Result<Database> open(const std::string& path, int flags);
 
+  // One of its own in memory, empty, or with the content that image() of another gave.
+  static Result<Database> in_memory(std::span<const std::byte> image = {});
+
+  // The bytes of a file with this content.
+  Result<std::vector<std::byte>> image();
   // One or more statements without results.
   Status execute(const std::string& sql);
   Result<Statement> prepare(std::string_view sql);

@@ -303,6 +303,13 @@ class SqliteWriter : public Writer {
 
 }  // namespace
 
+Result<std::vector<std::byte>> Writer::blank(const graph::App& app, const Header& header) {
+  auto database = sqlite::Database::in_memory();
+  if (!database) return database.error();
+  if (auto done = lay_out(*database, app, header); !done) return done.error();
+  return database->image();
+}
+
 Result<std::unique_ptr<Writer>> Writer::create(const std::string& path, const graph::App& app, const Header& header) {
   if (auto done = claim(path); !done) return done.error();
   const auto give_up = [&](const Error& error) {

@@ -9,9 +9,11 @@
 // Units: nanoseconds of the monotonic clock. Thread safety: none; one owner.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "graph/app.h"
@@ -39,6 +41,8 @@ class Writer : public Sink {
   // Makes a new file; one that exists is kCaller (nothing recorded is ever overwritten), one that cannot be made
   // kEnvironment.
   static Result<std::unique_ptr<Writer>> create(const std::string& path, const graph::App& app, const Header& header);
+  // The bytes of such a file, in which nothing has happened yet (Reader::of_image). kEnvironment: out of memory.
+  static Result<std::vector<std::byte>> blank(const graph::App& app, const Header& header);
   // Totals that were set are written when it is closed.
 
   // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done

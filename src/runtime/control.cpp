@@ -59,6 +59,15 @@ Error not_understood() {
   return Error::environment("the server's answer was not understood", "let `catan` and the server be of one version");
 }
 
+// What comes with the answer.
+Result<os::Descriptor> ask_for_memory(os::Clock& clock, const std::vector<std::string>& sockets, Request::Kind kind) {
+  Result<os::Message> answer = ask_server(clock, sockets, {.kind = kind});
+  if (!answer) return answer.error();
+  if (Status told = parse_reply(answer->text); !told) return told.error();
+  if (!answer->descriptor.valid()) return not_understood();
+  return std::move(answer->descriptor);
+}
+
 }  // namespace
 
 Status ask_to_change(os::Clock& clock, const std::vector<std::string>& sockets, const Changes& changes) {
@@ -68,13 +77,15 @@ Status ask_to_change(os::Clock& clock, const std::vector<std::string>& sockets, 
 }
 
 Result<std::string> ask_for_status(os::Clock& clock, const std::vector<std::string>& sockets) {
-  Result<os::Message> answer = ask_server(clock, sockets, {.kind = Request::Kind::kStatus});
-  if (!answer) return answer.error();
-  if (Status told = parse_reply(answer->text); !told) return told.error();
-  if (!answer->descriptor.valid()) return not_understood();
-  const Result<os::SharedMemory> memory = os::SharedMemory::open(std::move(answer->descriptor));
+  Result<os::Descriptor> told = ask_for_memory(clock, sockets, Request::Kind::kStatus);
+  if (!told) return told.error();
+  const Result<os::SharedMemory> memory = os::SharedMemory::open(std::move(*told));
   if (!memory) return memory.error();
   return from_memory(*memory);
+}
+
+Result<os::Descriptor> ask_for_flight(os::Clock& clock, const std::vector<std::string>& sockets) {
+  return ask_for_memory(clock, sockets, Request::Kind::kFlight);
 }
 
 Result<os::SharedMemory> to_memory(const std::string& text) {

@@ -19,6 +19,9 @@ Status ask_to_change(os::Clock& clock, const std::vector<std::string>& sockets, 
 // As the server describes itself: JSON.
 Result<std::string> ask_for_status(os::Clock& clock, const std::vector<std::string>& sockets);
 
+// The memory in which the server keeps the last seconds (flight::Recording::open).
+Result<os::Descriptor> ask_for_flight(os::Clock& clock, const std::vector<std::string>& sockets);
+
 // A text as it passes between processes, if it is longer than a message may be.
 Result<os::SharedMemory> to_memory(const std::string& text);
 // kEnvironment: it holds no such text.

@@ -23,7 +23,7 @@ constexpr Nanos kSettled = std::chrono::seconds{1};
 Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer,
                            AllowedCpus& allowed, AskedChanges& asked, ControllerThreads& controllers, Reporting from,
                            Measurements& measurements, driver::Notices& notices, std::unique_ptr<record::Writer> writer,
-                           driver::PlanningLoop loop)
+                           flight::Recorder* recorder, driver::PlanningLoop loop)
     : app_(app),
       os_(os),
       region_(region),
@@ -34,6 +34,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       links_(from.links),
       registered_(from.registered),
       measurements_(measurements),
+      recorder_(recorder),
       cpus_(loop.cpus()),
       carried_out_{app, cpus_},
       loop_(std::move(loop)),
@@ -42,6 +43,7 @@ Housekeeping::Housekeeping(const graph::App& app, os::Os& os, const Region& regi
       collector_(app, os, std::move(from), clocks_, measurements, log_),
       paced_(app.graph.subchains().size(), false) {
   log_.record_to(std::move(writer));
+  log_.keep_in(recorder_);
 }
 
 void Housekeeping::begin(TimePoint start) {
@@ -65,6 +67,7 @@ void Housekeeping::run(const std::function<bool(TimePoint)>& sleep_until) {
 void Housekeeping::turn(TimePoint& next_flush) {
   collector_.collect();
   const TimePoint now = os_.now();
+  if (recorder_ != nullptr) recorder_->show_alive(now);
   for (const record::ClockReading& reading : clocks_.look(now)) {
     log_.clock_read(reading);
     controllers_.know_clock(reading.node, reading.ticks);
@@ -108,7 +111,9 @@ Status Housekeeping::finish() {
   collector_.collect();
   collector_.note_losses();
   collector_.check_starvation();
-  return log_.close(os_.now(), os_.host_facts());
+  Status closed = log_.close(os_.now(), os_.host_facts());
+  if (recorder_ != nullptr) recorder_->end();
+  return closed;
 }
 
 void Housekeeping::raise(const driver::Levels& levels) {

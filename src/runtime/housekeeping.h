@@ -15,6 +15,7 @@
 
 #include "base/result.h"
 #include "driver/planning_loop.h"
+#include "flight/recorder.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "runtime/allowed_cpus.h"
@@ -30,10 +31,12 @@ namespace ctn::runtime {
 
 class Housekeeping : private driver::PlanningHost {
  public:
-  // `loop` has decided. Without a `writer` nothing is recorded. References outlive it.
+  // `loop` has decided. Without a `writer` nothing is recorded, without a `recorder` (which outlives it) the last
+  // seconds are not kept. References outlive it.
   Housekeeping(const graph::App& app, os::Os& os, const Region& region, Enforcer& enforcer, AllowedCpus& allowed,
                AskedChanges& asked, ControllerThreads& controllers, Reporting from, Measurements& measurements,
-               driver::Notices& notices, std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop);
+               driver::Notices& notices, std::unique_ptr<record::Writer> writer, flight::Recorder* recorder,
+               driver::PlanningLoop loop);
   ~Housekeeping() override = default;
   Housekeeping(const Housekeeping&) = delete;
   Housekeeping& operator=(const Housekeeping&) = delete;
@@ -76,6 +79,7 @@ class Housekeeping : private driver::PlanningHost {
   Links& links_;
   RegisteredNodes& registered_;
   Measurements& measurements_;
+  flight::Recorder* const recorder_;
   const os::CpuSet cpus_;            // that were given
   AskedChanges::State carried_out_;  // what was asked, as the loop has it
   driver::PlanningLoop loop_;

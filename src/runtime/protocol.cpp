@@ -14,12 +14,13 @@ using Json = nlohmann::json;
 
 using Kind = Request::Kind;
 
-constexpr std::array<std::pair<Kind, const char*>, 6> kNames{{{Kind::kHello, "hello"},
+constexpr std::array<std::pair<Kind, const char*>, 7> kNames{{{Kind::kHello, "hello"},
                                                               {Kind::kJoin, "join"},
                                                               {Kind::kAdd, "add"},
                                                               {Kind::kLeave, "leave"},
                                                               {Kind::kChange, "change"},
-                                                              {Kind::kStatus, "status"}}};
+                                                              {Kind::kStatus, "status"},
+                                                              {Kind::kFlight, "flight"}}};
 
 const char* name_of(Request::Kind kind) {
   for (const auto& [known, name] : kNames) {

@@ -13,6 +13,8 @@
 //               "min_rates": [["GL", null]]}}   catan/changes.h; what stays is left out. Answered as above
 //   {"status": {"version": 2}}                  answered with {"done": {}}, and with memory that holds the length of a
 //                                               text, in eight bytes, and the text: a snapshot as JSON
+//   {"flight": {"version": 2}}                  answered with {"done": {}}, and with the memory in which the last
+//                                               seconds are kept, to be read (flight/recording.h)
 //
 // Whatever is said more than this is not understood, and refused. Thread safety: pure functions.
 #pragma once
@@ -29,9 +31,9 @@ namespace ctn::runtime {
 constexpr std::int32_t kProtocolVersion = 2;
 
 struct Request {
-  enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus };
+  enum class Kind { kHello, kJoin, kAdd, kLeave, kChange, kStatus, kFlight };
   Kind kind = Kind::kHello;
-  std::int32_t version = kProtocolVersion;  // kHello, kChange, kStatus
+  std::int32_t version = kProtocolVersion;  // kHello, kChange, kStatus, kFlight
   std::string node{};                       // kJoin, kAdd, kLeave
   std::int32_t thread = 0;                  // kHello, kJoin, kAdd; > 0
   Changes changes{};                        // kChange

@@ -16,6 +16,24 @@ Status same_version(const Request& request) {
       "let both be of one version");
 }
 
+bool is_control(Request::Kind kind) {
+  return kind == Request::Kind::kChange || kind == Request::Kind::kStatus || kind == Request::Kind::kFlight;
+}
+
+// To the answer of a request that was granted.
+Registry::Attached attached_to(Request::Kind kind) {
+  switch (kind) {
+    case Request::Kind::kHello:
+      return Registry::Attached::kRegion;
+    case Request::Kind::kStatus:
+      return Registry::Attached::kStatus;
+    case Request::Kind::kFlight:
+      return Registry::Attached::kFlight;
+    default:
+      return Registry::Attached::kNone;
+  }
+}
+
 }  // namespace
 
 Registry::ProgramId Registry::enter(os::ProcessId process, bool may_control) {
@@ -29,14 +47,12 @@ Registry::Answer Registry::handle(ProgramId id, os::ProcessId sender, std::strin
   Program& program = programs_.at(id);
   if (sender != program.process) {
     return {to_text(Status(Error::caller("another process than the one that connected wrote this",
-                                         "connect in the process that runs the node"))),
-            false, false};
+                                         "connect in the process that runs the node")))};
   }
   const Result<Request> request = parse_request(message);
-  if (!request) return {to_text(Status(request.error())), false, false};
+  if (!request) return {to_text(Status(request.error()))};
   const Status done = carry_out(program, *request);
-  return {to_text(done), done.ok() && request->kind == Request::Kind::kHello,
-          done.ok() && request->kind == Request::Kind::kStatus};
+  return {to_text(done), done ? attached_to(request->kind) : Attached::kNone};
 }
 
 Status Registry::control(const Program& program, const Request& request) {
@@ -49,8 +65,7 @@ Status Registry::control(const Program& program, const Request& request) {
 
 Status Registry::carry_out(Program& program, const Request& request) {
   if (request.kind == Request::Kind::kHello) return hello(program, request);
-  if (request.kind == Request::Kind::kChange || request.kind == Request::Kind::kStatus)
-    return control(program, request);
+  if (is_control(request.kind)) return control(program, request);
   if (!program.service) return Error::caller("nothing was said before hello", "say hello first");
   const std::optional<NodeId> node = scheduler_.app().graph.find_node(request.node);
   if (!node) {

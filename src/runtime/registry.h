@@ -42,10 +42,11 @@ class Registry {
 
   // A program has connected. `may_control`: it may change what is scheduled, and how, of the whole app.
   ProgramId enter(os::ProcessId process, bool may_control = false);
+  // Memory whose descriptor goes with an answer.
+  enum class Attached { kNone, kRegion, kStatus, kFlight };
   struct Answer {
     std::string text;
-    bool with_region = false;
-    bool with_status = false;
+    Attached attached = Attached::kNone;
   };
   // What to answer. `sender`: the process that wrote the message.
   Answer handle(ProgramId program, os::ProcessId sender, std::string_view message);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "flight/recording.h"
+
 namespace ctn::runtime {
 namespace {
 
@@ -42,7 +44,7 @@ Scheduler::Scheduler(const graph::App& app, os::Os& os, SchedulerOptions options
       cpus_(std::move(cpus)),
       region_(region),
       links_(links_of(os, app_.graph, region)),
-      notice_thread_(os, options_.on_notice, !options_.record.empty()),
+      notice_thread_(os, options_.on_notice, !options_.record.empty() || options_.flight_bytes > 0),
       notices_(notice_thread_.notices()),
       registered_(app_, os, region, links_, notices_) {
   app_.scheduler.frames = options_.frames.value_or(app_.scheduler.frames);
@@ -86,13 +88,15 @@ Status Scheduler::prepare() {
     if (!started) return started.error();
     guardian = std::move(*started);
   }
-  Result<std::unique_ptr<record::Writer>> writer = open_record(start, warm_from, real_time, loop);
+  const record::Header known = header(start, warm_from, real_time, loop);
+  Result<std::unique_ptr<record::Writer>> writer = open_record(known);
   if (!writer) return writer.error();
+  std::unique_ptr<flight::Recorder> recorder = open_recorder(known);
   const std::optional<double> hand_set_hz = loop.hand_set_hz();
   RegisteredNodes::Placement placement{
       .cpus = cpus_, .scheduled = loop.levels().scheduled, .unscheduled = loop.levels().unscheduled};
   parts_ = std::make_unique<Parts>(warm_from, hand_set_hz, real_time, std::move(guardian), std::move(*writer),
-                                   std::move(loop), *this);
+                                   std::move(recorder), std::move(loop), *this);
   registered_.open(parts_->enforcer, std::move(placement));
   parts_->allowed.watch(os_.main_thread(os_.current_process()));
   if (policy.raises() && !facts.permitted) notices_.add({os_.now(), "rates-only", facts.why_not});
@@ -111,9 +115,10 @@ Status Scheduler::prepare() {
 
 Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_time,
                         std::unique_ptr<os::Guardian> guardian, std::unique_ptr<record::Writer> writer,
-                        driver::PlanningLoop loop, Scheduler& of)
+                        std::unique_ptr<flight::Recorder> flight, driver::PlanningLoop loop, Scheduler& of)
     : warm_from(warm),
       hand_set_hz(hertz),
+      recorder(std::move(flight)),
       enforcer(of.os_, real_time, std::move(guardian), &of.notices_),
       allowed(of.os_, enforcer),
       asked(of.app_, of.cpus_),
@@ -124,7 +129,7 @@ Scheduler::Parts::Parts(TimePoint warm, std::optional<double> hertz, bool real_t
                              .controllers = controllers.all(),
                              .registered = of.registered_,
                              .dropped = of.dropped_},
-                   measurements, of.notices_, std::move(writer), std::move(loop)) {}
+                   measurements, of.notices_, std::move(writer), recorder.get(), std::move(loop)) {}
 
 void Scheduler::keep_cpus_ready() {
   Result<std::unique_ptr<os::ReadyCpus>> ready = os_.keep_cpus_ready();
@@ -135,17 +140,31 @@ void Scheduler::keep_cpus_ready() {
   }
 }
 
-// Null where none is written.
-Result<std::unique_ptr<record::Writer>> Scheduler::open_record(TimePoint start, TimePoint warm_from, bool real_time,
-                                                               const driver::PlanningLoop& loop) const {
-  if (options_.record.empty()) return std::unique_ptr<record::Writer>();
+record::Header Scheduler::header(TimePoint start, TimePoint warm_from, bool real_time,
+                                 const driver::PlanningLoop& loop) const {
   record::Header header = loop.record_header();
   header.host = os_.host_facts();
   header.real_time = real_time;
   header.started = start;
   header.warm_up = warm_from - start;
   header.note = options_.note;
+  return header;
+}
+
+// Null where none is written.
+Result<std::unique_ptr<record::Writer>> Scheduler::open_record(const record::Header& header) const {
+  if (options_.record.empty()) return std::unique_ptr<record::Writer>();
   return record::Writer::create(options_.record, app_, header);
+}
+
+// Null where the last seconds are not kept; that this system has no memory for it is no reason not to schedule.
+std::unique_ptr<flight::Recorder> Scheduler::open_recorder(const record::Header& header) {
+  if (options_.flight_bytes == 0) return nullptr;
+  Result<std::unique_ptr<flight::Recorder>> recorder =
+      flight::Recorder::create(app_, header, os_.current_process(), options_.flight_bytes);
+  if (recorder) return std::move(*recorder);
+  notices_.add({os_.now(), "flight-recorder", "the last seconds are not kept: " + recorder.error().message()});
+  return nullptr;
 }
 
 Status Scheduler::start() {
@@ -216,6 +235,19 @@ Status Scheduler::change(const Changes& changes) {
   Status asked = parts_->asked.ask(changes);
   if (asked) parts_->housekeeping.wake();
   return asked;
+}
+
+Result<os::Descriptor> Scheduler::flight() const {
+  if (prepared_.load(std::memory_order_acquire) && parts_->recorder) return parts_->recorder->readable();
+  return Error::caller("the last seconds are not kept", "let it run, with a flight recorder of some size");
+}
+
+Status Scheduler::save_flight(const std::string& path, const std::string& why) const {
+  Result<os::Descriptor> memory = flight();
+  if (!memory) return memory.error();
+  const Result<flight::Recording> recording = flight::Recording::open(std::move(*memory));
+  if (!recording) return recording.error();
+  return recording->save(path, why, os_.host_facts());
 }
 
 Snapshot Scheduler::snapshot() const {

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,6 +32,7 @@
 #include "catan/snapshot.h"
 #include "driver/notices.h"
 #include "driver/planning_loop.h"
+#include "flight/recorder.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "policy/policy.h"
@@ -58,8 +60,9 @@ struct SchedulerOptions {
   bool stealing = true;                      // false: no subchain steals, whatever the app says
   bool replan = true;                        // false: the first plan that knows all nodes' costs stays
   std::optional<graph::FrameMode> frames{};  // in place of the app's
-  bool guardian = false;                     // nodes are other processes': a guardian restores their threads
-  driver::Notices::Callback on_notice;       // see notice_thread.h
+  std::size_t flight_bytes = flight::Recorder::kDefaultBytes;  // in which the last seconds are kept; 0: they are not
+  bool guardian = false;                // nodes are other processes': a guardian restores their threads
+  driver::Notices::Callback on_notice;  // see notice_thread.h
 };
 
 // All problems with the requested CPUs, or the CPUs to use.
@@ -108,6 +111,12 @@ class Scheduler {
   // never plans again; what is wrong with the changes, all of it, and then nothing is changed. kCaller.
   Status change(const Changes& changes);
 
+  // The memory in which the last seconds are kept, for readers (flight/recording.h), from prepare() on. Errors: none is
+  // kept.
+  Result<os::Descriptor> flight() const;
+  // Saves what is kept as a new record; `why` is told in it. Errors: none is kept; as Recording::save() has them.
+  Status save_flight(const std::string& path, const std::string& why) const;
+
   // Makes sure that the guardian still runs; to be called about every second.
   void check_guardian() { parts_->enforcer.check_guardian(); }
   void notice(const std::string& kind, const std::string& detail) { notices_.add({os_.now(), kind, detail}); }
@@ -121,10 +130,12 @@ class Scheduler {
   // From prepare() on; none of it changes but by itself. Each uses only parts before it.
   struct Parts {
     Parts(TimePoint warm, std::optional<double> hertz, bool real_time, std::unique_ptr<os::Guardian> guardian,
-          std::unique_ptr<record::Writer> writer, driver::PlanningLoop loop, Scheduler& of);
+          std::unique_ptr<record::Writer> writer, std::unique_ptr<flight::Recorder> flight, driver::PlanningLoop loop,
+          Scheduler& of);
 
     const TimePoint warm_from;
-    const std::optional<double> hand_set_hz;  // rate of the first subchain's head, where no plan tells
+    const std::optional<double> hand_set_hz;           // rate of the first subchain's head, where no plan tells
+    const std::unique_ptr<flight::Recorder> recorder;  // null: the last seconds are not kept
     Enforcer enforcer;
     AllowedCpus allowed;
     AskedChanges asked;
@@ -138,8 +149,9 @@ class Scheduler {
 
   driver::PlanningLoop planning_loop(double slack) const;
   void keep_cpus_ready();
-  Result<std::unique_ptr<record::Writer>> open_record(TimePoint start, TimePoint warm_from, bool real_time,
-                                                      const driver::PlanningLoop& loop) const;
+  record::Header header(TimePoint start, TimePoint warm_from, bool real_time, const driver::PlanningLoop& loop) const;
+  Result<std::unique_ptr<record::Writer>> open_record(const record::Header& header) const;
+  std::unique_ptr<flight::Recorder> open_recorder(const record::Header& header);
 
   graph::App app_;
   os::Os& os_;

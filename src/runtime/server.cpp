@@ -225,13 +225,24 @@ bool Server::answer(Client& client, const os::Message& message) {
     return client.connection.send(to_text(Status(Error::caller("a message was too long", "say less")))).ok();
   }
   const Registry::Answer answer = registry_->handle(client.program, message.sender.process, message.text);
-  client.said_hello = client.said_hello || answer.with_region;
-  if (answer.with_status) {
-    const Result<os::SharedMemory> described = status();
-    if (!described) return client.connection.send(to_text(Status(described.error()))).ok();
-    return client.connection.send(answer.text, &described->descriptor()).ok();
+  client.said_hello = client.said_hello || answer.attached == Registry::Attached::kRegion;
+  switch (answer.attached) {
+    case Registry::Attached::kNone:
+      return client.connection.send(answer.text).ok();
+    case Registry::Attached::kRegion:
+      return client.connection.send(answer.text, &memory_.descriptor()).ok();
+    case Registry::Attached::kStatus: {
+      const Result<os::SharedMemory> described = status();
+      if (!described) return client.connection.send(to_text(Status(described.error()))).ok();
+      return client.connection.send(answer.text, &described->descriptor()).ok();
+    }
+    case Registry::Attached::kFlight: {
+      const Result<os::Descriptor> kept = flight();
+      if (!kept) return client.connection.send(to_text(Status(kept.error()))).ok();
+      return client.connection.send(answer.text, &*kept).ok();
+    }
   }
-  return client.connection.send(answer.text, answer.with_region ? &memory_.descriptor() : nullptr).ok();
+  return false;
 }
 
 void Server::disconnect(Key key, const std::string& why) {

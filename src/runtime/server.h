@@ -65,6 +65,8 @@ class Server {
 
   bool warmed_up() const { return scheduler_->warmed_up(); }
   Snapshot snapshot() const { return scheduler_->snapshot(); }
+  // As the scheduler has it.
+  Result<os::Descriptor> flight() const { return scheduler_->flight(); }
 
  private:
   struct Client {

@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "attach.h"
 #include "base/text.h"
 #include "catan/changes.h"
 #include "command.h"
@@ -26,27 +27,14 @@
 namespace ctn::tool {
 namespace {
 
+constexpr const char* kWhyDumped = "catan ctl dump";
+
 struct CtlOptions {
   std::string server;
   std::string action;
   std::vector<std::string> arguments;
   bool json = false;
 };
-
-// A socket, an app file, or the name of an app.
-Result<std::vector<std::string>> sockets_of(const std::string& server) {
-  std::error_code unknown;
-  const std::filesystem::file_status status = std::filesystem::status(server, unknown);
-  if (std::filesystem::is_socket(status)) return std::vector{server};
-  if (std::filesystem::is_regular_file(status)) {
-    const Result<graph::App> app = config::load_app(server);
-    if (!app) return app.error();
-    return runtime::sockets_to_try(app->name);
-  }
-  if (server.find('/') == std::string::npos && !server.ends_with(".yaml")) return runtime::sockets_to_try(server);
-  return Error::environment(fmt::format("no server answers at {}: there is no such file", printable(server)),
-                            "name the server's socket, its app file, or the app");
-}
 
 Result<double> number_of(const std::string& text) {
   double value = 0.0;
@@ -190,9 +178,19 @@ Status show_status(os::Os& os, const std::vector<std::string>& sockets, const Ct
   return Done{};
 }
 
+// In this process: it costs the server nothing.
+Status dump(os::Os& os, const CtlOptions& options) {
+  if (options.arguments.size() != 1) return Error::caller("'dump' takes one file, which is not there yet", "name it");
+  const Result<flight::Recording> recording = attach(os, options.server);
+  if (!recording) return recording.error();
+  return recording->save(options.arguments.front(), kWhyDumped, os.host_facts());
+}
+
 Status control(const CtlOptions& options) {
   const bool asks = options.action == "status";
   if (options.json && !asks) return Error::caller("--json is for 'status'", "leave it out");
+  const std::unique_ptr<os::Os> os = os::make_linux_os();
+  if (options.action == "dump") return dump(*os, options);
   Changes changes;
   if (!asks) {
     Result<Changes> read = changes_of(options);
@@ -201,7 +199,6 @@ Status control(const CtlOptions& options) {
   }
   const Result<std::vector<std::string>> sockets = sockets_of(options.server);
   if (!sockets) return sockets.error();
-  const std::unique_ptr<os::Os> os = os::make_linux_os();
   return asks ? show_status(*os, *sockets, options) : runtime::ask_to_change(*os, *sockets, changes);
 }
 
@@ -218,14 +215,18 @@ void add_ctl_command(CLI::App& cli, int& exit_code) {
       "  catan ctl robot max 0 100ms 1 none               bounds of response times\n"
       "  catan ctl robot min-rate GM 2Hz                  the lowest rate of a node\n"
       "  catan ctl /run/catan/robot.sock status\n"
+      "  catan ctl robot dump last.catan                  the last seconds, as a record (catan report last.catan)\n"
       "Only root and the user that the server runs as may do this. A new plan follows at once; the record of the run "
       "and "
       "its\nstatus say what was changed, and the app file stays as it is. What is wrong changes nothing.\n"
       "Exit code: 0 it is done, 1 no server answers, 2 a mistake, or the server refuses it.");
-  command->add_option("SERVER", options->server, "Its socket, its app file, or the name of its app")->required();
+  command
+      ->add_option("SERVER", options->server,
+                   "Its socket, its app file, or the name of its app; to dump, a process, too")
+      ->required();
   command->add_option("ACTION", options->action, "What to do")
       ->required()
-      ->check(CLI::IsMember({"status", "cpus", "weight", "max", "min-rate"}));
+      ->check(CLI::IsMember({"status", "cpus", "weight", "max", "min-rate", "dump"}));
   command->add_option("ARGUMENT", options->arguments, "As in the examples");
   command->add_flag("--json", options->json, "The status as JSON: the fields of ctn::Snapshot");
   command->callback([options, &exit_code] {

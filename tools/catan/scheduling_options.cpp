@@ -51,6 +51,12 @@ void SchedulingOptions::add_to(CLI::App& command) {
   command.add_option("--cpus", cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")->type_name("LIST");
   command.add_option("--record", record, "Keep the record of the run in this new file (catan report)")
       ->type_name("FILE");
+  command
+      .add_option("--flight-recorder", flight_recorder_mib,
+                  "Memory in which the last seconds are kept, for catan top and catan ctl dump; 0: they are not")
+      ->type_name("MIB")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
   command.add_flag("--no-stealing", no_stealing, "No subchain goes on in another's slot when late");
   command.add_flag("--no-replan", no_replan, "Keep the first plan that rests on measured times");
   command.add_option("--frames", frames, "Frames of shared cores; else as the app says")
@@ -71,6 +77,7 @@ Result<SessionOptions> SchedulingOptions::for_session(const std::string& record_
   options.policy = scheduler;
   options.cpus = chosen->cpus();
   options.record = record_path;
+  options.flight_recorder_mib = flight_recorder_mib;
   options.stealing = !no_stealing;
   options.replan = !no_replan;
   if (!frames.empty()) options.fixed_frames = frames == "fixed";
@@ -87,6 +94,7 @@ Result<runtime::SchedulerOptions> SchedulingOptions::for_scheduler(const graph::
   options.policy = *policy;
   options.cpus = std::move(*chosen);
   options.record = record_path;
+  options.flight_bytes = static_cast<std::size_t>(flight_recorder_mib) << 20U;
   options.stealing = !no_stealing;
   options.replan = !no_replan;
   options.frames = frame_mode(frames);

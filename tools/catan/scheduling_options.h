@@ -22,6 +22,7 @@ struct SchedulingOptions {
   bool no_stealing = false;
   bool no_replan = false;
   std::string frames;
+  int flight_recorder_mib = 8;
 
   void add_to(CLI::App& command);
 

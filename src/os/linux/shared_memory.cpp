@@ -55,31 +55,32 @@ std::uint64_t free_memory() {
 // is enough. So no more than this is asked for.
 bool may_have(std::size_t size) { return size <= free_memory() / 2; }
 
-}  // namespace
-
-SharedMemory::SharedMemory(Descriptor descriptor, std::span<std::byte> bytes)
-    : descriptor_(std::move(descriptor)), bytes_(bytes) {}
-
-SharedMemory::~SharedMemory() {
-  if (!bytes_.empty()) ::munmap(bytes_.data(), bytes_.size());
-}
-
-SharedMemory::SharedMemory(SharedMemory&& other) noexcept
-    : descriptor_(std::move(other.descriptor_)), bytes_(std::exchange(other.bytes_, {})) {}
-
-SharedMemory& SharedMemory::operator=(SharedMemory&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(bytes_, other.bytes_);
-  return *this;
-}
-
-Result<SharedMemory> SharedMemory::map(Descriptor descriptor, std::size_t size) {
-  void* const memory = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, descriptor.number(), 0);
+Result<Mapping> map(const Descriptor& file, std::size_t size, int protection) {
+  void* const memory = ::mmap(nullptr, size, protection, MAP_SHARED | MAP_POPULATE, file.number(), 0);
   if (memory == MAP_FAILED) {
     return Error::environment(fmt::format("cannot map {} bytes of shared memory: {}", size, errno_text(errno)),
                               "raise the limit of address space (`ulimit -v`), or free memory");
   }
-  return SharedMemory(std::move(descriptor), {static_cast<std::byte*>(memory), size});
+  return Mapping({static_cast<std::byte*>(memory), size});
+}
+
+// Of memory that another process made.
+Result<std::size_t> sealed_size(const Descriptor& file, std::size_t min_size) {
+  if (!file.valid()) return cannot_open("there is no descriptor");
+  const int seals = ::fcntl(file.number(), F_GET_SEALS);
+  if (seals < 0) return cannot_open("it is not memory but another kind of file");
+  if ((seals & kSizeSeals) != kSizeSeals) return cannot_open("its size is not sealed, so it could vanish in use");
+  struct stat facts {};
+  if (::fstat(file.number(), &facts) != 0) return cannot_open(errno_text(errno));
+  const auto size = static_cast<std::size_t>(facts.st_size);
+  if (size != 0 && size >= min_size) return size;
+  return cannot_open(fmt::format("it has {} bytes and needs {}", size, min_size));
+}
+
+}  // namespace
+
+Mapping::~Mapping() {
+  if (!bytes_.empty()) ::munmap(bytes_.data(), bytes_.size());
 }
 
 Result<SharedMemory> SharedMemory::create(const std::string& name, std::size_t size) {
@@ -107,21 +108,33 @@ Result<SharedMemory> SharedMemory::create(const std::string& name, std::size_t s
     return cannot_create(size, "its size cannot be sealed: " + errno_text(errno),
                          "use a kernel with sealing (since 3.17)");
   }
-  return map(std::move(file), size);
+  Result<Mapping> mapping = map(file, size, PROT_READ | PROT_WRITE);
+  if (!mapping) return mapping.error();
+  return SharedMemory(std::move(file), std::move(*mapping));
 }
 
 Result<SharedMemory> SharedMemory::open(Descriptor descriptor, std::size_t min_size) {
-  if (!descriptor.valid()) return cannot_open("there is no descriptor");
-  const int seals = ::fcntl(descriptor.number(), F_GET_SEALS);
-  if (seals < 0) return cannot_open("it is not memory but another kind of file");
-  if ((seals & kSizeSeals) != kSizeSeals) return cannot_open("its size is not sealed, so it could vanish in use");
-  struct stat file {};
-  if (::fstat(descriptor.number(), &file) != 0) return cannot_open(errno_text(errno));
-  const auto size = static_cast<std::size_t>(file.st_size);
-  if (size == 0 || size < min_size) {
-    return cannot_open(fmt::format("it has {} bytes and needs {}", size, min_size));
-  }
-  return map(std::move(descriptor), size);
+  const Result<std::size_t> size = sealed_size(descriptor, min_size);
+  if (!size) return size.error();
+  Result<Mapping> mapping = map(descriptor, *size, PROT_READ | PROT_WRITE);
+  if (!mapping) return mapping.error();
+  return SharedMemory(std::move(descriptor), std::move(*mapping));
+}
+
+Result<Descriptor> SharedMemory::read_only() const {
+  const std::string path = fmt::format("/proc/self/fd/{}", descriptor_.number());
+  Descriptor reader(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (reader.valid()) return reader;
+  return Error::environment("cannot open shared memory for reading: " + errno_text(errno),
+                            "mount /proc, and allow more open files (`ulimit -n`)");
+}
+
+Result<ReadOnlyMemory> ReadOnlyMemory::open(Descriptor descriptor, std::size_t min_size) {
+  const Result<std::size_t> size = sealed_size(descriptor, min_size);
+  if (!size) return size.error();
+  Result<Mapping> mapping = map(descriptor, *size, PROT_READ);
+  if (!mapping) return mapping.error();
+  return ReadOnlyMemory(std::move(descriptor), std::move(*mapping));
 }
 
 bool SharedMemory::is(const SharedMemory& other) const {

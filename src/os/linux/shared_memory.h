@@ -11,11 +11,32 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/result.h"
 #include "os/linux/descriptor.h"
 
 namespace ctn::os {
+
+// Memory mapped into this process; unmapped when its owner goes.
+class Mapping {
+ public:
+  Mapping() = default;
+  explicit Mapping(std::span<std::byte> bytes) : bytes_(bytes) {}
+  ~Mapping();
+  Mapping(Mapping&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+  Mapping& operator=(Mapping&& other) noexcept {
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+
+  std::span<std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::span<std::byte> bytes_;
+};
 
 class SharedMemory {
  public:
@@ -26,24 +47,38 @@ class SharedMemory {
   // cannot be mapped.
   static Result<SharedMemory> open(Descriptor descriptor, std::size_t min_size = 1);
 
-  ~SharedMemory();
-  SharedMemory(SharedMemory&& other) noexcept;
-  SharedMemory& operator=(SharedMemory&& other) noexcept;
-  SharedMemory(const SharedMemory&) = delete;
-  SharedMemory& operator=(const SharedMemory&) = delete;
-
   // Whether both are the same memory, mapped twice.
   bool is(const SharedMemory& other) const;
 
-  std::span<std::byte> bytes() const { return bytes_; }
+  std::span<std::byte> bytes() const { return mapping_.bytes(); }
+  const Descriptor& descriptor() const { return descriptor_; }
+  // Another descriptor of it, by which it cannot be written: for those who are only to read (ReadOnlyMemory).
+  // kEnvironment.
+  Result<Descriptor> read_only() const;
+
+ private:
+  SharedMemory(Descriptor descriptor, Mapping mapping)
+      : descriptor_(std::move(descriptor)), mapping_(std::move(mapping)) {}
+
+  Descriptor descriptor_;
+  Mapping mapping_;
+};
+
+// Memory of that kind which another process made, to be read. It may be written meanwhile.
+class ReadOnlyMemory {
+ public:
+  // As SharedMemory::open(); the descriptor may be one by which it cannot be written.
+  static Result<ReadOnlyMemory> open(Descriptor descriptor, std::size_t min_size = 1);
+
+  std::span<const std::byte> bytes() const { return mapping_.bytes(); }
   const Descriptor& descriptor() const { return descriptor_; }
 
  private:
-  SharedMemory(Descriptor descriptor, std::span<std::byte> bytes);
-  static Result<SharedMemory> map(Descriptor descriptor, std::size_t size);
+  ReadOnlyMemory(Descriptor descriptor, Mapping mapping)
+      : descriptor_(std::move(descriptor)), mapping_(std::move(mapping)) {}
 
   Descriptor descriptor_;
-  std::span<std::byte> bytes_;
+  Mapping mapping_;
 };
 
 }  // namespace ctn::os

@@ -1,0 +1,98 @@
+// A flight recorder: keeps the last seconds of what happens in a run in a ring in memory, always, so that they can be
+// looked at while the app runs (recording.h), and saved when it matters: a response was late, the server was killed.
+//
+// The memory is one that processes can share (os/linux/shared_memory.h): it lives as long as one that has its
+// descriptor, and any that may look at this process's descriptors finds it (find.h). Adding an event costs the copying
+// of some tens of words, waits for nothing, and makes no system call.
+//
+// What holds until it is replaced (the plan in force, weights and bounds that were changed, the clocks of external
+// nodes, totals) is written again before it would be overwritten, so that it is there however old it is. An event that
+// takes more than an eighth of the ring is left out.
+//
+// Units: bytes; instants of the monotonic clock. Thread safety: none; one owner, in a session the housekeeping thread.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "base/time.h"
+#include "flight/event_words.h"
+#include "flight/layout.h"
+#include "graph/app.h"
+#include "os/linux/descriptor.h"
+#include "os/linux/shared_memory.h"
+#include "os/threads.h"
+#include "record/sink.h"
+#include "record/writer.h"
+
+namespace ctn::flight {
+
+class Recorder : public record::Sink {
+ public:
+  static constexpr std::size_t kDefaultBytes = std::size_t{8} << 20;
+  static constexpr std::size_t kMinBytes = std::size_t{64} << 10;
+
+  // With a ring of `bytes`, or kMinBytes where that is less. Errors: as SharedMemory::create() has them.
+  static Result<std::unique_ptr<Recorder>> create(const graph::App& app, const record::Header& header,
+                                                  os::ProcessId process, std::size_t bytes);
+  ~Recorder() override { end(); }
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  void add(const record::Run& run) override { push(to_words(run)); }
+  void add(const record::Trigger& trigger) override { push(to_words(trigger)); }
+  void add(const record::SlotUse& slot) override { push(to_words(slot)); }
+  void add(const record::Steal& steal) override { push(to_words(steal)); }
+  void add(const record::Overrun& overrun) override { push(to_words(overrun)); }
+  void add(const record::PlanChange& change) override { hold({What::kPlan, 0}, to_words(change)); }
+  void add(const record::CostChange& change) override { push(to_words(change)); }
+  void add(const record::AppChange& change) override;
+  void add(const record::ClockReading& reading) override {
+    hold({What::kClock, reading.node.index()}, to_words(reading));
+  }
+  void add(const record::Notice& notice) override { push(to_words(notice)); }
+  void set_totals(const record::Totals& totals) override;
+
+  // Shows readers that the writer lives: about each 50 ms.
+  void show_alive(TimePoint now);
+
+  // Readers see that the run has ended in order.
+  void end() { parts_.head->over.store(1, std::memory_order_release); }
+
+  // For readers, in this process or others (Recording::open). Any thread. kEnvironment: no more open files.
+  Result<os::Descriptor> readable() const { return memory_.read_only(); }
+
+ private:
+  enum class What { kPlan, kWeight, kMax, kMinRate, kClock, kTotals };
+  using Subject = std::pair<What, std::size_t>;  // what holds, of which item
+  struct Held {
+    std::vector<Word> event;
+    Word position = 0;  // at which it was written last
+  };
+
+  Recorder(os::SharedMemory memory, std::size_t image_bytes);
+
+  void push(const std::vector<Word>& event);
+  // Replaces what was told of that subject.
+  void hold(const Subject& subject, std::vector<Word> event);
+  void write(const std::vector<Word>& event);
+  void make_room(std::size_t words);
+  bool fits(const std::vector<Word>& event) const;
+  void write_held_again();
+
+  os::SharedMemory memory_;
+  Parts<std::byte> parts_;
+  // What others may have written into the memory is never read.
+  std::deque<std::size_t> frames_;  // lengths of those in the ring, the oldest first
+  Word oldest_ = 0;
+  Word end_ = 0;
+  std::map<Subject, Held> held_;
+  record::Totals totals_;
+};
+
+}  // namespace ctn::flight

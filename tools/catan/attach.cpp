@@ -1,0 +1,70 @@
+#include "attach.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "base/text.h"
+#include "config/app_file.h"
+#include "flight/find.h"
+#include "os/linux/descriptor.h"
+#include "runtime/control.h"
+#include "runtime/socket_path.h"
+
+namespace ctn::tool {
+namespace {
+
+bool is_number(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// As a process that keeps them may be found: by the app's name where a file of it is given.
+Result<std::string> name_to_find(const std::string& target) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(target, unknown)) return target;
+  const Result<graph::App> app = config::load_app(target);
+  if (!app) return app.error();
+  return app->name;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> sockets_of(const std::string& server) {
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(server, unknown);
+  if (std::filesystem::is_socket(status)) return std::vector{server};
+  if (std::filesystem::is_regular_file(status)) {
+    const Result<graph::App> app = config::load_app(server);
+    if (!app) return app.error();
+    return runtime::sockets_to_try(app->name);
+  }
+  if (server.find('/') == std::string::npos && !server.ends_with(".yaml")) return runtime::sockets_to_try(server);
+  return Error::environment(fmt::format("no server answers at {}: there is no such file", printable(server)),
+                            "name the server's socket, its app file, or the app");
+}
+
+// The server first, since its socket hands the memory over to all who may control it.
+Result<flight::Recording> attach(os::Clock& clock, const std::string& target) {
+  if (!target.empty() && !is_number(target)) {
+    const Result<std::vector<std::string>> sockets = sockets_of(target);
+    if (!sockets) return sockets.error();
+    const bool listens = std::any_of(sockets->begin(), sockets->end(),
+                                     [](const std::string& path) { return std::filesystem::exists(path); });
+    if (listens) {
+      Result<os::Descriptor> memory = runtime::ask_for_flight(clock, *sockets);
+      // A socket may be left by a server that was killed; a session may still run.
+      if (memory) return flight::Recording::open(std::move(*memory));
+      if (std::filesystem::is_socket(target) || memory.error().kind() == ErrorKind::kCaller) return memory.error();
+    }
+  }
+  const Result<std::string> name = name_to_find(target);
+  if (!name) return name.error();
+  Result<os::Descriptor> memory = flight::find(*name);
+  if (!memory) return memory.error();
+  return flight::Recording::open(std::move(*memory));
+}
+
+}  // namespace ctn::tool
