@@ -26,7 +26,7 @@ std::string figure(const std::optional<double>& value) { return value ? figure(*
 std::string figure(const Summary& summary, double Summary::*which) {
   return summary.count > 0 ? figure(summary.*which) : "-";
 }
-std::string percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
+std::string whole_percent(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
 
 std::string duration_text(double seconds) {
   const auto whole = static_cast<long long>(std::max(seconds, 0.0));
@@ -287,7 +287,7 @@ Section subchain_section(const Picture& picture, const ScreenState& state, std::
                             {figure(subchain.budget_ms), Style::kDim},
                             count(subchain.late),
                             count(subchain.stolen),
-                            {percent(cpu_of(picture, index))},
+                            {whole_percent(cpu_of(picture, index))},
                             {std::to_string(subchain.runs), Style::kDim},
                             count(subchain.overruns),
                             {figure(subchain.execution_ms, &Summary::p95)},
@@ -311,10 +311,10 @@ Section core_section(const Picture& picture, const ScreenState& state, std::size
     if (core.frame_ms) sharing = fmt::format("frames {}", figure(*core.frame_ms));
     ScreenLine line{{fmt::format("{:<6} {:<12} ", cpu, sharing), Style::kPlain},
                     {bar(core.busy, width >= 110 ? 20 : 10, state.unicode), Style::kGood},
-                    {fmt::format(" {:>5} ", percent(core.busy)), Style::kPlain}};
+                    {fmt::format(" {:>5} ", whole_percent(core.busy)), Style::kPlain}};
     for (const view::CoreUse& use : core.uses) {
-      std::string text = fmt::format(" {} {}", printable(use.name), percent(use.cores));
-      if (use.slots && width >= 110) text += fmt::format(" (slots {})", percent(*use.slots));
+      std::string text = fmt::format(" {} {}", printable(use.name), whole_percent(use.cores));
+      if (use.slots && width >= 110) text += fmt::format(" (slots {})", whole_percent(*use.slots));
       line.push_back({std::move(text), use.planned ? Style::kPlain : Style::kDim});
     }
     section.lines.push_back(cut_off(std::move(line), width));
@@ -347,7 +347,7 @@ Section node_section(const std::vector<const view::Node*>& nodes, const Picture&
                {figure(node->period_ms, &Summary::mean)},
                {figure(node->period_ms, &Summary::p95)},
                {figure(node->wait_ms, &Summary::mean)},
-               {percent(node->cores)},
+               {whole_percent(node->cores)},
                {std::to_string(node->runs), Style::kDim}});
   }
   return {table.lines(width, state.unicode), 0, 0};
