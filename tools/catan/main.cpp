@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   add_report_command(cli, exit_code);
   add_export_command(cli, exit_code);
   add_sim_command(cli, exit_code);
+  add_watch_command(cli, exit_code);
   add_whatif_command(cli, exit_code);
   try {
     cli.parse(argc, argv);

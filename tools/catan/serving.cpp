@@ -62,6 +62,7 @@ class Serving {
   Result<Served> run();
 
  private:
+  void start_watching();
   Status start_commands();
   Status watch_command(os::ChildProcess& command);
   void end_commands();
@@ -73,6 +74,7 @@ class Serving {
   os::Os& os_;
   runtime::Server& server_;
   os::SignalWatch& signals_;
+  std::optional<os::ChildProcess> watcher_;
   std::deque<os::ChildProcess> commands_;
   std::size_t running_ = 0;
   bool ending_ = false;
@@ -91,12 +93,25 @@ Result<Served> Serving::run() {
   }
   server_.every(kProgress, [this] { look(); });
   if (Status started = server_.start(); !started) return started.error();
+  start_watching();
   if (Status started = start_commands(); !started) return started.error();
   server_.run();
   server_.release();
   end_commands();
   if (Status finished = server_.finish(); !finished) return finished.error();
   return served_;
+}
+
+// What it is to see is worth having, but no reason not to serve.
+void Serving::start_watching() {
+  if (!options_.watched) return;
+  Result<os::ChildProcess> started =
+      options_.watched->start_watching(std::filesystem::absolute(server_.socket()).string());
+  if (started) {
+    watcher_.emplace(std::move(*started));
+  } else {
+    static_cast<void>(report_error(started.error()));
+  }
 }
 
 Status Serving::start_commands() {
