@@ -172,7 +172,7 @@ Section chain_section(const Picture& picture, const ScreenState& state, std::siz
     const view::Chain& chain = picture.chains[index];
     const Summary& response = chain.response_ms;
     const std::optional<double> tail = response.count > 0 ? std::optional(response.p95) : std::nullopt;
-    table.add({{printable(chain.path)},
+    table.add({{printable(width < 110 ? fmt::format("{}", fmt::join(chain.nodes, ">")) : chain.path)},
                {figure(chain.newest_ms), style_of(chain, chain.newest_ms)},
                {figure(response, &Summary::mean)},
                {figure(chain.expected_ms), Style::kDim},
@@ -188,7 +188,7 @@ Section chain_section(const Picture& picture, const ScreenState& state, std::siz
                {sparkline(chain.worst_ms, drawn, state.unicode), Style::kGood}},
               index == state.selected);
   }
-  return {table.lines(width, state.unicode), 4, state.selected};
+  return {table.lines(width, state.unicode), 5, state.selected};
 }
 
 const char* sort_text(SortBy sort) {
@@ -300,11 +300,11 @@ Section subchain_section(const Picture& picture, const ScreenState& state, std::
     }
     table.add(std::move(cells));
   }
-  return {table.lines(width, state.unicode), 5, 0};
+  return {table.lines(width, state.unicode), 6, 0};
 }
 
 Section core_section(const Picture& picture, const ScreenState& state, std::size_t width) {
-  Section section{{{{"CORE   shared by    busy", Style::kHeading}}}, 3, 0};
+  Section section{{{{"CORE   shared by    busy", Style::kHeading}}}, 4, 0};
   for (const view::Core& core : picture.cores) {
     const std::string cpu = core.cpu ? fmt::format("CPU {}", *core.cpu) : "CPU ?";
     std::string sharing = core.sharing == view::Sharing::kNone ? "-" : to_string(core.sharing);
@@ -361,7 +361,7 @@ Style style_of(const view::Event& event) {
 }
 
 Section event_section(const Picture& picture, std::size_t width) {
-  Section section{{{{"NOTICE, the newest first", Style::kHeading}}}, 3, 0};
+  Section section{{{{"NOTICE, the newest first", Style::kHeading}}}, 4, 0};
   if (picture.lost > 0) {
     section.lines.push_back({{fmt::format("events were lost {} times, and figures began anew: catan top was kept from "
                                           "reading them",

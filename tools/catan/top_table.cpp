@@ -5,7 +5,7 @@
 namespace ctn::tool {
 namespace {
 
-constexpr std::size_t kLeastName = 14;
+constexpr std::size_t kLeastName = 24;
 
 // Where each character begins, and the end.
 std::vector<std::size_t> character_starts(const std::string& text) {
