@@ -44,7 +44,7 @@ function(catan_module name)
     catan_compile_quickly(catan_${name})
   endif()
   # Those whose inputs the fuzzers vary. It takes time, which those that compute have not got.
-  if(CATAN_FUZZ AND name MATCHES "^(base|graph|config|plan|os|record|report|page|runtime|web)$")
+  if(CATAN_FUZZ AND name MATCHES "^(base|graph|config|plan|os|record|flight|report|page|runtime|web)$")
     target_compile_options(catan_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
   install(TARGETS catan_${name} EXPORT catan)

@@ -19,6 +19,7 @@ user_packages=(
   libyaml-cpp-dev        # YAML: app and cost files
   libcli11-dev           # command lines
   libsqlite3-dev         # records of runs
+  libncurses-dev         # the screen of catan top
   libprotobuf-dev        # traces for Perfetto
   protobuf-compiler      # and the classes of their format
   libeigen3-dev          # linear algebra of the planner

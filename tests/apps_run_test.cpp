@@ -8,12 +8,14 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "command_test.h"
 #include "os/linux/linux_os.h"
 #include "os/testing/requires_real_time.h"
+#include "record/reader.h"
 
 namespace ctn::test {
 namespace {
@@ -21,6 +23,17 @@ namespace {
 using nlohmann::json;
 
 constexpr double kGenerous = 5.0;
+
+std::vector<std::string> reasons_of_plans(const std::string& file) {
+  std::vector<std::string> reasons;
+  const auto record = record::Reader::open(file);
+  if (!record) return reasons;
+  const auto plans = record->plans();
+  if (plans) {
+    for (const record::PlanChange& change : *plans) reasons.push_back(change.reason);
+  }
+  return reasons;
+}
 
 class AppsRunTest : public testing::TestWithParam<const char*> {};
 
@@ -37,6 +50,9 @@ TEST_P(AppsRunTest, IsScheduledMeasuredAndRecorded) {
   const Outcome reported = run_catan("report '" + record + "' --json", folder);
   ASSERT_EQ(reported.exit_code, 0) << reported.err;
   EXPECT_EQ(reported.out, ran.out);
+  // Which plans followed is the search's affair. That one rests on what was measured is not: it may have come into
+  // force while the run was warming up.
+  EXPECT_THAT(reasons_of_plans(record), testing::Contains("measured"));
   std::filesystem::remove(record);
 
   const json report = json::parse(reported.out);
@@ -44,7 +60,7 @@ TEST_P(AppsRunTest, IsScheduledMeasuredAndRecorded) {
   EXPECT_EQ(report["scheduler"], "catan");
   EXPECT_EQ(report["complete"], true);
   EXPECT_EQ(report["real_time"], true);
-  EXPECT_GT(report["plans"], 1) << "the bootstrap's, and one of what was measured";
+  EXPECT_GE(report["plans"], 1);
   ASSERT_FALSE(report["nodes"].empty());
   for (const json& node : report["nodes"]) {
     SCOPED_TRACE(node["node"]);

@@ -16,6 +16,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -68,7 +69,12 @@ class ServedAppTest : public ::testing::Test {
   void TearDown() override {
     programs_.clear();
     server_.reset();
-    std::filesystem::remove_all(folder_);
+    // A server that was killed may just be having its last seconds saved.
+    eventually([this] {
+      std::error_code busy;
+      std::filesystem::remove_all(folder_, busy);
+      return !busy;
+    });
   }
 
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
@@ -79,7 +85,7 @@ class ServedAppTest : public ::testing::Test {
              const std::string& more = "") {
     std::vector<std::string> arguments{"/bin/sh",
                                        "-c",
-                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" " + more + " 2>>\"$4\"",
+                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" --save-to \"${4%/*}\" " + more + " 2>>\"$4\"",
                                        CATAN_COMMAND,
                                        path(app),
                                        path(socket),

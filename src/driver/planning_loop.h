@@ -158,6 +158,7 @@ class PlanningLoop {
   const policy::Decision& decision() const { return decision_; }  // in force
   const os::CpuSet& cpus() const { return online_; }              // that are planned for
   const policy::PlanningBudget& budget() const { return clock_.budget(); }
+  Nanos planning_cpu() const { return planning_cpu_; }  // that plans have taken, as the timer says
   // Rate of the first subchain's head, where the policy follows no plan.
   std::optional<double> hand_set_hz() const;
 
@@ -193,6 +194,7 @@ class PlanningLoop {
   TimePoint next_power_check_{};
   policy::Decision decision_;
   Levels levels_;
+  Nanos planning_cpu_{0};
   bool cost_changed_ = false;  // since the last turn
   bool asked_changed_ = false;
   bool plan_failed_ = false;  // and that was told

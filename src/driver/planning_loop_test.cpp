@@ -162,6 +162,7 @@ TEST_F(PlanningLoopTest, PlansOnceTheBootstrapIsOverAndANodeHasRun) {
   loop.adopt(std::move(*planned), *this);
   EXPECT_EQ(told, (Told{"plan bootstrap", "plan measured"}));
   EXPECT_EQ(loop.budget().spent(), std::chrono::microseconds{100});
+  EXPECT_EQ(loop.planning_cpu(), std::chrono::microseconds{100});
 }
 
 TEST_F(PlanningLoopTest, ForgetsANodesColdRunsOnceItHasOthers) {

@@ -75,7 +75,7 @@ void Housekeeping::turn(TimePoint& next_flush) {
   update_registered();
   carry_out_changes(now);
   if (std::optional<driver::Planned> planned = loop_.plan(now, *this)) {
-    measurements_.planned(loop_.budget().plans(), loop_.budget().spent());
+    measurements_.planned(loop_.budget().plans(), loop_.planning_cpu());
     loop_.adopt(std::move(*planned), *this);
   }
   const bool time_to_flush = now >= next_flush;

@@ -124,7 +124,8 @@ Chain LiveView::picture_of(const KeptChain& chain, std::size_t index, const Wind
   if (plan_) {
     plan::PredictedMeans means(app_, plan_at_);
     means.in_force(plan_at_, *plan_);
-    if (const auto& prediction = means.current()->chains[index]) {
+    const std::optional<plan::Predictions> predicted = means.current();
+    if (const auto& prediction = predicted->chains[index]) {
       shown.expected_ms = prediction->response_ms;
       shown.promised_ms = prediction->promised_response_ms;
     }

@@ -282,8 +282,8 @@ TEST_F(LiveViewTest, ThePastIsForgotten) {
   EXPECT_EQ(chain.worst_ms[59], 19'026.0);
   EXPECT_FALSE(chain.worst_ms[58]);
   EXPECT_EQ(chain.worst_ms[40], 1026.0) << "19 seconds before";
-  EXPECT_FALSE(this->picture(79'500).chains[0].worst_ms[0]);
-  EXPECT_EQ(this->picture(79'500).chains[0].newest_ms, 26.0) << "however old";
+  EXPECT_FALSE(this->picture(80'500).chains[0].worst_ms[0]);
+  EXPECT_EQ(this->picture(80'500).chains[0].newest_ms, 26.0) << "however old";
 }
 
 TEST_F(LiveViewTest, NeverKeepsMoreThanItMay) {

@@ -43,6 +43,8 @@ void add_report_command(CLI::App& cli, int& exit_code);
 void add_run_command(CLI::App& cli, int& exit_code);
 void add_serve_command(CLI::App& cli, int& exit_code);
 void add_sim_command(CLI::App& cli, int& exit_code);
+void add_top_command(CLI::App& cli, int& exit_code);
+void add_watch_command(CLI::App& cli, int& exit_code);
 void add_whatif_command(CLI::App& cli, int& exit_code);
 
 }  // namespace ctn::tool

@@ -1,5 +1,6 @@
 // catan run: runs an app for a while and shows what it came to.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,6 +30,7 @@
 #include "status_line.h"
 #include "synthetic.h"
 #include "temporary_folder.h"
+#include "watch.h"
 
 namespace ctn::tool {
 namespace {
@@ -39,6 +41,7 @@ struct RunOptions {
   std::vector<std::string> command;
   bool processes = false;
   SchedulingOptions scheduling;
+  WatchedApp watched;
   std::optional<double> seconds;
   std::uint64_t seed = 1;
   bool json = false;
@@ -86,6 +89,12 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
   load.begin();
   if (Status started = session->start(); !started) return started.error();
   if (Status added = load.add_threads(*session); !added) return added.error();
+  std::optional<os::ChildProcess> watcher;
+  if (!options.watched.on_late.empty()) {
+    Result<os::ChildProcess> watching = options.watched.start_watching(std::to_string(::getpid()));
+    if (!watching) return watching.error();
+    watcher.emplace(std::move(*watching));
+  }
   const bool warm = let_run(*session, *os, options.seconds_to_measure());
   load.stop();
   if (Status stopped = session->stop(); !stopped) return stopped.error();
@@ -133,6 +142,7 @@ Result<Served> run_programs(const config::AppFile& file, const RunOptions& optio
     note(text);
   };
   serving.socket = folder + "/socket";
+  if (!options.watched.on_late.empty()) serving.watched = options.watched;
   if (status.shown()) {
     serving.on_progress = [&](const Snapshot& snapshot, double measured) {
       status.show(status_text(snapshot, measured, serving.seconds));
@@ -168,6 +178,9 @@ int run(const RunOptions& options) {
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
   const auto file = config::load_app_file(options.app);
   if (!file) return report_error(file.error());
+  if (Status fits = options.watched.check(file->app, options.scheduling.flight_recorder_mib); !fits) {
+    return report_error(fits.error());
+  }
   const auto folder = TemporaryFolder::make("catan-run");
   if (!folder) return report_error(folder.error());
   const std::string record_path =
@@ -201,6 +214,7 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       "  catan run app.yaml -- ros2 launch my_robot all.launch.py         serves the app, starts the command, ends "
       "with "
       "it\n"
+      "  catan run app.yaml --synthetic costs.yaml --on-late 'LP>150'     saves the last seconds when that is late\n"
       "Ctrl-C ends the run early: what was measured is shown, and the exit code is 128 + the signal's number.\n"
       "With COMMAND the exit code is COMMAND's, where Catan did what it was asked.\n"
       "docs/synthetic-load.md says what is measured and how the load behaves.");
@@ -217,6 +231,7 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       ->needs("--synthetic")
       ->capture_default_str();
   options->scheduling.add_to(*command);
+  options->watched.add_to(*command);
   command->add_option("COMMAND", options->command, "Starts the app's programs, which find the server by CATAN_SOCKET")
       ->type_name("-- COMMAND...");
   command->add_flag("--json", options->json, "Print one JSON document");

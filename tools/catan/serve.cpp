@@ -16,6 +16,7 @@
 #include "scheduling_options.h"
 #include "serving.h"
 #include "status_line.h"
+#include "watch.h"
 
 namespace ctn::tool {
 namespace {
@@ -26,6 +27,7 @@ struct ServeOptions {
   std::vector<std::string> users;
   HttpOptions http;
   SchedulingOptions scheduling;
+  WatchedApp watched;
 };
 
 int serve_app(const ServeOptions& options) {
@@ -46,6 +48,9 @@ int serve_app(const ServeOptions& options) {
     status.show({});
     note(text);
   };
+  const int flight_recorder_mib = options.scheduling.flight_recorder_mib;
+  if (Status fits = options.watched.check(file->app, flight_recorder_mib); !fits) return report_error(fits.error());
+  if (flight_recorder_mib > 0) serving.watched = options.watched;
   serving.socket = options.socket;
   serving.users = options.users;
   if (status.shown()) {
@@ -67,10 +72,12 @@ void add_serve_command(CLI::App& cli, int& exit_code) {
       "  sudo catan serve app.yaml                        programs register at /run/catan/APP.sock\n"
       "  catan serve app.yaml --socket /tmp/app.sock      and start them with CATAN_SOCKET=/tmp/app.sock\n"
       "  sudo catan serve app.yaml --allow-user 1000      a user whose programs may register, beside root\n"
+      "  catan serve app.yaml --on-late 'scan -> LP>150'  saves the last seconds when that takes more than 150 ms\n"
       "  catan serve app.yaml --http 8080                 and a page at http://127.0.0.1:8080/ (docs/http.md)\n"
       "  catan node app.yaml camera --synthetic costs.yaml    a program that plays one node\n"
       "It serves until it is told to end (Ctrl-C, SIGTERM). If it is killed, a guardian gives all threads their "
-      "scheduling back, and\nnodes go on at the rates that were planned last until there is a server again. "
+      "scheduling back, and\nnodes go on at the rates that were planned last until there is a server again; its last "
+      "seconds are saved as a\nrecord, APP-killed-TIME.catan. "
       "docs/many-processes.md says more.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--socket", options->socket, "Where programs register, instead of the usual path")
@@ -86,6 +93,7 @@ void add_serve_command(CLI::App& cli, int& exit_code) {
                           ->type_name("ADDRESS");
   options->http.add_control_to(*command, http);
   options->scheduling.add_to(*command);
+  options->watched.add_to(*command);
   command->callback([options, &exit_code] { exit_code = serve_app(*options); });
 }
 

@@ -62,7 +62,8 @@ class Serving {
   Result<Served> run();
 
  private:
-  Status start_companion();
+  void start_watching();
+  void start_companion();
   Status start_commands();
   Status watch_command(os::ChildProcess& command);
   void end_commands();
@@ -74,6 +75,7 @@ class Serving {
   os::Os& os_;
   runtime::Server& server_;
   os::SignalWatch& signals_;
+  std::optional<os::ChildProcess> watcher_;
   std::deque<os::ChildProcess> commands_;
   std::optional<os::ChildProcess> companion_;
   std::size_t running_ = 0;
@@ -93,7 +95,8 @@ Result<Served> Serving::run() {
   }
   server_.every(kProgress, [this] { look(); });
   if (Status started = server_.start(); !started) return started.error();
-  if (Status started = start_companion(); !started) return started.error();
+  start_watching();
+  start_companion();
   if (Status started = start_commands(); !started) return started.error();
   server_.run();
   if (companion_) server_.forget(companion_->descriptor());
@@ -104,18 +107,34 @@ Result<Served> Serving::run() {
   return served_;
 }
 
-Status Serving::start_companion() {
-  if (!options_.companion) return Done{};
-  const std::string socket = std::filesystem::absolute(server_.socket()).string();
-  Result<os::ChildProcess> started = os::ChildProcess::start(options_.companion(socket));
-  if (!started) return started.error();
+// What it is to see is worth having, but no reason not to serve.
+void Serving::start_watching() {
+  if (!options_.watched) return;
+  Result<os::ChildProcess> started =
+      options_.watched->start_watching(std::filesystem::absolute(server_.socket()).string());
+  if (started) {
+    watcher_.emplace(std::move(*started));
+  } else {
+    static_cast<void>(report_error(started.error()));
+  }
+}
+
+void Serving::start_companion() {
+  if (!options_.companion) return;
+  Result<os::ChildProcess> started =
+      os::ChildProcess::start(options_.companion(std::filesystem::absolute(server_.socket()).string()));
+  if (!started) {
+    static_cast<void>(report_error(started.error()));
+    return;
+  }
   companion_.emplace(std::move(*started));
-  return server_.watch(companion_->descriptor(), [this] {
+  const Status watched = server_.watch(companion_->descriptor(), [this] {
     if (!companion_->wait()) return;
     server_.forget(companion_->descriptor());
     companion_.reset();
     note("the page is gone; the app is scheduled as before");
   });
+  if (!watched) static_cast<void>(report_error(watched.error()));
 }
 
 Status Serving::start_commands() {

@@ -1,0 +1,68 @@
+// Notices responses that are late, in events as they are read from a flight recorder: for who saves the last seconds
+// when that happens (`catan watch`).
+//
+// Units: in the types. Thread safety: none; one owner.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "base/time.h"
+#include "graph/app.h"
+#include "record/lineage.h"
+#include "record/sink.h"
+
+namespace ctn::flight {
+
+// A response time of the objective that is watched.
+struct WatchedChain {
+  std::size_t term = 0;         // of the objective
+  std::optional<Nanos> over{};  // late is what is longer; none: than its bound; without one, than the plan in force
+                                // promises
+};
+
+struct LateResponse {
+  std::size_t term = 0;
+  Nanos response{0};
+  Nanos over{0};    // what was exceeded
+  TimePoint end{};  // of the response
+};
+
+class LateWatch : public record::Sink {
+ public:
+  // Responses that began before `from` do not count. `app` outlives it. Precondition: the terms are response times.
+  LateWatch(const graph::App& app, std::vector<WatchedChain> chains, TimePoint from);
+
+  // The one that exceeded its limit by most since the last call; none was late.
+  std::optional<LateResponse> take();
+
+  void add(const record::Run& run) override;
+  void add(const record::PlanChange& change) override;
+  void add(const record::AppChange& change) override;
+  void add(const record::ClockReading& reading) override;
+  void add(const record::Trigger& /*trigger*/) override {}
+  void add(const record::SlotUse& /*slot*/) override {}
+  void add(const record::Steal& /*steal*/) override {}
+  void add(const record::Overrun& /*overrun*/) override {}
+  void add(const record::CostChange& /*change*/) override {}
+  void add(const record::Notice& /*notice*/) override {}
+  void set_totals(const record::Totals& /*totals*/) override {}
+
+ private:
+  struct Chain {
+    WatchedChain watched;
+    record::ChainTracker tracker;
+    std::optional<Nanos> bound;
+    std::optional<Nanos> promised;
+
+    std::optional<Nanos> limit() const;
+  };
+
+  const graph::App& app_;
+  TimePoint from_;
+  std::vector<Chain> chains_;
+  std::optional<LateResponse> worst_;
+};
+
+}  // namespace ctn::flight

@@ -1,0 +1,140 @@
+// The last seconds, from outside: saved when asked for, when a response was late, when a server is killed. Times are
+// generous: it is the real machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "command_test.h"
+#include "record/reader.h"
+#include "served_app.h"
+
+namespace ctn::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::SizeIs;
+
+class FlightCommandTest : public ServedAppTest {
+ protected:
+  void TearDown() override {
+    fast_.reset();
+    ServedAppTest::TearDown();
+  }
+  void serve_all(const std::string& more = "") {
+    serve("socket", "app.yaml", "", more);
+    play({"map"});
+    Result<Client> client = connect();
+    ASSERT_TRUE(client.ok()) << client.error().message();
+    fast_ = std::make_unique<CountingNodes>(
+        std::move(*client), *os_,
+        std::vector<std::pair<std::string, Nanos>>{{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+    ASSERT_TRUE(fast_->runs_on(20)) << said();
+  }
+  // Of the test's folder.
+  std::vector<std::string> records(const std::string& prefix) const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with(prefix) && name.ends_with(".catan")) found.push_back(entry.path().string());
+    }
+    return found;
+  }
+  // How many runs are in it; 0 where it is no record yet.
+  static std::uint64_t runs_in(const std::string& file) {
+    const auto record = record::Reader::open(file);
+    std::uint64_t count = 0;
+    if (!record) return 0;
+    EXPECT_TRUE(record->each_run([&](const record::Run&) { ++count; }).ok());
+    return count;
+  }
+  static std::string why_saved(const std::string& file) {
+    const auto record = record::Reader::open(file);
+    if (!record) return record.error().message();
+    const auto notices = record->notices();
+    for (const record::Notice& notice : *notices) {
+      if (notice.kind == "flight-recorder") return notice.detail;
+    }
+    return "not said";
+  }
+
+  std::unique_ptr<CountingNodes> fast_;
+};
+
+TEST_F(FlightCommandTest, TheLastSecondsAreSavedWhenAskedFor) {
+  serve_all();
+  const std::string file = path("dumped.catan");
+  const Outcome dumped = run_catan("ctl " + path("socket") + " dump " + file, folder_);
+  EXPECT_EQ(dumped.exit_code, 0) << dumped.err;
+  EXPECT_GE(runs_in(file), 20U);
+  EXPECT_THAT(why_saved(file), HasSubstr("catan ctl dump"));
+  const Outcome report = run_catan("report --all " + file, folder_);
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(report.out, HasSubstr("eye -> hand"));
+  // Nothing that was recorded is overwritten.
+  const Outcome again = run_catan("ctl " + path("socket") + " dump " + file, folder_);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("exists already"));
+  EXPECT_EQ(run_catan("ctl " + path("socket") + " dump", folder_).exit_code, 2);
+}
+
+TEST_F(FlightCommandTest, AnyProcessThatSchedulesIsFound) {
+  serve_all();
+  const std::string process = std::to_string(static_cast<int>(server_->process()));
+  const Outcome dumped = run_catan("ctl " + process + " dump " + path("found.catan"), folder_);
+  EXPECT_EQ(dumped.exit_code, 0) << dumped.err;
+  EXPECT_GE(runs_in(path("found.catan")), 20U);
+}
+
+TEST_F(FlightCommandTest, AServerThatIsKilledLeavesThem) {
+  serve_all();
+  ASSERT_TRUE(fast_->runs_on(50));
+  std::this_thread::sleep_for(milliseconds{300});  // its watcher has begun, and what ran was collected
+  kill_server(SIGKILL);
+  ASSERT_TRUE(says("the last seconds are in")) << said();
+  const std::vector<std::string> saved = records("served-killed-");
+  ASSERT_THAT(saved, SizeIs(1));
+  EXPECT_GE(runs_in(saved.front()), 50U);
+  EXPECT_THAT(why_saved(saved.front()), HasSubstr("ended without stopping"));
+}
+
+TEST_F(FlightCommandTest, AServerThatEndsInOrderLeavesNone) {
+  serve_all("--record " + path("whole.catan"));
+  EXPECT_EQ(kill_server(SIGTERM).code, 0) << said();
+  EXPECT_GE(runs_in(path("whole.catan")), 20U);
+  EXPECT_THAT(records("served-"), SizeIs(0));
+}
+
+TEST_F(FlightCommandTest, ALateResponseIsSaved) {
+  serve_all("--on-late 'hand>0.001' --at-most 1");
+  ASSERT_TRUE(says("the last seconds are in")) << said();
+  const std::vector<std::string> saved = records("served-late-");
+  ASSERT_THAT(saved, SizeIs(1));
+  EXPECT_THAT(why_saved(saved.front()), HasSubstr("a response of eye -> hand took"));
+  EXPECT_GE(runs_in(saved.front()), 1U);
+  EXPECT_EQ(kill_server(SIGTERM).code, 0) << said();
+}
+
+TEST_F(FlightCommandTest, ASessionIsWatchedToo) {
+  const Outcome outcome =
+      run_catan("run app.yaml --synthetic costs.yaml --seconds 2 --on-late 'hand>0.001ms' --at-most 1", folder_);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("the last seconds are in"));
+  ASSERT_THAT(records("served-late-"), SizeIs(1));
+}
+
+TEST_F(FlightCommandTest, MistakesExitWith2) {
+  for (const char* arguments :
+       {"run app.yaml --synthetic costs.yaml --on-late nothing", "serve app.yaml --on-late 'eye>1ms'",
+        "run app.yaml --synthetic costs.yaml --on-late hand --flight-recorder 0", "watch no-such-app-runs-here",
+        "run app.yaml --synthetic costs.yaml --flight-recorder -1"}) {
+    const Outcome outcome = run_catan(arguments, folder_);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << "\n" << outcome.err;
+    EXPECT_NE(outcome.err, "") << arguments;
+  }
+}
+
+}  // namespace
+}  // namespace ctn::test
