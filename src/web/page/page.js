@@ -237,7 +237,7 @@
       ['Objective, planned', plan ? figure(plan.objective, 'ms') : '-'],
       ['Plan', plan ? plan.reason + ', ' + duration(Math.max(0, live.up_s - plan.at_s)) + ' ago' : 'none'],
       ['Plans made', figure(live.plans_made) + ' in ' + figure(live.planning_ms, 'ms')],
-      ['Cores taken away', live.starved ? live.starved + ' times, ' + figure(live.starved_ms, 'ms') : 'never'],
+      ['CPUs kept from it', live.starved ? live.starved + ' times, ' + figure(live.starved_ms, 'ms') : 'never'],
     ];
     if (plan && plan.relax_factor !== 1) all.push(['Bounds relaxed by', figure(plan.relax_factor)]);
     const tiles = children(at('facts'), all.length, () => {
@@ -297,7 +297,7 @@
       ['expected', true], ['CPU time ms', true], ['p95', true], ['budget', true], ['Execution p95 ms', true],
       ['promised', true], ['Late', true], ['Over budget', true], ['Stole', true]],
     live.subchains.map((one) => [
-      one.subchain, (one.cores.join(', ') || '-') + (one.sharing === 'none' ? '' : ', ' + one.sharing),
+      one.subchain, one.cores.join(', ') || '-',
       figure(one.priority), figure(one.runs), summary(one.period_ms, 'mean'), figure(one.expected_period_ms),
       summary(one.used_ms, 'mean'), summary(one.used_ms, 'p95'), figure(one.budget_ms),
       summary(one.execution_ms, 'p95'), figure(one.promised_execution_ms),
