@@ -1,10 +1,14 @@
 // What a LiveView says: from the samples that it keeps to figures.
 #include <algorithm>
-#include <cmath>
+#include <chrono>
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/statistics.h"
+#include "os/cpu_set.h"
 #include "plan/predicted_means.h"
 #include "view/live_view.h"
 
