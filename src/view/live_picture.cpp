@@ -342,9 +342,11 @@ std::vector<Core> LiveView::cores(const Window& window) const {
   for (const record::SlotUse& slot : slots_) {
     if (seconds <= 0.0 || slot.core < 0 || !plan_ || static_cast<std::size_t>(slot.core) >= plan_->cores.size())
       continue;
-    const double length = in_seconds(slot.end - slot.begin) * part_within(slot.begin, slot.end, window);
-    CoreUse& use = use_of(result[static_cast<std::size_t>(slot.core)], app_.graph.subchain(slot.subchain).name);
-    use.slots = use.slots.value_or(0.0) + length / seconds;
+    Core& core = result[static_cast<std::size_t>(slot.core)];
+    if (core.sharing != Sharing::kFrames) continue;  // a plan before had frames there
+    CoreUse& use = use_of(core, app_.graph.subchain(slot.subchain).name);
+    use.slots = use.slots.value_or(0.0) +
+                in_seconds(slot.end - slot.begin) * part_within(slot.begin, slot.end, window) / seconds;
   }
   for (Core& core : result) {
     for (const CoreUse& use : core.uses) core.busy += use.cores;

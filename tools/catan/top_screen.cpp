@@ -104,8 +104,7 @@ ScreenLine state_line(const Picture& picture) {
   }
   ScreenLine line{{std::move(text), Style::kPlain}};
   if (picture.starved > 0) {
-    line.push_back(
-        {fmt::format("; starved {} times, {} ms", picture.starved, figure(picture.starved_ms)), Style::kWarning});
+    line.push_back({fmt::format("; starved {}x, {} ms", picture.starved, figure(picture.starved_ms)), Style::kWarning});
   }
   return line;
 }
@@ -475,10 +474,12 @@ void open_chain(const Picture& picture, const ScreenState& state, ScreenSize siz
   lines.push_back({{shortened(printable(chain.path), size.columns, state.unicode), Style::kTitle}});
   lines.push_back({{"response now ", Style::kPlain},
                    {figure(chain.newest_ms), style_of(chain, chain.newest_ms.value_or(0.0))},
-                   {fmt::format(" ms, expected {}, promised {}, bound {}; late: {} over the bound, {} over the promise",
-                                figure(chain.expected_ms), figure(chain.promised_ms), figure(chain.bound_ms),
-                                chain.over_bound, chain.over_promise),
+                   {fmt::format(" ms, expected {}, promised {}, bound {}", figure(chain.expected_ms),
+                                figure(chain.promised_ms), figure(chain.bound_ms)),
                     Style::kPlain}});
+  lines.push_back(
+      {{fmt::format("late: {} over the bound, {} over what was promised", chain.over_bound, chain.over_promise),
+        Style::kPlain}});
   const std::size_t drawn = size.columns >= 80 ? 60 : 30;
   lines.push_back({{"worst, 60 s   ", Style::kPlain}, {sparkline(chain.worst_ms, drawn, state.unicode), Style::kGood}});
   std::vector<const view::Node*> nodes;
