@@ -248,15 +248,15 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
   std::vector<double> periods;
   std::vector<double> costs;
   std::vector<double> waits;
-  bool waited = false;
+  const bool waited = std::any_of(kept.runs.begin(), kept.runs.end(),
+                                  [&](const RunSample& run) { return window.has(run.end) && run.wait > Nanos{0}; });
   double cpu = 0.0;
   for (const RunSample& run : kept.runs) {
     cpu += in_seconds(run.cpu) * part_within(run.begin, run.end, window);
     if (!window.has(run.end)) continue;
     if (run.period) periods.push_back(in_ms(*run.period));
     costs.push_back(in_ms(run.cpu));
-    waits.push_back(in_ms(run.wait));
-    waited = waited || run.wait > Nanos{0};
+    if (waited) waits.push_back(in_ms(run.wait));
   }
   shown.runs = costs.size();
   if (window.seconds() > 0.0) {
@@ -265,7 +265,7 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
   }
   shown.period_ms = summarize(std::move(periods));
   shown.compute_ms = summarize(std::move(costs));
-  if (waited) shown.wait_ms = summarize(std::move(waits));
+  shown.wait_ms = summarize(std::move(waits));
   if (kept.last_end) shown.silent_ms = std::max(in_ms(window.to - *kept.last_end), 0.0);
   return shown;
 }
