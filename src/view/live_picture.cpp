@@ -1,10 +1,14 @@
 // What a LiveView says: from the samples that it keeps to figures.
 #include <algorithm>
-#include <cmath>
+#include <chrono>
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/quick_summary.h"
+#include "os/cpu_set.h"
 #include "plan/predicted_means.h"
 #include "view/live_view.h"
 
@@ -244,15 +248,15 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
   std::vector<double> periods;
   std::vector<double> costs;
   std::vector<double> waits;
-  bool waited = false;
+  const bool waited = std::any_of(kept.runs.begin(), kept.runs.end(),
+                                  [&](const RunSample& run) { return window.has(run.end) && run.wait > Nanos{0}; });
   double cpu = 0.0;
   for (const RunSample& run : kept.runs) {
     cpu += in_seconds(run.cpu) * part_within(run.begin, run.end, window);
     if (!window.has(run.end)) continue;
     if (run.period) periods.push_back(in_ms(*run.period));
     costs.push_back(in_ms(run.cpu));
-    waits.push_back(in_ms(run.wait));
-    waited = waited || run.wait > Nanos{0};
+    if (waited) waits.push_back(in_ms(run.wait));
   }
   shown.runs = costs.size();
   if (window.seconds() > 0.0) {
@@ -261,7 +265,7 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
   }
   shown.period_ms = summarize_quickly(std::move(periods));
   shown.compute_ms = summarize_quickly(std::move(costs));
-  if (waited) shown.wait_ms = summarize_quickly(std::move(waits));
+  shown.wait_ms = summarize_quickly(std::move(waits));
   if (kept.last_end) shown.silent_ms = std::max(in_ms(window.to - *kept.last_end), 0.0);
   return shown;
 }
@@ -338,9 +342,11 @@ std::vector<Core> LiveView::cores(const Window& window) const {
   for (const record::SlotUse& slot : slots_) {
     if (seconds <= 0.0 || slot.core < 0 || !plan_ || static_cast<std::size_t>(slot.core) >= plan_->cores.size())
       continue;
-    const double length = in_seconds(slot.end - slot.begin) * part_within(slot.begin, slot.end, window);
-    CoreUse& use = use_of(result[static_cast<std::size_t>(slot.core)], app_.graph.subchain(slot.subchain).name);
-    use.slots = use.slots.value_or(0.0) + length / seconds;
+    Core& core = result[static_cast<std::size_t>(slot.core)];
+    if (core.sharing != Sharing::kFrames) continue;  // a plan before had frames there
+    CoreUse& use = use_of(core, app_.graph.subchain(slot.subchain).name);
+    use.slots = use.slots.value_or(0.0) +
+                in_seconds(slot.end - slot.begin) * part_within(slot.begin, slot.end, window) / seconds;
   }
   for (Core& core : result) {
     for (const CoreUse& use : core.uses) core.busy += use.cores;

@@ -11,7 +11,9 @@
 namespace ctn::view {
 namespace {
 
-constexpr std::size_t kRemembered = 64;  // plans; runs of a node within its subchain
+constexpr std::size_t kRememberedPlans = 64;
+// Of a node of a subchain: those that its successor's runs may still name. A machine that is busy reports many at once.
+constexpr std::size_t kRememberedRuns = 2048;
 
 template <class Sample>
 void keep(std::deque<Sample>& series, Sample sample, TimePoint newest) {
@@ -76,7 +78,7 @@ LiveView::LiveView(graph::App app, const record::Header& header)
       steps_(app_.graph.nodes().size()),
       subchains_(app_.graph.subchains().size()) {
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
-    if (app_.graph.nodes()[node].subchain) steps_[node].resize(kRemembered);
+    if (app_.graph.nodes()[node].subchain) steps_[node].resize(kRememberedRuns);
   }
   for (std::size_t term = 0; term < app_.objective.size(); ++term) {
     if (app_.objective[term].metric != graph::Metric::kResponseTime) continue;
@@ -142,12 +144,12 @@ void LiveView::follow_subchain(const record::Run& run) {
     const auto taken = std::find_if(run.consumed.begin(), run.consumed.end(),
                                     [&](const record::Consumed& input) { return input.predecessor == before; });
     if (taken == run.consumed.end()) return;
-    const Step& from = steps_[before.index()][taken->last % kRemembered];
+    const Step& from = steps_[before.index()][taken->last % kRememberedRuns];
     if (from.number != taken->last || from.number == 0) return;
     step.begin = from.begin;
     step.cpu += from.cpu;
   }
-  steps_[run.node.index()][run.number % kRemembered] = step;
+  steps_[run.node.index()][run.number % kRememberedRuns] = step;
   if (run.node != row.back() && run.emitted) return;
   keep(subchains_[id->index()].executions, {step.begin, run.end, step.cpu}, newest_);
 }
@@ -190,7 +192,7 @@ void LiveView::add(const record::PlanChange& change) {
   }
   for (const plan::SubchainPlan& subchain : plan_->subchains) promises.executions.push_back(subchain.execution);
   promises_.push_back(std::move(promises));
-  if (promises_.size() > kRemembered) promises_.pop_front();
+  if (promises_.size() > kRememberedPlans) promises_.pop_front();
   note(change.at, "plan", text_of(*plan_, change.reason));
 }
 

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/testing/times.h"
+#include "os/cpu_set.h"
 #include "plan/json.h"
 #include "plan/testing/sample_plan.h"
 #include "view/json.h"

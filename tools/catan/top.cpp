@@ -136,7 +136,7 @@ class Screen {
       while (const std::optional<int> key = terminal_->key()) {
         if (*key == 'q') return Done{};
         if (*key == 'w' && state_.open) {
-          explain();
+          explain(picture);
         } else {
           press(state_, *key, picture.chains.size());
         }
@@ -152,9 +152,12 @@ class Screen {
   }
 
  private:
-  void explain() {
+  // Which takes a while: what is kept may be minutes.
+  void explain(const view::Picture& picture) {
+    state_.causes = {"WHY LATE: looking through what is kept ..."};
+    terminal_->draw(top_screen(picture, state_, terminal_->size()));
     Result<std::vector<std::string>> causes = watched_.causes(os_, state_.selected);
-    state_.causes = causes ? std::move(*causes) : std::vector{causes.error().message()};
+    state_.causes = causes ? std::move(*causes) : std::vector{"WHY LATE: " + causes.error().message()};
   }
   // A terminal that is gone is readable for ever, and has no keys.
   static bool hung_up() { return tcgetpgrp(STDIN_FILENO) < 0; }

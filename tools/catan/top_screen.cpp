@@ -104,8 +104,7 @@ ScreenLine state_line(const Picture& picture) {
   }
   ScreenLine line{{std::move(text), Style::kPlain}};
   if (picture.starved > 0) {
-    line.push_back(
-        {fmt::format("; starved {} times, {} ms", picture.starved, figure(picture.starved_ms)), Style::kWarning});
+    line.push_back({fmt::format("; starved {}x, {} ms", picture.starved, figure(picture.starved_ms)), Style::kWarning});
   }
   return line;
 }
@@ -146,9 +145,10 @@ struct Section {
   std::size_t selected = 0;  // row that has to be seen
 };
 
-Style style_of(const view::Chain& chain, const std::optional<double>& response) {
-  if (response && chain.bound_ms && *response > *chain.bound_ms) return Style::kBad;
-  if (response && chain.promised_ms && *response > *chain.promised_ms) return Style::kWarning;
+// Of one of its response times.
+Style style_of(const view::Chain& chain, double response_ms) {
+  if (chain.bound_ms && response_ms > *chain.bound_ms) return Style::kBad;
+  if (chain.promised_ms && response_ms > *chain.promised_ms) return Style::kWarning;
   return Style::kPlain;
 }
 
@@ -171,12 +171,11 @@ Section chain_section(const Picture& picture, const ScreenState& state, std::siz
   for (std::size_t index = 0; index < picture.chains.size(); ++index) {
     const view::Chain& chain = picture.chains[index];
     const Summary& response = chain.response_ms;
-    const std::optional<double> tail = response.count > 0 ? std::optional(response.p95) : std::nullopt;
     table.add({{printable(width < 110 ? fmt::format("{}", fmt::join(chain.nodes, ">")) : chain.path)},
-               {figure(chain.newest_ms), style_of(chain, chain.newest_ms)},
+               {figure(chain.newest_ms), style_of(chain, chain.newest_ms.value_or(0.0))},
                {figure(response, &Summary::mean)},
                {figure(chain.expected_ms), Style::kDim},
-               {figure(tail), style_of(chain, tail)},
+               {figure(response, &Summary::p95), style_of(chain, response.p95)},
                {figure(response, &Summary::max)},
                {figure(chain.promised_ms), Style::kDim},
                {figure(chain.bound_ms), Style::kDim},
@@ -474,11 +473,13 @@ void open_chain(const Picture& picture, const ScreenState& state, ScreenSize siz
   const view::Chain& chain = picture.chains[std::min(state.selected, picture.chains.size() - 1)];
   lines.push_back({{shortened(printable(chain.path), size.columns, state.unicode), Style::kTitle}});
   lines.push_back({{"response now ", Style::kPlain},
-                   {figure(chain.newest_ms), style_of(chain, chain.newest_ms)},
-                   {fmt::format(" ms, expected {}, promised {}, bound {}; late: {} over the bound, {} over the promise",
-                                figure(chain.expected_ms), figure(chain.promised_ms), figure(chain.bound_ms),
-                                chain.over_bound, chain.over_promise),
+                   {figure(chain.newest_ms), style_of(chain, chain.newest_ms.value_or(0.0))},
+                   {fmt::format(" ms, expected {}, promised {}, bound {}", figure(chain.expected_ms),
+                                figure(chain.promised_ms), figure(chain.bound_ms)),
                     Style::kPlain}});
+  lines.push_back(
+      {{fmt::format("late: {} over the bound, {} over what was promised", chain.over_bound, chain.over_promise),
+        Style::kPlain}});
   const std::size_t drawn = size.columns >= 80 ? 60 : 30;
   lines.push_back({{"worst, 60 s   ", Style::kPlain}, {sparkline(chain.worst_ms, drawn, state.unicode), Style::kGood}});
   std::vector<const view::Node*> nodes;
