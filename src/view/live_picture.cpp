@@ -150,9 +150,9 @@ Chain LiveView::picture_of(const KeptChain& chain, std::size_t index, const Wind
     shown.over_promise += to_millis(*sample.response) > *promises->responses[index] ? 1U : 0U;
   }
   shown.distribution = distribution_of(responses);
-  shown.response_ms = summarize(std::move(responses));
-  shown.latency_ms = summarize(std::move(latencies));
-  shown.period_ms = summarize(std::move(periods));
+  shown.response_ms = summarize_quickly(std::move(responses));
+  shown.latency_ms = summarize_quickly(std::move(latencies));
+  shown.period_ms = summarize_quickly(std::move(periods));
   const std::int64_t newest = window.to.time_since_epoch() / kHistoryStep;
   const auto steps = static_cast<std::int64_t>(chain.worst.size());
   for (std::int64_t step = newest - steps + 1; step <= newest; ++step) {
@@ -223,10 +223,10 @@ Subchain LiveView::picture_of(SubchainId id, const Window& window) const {
       shown.stolen_ms += length;
     }
   }
-  shown.period_ms = summarize(std::move(periods));
-  shown.used_ms = summarize(std::move(used));
-  shown.execution_ms = summarize(std::move(executions));
-  shown.trigger_late_ms = summarize(std::move(late));
+  shown.period_ms = summarize_quickly(std::move(periods));
+  shown.used_ms = summarize_quickly(std::move(used));
+  shown.execution_ms = summarize_quickly(std::move(executions));
+  shown.trigger_late_ms = summarize_quickly(std::move(late));
   return shown;
 }
 
@@ -263,9 +263,9 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
     shown.rate_hz = static_cast<double>(shown.runs) / window.seconds();
     shown.cores = cpu / window.seconds();
   }
-  shown.period_ms = summarize(std::move(periods));
-  shown.compute_ms = summarize(std::move(costs));
-  shown.wait_ms = summarize(std::move(waits));
+  shown.period_ms = summarize_quickly(std::move(periods));
+  shown.compute_ms = summarize_quickly(std::move(costs));
+  shown.wait_ms = summarize_quickly(std::move(waits));
   if (kept.last_end) shown.silent_ms = std::max(in_ms(window.to - *kept.last_end), 0.0);
   return shown;
 }
