@@ -1,4 +1,5 @@
-// Any bytes as a record: what catan report does with it ends in figures or in an error, never in a crash or a hang.
+// Any bytes as a record: what catan report does with it, --why included, ends in figures or in an error, never in a
+// crash or a hang.
 #include <unistd.h>
 
 #include <cstddef>
@@ -10,6 +11,8 @@
 #include "page/story.h"
 #include "record/reader.h"
 #include "report/text.h"
+#include "why/json.h"
+#include "why/why.h"
 
 namespace {
 
@@ -37,6 +40,19 @@ class File {
   std::string path_;
 };
 
+// Parts follow each other and add up to the response, whatever the record says.
+void check(const ctn::why::Analysis& analysis, const ctn::record::Reader& record) {
+  for (const ctn::why::Response& response : analysis.worst) {
+    ctn::TimePoint now = response.begin;
+    for (const ctn::why::Part& part : response.parts) {
+      if (part.begin != now || part.end <= part.begin) std::abort();
+      now = part.end;
+    }
+    if (now != response.end || response.late != response.cause.has_value()) std::abort();
+  }
+  (void)ctn::why::to_json(analysis, record.app(), record.header().started);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -52,6 +68,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (story.ok()) {
     (void)ctn::report::to_text(story->figures);
     (void)ctn::page::to_html({"record", *story});
+  }
+  for (const std::size_t term : ctn::why::chains_of(record->app())) {
+    const auto analysis = ctn::why::analyse(*record, term, {.worst = 20, .whole = true});
+    if (!analysis.ok() && analysis.error().message().empty()) std::abort();
+    if (analysis.ok()) check(*analysis, *record);
   }
   return 0;
 }

@@ -43,7 +43,7 @@ constexpr const char* kWatchedCosts =
 void expect_same(const Summary& live, const Summary& afterwards, const std::string& of) {
   EXPECT_GT(afterwards.count, 0U) << of;
   EXPECT_EQ(live.count, afterwards.count) << of;
-  EXPECT_DOUBLE_EQ(live.mean, afterwards.mean) << of;
+  EXPECT_NEAR(live.mean, afterwards.mean, 1e-9) << of;
   EXPECT_EQ(live.p50, afterwards.p50) << of;
   EXPECT_EQ(live.p95, afterwards.p95) << of;
   EXPECT_EQ(live.max, afterwards.max) << of;

@@ -30,7 +30,7 @@ class TopTest : public ServedAppTest {
   std::string start_session() {
     const std::string cpu = std::to_string(os_->online_cpus()->cpus().front());
     Result<os::ChildProcess> started = os::ChildProcess::start(
-        {"/bin/sh", "-c", "exec \"$0\" run \"$1\" --synthetic \"$2\" --cpus \"$3\" --seconds 600 2>>\"$4\"",
+        {"/bin/sh", "-c", "exec \"$0\" run \"$1\" --synthetic \"$2\" --cpus \"$3\" --seconds 600 >/dev/null 2>>\"$4\"",
          CATAN_COMMAND, path("app.yaml"), path("costs.yaml"), cpu, path("said")});
     EXPECT_TRUE(started.ok()) << started.error().message();
     session_.emplace(std::move(*started));

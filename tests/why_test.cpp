@@ -213,34 +213,80 @@ TEST(WhyInjected, AHog) {
   EXPECT_EQ(count(analysis, CauseKind::kStarved), analysis.late) << counted(analysis);
 }
 
+// By hand: one subchain with a fixed priority, every 20 ms.
+plan::Plan plan_with_phase(const graph::App& app, Millis phase) {
+  plan::Plan plan;
+  plan.planner = "by hand";
+  plan::SubchainPlan local;
+  local.cores = {0};
+  local.period = Millis{20};
+  local.execution = local.slice = Millis{9};
+  local.every = 1;
+  plan.subchains = {local};
+  plan::CorePlan core;
+  core.form = plan::Form::kPriorities;
+  core.members = {{SubchainId{0}, 1, Millis{20}, phase, {}, {}, {}, Millis{20}}};
+  plan.cores = {core};
+  plan.chains = {{app.objective.front().path, Millis{29}, Millis{9}, Millis{20}, 1.0}};
+  return plan;
+}
+
 // Plans that differ in nothing but their phases: each swap makes the next trigger come up to half a period later.
 TEST(WhyInjected, PlanSwaps) {
   const graph::App app = parse(kRobot);
-  const auto plan_with_phase = [&](Millis phase) {
-    plan::Plan plan;
-    plan.planner = "by hand";
-    plan::SubchainPlan local;
-    local.cores = {0};
-    local.period = Millis{20};
-    local.execution = local.slice = Millis{9};
-    local.every = 1;
-    plan.subchains = {local};
-    plan::CorePlan core;
-    core.form = plan::Form::kPriorities;
-    core.members = {{SubchainId{0}, 1, Millis{20}, phase, {}, {}, {}, Millis{20}}};
-    plan.cores = {core};
-    plan.chains = {{app.objective.front().path, Millis{29}, Millis{9}, Millis{20}, 1.0}};
-    return plan;
-  };
   sim::Options options = under("catan");
   constexpr int kSwaps = 2 * kInjected + 4;  // every second one brings the next trigger later
   for (int swap = 0; swap <= kSwaps; ++swap) {
-    options.plans.push_back({seconds{swap}, plan_with_phase(Millis{swap % 2 == 0 ? 0.0 : 8.0})});
+    options.plans.push_back({seconds{swap}, plan_with_phase(app, Millis{swap % 2 == 0 ? 0.0 : 8.0})});
   }
   const auto analysis =
       analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{}), std::move(options), seconds{kSwaps});
   EXPECT_GE(analysis.late, static_cast<std::uint64_t>(kInjected)) << counted(analysis);
   EXPECT_EQ(count(analysis, CauseKind::kPlanChange), analysis.late) << counted(analysis);
+}
+
+// Its timer is due, but an ordinary thread of another program has the core.
+constexpr const char* kSensor = R"(
+catan: 1
+app: sensor
+nodes: { see: { unscheduled: true, period: 20ms }, scan: { fallback_rate: 50Hz } }
+edges: [ see -> scan ]
+objective: [ { response_time: [see], weight: 1, max: 21ms }, { period: scan, weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)";
+
+TEST(WhyInjected, LateTimers) {
+  const graph::App app = parse(kSensor);
+  const NodeId see = *app.graph.find_node("see");
+  sim::Options options = under("default");
+  options.phases.nodes.resize(app.graph.nodes().size());
+  options.phases.nodes[see.index()] = milliseconds{1};
+  options.phases.subchains = {milliseconds{10}};
+  options.machine.background.push_back({0, std::chrono::microseconds{2900}, seconds{1}});  // within one slice
+  const auto analysis =
+      analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{}), std::move(options), kForAll);
+  expect_all(analysis, CauseKind::kLateTimer, see);
+}
+
+// What it logs goes to a disk that is slow now and then; so the subchain is not done when its next trigger is due.
+constexpr const char* kLogs = R"(
+catan: 1
+app: logs
+nodes: { scan: { fallback_rate: 50Hz }, LM: {}, LP: {} }
+edges: [ scan -> LM -> LP ]
+subchains: { local: [scan, LM, LP] }
+objective: [ { response_time: [scan, LM], weight: 1, max: 27ms } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)";
+
+TEST(WhyInjected, ASlowWriterThatKeepsItsSubchainBusy) {
+  const graph::App app = parse(kLogs);
+  sim::Options options = under("catan");
+  options.plans = {{Nanos{0}, plan_with_phase(app, Millis{0})}};
+  const auto analysis =
+      analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{"LP", Nanos{0}, milliseconds{25}}),
+                  std::move(options), kForAll);
+  expect_all(analysis, CauseKind::kOwnPreviousRun, *app.graph.find_node("scan"));
 }
 
 // Two subchains that take turns on a core; long runs of the first go on in the slots of the other. Of chains without
@@ -277,6 +323,39 @@ TEST(WhyInjected, LongRunsOfOneThatTakesTurns) {
                   under("catan"), seconds{60}, 1);
   EXPECT_GE(analysis.late, static_cast<std::uint64_t>(kInjected)) << counted(analysis);
   EXPECT_EQ(count(analysis, CauseKind::kLongRun), analysis.late) << counted(analysis);
+}
+
+// A plan that gives the other subchain a slot in every 50th frame: then the first one waits for its own.
+TEST(WhyInjected, WaitsForASlot) {
+  const graph::App app = parse(R"(
+catan: 1
+app: turns
+nodes: { scan: {}, LM: {}, LP: {} }
+edges: [ scan -> LM, scan -> LP ]
+subchains: { fast: [scan, LM], slow: [LP] }
+objective:
+  - { response_time: [scan, LM], weight: 1, max: 12ms }
+  - { period: LP, weight: 0.5 }
+order: [fast, slow]
+steal: { priority: [fast, slow], off: [] }
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  plan::Plan plan;
+  plan.planner = "by hand";
+  plan.subchains.resize(2);
+  plan.subchains[0] = {{0}, Millis{5}, Millis{5}, 1, 1.0, Millis{5}, 1};
+  plan.subchains[1] = {{0}, Millis{254}, Millis{4}, 50, 1.0, Millis{4}, 1};
+  plan::CorePlan core;
+  core.frame = Millis{9};
+  core.slots = {{SubchainId{0}, Millis{0}, Millis{5}, 1, 0}, {SubchainId{1}, Millis{5}, Millis{4}, 50, 0}};
+  plan.cores = {core};
+  plan.chains = {{app.objective.front().path, Millis{14}, Millis{5}, Millis{5}, 1.0}};
+  plan.nodes = {{*app.graph.find_node("LP"), Millis{254}, 0.5}};
+  sim::Options options = under("catan");
+  options.plans = {{Nanos{0}, plan}};
+  const auto analysis =
+      analysis_of(app, std::make_unique<OnPurpose>(app, OnPurpose::Odd{}), std::move(options), seconds{6});
+  expect_all(analysis, CauseKind::kWaitedForSlot, *app.graph.find_node("scan"));
 }
 
 struct Study {

@@ -6,24 +6,21 @@
 #include <cstddef>
 #include <numeric>
 
-#include "base/quick_summary.h"
-
 namespace ctn {
 namespace {
 
-// Where it is among so many in ascending order.
-std::size_t rank_of(double percent, std::size_t samples) {
-  const auto count = static_cast<double>(samples);
+// Where the percentile is among so many samples, once they are sorted.
+std::size_t index_of_percentile(std::size_t samples, double percent) {
   // The small term keeps 95 % of 20 at rank 19 where the product is 19.000000000000004.
-  const double rank = std::ceil(percent / 100.0 * count - 1e-9);
-  return std::min(static_cast<std::size_t>(std::max(rank, 1.0)) - 1, samples - 1);
+  const double rank = std::ceil(percent / 100.0 * static_cast<double>(samples) - 1e-9);
+  return std::min(static_cast<std::size_t>(std::max(rank, 1.0)), samples) - 1;
 }
 
 }  // namespace
 
 double percentile_of_sorted(std::span<const double> sorted, double percent) {
   assert(!sorted.empty() && percent > 0.0 && percent <= 100.0);
-  return sorted[rank_of(percent, sorted.size())];
+  return sorted[index_of_percentile(sorted.size(), percent)];
 }
 
 Summary summarize(std::vector<double> samples) {
@@ -42,20 +39,17 @@ Summary summarize_quickly(std::vector<double> samples) {
   if (samples.empty()) return {};
   Summary summary{.count = samples.size()};
   summary.mean = std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
-  // From the highest rank down, each among those that are no larger than the one before.
-  auto end = samples.end();
-  const auto take = [&](double percent) {
-    const auto place = samples.begin() + static_cast<std::ptrdiff_t>(rank_of(percent, samples.size()));
-    if (place < end) {
-      std::nth_element(samples.begin(), place, end);
-      end = place;
-    }
-    return *place;
+  auto from = samples.begin();  // those before it are no larger than all from it on
+  const auto next = [&](double percent) {
+    const auto at = samples.begin() + static_cast<std::ptrdiff_t>(index_of_percentile(samples.size(), percent));
+    std::nth_element(from, at, samples.end());
+    from = at;
+    return *at;
   };
-  summary.max = take(100.0);
-  summary.p99 = take(99.0);
-  summary.p95 = take(95.0);
-  summary.p50 = take(50.0);
+  summary.p50 = next(50.0);
+  summary.p95 = next(95.0);
+  summary.p99 = next(99.0);
+  summary.max = *std::max_element(from, samples.end());
   return summary;
 }
 

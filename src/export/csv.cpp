@@ -48,10 +48,11 @@ Status both(const Status& done, CsvWriter& csv) {
 }
 
 Status write_runs(const Source& source) {
-  CsvWriter csv = source.writer("node,run,begin_s,end_s,cpu_ms,wait_ms,mode,emitted");
+  CsvWriter csv = source.writer("node,run,begin_s,end_s,cpu_ms,wait_ms,mode,emitted,on_cpu");
   const Status done = source.record.each_run_by_begin([&](const record::Run& run) {
     csv.text(source.name(run.node)).number(run.number).seconds(run.begin).seconds(run.end);
-    csv.ms(run.cpu).ms(run.wait).text(source.mode(run.node, run.mode)).number(run.emitted ? 1 : 0).end_line();
+    csv.ms(run.cpu).ms(run.wait).text(source.mode(run.node, run.mode)).number(run.emitted ? 1 : 0);
+    csv.number(run.on_cpu >= 0 ? std::optional<std::uint64_t>(run.on_cpu) : std::nullopt).end_line();
     source.tell(run.end);
   });
   return both(done, csv);

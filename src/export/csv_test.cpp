@@ -67,9 +67,10 @@ TEST_F(CsvTest, TablesHaveNamesAndUnits) {
   const std::string record = record_of(add_sample);
   const std::vector<Row> runs = table(record, "runs");
   ASSERT_THAT(runs, SizeIs(8));
-  EXPECT_THAT(runs[0], ElementsAre("node", "run", "begin_s", "end_s", "cpu_ms", "wait_ms", "mode", "emitted"));
-  EXPECT_THAT(runs[1], ElementsAre("scan", "1", "3.000000000", "3.001000000", "0.900000", "0.000000", "", "1"));
-  EXPECT_THAT(runs[7], ElementsAre("GL", "1", "3.030000000", "3.039000000", "8.000000", "0.700000", "match", "0"));
+  EXPECT_THAT(runs[0],
+              ElementsAre("node", "run", "begin_s", "end_s", "cpu_ms", "wait_ms", "mode", "emitted", "on_cpu"));
+  EXPECT_THAT(runs[1], ElementsAre("scan", "1", "3.000000000", "3.001000000", "0.900000", "0.000000", "", "1", ""));
+  EXPECT_THAT(runs[7], ElementsAre("GL", "1", "3.030000000", "3.039000000", "8.000000", "0.700000", "match", "0", "3"));
   EXPECT_THAT(table(record, "consumed")[5], ElementsAre("GL", "1", "scan", "1", "2"));
   EXPECT_THAT(table(record, "triggers")[2], ElementsAre("local", "2", "3.020000000", "3.020250000", "0.250000"));
   EXPECT_THAT(table(record, "slots")[1], ElementsAre("1", "GL", "3.029000000", "3.030000000", "3.040000000"));

@@ -35,9 +35,9 @@ CsvWriter& CsvWriter::text(std::string_view value) {
   return *this;
 }
 
-CsvWriter& CsvWriter::number(std::uint64_t value) {
+CsvWriter& CsvWriter::number(std::optional<std::uint64_t> value) {
   separate();
-  fmt::format_to(std::back_inserter(lines_), "{}", value);
+  if (value) fmt::format_to(std::back_inserter(lines_), "{}", *value);
   return *this;
 }
 

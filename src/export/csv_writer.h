@@ -20,8 +20,8 @@ class CsvWriter {
 
   // Fields of a line, from the left.
   CsvWriter& text(std::string_view value);
-  CsvWriter& number(std::uint64_t value);
-  CsvWriter& real(std::optional<double> value);  // none: empty
+  CsvWriter& number(std::optional<std::uint64_t> value);  // none: empty
+  CsvWriter& real(std::optional<double> value);           // none: empty
   CsvWriter& seconds(TimePoint at);
   CsvWriter& ms(Nanos duration);
   void end_line();

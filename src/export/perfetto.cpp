@@ -261,6 +261,7 @@ class Export {
       Event event = row->second.add(run.begin, run.end, node.name);
       event.number("number", run.number).ms("cpu_ms", run.cpu).flag("emitted", run.emitted);
       if (run.wait > Nanos{0}) event.ms("wait_ms", run.wait);
+      if (run.on_cpu >= 0) event.number("on_cpu", static_cast<std::uint64_t>(run.on_cpu));
       if (!node.modes.empty()) event.word("mode", mode_name(node, run.mode));
       flows.add(run, consumers, event);
       tell(0, static_cast<double>(run.node.index()) / nodes);

@@ -226,11 +226,9 @@ TEST_F(PerfettoTest, RunsAreSlicesOfTheirNodesBelowTheirSubchain) {
               ElementsAre(is_slice("LP", t + 4 * kMs, t + 4 * kMs), is_slice("LP", t + 24 * kMs, t + 24 * kMs)));
   const TrackView& queue = trace.track("subchains/GL/GL");
   ASSERT_THAT(queue.slices, ElementsAre(is_slice("GL", t + 30 * kMs, t + 39 * kMs)));
-  const std::map<std::string, Value> expected{{"number", std::uint64_t{1}},
-                                              {"cpu_ms", 8.0},
-                                              {"wait_ms", 0.7},
-                                              {"emitted", false},
-                                              {"mode", std::string("match")}};
+  const std::map<std::string, Value> expected{{"number", std::uint64_t{1}}, {"cpu_ms", 8.0},
+                                              {"on_cpu", std::uint64_t{3}}, {"wait_ms", 0.7},
+                                              {"emitted", false},           {"mode", std::string("match")}};
   EXPECT_EQ(queue.slices[0].arguments, expected);
   EXPECT_TRUE(trace.track("unscheduled nodes/imu").slices.empty());
 }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <charconv>
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -53,16 +51,21 @@ bool is_written_by(const os::Descriptor& memory, std::int32_t process) {
 
 // Of one process; each memory once, however many descriptors it has.
 void add_recorders_of(std::int32_t process, const std::filesystem::path& descriptors, std::vector<Candidate>& to) {
-  std::set<ino_t> known;
+  std::vector<std::filesystem::path> known;
   std::error_code unreadable;
   for (std::filesystem::directory_iterator entry(descriptors, unreadable), end; !unreadable && entry != end;
        entry.increment(unreadable)) {
     std::optional<std::string> app = app_of(entry->path());
     if (!app) continue;
     os::Descriptor memory(::open(entry->path().c_str(), O_RDONLY | O_CLOEXEC));
-    struct stat facts {};
-    if (!memory.valid() || ::fstat(memory.number(), &facts) != 0 || !is_written_by(memory, process)) continue;
-    if (known.insert(facts.st_ino).second) to.push_back({{process, std::move(*app)}, std::move(memory)});
+    if (!memory.valid() || !is_written_by(memory, process)) continue;
+    const bool again = std::any_of(known.begin(), known.end(), [&](const std::filesystem::path& other) {
+      std::error_code gone;
+      return std::filesystem::equivalent(entry->path(), other, gone);
+    });
+    if (again) continue;
+    known.push_back(entry->path());
+    to.push_back({{process, std::move(*app)}, std::move(memory)});
   }
 }
 

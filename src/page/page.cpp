@@ -14,6 +14,7 @@
 #include "page/comparison.h"
 #include "page/data.h"
 #include "page/graph_picture.h"
+#include "page/late.h"
 #include "page/plots.h"
 #include "report/escape.h"
 #include "report/html.h"
@@ -60,6 +61,13 @@ class Writer {
  public:
   Writer(Told2 runs, std::vector<std::string> differences)
       : runs_(runs), differences_(std::move(differences)), colours_(lane_colours(runs)) {}
+
+  Glance glance() const {
+    const Told& run = runs_.front();
+    return {fmt::format("<style>{}</style>", kStyle), graph_box(run) + "<figure class=\"chart\">" +
+                                                          cores_picture(run.story, colours_.front()) + "</figure>" +
+                                                          legend(run)};
+  }
 
   std::string write(std::size_t most_bytes) const {
     const std::string before = head_and_pictures();
@@ -140,24 +148,28 @@ class Writer {
     page.section("The app", "app");
     for (const Told& run : runs_) {
       if (run_index(run) > 0 && differences_.empty()) break;  // both have the same graph
-      const Story& story = run.story;
-      const auto nodes = story.app.graph.nodes();
-      std::vector<std::string> notes(nodes.size());
-      std::vector<std::string> node_colours(nodes.size());
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (story.lane_of[i] != kNoLane) node_colours[i] = colours_[run_index(run)][story.lane_of[i]];
-        for (const report::NodeMetrics& node : story.figures.nodes) {
-          if (node.name == nodes[i].name && node.runs > 0) {
-            notes[i] = fmt::format("{:.3g} ms, {:.3g} Hz", node.compute_ms.mean, node.rate_hz);
-          }
-        }
-      }
-      page.element("<div class=\"scroll graph-box\" tabindex=\"0\" role=\"group\" aria-label=\"The app's graph\">" +
-                   graph_picture(story.app.graph, notes, node_colours) + "</div>");
+      page.element(graph_box(run));
       page.element("<p class=\"caption\">Mean compute time and rate of each node" + escaped(of_run(run)) +
                    ". Boxes around nodes are subchains: each node triggers the next. Dashed: unscheduled; dotted: "
                    "external.</p>");
     }
+  }
+
+  std::string graph_box(const Told& run) const {
+    const Story& story = run.story;
+    const auto nodes = story.app.graph.nodes();
+    std::vector<std::string> notes(nodes.size());
+    std::vector<std::string> node_colours(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (story.lane_of[i] != kNoLane) node_colours[i] = colours_[run_index(run)][story.lane_of[i]];
+      for (const report::NodeMetrics& node : story.figures.nodes) {
+        if (node.name == nodes[i].name && node.runs > 0) {
+          notes[i] = fmt::format("{:.3g} ms, {:.3g} Hz", node.compute_ms.mean, node.rate_hz);
+        }
+      }
+    }
+    return "<div class=\"scroll graph-box\" tabindex=\"0\" role=\"group\" aria-label=\"The app's graph\">" +
+           graph_picture(story.app.graph, notes, node_colours) + "</div>";
   }
 
   void cores(report::Page& page) const {
@@ -177,7 +189,7 @@ class Writer {
           "<div class=\"static\">{}</div></figure>",
           run_index(run), escaped("Timeline of cores" + of_run(run)),
           cores_picture(run.story, colours_[run_index(run)])));
-      legend(page, run);
+      page.element(legend(run));
       busy_summary(page, run);
     }
     page.element(kOmittedPlace);
@@ -194,14 +206,15 @@ class Writer {
         "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
   }
 
-  void legend(report::Page& page, const Told& run) const {
-    if (run.story.lanes.size() > 40) return;  // rows are labelled
+  // Nothing where there are too many: rows are labelled.
+  std::string legend(const Told& run) const {
+    if (run.story.lanes.size() > 40) return {};
     std::string text = "<p class=\"legend\">";
     for (std::size_t i = 0; i < run.story.lanes.size(); ++i) {
       text += fmt::format("<span><span class=\"swatch\" style=\"background:{}\"></span>{}</span> ",
                           colours_[run_index(run)][i], escaped(run.story.lanes[i].name));
     }
-    page.element(text + "</p>");
+    return text + "</p>";
   }
 
   // The timeline in words, for those who do not see it.
@@ -242,7 +255,8 @@ class Writer {
     page.element(
         "<p class=\"caption\">Left over time, in ms: mean, 95th percentile (area's upper edge) and maximum; "
         "single responses where there is room. Right by rank, after the warm-up: how many are at most so "
-        "long. Promised: the worst case as planned. Expected: the mean as planned.</p>");
+        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest ones, as bars of "
+        "what they consist of, and the one cause that is named of a late one; open one for its parts.</p>");
     const Story& story = first();
     for (std::size_t i = 0; i < story.responses.size(); ++i) {
       const report::ChainMetrics& metrics = story.figures.chains[i];
@@ -264,8 +278,16 @@ class Writer {
       page.element(card(metrics.path, line, "response", names, "Response times of " + metrics.path,
                         responses_picture(story, i),
                         percentile_picture("Distribution of the response times of " + metrics.path, curves, levels)));
+      late(page, runs_[0], i);
+      if (other != kNoChain) late(page, runs_[1], other);
+      page.element("</div>");
     }
     if (story.responses.empty()) page.paragraph("The objective has no response times.");
+  }
+
+  void late(report::Page& page, const Told& run, std::size_t chain) const {
+    if (compares()) page.element("<h4>" + escaped("Longest in " + run.name) + "</h4>");
+    add_late(page, run.story, chain);
   }
 
   std::size_t common_chain(std::size_t chain) const {
@@ -297,13 +319,14 @@ class Writer {
     return {};
   }
 
+  // Without its end.
   static std::string card(const std::string& title, const std::string& line, const std::string& kind,
                           const std::string& data, const std::string& label, const std::string& still,
                           const std::string& distribution) {
     return fmt::format(
         "<div class=\"card\"><div class=\"card-head\"><h3>{}</h3><p>{}</p></div><div class=\"card-body\"><div "
         "class=\"over-time\"><div class=\"panel\" data-kind=\"{}\" {} data-label=\"{}\"></div><div "
-        "class=\"static\">{}</div></div><div class=\"by-rank\">{}</div></div></div>",
+        "class=\"static\">{}</div></div><div class=\"by-rank\">{}</div></div>",
         escaped(title), escaped(line), kind, data, escaped(label), still, distribution);
   }
 
@@ -353,7 +376,8 @@ class Writer {
       }
     }
     return card(node.name, line, "compute", names, "Compute times of " + node.name, "",
-                percentile_picture("Distribution of the compute times of " + node.name, curves, {}));
+                percentile_picture("Distribution of the compute times of " + node.name, curves, {})) +
+           "</div>";
   }
 
   void figures(report::Page& page) const {
@@ -423,6 +447,8 @@ class Writer {
 }  // namespace
 
 std::string to_html(const Told& run, std::size_t most_bytes) { return Writer({&run, 1}, {}).write(most_bytes); }
+
+Glance glance(const Told& run) { return Writer({&run, 1}, {}).glance(); }
 
 Result<std::string> compare_html(const Told& run, const Told& other, std::size_t most_bytes) {
   auto differences = differences_of(run.story.app, run.name, other.story.app, other.name);

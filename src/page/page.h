@@ -32,6 +32,14 @@ std::string to_html(const Told& run, std::size_t most_bytes = kMostBytes);
 // What both apps have is compared, by name, and what only one has is named. kCaller: they have no node in common.
 Result<std::string> compare_html(const Told& run, const Told& other, std::size_t most_bytes = kMostBytes);
 
+// What the page of something else may begin with: the app's graph, and who used which core over the run; pictures
+// without a script. `head` belongs into that page's head.
+struct Glance {
+  std::string head;
+  std::string body;
+};
+Glance glance(const Told& run);
+
 // Writes a page to a file. A record is not written over (kCaller): it is there by a slip of the command line.
 // kEnvironment: the file cannot be written.
 Status save(const std::string& html, const std::string& file);

@@ -12,6 +12,7 @@
 #include "page/comparison.h"
 #include "page/detail.h"
 #include "page/graph_picture.h"
+#include "page/late.h"
 #include "page/losses.h"
 #include "page/pack.h"
 #include "record/testing/record_fixture.h"
@@ -142,6 +143,32 @@ TEST_F(StoryTest, TheBeginningAndTheWorstAreInDetail) {
   EXPECT_TRUE(choose_detail(story_, 1'000'000).whole());
 }
 
+std::vector<std::pair<why::PartKind, std::size_t>> columns_of(const std::vector<Stretch>& bar) {
+  std::vector<std::pair<why::PartKind, std::size_t>> columns;
+  for (const Stretch& stretch : bar) columns.emplace_back(stretch.part.kind, stretch.columns);
+  return columns;
+}
+
+TEST(Late, ABarHasWhatIsLongestInEachColumn) {
+  using why::PartKind;
+  why::Response response{.begin = at(Nanos{0}), .end = at(milliseconds{10})};
+  const auto add = [&](PartKind kind, Nanos length) {
+    const TimePoint begin = response.parts.empty() ? response.begin : response.parts.back().end;
+    response.parts.push_back({kind, begin, begin + length, NodeId{0}});
+  };
+  add(PartKind::kWaitingForSample, milliseconds{4});
+  add(PartKind::kKernel, microseconds{100});
+  add(PartKind::kRunning, microseconds{3400});
+  add(PartKind::kDevice, microseconds{2500});
+  EXPECT_THAT(columns_of(bar_of(response, 10)),
+              ElementsAre(std::pair(PartKind::kWaitingForSample, 4), std::pair(PartKind::kRunning, 3),
+                          std::pair(PartKind::kDevice, 3)))
+      << "the kernel's is longest in none";
+  EXPECT_THAT(columns_of(bar_of(response, 100)),
+              ElementsAre(std::pair(PartKind::kWaitingForSample, 40), std::pair(PartKind::kKernel, 1),
+                          std::pair(PartKind::kRunning, 34), std::pair(PartKind::kDevice, 25)));
+}
+
 TEST(GraphPicture, SubchainsHaveRowsOfTheirOwn) {
   const graph::App app = robot();
   const std::vector<Cell> cells = lay_out(app.graph);
@@ -241,6 +268,21 @@ TEST_F(PageTest, HasEveryPart) {
     EXPECT_THAT(html, HasSubstr(part));
   }
   EXPECT_THAT(html, Not(HasSubstr("In full detail"))) << "nothing is left out";
+}
+
+TEST_F(PageTest, ShowsWhatTheLongestResponsesConsistOf) {
+  const Story told = story(app_);
+  const why::Analysis& late = *told.figures.chains[0].late;
+  ASSERT_EQ(late.worst.size(), kWorstShown);
+  const std::string html = to_html({"run", told});
+  const std::size_t begin = html.find("<div class=\"late\">");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string of_chain = html.substr(begin, html.find("<p class=\"legend\">", begin) - begin);
+  EXPECT_THAT(of_chain, HasSubstr("0 of 899 late: over 60 ms, the bound. By cause: -."));
+  EXPECT_EQ(count(of_chain, "<summary>"), kWorstShown) << "can be reached with the keyboard";
+  EXPECT_EQ(count(of_chain, "role=\"img\" aria-label="), kWorstShown);
+  EXPECT_THAT(of_chain, HasSubstr("class=\"part running\""));
+  EXPECT_THAT(of_chain, HasSubstr("width:100.00%"));
 }
 
 TEST_F(PageTest, NoPageIsLargerThanItMayBe) {

@@ -32,12 +32,13 @@ class Teller {
     }
     story_.responses.resize(trackers_.size());
     auto reading = clocks->begin();
-    auto figures = report::measure(record_, whole, [&](const record::Run& run) {
+    const auto see = [&](const record::Run& run) {
       for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
         for (record::ChainTracker& tracker : trackers_) tracker.set_clock(reading->node, reading->ticks);
       }
       add(run);
-    });
+    };
+    auto figures = report::measure(record_, {.whole = whole, .worst = kWorstShown, .see = see});
     if (!figures) return figures.error();
     for (auto& responses : story_.responses) {
       std::stable_sort(responses.begin(), responses.end(), [](const auto& a, const auto& b) { return a.end < b.end; });

@@ -111,6 +111,8 @@ struct Story {
   std::vector<Event> events;                          // by time
 };
 
+constexpr std::size_t kWorstShown = 5;  // responses of each chain
+
 constexpr std::size_t kNoLane = static_cast<std::size_t>(-1);
 
 // `whole`: figures include the warm-up (the timelines always do). Errors: as report::measure().

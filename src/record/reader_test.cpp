@@ -127,6 +127,8 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
   for (const char* sql : {
            "UPDATE runs SET node = 99 WHERE number = 1 AND node = 1",
            "UPDATE runs SET node = -1 WHERE number = 1 AND node = 1",
+           "UPDATE runs SET node = 'x' WHERE number = 1 AND node = 1",
+           "UPDATE runs SET node = 1.5 WHERE number = 1 AND node = 1",
            "UPDATE runs SET begin_ns = end_ns + 1",
            "UPDATE runs SET end_ns = 9223372036854775807",
            "UPDATE runs SET end_ns = 1e300",
@@ -140,6 +142,7 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE consumed SET first = 5, last = 4",
            "UPDATE consumed SET predecessor = 77",
            "UPDATE consumed SET first = 0",
+           "UPDATE consumed SET run = 'x' WHERE run = 1",
            "UPDATE triggers SET subchain = 9",
            "UPDATE triggers SET due_ns = x'00'",
            "UPDATE plans SET json = x'00ff'",

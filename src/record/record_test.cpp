@@ -134,6 +134,25 @@ TEST(Record, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(notices->at(0).detail, "it's \"so\"");
 }
 
+// No writer writes such.
+TEST(Record, RunsOfANodeThatEndInAnyOrderComeByTheirEnds) {
+  const Folder folder;
+  const graph::App app = robot();
+  const NodeId scan = *app.graph.find_node("scan");
+  const NodeId local = *app.graph.find_node("LM");
+  const auto writer = make(folder.file("r"), app);
+  const auto add = [&](NodeId node, std::uint64_t number, int end) {
+    writer->add(record::Run{node, number, at(seconds{100}), at(seconds{100 + end}), Nanos{1}, 0, true, {}});
+  };
+  add(scan, 1, 5);
+  add(scan, 2, 3);
+  add(local, 1, 4);
+  ASSERT_TRUE(writer->close(at(seconds{110}), header().host).ok());
+  std::vector<TimePoint> ends;
+  for (const record::Run& run : read_runs(open(folder.file("r")))) ends.push_back(run.end);
+  EXPECT_EQ(ends, (std::vector<TimePoint>{at(seconds{103}), at(seconds{104}), at(seconds{105})}));
+}
+
 TEST(Record, RunsComeByWhenTheyBeganToo) {
   const Folder folder;
   const graph::App app = robot();

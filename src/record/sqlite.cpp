@@ -69,7 +69,7 @@ Result<Database> Database::open(const std::string& path, int flags) {
   // SQLite gives ":memory:" and "file:..." a meaning of their own.
   const std::string plain = path.empty() || path.front() == '/' ? path : "./" + path;
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(plain.c_str(), &handle, flags, nullptr);
+  const int code = sqlite3_open_v2(plain.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);  // has one owner
   if (handle == nullptr) return Error::environment(path + ": out of memory", "free some memory and try again");
   Database database(handle, path);
   if (code != SQLITE_OK) return database.error();

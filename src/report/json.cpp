@@ -14,6 +14,17 @@ Json json(const std::optional<double>& value) { return value ? Json(*value) : Js
 
 using record::to_json;
 
+Json json(const why::Analysis& late) {
+  Json causes = Json::object();
+  for (const auto& [cause, count] : why::causes_by_count(late)) causes[why::to_string(cause)] = count;
+  return {{"over_ms", to_millis(late.late_over).count()},
+          {"over", late.bound ? "bound" : "p99"},
+          {"count", late.late},
+          {"of", late.responses},
+          {"causes", causes},
+          {"explained", late.explained}};
+}
+
 Json json(const ChainMetrics& chain) {
   Json predicted = nullptr;
   if (chain.predicted) {
@@ -28,7 +39,8 @@ Json json(const ChainMetrics& chain) {
           {"predicted", predicted},
           {"response_ms", to_json(chain.response_ms)},
           {"latency_ms", to_json(chain.latency_ms)},
-          {"period_ms", to_json(chain.period_ms)}};
+          {"period_ms", to_json(chain.period_ms)},
+          {"late", chain.late && chain.late->responses > 0 ? json(*chain.late) : Json(nullptr)}};
 }
 
 Json json(const NodeMetrics& node) {

@@ -9,6 +9,7 @@
 #include "record/app_changes.h"
 #include "record/run_metrics.h"
 #include "report/predictions.h"
+#include "why/why.h"
 
 namespace ctn::report {
 namespace {
@@ -50,20 +51,27 @@ NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
 }
 
 Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
-                    RunFigures& metrics, const std::function<void(const record::Run&)>& see) {
+                    const Asked& asked, RunFigures& metrics) {
   record::RunMetrics<record::AllSamples> measured(app, interval);
   std::vector<record::AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
   if (!measured.edges().empty()) ages.emplace(app.graph);
   record::Run aged;
+  std::optional<why::Analyser> late;
+  if (asked.worst) {
+    late.emplace(app, why::chains_of(app), metrics.header.cpus.size(), interval);
+    if (Status done = late->add_all_but_runs(record); !done) return done;
+  }
   const auto clocks = record.clocks();
   if (!clocks) return clocks.error();
   auto reading = clocks->begin();
   const Status done = record.each_run([&](const record::Run& run) {
-    if (see) see(run);
+    if (asked.see) asked.see(run);
     for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
       measured.set_clock(reading->node, reading->ticks);
+      if (late) late->add(*reading);
     }
+    if (late) late->add(run);
     if (ages) {
       aged = run;
       ages->add(aged);
@@ -73,6 +81,10 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
   });
   if (!done) return done;
   for (const auto& chain : measured.chains()) metrics.chains.push_back(metrics_of(chain, app.graph));
+  if (late) {
+    std::vector<why::Analysis> analyses = late->finish(*asked.worst);
+    for (std::size_t i = 0; i < analyses.size(); ++i) metrics.chains[i].late = std::move(analyses[i]);
+  }
   for (std::size_t i = 0; i < wall.size(); ++i) {
     const graph::Node& node = app.graph.nodes()[i];
     if (node.external) continue;
@@ -118,14 +130,13 @@ void put_predictions(const plan::Predictions& predicted, const graph::App& app, 
 
 }  // namespace
 
-Result<RunFigures> measure(const record::Reader& record, bool whole,
-                           const std::function<void(const record::Run&)>& see) {
+Result<RunFigures> measure(const record::Reader& record, const Asked& asked) {
   RunFigures metrics;
   metrics.app = record.app().name;
   metrics.header = record.header();
   metrics.ending = record.ending();
-  metrics.whole = whole;
-  const Nanos warm_up = whole ? Nanos{0} : metrics.header.warm_up;
+  metrics.whole = asked.whole;
+  const Nanos warm_up = asked.whole ? Nanos{0} : metrics.header.warm_up;
   const TimePoint begin = std::min(metrics.header.started + warm_up, metrics.ending.ended);
   const record::Interval interval{begin, metrics.ending.ended};
   metrics.measured_s = seconds(interval);
@@ -138,7 +149,7 @@ Result<RunFigures> measure(const record::Reader& record, bool whole,
   }
   const Result<graph::App> app = record::app_after(record.app(), *changes);
   if (!app) return app.error();
-  if (auto done = measure_runs(record, *app, interval, metrics, see); !done) return done.error();
+  if (auto done = measure_runs(record, *app, interval, asked, metrics); !done) return done.error();
   if (auto done = measure_triggers(record, interval, metrics); !done) return done.error();
   const auto predicted = predictions(record, interval.begin, interval.end);
   if (!predicted) return predicted.error();

@@ -20,6 +20,7 @@
 #include "plan/predicted_means.h"
 #include "record/events.h"
 #include "record/reader.h"
+#include "why/analysis.h"
 
 namespace ctn::report {
 
@@ -34,6 +35,7 @@ struct ChainMetrics {
   Summary latency_ms;
   Summary period_ms;
   std::optional<ChainPrediction> predicted;  // none: no plan was in force
+  std::optional<why::Analysis> late;         // which responses were late, and why; none: it was not asked
 };
 
 // A node that is not external.
@@ -88,9 +90,17 @@ struct RunFigures {
   std::vector<record::Notice> notices;    // of the whole run
 };
 
-// `whole`: include the warm-up. `see` is shown every run of the record, as Reader::each_run() does. Errors: those of
-// the reader; a plan in the record that cannot be read (kCaller).
-Result<RunFigures> measure(const record::Reader& record, bool whole = false,
-                           const std::function<void(const record::Run&)>& see = {});
+struct Asked {
+  bool whole = false;  // include the warm-up
+  // What made responses late (docs/why.md): so many of each chain, the longest, are taken apart. None: it is not asked;
+  // then no memory is needed for what happened, and half of the time.
+  std::optional<std::size_t> worst = std::nullopt;
+  // Is shown every run of the record, as Reader::each_run() does.
+  std::function<void(const record::Run&)> see = {};
+};
+
+// One reading of the runs, whatever is asked. Errors: those of the reader; a plan in the record that cannot be read
+// (kCaller).
+Result<RunFigures> measure(const record::Reader& record, const Asked& asked = {});
 
 }  // namespace ctn::report

@@ -77,7 +77,7 @@ class ReportTest : public testing::Test {
  protected:
   RunFigures metrics(bool with_plans, bool whole = false) {
     write_run(folder_.file("r"), app_, with_plans);
-    auto result = measure(open(folder_.file("r")), whole);
+    auto result = measure(open(folder_.file("r")), {.whole = whole, .worst = 0});
     EXPECT_TRUE(result.ok()) << (result ? "" : result.error().message());
     return std::move(*result);
   }
@@ -134,6 +134,35 @@ TEST_F(ReportTest, WeightsAndBoundsAreThoseInForceAtTheEndAndItSaysSo) {
                                        "objective[0].weight (scan -> LM -> LP -> base): 2 -> 4)"));
   EXPECT_EQ(nlohmann::json::parse(to_json(*run))["changes"].size(), 3U);
   EXPECT_TRUE(nlohmann::json::parse(to_json(metrics_without_changes()))["changes"].empty());
+}
+
+TEST_F(ReportTest, CountsLateResponsesByCause) {
+  const RunFigures within = metrics(true);
+  ASSERT_TRUE(within.chains.front().late.has_value());
+  EXPECT_EQ(within.chains.front().late->responses, within.chains.front().response_ms.count);
+  EXPECT_EQ(within.chains.front().late->late, 0U) << "26 ms each, of a bound of 60";
+  EXPECT_EQ(nlohmann::json::parse(to_json(within))["chains"][0]["late"]["causes"], nlohmann::json::object());
+
+  write_run(folder_.file("late"), app_, true, {{at(seconds{103}), record::AppChange::What::kMax, 0, 60.0, 25.0}});
+  const auto run = measure(open(folder_.file("late")), {.worst = 2});
+  ASSERT_TRUE(run.ok()) << run.error().message();
+  const why::Analysis& late = *run->chains.front().late;
+  EXPECT_EQ(late.late, late.responses);
+  EXPECT_EQ(late.worst.size(), 2U);
+  const auto json = nlohmann::json::parse(to_json(*run))["chains"];
+  EXPECT_EQ(json[0]["late"]["over_ms"], 25.0);
+  EXPECT_EQ(json[0]["late"]["over"], "bound");
+  EXPECT_EQ(json[0]["late"]["of"], late.responses);
+  std::uint64_t counted = 0;
+  for (const auto& count : json[0]["late"]["causes"]) counted += count.get<std::uint64_t>();
+  EXPECT_EQ(counted, late.late);
+  EXPECT_TRUE(json[1]["late"].is_null()) << "GL never ran";
+  EXPECT_THAT(to_text(*run), HasSubstr("what made them late"));
+
+  const auto unasked = measure(open(folder_.file("late")));
+  ASSERT_TRUE(unasked.ok());
+  EXPECT_FALSE(unasked->chains.front().late.has_value());
+  EXPECT_THAT(to_text(*unasked), testing::Not(HasSubstr("what made them late")));
 }
 
 TEST_F(ReportTest, MeasuresNodesAndTriggers) {

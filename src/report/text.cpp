@@ -50,6 +50,19 @@ Table chain_table(const RunFigures& metrics) {
   return table;
 }
 
+// Of chains whose responses were taken apart.
+Table late_table(const RunFigures& metrics) {
+  Table table{.header = {"chain", "late over ms", "", "late", "of responses", "by cause"},
+              .caption = "Late responses, and what made them late; --why CHAIN takes the worst ones apart"};
+  for (const ChainMetrics& chain : metrics.chains) {
+    if (!chain.late || chain.late->responses == 0) continue;
+    table.rows.push_back({chain.path, number(to_millis(chain.late->late_over).count()),
+                          chain.late->bound ? "bound" : "p99", std::to_string(chain.late->late),
+                          std::to_string(chain.late->responses), causes_in_words(*chain.late)});
+  }
+  return table;
+}
+
 Table node_table(const RunFigures& metrics) {
   Table table{.header = {"node", "Hz predicted", "Hz", "runs", "compute ms mean", "p50", "p95", "p99", "max", "cores"},
               .caption = "Nodes: rate, CPU time of a run, share of a core"};
@@ -102,10 +115,18 @@ Table trigger_table(const RunFigures& metrics) {
 
 }  // namespace
 
+std::string causes_in_words(const why::Analysis& late) {
+  std::string text;
+  for (const auto& [cause, count] : why::causes_by_count(late)) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", why::to_string(cause), count);
+  }
+  return text.empty() ? "-" : text;
+}
+
 std::vector<Table> tables(const RunFigures& metrics) {
   std::vector<Table> result;
-  for (Table& table : std::vector<Table>{chain_table(metrics), node_table(metrics), wait_table(metrics),
-                                         age_table(metrics), trigger_table(metrics)}) {
+  for (Table& table : std::vector<Table>{chain_table(metrics), late_table(metrics), node_table(metrics),
+                                         wait_table(metrics), age_table(metrics), trigger_table(metrics)}) {
     if (!table.rows.empty()) result.push_back(std::move(table));
   }
   return result;

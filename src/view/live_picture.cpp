@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/quick_summary.h"
+#include "base/statistics.h"
 #include "os/cpu_set.h"
 #include "plan/predicted_means.h"
 #include "view/live_view.h"

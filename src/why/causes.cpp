@@ -82,9 +82,7 @@ std::pair<NodeId, Nanos> longest_excess(const Part& part, const History& history
 
 std::map<Causes::Key, Nanos> Causes::sums(std::span<const Part> parts) {
   std::map<Key, Nanos> sums;
-  for (const Part& part : parts) {
-    sums[{part.kind, is_by_another(part.kind) ? part.by.value_or(part.node) : part.node}] += part.length();
-  }
+  for (const Part& part : parts) sums[whose(part)] += part.length();
   return sums;
 }
 

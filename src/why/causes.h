@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "why/analysis.h"
 #include "why/history.h"
 #include "why/parts.h"
 
@@ -27,8 +28,7 @@ namespace ctn::why {
 
 class Causes {
  public:
-  // A kind, and whose: by whom of those that pre-empted and stole, else the part's node.
-  using Key = std::pair<PartKind, NodeId>;
+  using Key = std::pair<PartKind, NodeId>;  // as whose() has it
 
   // The parts of the next response.
   void add(std::span<const Part> parts);

@@ -55,9 +55,7 @@ class Writer {
 std::string to_json(const Analysis& analysis, const graph::App& app, TimePoint started) {
   const Writer write(app, started);
   Json causes = Json::object();
-  for (std::size_t kind = 0; kind < kCauseKinds; ++kind) {
-    if (analysis.causes[kind] > 0) causes[to_string(static_cast<CauseKind>(kind))] = analysis.causes[kind];
-  }
+  for (const auto& [cause, count] : causes_by_count(analysis)) causes[to_string(cause)] = count;
   Json usual = Json::array();
   for (const UsualPart& part : analysis.usual) usual.push_back(write(part));
   Json worst = Json::array();

@@ -3,11 +3,14 @@
 //
 //   Result<Analysis> analysis = analyse(record, term, {.worst = 5});      // or, event by event, an Analyser
 //
+// Of several chains it takes one reading of the record, and one history.
+//
 // How it works:
-//   history.h   what happened, in memory
-//   walk.h      takes one response time apart, such that its parts add up to it
-//   causes.h    what is usual of each part, over all responses, and so what made the late ones late
-//   json.h      an analysis as JSON
+//   history.h     what happened, in memory
+//   responses.h   the response times of a chain, and how each came about
+//   walk.h        takes one of them apart, such that its parts add up to it
+//   causes.h      what is usual of each part, over all responses, and so what made the late ones late
+//   analysis.h    what comes of it, as plain values; json.h: as JSON
 // A response time is what record/lineage.h measures: from the begin of a run of the chain's first node to the end of
 // the output that goes back to it, and on to the end of the next output (with clocks of others: their ticks).
 //
@@ -17,23 +20,17 @@
 // Units: in the types. Thread safety: none; one owner. Memory: about 100 bytes a run of the app, 300 a response.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/result.h"
-#include "catan/summary.h"
 #include "graph/app.h"
-#include "record/lineage.h"
 #include "record/reader.h"
 #include "record/run_metrics.h"
+#include "why/analysis.h"
 #include "why/history.h"
-#include "why/parts.h"
-#include "why/walk.h"
+#include "why/responses.h"
 
 namespace ctn::why {
 
@@ -41,37 +38,24 @@ namespace ctn::why {
 // several; it says which there are.
 Result<std::size_t> find_chain(const graph::App& app, std::string_view chain);
 
-// A part as it is over all responses: the sum of all its stretches in one.
-struct UsualPart {
-  PartKind kind = PartKind::kUnexplained;
-  NodeId node;  // of pre-empted and stolen: by whom; else whose
-  Nanos median{0};
-};
-
-struct Analysis {
-  std::size_t term = 0;  // of the objective
-  std::uint64_t responses = 0;
-  Summary response_ms;
-  std::optional<Nanos> bound{};
-  Nanos late_over{0};                               // the bound, or the 99th percentile
-  std::uint64_t late = 0;                           // longer than that
-  std::array<std::uint64_t, kCauseKinds> causes{};  // of the late ones, by CauseKind
-  std::uint64_t explained = 0;                      // responses of which at most 2 % are unexplained
-  std::vector<UsualPart> usual{};                   // whose median is not 0, the longest first
-  std::vector<Response> worst{};                    // the longest first
-};
-
 struct Options {
   std::size_t worst = 5;
   bool whole = false;  // the warm-up is included
 };
 
-// What a record says of a chain, event by event.
+// The terms of the objective that are response times: its chains.
+std::vector<std::size_t> chains_of(const graph::App& app);
+
+// What a record says of chains, event by event.
 class Analyser {
  public:
-  // `app` outlives it. Precondition: the term is a response time.
-  Analyser(const graph::App& app, std::size_t term, std::size_t cpus, const record::Interval& measured);
+  // `app` outlives it. Precondition: the terms are response times.
+  Analyser(const graph::App& app, const std::vector<std::size_t>& terms, std::size_t cpus,
+           const record::Interval& measured);
 
+  // All of a record but its runs and the readings of clocks. Errors: those of the reader; a plan that cannot be read
+  // (kCaller).
+  Status add_all_but_runs(const record::Reader& record);
   // In the order that record::ChainTracker wants.
   void add(const record::Run& run);
   // Before the runs that end later.
@@ -82,34 +66,19 @@ class Analyser {
   void add(const record::Steal& steal) { history_.add(steal); }
   Status add(const record::PlanChange& change) { return history_.add(change); }
 
-  // Once, after all events: with the `worst` longest responses taken apart.
-  Analysis finish(std::size_t worst);
-  // After finish(): all responses, by their ends, each taken apart as it is asked for.
-  std::size_t responses() const { return ends_.size(); }
-  Response response(std::size_t index);
+  // Once, after all events: of each term, with its `worst` longest responses taken apart.
+  std::vector<Analysis> finish(std::size_t worst);
 
  private:
-  struct Known {
-    record::ChainSample sample;
-    std::size_t path = 0;  // where it begins in paths_
-  };
-  std::optional<std::size_t> stage_of(NodeId node) const;
-  Way way(const Known& known) const;
-
-  const graph::App& app_;
-  std::size_t term_;
   record::Interval measured_;
   History history_;
-  Chain chain_;
-  record::ChainTracker tracker_;
-  std::vector<Known> samples_;
-  std::vector<std::uint64_t> paths_;          // numbers of runs, a path after the other
-  std::vector<std::size_t> ends_;             // the samples that end a response which counts
-  std::vector<std::optional<Cause>> causes_;  // of ends_
-  Nanos late_over_{0};
+  std::vector<Responses> chains_;
 };
 
-// Errors: those of the reader; a plan in the record that cannot be read (kCaller). Precondition: as Analyser has it.
+// Of each term, in one reading of the record. Errors: those of the reader; a plan in the record that cannot be read
+// (kCaller). Precondition: as Analyser has it.
+Result<std::vector<Analysis>> analyse(const record::Reader& record, const std::vector<std::size_t>& terms,
+                                      const Options& options);
 Result<Analysis> analyse(const record::Reader& record, std::size_t term, const Options& options);
 
 }  // namespace ctn::why

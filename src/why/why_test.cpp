@@ -26,17 +26,21 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-// scan -> LM -> LP, one subchain; map, a queue node, is fed by scan and feeds base; hog has nothing to do with them.
-// Bounds: 32 ms.
+// scan -> LM -> LP, one subchain, between two clocks of others, sky and lamp; map, a queue node, is fed by scan; hog
+// has nothing to do with them. Bounds: 32 ms, with clocks 35.
 graph::App robot() {
-  graph::AppSpec spec = graph::spec_of({"scan", "LM", "LP", "map", "hog", "lamp"}, {"scan LM LP lamp", "scan map"});
+  graph::AppSpec spec =
+      graph::spec_of({"scan", "LM", "LP", "map", "hog", "lamp", "sky"}, {"sky scan LM LP lamp", "scan map"});
   graph::node(spec, "map").input = graph::InputKind::kQueue;
   graph::node(spec, "lamp").external = true;
   graph::node(spec, "lamp").period = graph::At<Nanos>{ms(16), {}};
+  graph::node(spec, "sky").external = true;
+  graph::node(spec, "sky").period = graph::At<Nanos>{ms(20), {}};
   spec.subchains = {graph::subchain("local", "scan LM LP")};
   spec.objective = {graph::response("scan LM LP", 1.0), graph::period("map", 0.5), graph::response("scan map", 0.1),
-                    graph::response("scan LM LP lamp", 0.1)};
+                    graph::response("scan LM LP lamp", 0.1), graph::response("sky scan LM LP", 0.1)};
   spec.objective[0].max = graph::At<Nanos>{ms(32), {}};
+  for (const std::size_t term : {3U, 4U}) spec.objective[term].max = graph::At<Nanos>{ms(35), {}};
   return graph::build_app(spec).value();
 }
 
@@ -53,7 +57,7 @@ struct Written {
 class Story {
  public:
   explicit Story(std::size_t term = 0, std::size_t cpus = 1)
-      : app_(robot()), analyser_(app_, term, cpus, {at(Nanos{0})}) {}
+      : app_(robot()), analyser_(app_, {term}, cpus, {at(Nanos{0})}) {}
 
   NodeId id(const std::string& name) const { return *app_.graph.find_node(name); }
   void trigger(double due, double sent) {
@@ -95,8 +99,12 @@ class Story {
   void clock(const std::string& name, double tick, double period) {
     analyser_.add(record::ClockReading{at(Nanos{0}), id(name), {at(ms(tick)), ms(period)}});
   }
+  // From then on.
+  void clock(const std::string& name, double from, double tick, double period) {
+    analyser_.add(record::ClockReading{at(ms(from)), id(name), {at(ms(tick)), ms(period)}});
+  }
 
-  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst); }
+  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst).front(); }
   // "running scan 2" of all parts of the longest response.
   std::vector<std::string> longest() {
     const Analysis analysis = finish(1);
@@ -306,6 +314,70 @@ TEST(Why, ASampleWaitsWhereItCameFirst) {
                                            "kernel LM 1.0", "running LM 2.0", "kernel LP 5.0", "running LP 4.0"));
 }
 
+// Rounds every 20 ms, and in place of every 50th, from `t` on, what is put in.
+void expect_all_named(Story& story, const std::function<void(double t)>& odd, const std::string& cause) {
+  constexpr int kInjected = 20;
+  constexpr int kEach = 50;
+  for (int i = 1; i <= kInjected * kEach + 1; ++i) {
+    if (i % kEach == 0) {
+      odd(20.0 * i);
+    } else {
+      story.round(20.0 * i);
+    }
+  }
+  const Analysis analysis = story.finish(kInjected + 1);
+  EXPECT_EQ(analysis.late, static_cast<std::uint64_t>(kInjected));
+  ASSERT_EQ(analysis.worst.size(), static_cast<std::size_t>(kInjected) + 1);
+  for (std::size_t i = 0; i < kInjected; ++i) {
+    ASSERT_TRUE(analysis.worst[i].cause.has_value());
+    EXPECT_EQ(std::string(to_string(analysis.worst[i].cause->kind)) + " " +
+                  story.app().graph.node(analysis.worst[i].cause->node).name,
+              cause);
+  }
+  EXPECT_FALSE(analysis.worst.back().late);
+}
+
+TEST(WhyPlayed, TriggersThatAreSentLate) {
+  Story story;
+  const auto late = [&](double t) {
+    story.trigger(t, t + 8);
+    story.run("scan", {t + 8, t + 10});
+    story.run("LM", {t + 10, t + 13});
+    story.run("LP", {t + 13, t + 17});
+  };
+  expect_all_named(story, late, "late-trigger scan");
+}
+
+TEST(WhyPlayed, TriggersThatAreDueLater) {
+  Story story;
+  expect_all_named(
+      story, [&](double t) { story.round(t + 8); }, "waited-for-trigger scan");
+}
+
+// A camera that leaves out a frame: the run of that time takes the one that was there already.
+TEST(WhyPlayed, SamplesThatDoNotCome) {
+  Story story(4);
+  story.clock("sky", 0, 20);
+  const auto left_out = [&](double t) {
+    story.clock("sky", t - 1, t - 20, 40);
+    story.round(t);
+    story.clock("sky", t + 19, t + 20, 20);
+  };
+  expect_all_named(story, left_out, "waited-for-sample scan");
+}
+
+// A display whose tick comes 8 ms later.
+TEST(WhyPlayed, TicksThatComeLater) {
+  Story story(3);
+  story.clock("lamp", 10, 20);
+  const auto later = [&](double t) {
+    story.clock("lamp", t, t + 18, 20);
+    story.round(t);
+    story.clock("lamp", t + 19, t + 30, 20);
+  };
+  expect_all_named(story, later, "waited-for-tick LP");
+}
+
 TEST(Why, APlanWithCoresThatItHasNotIsNoPlan) {
   Story story;
   plan::Plan plan;
@@ -387,9 +459,10 @@ void expect_sums(const Response& response) {
 RC_GTEST_PROP(WhyProperty, PartsFollowEachOtherAndAddUp, ()) {
   std::mt19937 random(*rc::gen::arbitrary<std::uint32_t>());
   const auto below = [&](int limit) { return static_cast<int>(random() % static_cast<unsigned>(limit)); };
-  const std::size_t term = std::vector<std::size_t>{0, 2, 3}[random() % 3];
+  const std::size_t term = std::vector<std::size_t>{0, 2, 3, 4}[random() % 4];
   Story story(term, random() % 2 + 1);
   if (below(2) == 0) story.clock("lamp", below(10), 1 + below(20));
+  if (below(2) == 0) story.clock("sky", below(10), 1 + below(20));
   const char* const names[] = {"scan", "LM", "LP", "map", "hog"};
   double now = 0.0;
   for (int event = 0; event < 200; ++event) {

@@ -43,7 +43,7 @@ int report(const ReportOptions& options) {
   if (!record) return report_error(record.error());
   if (!options.why.empty()) return why_late(*record, options);
   if (options.html) return report_page(*record, options.record, options.page, options.all);
-  const auto metrics = report::measure(*record, options.all);
+  const auto metrics = report::measure(*record, {.whole = options.all, .worst = 0});
   if (!metrics) return report_error(metrics.error());
   print(options.json ? report::to_json(*metrics) : report::to_text(*metrics));
   return kSuccess;

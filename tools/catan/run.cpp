@@ -104,7 +104,7 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
 int show(const std::string& record_path, bool warm, bool json) {
   const auto record = record::Reader::open(record_path);
   if (!record) return report_error(record.error());
-  const auto metrics = report::measure(*record, !warm);
+  const auto metrics = report::measure(*record, {.whole = !warm, .worst = 0});
   if (!metrics) return report_error(metrics.error());
   print(json ? report::to_json(*metrics) : report::to_text(*metrics));
   return kSuccess;

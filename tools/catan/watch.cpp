@@ -30,7 +30,7 @@
 namespace ctn::tool {
 namespace {
 
-constexpr Nanos kLook = std::chrono::milliseconds{100};
+constexpr Nanos kReadEvery = std::chrono::milliseconds{100};
 constexpr Nanos kAfterwards = std::chrono::milliseconds{500};  // that are kept of what follows a late response
 constexpr Nanos kApart = std::chrono::seconds{10};             // records of late responses, at least
 constexpr int kNamesToTry = 1000;                              // of files that are there already
@@ -84,7 +84,7 @@ Status Watcher::run() {
   bool asked_to_end = false;
   while (!ended && !asked_to_end && !recording_.over()) {
     // Where no chain is watched there is nothing to do until the process ends.
-    const TimePoint next = options_.on_late.empty() ? os_.now() + std::chrono::seconds{1} : os_.now() + kLook;
+    const TimePoint next = options_.on_late.empty() ? os_.now() + std::chrono::seconds{1} : os_.now() + kReadEvery;
     for (const os::Poller::Key key : (*poller)->wait(next)) {
       asked_to_end = asked_to_end || key == kSignal;
       ended = ended || key == kProcess;

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <utility>
-#include <vector>
 
 #include "base/text.h"
 #include "report/table.h"
@@ -19,11 +17,6 @@ std::string in_ms(Nanos duration) { return fmt::format("{:.3f}", to_millis(durat
 
 std::string name_of(const graph::App& app, std::optional<NodeId> node) {
   return node ? printable(app.graph.node(*node).name) : "";
-}
-
-std::string described(const why::Cause& cause, const graph::App& app) {
-  return fmt::format("{} ({}{}), {} ms beyond what is usual", why::to_string(cause.kind), name_of(app, cause.node),
-                     cause.by ? " by " + name_of(app, cause.by) : "", in_ms(cause.beyond_usual));
 }
 
 // Where in the response a part is.
@@ -46,14 +39,11 @@ report::Table timeline(const why::Response& response, const graph::App& app) {
 }
 
 std::string cause_counts(const why::Analysis& analysis) {
-  std::vector<std::pair<std::uint64_t, why::CauseKind>> counts;
-  for (std::size_t kind = 0; kind < why::kCauseKinds; ++kind) {
-    if (analysis.causes[kind] > 0) counts.emplace_back(analysis.causes[kind], static_cast<why::CauseKind>(kind));
-  }
-  std::stable_sort(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   report::Table table{.header = {"cause", "late responses"}};
-  for (const auto& [count, kind] : counts) table.rows.push_back({why::to_string(kind), std::to_string(count)});
-  return counts.empty() ? "" : "\nCauses of the late ones (docs/why.md)\n" + to_text(table);
+  for (const auto& [cause, count] : why::causes_by_count(analysis)) {
+    table.rows.push_back({why::to_string(cause), std::to_string(count)});
+  }
+  return table.rows.empty() ? "" : "\nCauses of the late ones (docs/why.md)\n" + to_text(table);
 }
 
 std::string usual_parts(const why::Analysis& analysis, const graph::App& app) {
@@ -76,10 +66,10 @@ std::string why_text(const why::Analysis& analysis, const graph::App& app, TimeP
                   100.0 * static_cast<double>(analysis.explained) / static_cast<double>(analysis.responses));
   text += cause_counts(analysis) + usual_parts(analysis, app);
   for (const why::Response& response : analysis.worst) {
-    text +=
-        fmt::format("\n{} ms, {:.3f} s after the start: {}\n{}", in_ms(response.length()),
-                    to_millis(response.begin - started).count() / 1000.0,
-                    response.cause ? described(*response.cause, app) : "not late", to_text(timeline(response, app)));
+    text += fmt::format("\n{} ms, {:.3f} s after the start: {}\n{}", in_ms(response.length()),
+                        to_millis(response.begin - started).count() / 1000.0,
+                        response.cause ? printable(why::in_words(*response.cause, app.graph)) : "not late",
+                        to_text(timeline(response, app)));
   }
   return text;
 }

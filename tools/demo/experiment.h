@@ -23,6 +23,7 @@ struct Trial {
   double speed = 0.0;
   std::uint64_t seed = 1;
   double seconds = 0.0;  // measured
+  std::string record{};  // the file to record it in; empty: none
 };
 
 struct Compute {

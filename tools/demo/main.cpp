@@ -17,6 +17,7 @@
 
 #include "experiment.h"
 #include "host.h"
+#include "look.h"
 #include "page.h"
 #include "report/plot.h"
 #include "results.h"
@@ -55,7 +56,8 @@ Status write_file(const std::filesystem::path& path, const std::string& text) {
   return Done{};
 }
 
-Status write_all(const Results& results, const std::filesystem::path& folder) {
+Status write_all(const Results& results, const Options& options) {
+  const std::filesystem::path folder = options.out;
   if (Status done = write_file(folder / "results.json", to_json(results)); !done) return done;
   const Summary summary = summarise(results);
   const std::pair<const char*, report::Figure> figures[] = {
@@ -66,7 +68,9 @@ Status write_all(const Results& results, const std::filesystem::path& folder) {
     if (!svg) return svg.error();
     if (Status done = write_file(folder / name, *svg); !done) return done;
   }
-  const Result<std::string> page = render_page(results);
+  const Result<std::optional<page::Glance>> glance = write_look(folder, options.setting);
+  if (!glance) return glance.error();
+  const Result<std::string> page = render_page(results, *glance);
   if (!page) return page.error();
   return write_file(folder / "report.html", *page);
 }
@@ -112,7 +116,30 @@ Result<Compute> calibrate(Options& options) {
   return run->compute;
 }
 
+// What goes wrong here takes nothing from the results.
+void take_a_closer_look(const Options& options) {
+  fmt::print(stderr, "recording one run under Catan and one under the default, for a closer look\n");
+  for (Trial trial : looked_at(options.setting)) {
+    trial.record = record_of(options.out, trial).string();
+    const Result<Measured> run = run_trial(options.program, trial, options.setting.slowdown, options.log());
+    if (run || g_signal != 0) continue;
+    static_cast<void>(fail(run.error()));
+    std::error_code gone;
+    std::filesystem::remove(trial.record, gone);
+  }
+}
+
+// What a demonstration before left of its runs, which are not of these results.
+void forget_records(const Options& options) {
+  std::error_code not_there;
+  std::filesystem::remove(std::filesystem::path(options.out) / kLookPage, not_there);
+  for (const Trial& trial : looked_at(options.setting)) {
+    std::filesystem::remove(record_of(options.out, trial), not_there);
+  }
+}
+
 Result<Results> run_all(Options& options) {
+  forget_records(options);
   // Before minutes are spent on results that could not be kept.
   if (Status log = write_file(options.log(), ""); !log) return log.error();
 
@@ -147,6 +174,7 @@ Result<Results> run_all(Options& options) {
     results.runs.push_back(std::move(*run));
   }
   results.complete = results.runs.size() == trials.size();
+  if (results.complete) take_a_closer_look(options);
   if (results.runs.empty()) return Error::environment("stopped before anything was measured", "let it run");
   return results;
 }
@@ -163,8 +191,13 @@ int run(Options& options) {
   Result<Results> results = options.from.empty() ? run_all(options) : load(options.from);
   if (!results) return fail(results.error());
   fmt::print("{}", to_text(*results));
-  if (Status written = write_all(*results, options.out); !written) return fail(written.error());
-  fmt::print("\nPage: {}\n", (std::filesystem::path(options.out) / "report.html").string());
+  if (Status written = write_all(*results, options); !written) return fail(written.error());
+  const std::filesystem::path out = options.out;
+  fmt::print("\nPage: {}\n", (out / "report.html").string());
+  if (std::filesystem::exists(out / kLookPage, error)) {
+    fmt::print("Runs: {}, the same as catan report {} --html --compare {}\n", (out / kLookPage).string(),
+               (out / "catan.catan").string(), (out / "default.catan").string());
+  }
   if (g_signal != 0) return 128 + g_signal;
   if (options.failed != 0) return options.failed;
   const Summary summary = summarise(*results);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "look.h"
 #include "report/html.h"
 
 namespace ctn::demo {
@@ -210,7 +211,7 @@ report::Figure angle_figure(const Summary& summary, double speed) {
   return figure_of(summary, speed, &Row::angle_deg, "Mean angle against source rate", "Mean angle (deg)");
 }
 
-Result<std::string> render_page(const Results& results) {
+Result<std::string> render_page(const Results& results, const std::optional<page::Glance>& glance) {
   const Summary summary = summarise(results);
   const Result<std::string> response = report::render_svg(response_figure(summary, results.medium_speed));
   if (!response) return response.error();
@@ -223,6 +224,14 @@ Result<std::string> render_page(const Results& results) {
                     "one.");
   add_notes(page, results);
   page.facts(headline(results, summary));
+  if (glance) {
+    page.head(glance->head);
+    page.section("The app, and who had the cores").element(glance->body);
+    page.element(
+        fmt::format("<p>One run under Catan. <a href=\"{}\">This run beside one under the default</a>: "
+                    "timelines to move and zoom, distributions, why responses were late.</p>",
+                    kLookPage));
+  }
   page.section("What is claimed, and whether it held").table(claims_table(summary));
   page.section("Response time")
       .figure(*response,

@@ -1,10 +1,12 @@
 // The results as figures, as a page and as a table for a terminal. Pure, save that figures are drawn by gnuplot.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "page/page.h"
 #include "report/plot.h"
 #include "results.h"
 #include "summary.h"
@@ -15,8 +17,9 @@ namespace ctn::demo {
 report::Figure response_figure(const Summary& summary, double speed);
 report::Figure angle_figure(const Summary& summary, double speed);
 
-// Errors: gnuplot is missing or fails.
-Result<std::string> render_page(const Results& results);
+// It begins with a glance at a run, where there is one, and leads to that run's own page. Errors: gnuplot is missing or
+// fails.
+Result<std::string> render_page(const Results& results, const std::optional<page::Glance>& glance = std::nullopt);
 
 // What the terminal shows in the end: the main rows and the claims.
 std::string to_text(const Results& results);

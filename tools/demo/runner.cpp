@@ -52,15 +52,16 @@ Result<Measured> run_once(const std::string& program, const Trial& trial, double
 }  // namespace
 
 std::string command_line(const std::string& program, const Trial& trial, double slowdown) {
-  return fmt::format("{} --json --scheduler {} --cpus {} --seconds {} --speed {} --seed {} --slowdown {}",
+  return fmt::format("{} --json --scheduler {} --cpus {} --seconds {} --speed {} --seed {} --slowdown {}{}",
                      quoted(program), quoted(trial.scheduler), fmt::join(trial.cpus, ","), trial.seconds, trial.speed,
-                     trial.seed, slowdown);
+                     trial.seed, slowdown, trial.record.empty() ? "" : " --record " + quoted(trial.record));
 }
 
 Result<Measured> run_trial(const std::string& program, const Trial& trial, double slowdown, const std::string& log) {
   const Result<Measured> run = run_once(program, trial, slowdown, log);
   if (!run || run->response_ms > 0.0) return run;
   Trial longer = trial;
+  if (!longer.record.empty()) std::remove(longer.record.c_str());
   longer.seconds *= kLonger;
   Result<Measured> again = run_once(program, longer, slowdown, log);
   if (again && again->response_ms == 0.0) {

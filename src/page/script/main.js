@@ -62,6 +62,12 @@ const actions = { in: () => zoom(0.5), out: () => zoom(2), left: () => move(-0.3
 for (const button of document.querySelectorAll('[data-do]')) {
   button.addEventListener('click', actions[button.dataset.do]);
 }
+for (const button of document.querySelectorAll('[data-from]')) {
+  button.addEventListener('click', () => {
+    show(Number(button.dataset.from), Number(button.dataset.to));
+    document.getElementById('cores').scrollIntoView();
+  });
+}
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { readColours(); redraw(); });
 for (const details of document.querySelectorAll('details')) details.addEventListener('toggle', redraw);
 for (const panel of panels) panel.paint();

@@ -1,0 +1,53 @@
+// The response times of one chain: which there were, as its runs come, and what each consists of, once all have come.
+//
+// Units: in the types. Thread safety: none; one owner. Memory: about 300 bytes a response.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "graph/app.h"
+#include "record/lineage.h"
+#include "record/run_metrics.h"
+#include "why/analysis.h"
+#include "why/history.h"
+#include "why/walk.h"
+
+namespace ctn::why {
+
+class Responses {
+ public:
+  // `app` outlives it. Precondition: the term is a response time.
+  Responses(const graph::App& app, std::size_t term);
+
+  // In the order that record::ChainTracker wants.
+  void add(const record::Run& run);
+  // Before the runs that end later.
+  void add(const record::ClockReading& reading);
+
+  // Once, after all: those that lie wholly in `measured`, with the `worst` longest taken apart. `history` has all that
+  // happened, and is sorted.
+  Analysis analyse(const History& history, const record::Interval& measured, std::size_t worst);
+
+ private:
+  struct Known {
+    record::ChainSample sample;
+    std::size_t path = 0;  // where it begins in paths_
+  };
+  std::optional<std::size_t> stage_of(NodeId node) const;
+  Way way(const History& history, const Known& known) const;
+  // By the sample that ends it, an index into samples_.
+  Response response(const History& history, std::size_t end) const;
+  Nanos length(std::size_t end) const { return samples_[end].sample.end - samples_[end - 1].sample.begin; }
+
+  const graph::App& app_;
+  std::size_t term_;
+  Chain chain_;
+  record::ChainTracker tracker_;
+  std::vector<Known> samples_;
+  std::vector<std::uint64_t> paths_;  // numbers of runs, a path after the other
+};
+
+}  // namespace ctn::why
