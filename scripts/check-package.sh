@@ -70,7 +70,7 @@ man -l "$root/usr/share/man/man1/catan.1.gz" | grep -q 'catan doctor' || fail "c
 # Pages that --help names.
 while read -r page; do
   [[ -e $root/usr/share/doc/catan/$page ]] || fail "--help names $page, which the package has not got"
-done < <({ "$catan" --help; for c in bench check doctor plan run serve node ctl report sim whatif; do "$catan" "$c" --help; done; } |
+done < <({ "$catan" --help; for c in bench check doctor plan run serve node ctl top http report sim whatif; do "$catan" "$c" --help; done; } |
   grep -o 'docs/[a-z-]*\.md' | sort -u)
 
 # Completion, as bash calls it.

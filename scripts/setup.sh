@@ -19,9 +19,11 @@ user_packages=(
   libyaml-cpp-dev        # YAML: app and cost files
   libcli11-dev           # command lines
   libsqlite3-dev         # records of runs
+  libncurses-dev         # the screen of catan top
   libprotobuf-dev        # traces for Perfetto
   protobuf-compiler      # and the classes of their format
   libeigen3-dev          # linear algebra of the planner
+  libcpp-httplib-dev     # the page and metrics of a server
   sqlite3                # reads a record from a shell, as docs/record-schema.md shows
   libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts
   opencv-data            # the face detector's cascades

@@ -28,6 +28,21 @@ TEST(Summary, OfNothingIsAllZero) {
   EXPECT_EQ(summary.max, 0.0);
 }
 
+TEST(Summary, QuicklyIsTheSame) {
+  std::vector<double> samples;
+  for (int number = 0; number < 2000; ++number) {
+    const Summary slowly = summarize(samples);
+    const Summary quickly = summarize_quickly(samples);
+    EXPECT_EQ(quickly.count, slowly.count);
+    EXPECT_NEAR(quickly.mean, slowly.mean, 1e-9);
+    EXPECT_EQ(quickly.p50, slowly.p50) << number;
+    EXPECT_EQ(quickly.p95, slowly.p95) << number;
+    EXPECT_EQ(quickly.p99, slowly.p99) << number;
+    EXPECT_EQ(quickly.max, slowly.max) << number;
+    samples.push_back(number * 7919 % 1013);
+  }
+}
+
 TEST(Summary, DoesNotDependOnTheOrder) {
   const Summary summary = summarize({3.0, 1.0, 2.0, 10.0});
   EXPECT_EQ(summary.count, 4U);

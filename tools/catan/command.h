@@ -36,12 +36,14 @@ void add_check_command(CLI::App& cli, int& exit_code);
 void add_ctl_command(CLI::App& cli, int& exit_code);
 void add_doctor_command(CLI::App& cli, int& exit_code);
 void add_export_command(CLI::App& cli, int& exit_code);
+void add_http_command(CLI::App& cli, int& exit_code);
 void add_node_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);
 void add_run_command(CLI::App& cli, int& exit_code);
 void add_serve_command(CLI::App& cli, int& exit_code);
 void add_sim_command(CLI::App& cli, int& exit_code);
+void add_top_command(CLI::App& cli, int& exit_code);
 void add_watch_command(CLI::App& cli, int& exit_code);
 void add_whatif_command(CLI::App& cli, int& exit_code);
 

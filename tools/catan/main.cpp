@@ -22,6 +22,7 @@ constexpr const char* kFooter =
     "  catan sim app.yaml --cores 4 --costs costs.yaml\n"
     "  catan run app.yaml --synthetic costs.yaml\n"
     "  catan run app.yaml -- ros2 launch my_robot all.launch.py\n"
+    "  catan top\n"
     "  catan doctor\n"
     "  catan bench\n"
     "\n"
@@ -65,6 +66,8 @@ int run(int argc, char** argv) {
   add_serve_command(cli, exit_code);
   add_node_command(cli, exit_code);
   add_ctl_command(cli, exit_code);
+  add_top_command(cli, exit_code);
+  add_http_command(cli, exit_code);
   add_report_command(cli, exit_code);
   add_export_command(cli, exit_code);
   add_sim_command(cli, exit_code);

@@ -11,6 +11,8 @@
 
 #include "command.h"
 #include "config/app_file.h"
+#include "http_options.h"
+#include "os/linux/tcp.h"
 #include "scheduling_options.h"
 #include "serving.h"
 #include "status_line.h"
@@ -23,12 +25,19 @@ struct ServeOptions {
   std::string app;
   std::string socket;
   std::vector<std::string> users;
+  HttpOptions http;
   SchedulingOptions scheduling;
   WatchedApp watched;
 };
 
 int serve_app(const ServeOptions& options) {
   ServingOptions serving;
+  if (!options.http.address.empty()) {
+    if (const auto address = os::parse_tcp_address(options.http.address); !address) {
+      return report_error(address.error());
+    }
+    serving.companion = [&options](const std::string& socket) { return options.http.command_line(socket); };
+  }
   auto file = config::load_app_file(options.app);
   if (!file) return report_error(file.error());
   auto scheduler = options.scheduling.for_scheduler(file->app, options.scheduling.record);
@@ -64,6 +73,7 @@ void add_serve_command(CLI::App& cli, int& exit_code) {
       "  catan serve app.yaml --socket /tmp/app.sock      and start them with CATAN_SOCKET=/tmp/app.sock\n"
       "  sudo catan serve app.yaml --allow-user 1000      a user whose programs may register, beside root\n"
       "  catan serve app.yaml --on-late 'scan -> LP>150'  saves the last seconds when that takes more than 150 ms\n"
+      "  catan serve app.yaml --http 8080                 and a page at http://127.0.0.1:8080/ (docs/http.md)\n"
       "  catan node app.yaml camera --synthetic costs.yaml    a program that plays one node\n"
       "It serves until it is told to end (Ctrl-C, SIGTERM). If it is killed, a guardian gives all threads their "
       "scheduling back, and\nnodes go on at the rates that were planned last until there is a server again; its last "
@@ -76,6 +86,12 @@ void add_serve_command(CLI::App& cli, int& exit_code) {
       ->add_option("--allow-user", options->users,
                    "Number of a user whose programs may register, beside root, the own user and who ran sudo")
       ->type_name("UID");
+  CLI::Option* http = command
+                          ->add_option("--http", options->http.address,
+                                       "Port or ADDRESS:PORT of a page, and of metrics for Prometheus: starts catan "
+                                       "http")
+                          ->type_name("ADDRESS");
+  options->http.add_control_to(*command, http);
   options->scheduling.add_to(*command);
   options->watched.add_to(*command);
   command->callback([options, &exit_code] { exit_code = serve_app(*options); });

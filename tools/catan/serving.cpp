@@ -63,6 +63,7 @@ class Serving {
 
  private:
   void start_watching();
+  void start_companion();
   Status start_commands();
   Status watch_command(os::ChildProcess& command);
   void end_commands();
@@ -76,6 +77,7 @@ class Serving {
   os::SignalWatch& signals_;
   std::optional<os::ChildProcess> watcher_;
   std::deque<os::ChildProcess> commands_;
+  std::optional<os::ChildProcess> companion_;
   std::size_t running_ = 0;
   bool ending_ = false;
   std::optional<TimePoint> warm_;
@@ -94,8 +96,11 @@ Result<Served> Serving::run() {
   server_.every(kProgress, [this] { look(); });
   if (Status started = server_.start(); !started) return started.error();
   start_watching();
+  start_companion();
   if (Status started = start_commands(); !started) return started.error();
   server_.run();
+  if (companion_) server_.forget(companion_->descriptor());
+  companion_.reset();
   server_.release();
   end_commands();
   if (Status finished = server_.finish(); !finished) return finished.error();
@@ -112,6 +117,24 @@ void Serving::start_watching() {
   } else {
     static_cast<void>(report_error(started.error()));
   }
+}
+
+void Serving::start_companion() {
+  if (!options_.companion) return;
+  Result<os::ChildProcess> started =
+      os::ChildProcess::start(options_.companion(std::filesystem::absolute(server_.socket()).string()));
+  if (!started) {
+    static_cast<void>(report_error(started.error()));
+    return;
+  }
+  companion_.emplace(std::move(*started));
+  const Status watched = server_.watch(companion_->descriptor(), [this] {
+    if (!companion_->wait()) return;
+    server_.forget(companion_->descriptor());
+    companion_.reset();
+    note("the page is gone; the app is scheduled as before");
+  });
+  if (!watched) static_cast<void>(report_error(watched.error()));
 }
 
 Status Serving::start_commands() {

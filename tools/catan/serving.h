@@ -18,8 +18,10 @@ struct ServingOptions {
   std::string socket;                              // empty: the usual one
   std::vector<std::string> users;                  // that may register in addition, by number
   std::vector<std::vector<std::string>> commands;  // started with CATAN_SOCKET set; serving ends when all have ended
-  std::optional<WatchedApp> watched;  // a process looks on, and saves the last seconds when that matters
-  std::optional<double> seconds;      // to serve after the warm-up; else until a signal or the commands end it
+  std::optional<WatchedApp> watched;               // a process looks on, and saves the last seconds when that matters
+  // Another process beside it, told where the server listens, and ended with it; should it end sooner, serving goes on.
+  std::function<std::vector<std::string>(const std::string& socket)> companion;
+  std::optional<double> seconds;  // to serve after the warm-up; else until a signal or the commands end it
   std::function<void(const Snapshot&, double measured_s)> on_progress;  // if given, called twice a second
 };
 

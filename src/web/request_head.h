@@ -1,0 +1,53 @@
+// The head of a request, taken apart before any other code sees it. Clients may be hostile: what is not plainly a
+// request of the few kinds that are served is refused here, and what goes on to the HTTP library is written anew
+// (canonical()), with the headers that are used and no others. So neither encodings, ranges nor parts of bodies, nor
+// two readings of one header, ever reach it.
+//
+// Thread safety: pure functions.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace ctn::web {
+
+constexpr std::size_t kMostHead = 16 * 1024;  // bytes, with the empty line
+constexpr std::size_t kMostHeaders = 64;      // lines
+constexpr std::size_t kMostTarget = 1024;     // bytes
+constexpr std::size_t kMostBody = 64 * 1024;  // bytes
+
+// Why a request is not served.
+struct Refusal {
+  int status = 400;
+  std::string what;
+  std::string hint;
+  friend bool operator==(const Refusal&, const Refusal&) = default;
+};
+
+struct RequestHead {
+  std::string method;  // GET, HEAD, POST
+  std::string target;  // "/live?x=1": begins with '/', printable ASCII
+  std::optional<std::string> host{};
+  std::optional<std::string> origin{};
+  std::optional<std::string> authorization{};
+  std::size_t content_length = 0;  // at most kMostBody; 0 unless POST
+  bool keep_alive = true;          // as the client wants it
+  bool expects_continue = false;   // waits to be told to go on before it sends the body
+
+  // Without the query.
+  std::string_view path() const { return std::string_view(target).substr(0, target.find('?')); }
+};
+
+// How long the head is at the beginning of `text`, with the empty line that ends it; nothing: it has not ended yet.
+std::optional<std::size_t> head_length(std::string_view text);
+
+// `text`: as long as head_length() says.
+std::variant<RequestHead, Refusal> parse_head(std::string_view text);
+
+// The same request as the HTTP library is given it.
+std::string canonical(const RequestHead& head);
+
+}  // namespace ctn::web

@@ -1,0 +1,35 @@
+#include "http_options.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+
+#include "os/linux/privilege.h"
+
+namespace ctn::tool {
+
+void HttpOptions::add_control_to(CLI::App& command, CLI::Option* needed) {
+  CLI::Option* allow =
+      command.add_flag("--allow-control", allow_control,
+                       "Who has the token may change weights and bounds; without it the page only shows");
+  if (needed != nullptr) allow->needs(needed);
+  command.add_option("--token-file", token_file, "File with the token, instead of one that is made and printed")
+      ->type_name("FILE")
+      ->needs(allow);
+}
+
+std::optional<os::CpuSet> HttpOptions::scheduled() const {
+  const auto set = os::parse_cpu_list(cpus);
+  return set ? std::optional(*set) : std::nullopt;
+}
+
+std::vector<std::string> HttpOptions::command_line(const std::string& socket) const {
+  std::vector<std::string> arguments{os::program_path({}),      "http", socket, "--listen", address, "--parent",
+                                     std::to_string(::getpid())};
+  if (!cpus.empty()) arguments.insert(arguments.end(), {"--scheduled-cpus", cpus});
+  if (allow_control) arguments.emplace_back("--allow-control");
+  if (!token_file.empty()) arguments.insert(arguments.end(), {"--token-file", token_file});
+  return arguments;
+}
+
+}  // namespace ctn::tool

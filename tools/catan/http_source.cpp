@@ -1,0 +1,147 @@
+#include "http_source.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "attach.h"
+#include "runtime/control.h"
+#include "runtime/socket_path.h"
+#include "view/json.h"
+
+namespace ctn::tool {
+namespace {
+
+// What has happened is kept for some seconds: after a pause it is read anew, with all that there is.
+constexpr Nanos kReadAnewAfter = std::chrono::seconds{3};
+// Between two looks whether there is a server by now.
+constexpr Nanos kLookAgainAfter = std::chrono::seconds{1};
+
+// Hands each event on to both.
+class Both final : public record::Sink {
+ public:
+  Both(record::Sink& one, record::Sink& other) : one_(one), other_(other) {}
+
+  void add(const record::Run& run) override { both(run); }
+  void add(const record::Trigger& trigger) override { both(trigger); }
+  void add(const record::SlotUse& slot) override { both(slot); }
+  void add(const record::Steal& steal) override { both(steal); }
+  void add(const record::Overrun& overrun) override { both(overrun); }
+  void add(const record::PlanChange& change) override { both(change); }
+  void add(const record::CostChange& change) override { both(change); }
+  void add(const record::AppChange& change) override { both(change); }
+  void add(const record::ClockReading& reading) override { both(reading); }
+  void add(const record::Notice& notice) override { both(notice); }
+  void set_totals(const record::Totals& totals) override {
+    one_.set_totals(totals);
+    other_.set_totals(totals);
+  }
+
+ private:
+  template <class Event>
+  void both(const Event& event) {
+    one_.add(event);
+    other_.add(event);
+  }
+
+  record::Sink& one_;
+  record::Sink& other_;
+};
+
+bool is_gone(os::ProcessId process) {
+  std::error_code unknown;
+  return !std::filesystem::exists(fmt::format("/proc/{}", static_cast<int>(process)), unknown);
+}
+
+}  // namespace
+
+Status HttpSource::look() {
+  const std::lock_guard lock(mutex_);
+  const Result<Watched*> found = watched();
+  return found ? Status(Done{}) : Status(found.error());
+}
+
+std::optional<os::CpuSet> HttpSource::cpus() {
+  const std::lock_guard lock(mutex_);
+  return watched_ ? std::optional(watched_->recording.header().cpus) : std::nullopt;
+}
+
+Result<HttpSource::Watched*> HttpSource::watched() {
+  const TimePoint now = os_.now();
+  const bool ended = watched_ && (watched_->life.over || watched_->life.gone);
+  const bool paused = watched_ && now - read_at_ > kReadAnewAfter;
+  if (!watched_ || ended || paused) {
+    const bool looked = (missing_ || ended) && now - read_at_ < kLookAgainAfter;
+    if (looked && missing_ && !watched_) return *missing_;
+    if (!looked) {
+      Result<flight::Recording> found = attach(os_, target_);
+      read_at_ = now;
+      if (found) {
+        watched_ = std::make_unique<Watched>(std::move(*found));
+        missing_.reset();
+      } else {
+        missing_ = found.error();
+        if (!watched_) return *missing_;  // else what was seen last is shown, as that of one that has ended
+      }
+    }
+  }
+  Watched& seen = *watched_;
+  Both both(seen.view, seen.timeline);
+  if (seen.recording.read_new(both) > 0) seen.view.lost();
+  if (!missing_) read_at_ = now;
+  seen.life = {seen.recording.seen_alive(), seen.recording.over(), false};
+  if (now - seen.life.seen_alive > view::kStalledAfter) {
+    seen.life.gone = is_gone(os::ProcessId{seen.recording.process()});
+  }
+  return &seen;
+}
+
+Result<std::string> HttpSource::live() {
+  const std::lock_guard lock(mutex_);
+  const Result<Watched*> seen = watched();
+  if (!seen) return seen.error();
+  return view::to_json((*seen)->view.picture(os_.now(), (*seen)->life));
+}
+
+Result<std::string> HttpSource::timeline() {
+  const std::lock_guard lock(mutex_);
+  const Result<Watched*> seen = watched();
+  if (!seen) return seen.error();
+  return (*seen)->timeline.json(os_.now());
+}
+
+Result<std::string> HttpSource::plan() {
+  const std::lock_guard lock(mutex_);
+  const Result<Watched*> seen = watched();
+  if (!seen) return seen.error();
+  if ((*seen)->timeline.plan().empty()) {
+    return Error::environment("there is no plan in force", "wait until it has started, or use another scheduler");
+  }
+  return (*seen)->timeline.plan();
+}
+
+Result<std::vector<std::string>> HttpSource::sockets() {
+  const bool named = !target_.empty() && target_.find_first_not_of("0123456789") != std::string::npos;
+  if (named) return sockets_of(target_);
+  const std::lock_guard lock(mutex_);
+  const Result<Watched*> seen = watched();
+  if (!seen) return seen.error();
+  return runtime::sockets_to_try((*seen)->recording.app().name);
+}
+
+Result<std::string> HttpSource::snapshot() {
+  const Result<std::vector<std::string>> at = sockets();
+  if (!at) return at.error();
+  return runtime::ask_for_status(os_, *at);
+}
+
+Status HttpSource::change(const Changes& changes) {
+  const Result<std::vector<std::string>> at = sockets();
+  if (!at) return at.error();
+  return runtime::ask_to_change(os_, *at, changes);
+}
+
+}  // namespace ctn::tool

@@ -1,0 +1,212 @@
+// catan top: watches an app while it runs.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "attach.h"
+#include "command.h"
+#include "flight/recording.h"
+#include "os/linux/linux_os.h"
+#include "os/linux/poller.h"
+#include "os/linux/signal_watch.h"
+#include "record/reader.h"
+#include "temporary_folder.h"
+#include "top_screen.h"
+#include "top_terminal.h"
+#include "view/json.h"
+#include "view/live_view.h"
+#include "why/why.h"
+
+namespace ctn::tool {
+namespace {
+
+constexpr Nanos kRefresh = std::chrono::milliseconds{500};
+constexpr Nanos kOnceFor = std::chrono::seconds{1};
+
+struct TopOptions {
+  std::string target;
+  bool once = false;
+  bool json = false;
+};
+
+// What is watched.
+class Watched {
+ public:
+  explicit Watched(flight::Recording recording)
+      : recording_(std::move(recording)), view_(recording_.app(), recording_.header()) {}
+
+  view::Picture look(os::Os& os) {
+    if (recording_.read_new(view_) > 0) view_.lost();
+    const TimePoint now = os.now();
+    view::Life life{recording_.seen_alive(), recording_.over(), false};
+    if (now - life.seen_alive > view::kStalledAfter) {
+      std::error_code unknown;
+      life.gone = !std::filesystem::exists(fmt::format("/proc/{}", recording_.process()), unknown);
+    }
+    return view_.picture(now, life);
+  }
+
+  // Why the responses of a chain that are still kept were late, as lines.
+  Result<std::vector<std::string>> causes(os::Os& os, std::size_t chain) const {
+    const auto folder = TemporaryFolder::make("catan-top");
+    if (!folder) return folder.error();
+    const std::string file = (*folder)->path() + "/kept.catan";
+    if (Status saved = recording_.save(file, "catan top asks why responses were late", os.host_facts()); !saved) {
+      return saved.error();
+    }
+    const auto record = record::Reader::open(file);
+    if (!record) return record.error();
+    const auto analysis = why::analyse(*record, term_of(chain), {.worst = 0, .whole = true});
+    if (!analysis) return analysis.error();
+    std::vector<std::string> lines{fmt::format("WHY LATE: {} of {} responses took over {:.4g} ms, {}", analysis->late,
+                                               analysis->responses, to_millis(analysis->late_over).count(),
+                                               analysis->bound ? "the bound" : "their 99th percentile")};
+    for (std::size_t kind = 0; kind < why::kCauseKinds; ++kind) {
+      if (analysis->causes[kind] == 0) continue;
+      lines.push_back(
+          fmt::format("{:>6}  {}", analysis->causes[kind], why::to_string(static_cast<why::CauseKind>(kind))));
+    }
+    std::stable_sort(lines.begin() + 1, lines.end(), std::greater<>());
+    return lines;
+  }
+
+ private:
+  std::size_t term_of(std::size_t chain) const {
+    const std::vector<graph::Term>& terms = recording_.app().objective;
+    std::size_t term = 0;
+    for (std::size_t seen = 0; term < terms.size(); ++term) {
+      if (terms[term].metric == graph::Metric::kResponseTime && seen++ == chain) break;
+    }
+    return term;
+  }
+
+  flight::Recording recording_;
+  view::LiveView view_;
+};
+
+Result<Watched> watch(os::Os& os, const std::string& target) {
+  Result<flight::Recording> recording = attach(os, target);
+  if (!recording) return recording.error();
+  return Watched(std::move(*recording));
+}
+
+Status show_once(os::Os& os, const TopOptions& options) {
+  Result<Watched> watched = watch(os, options.target);
+  if (!watched) return watched.error();
+  view::Picture picture = watched->look(os);
+  if (picture.state == view::State::kRunning) {
+    os.sleep_until(os.now() + kOnceFor);
+    picture = watched->look(os);
+  }
+  print(options.json ? view::to_json(picture) : top_text(picture));
+  return Done{};
+}
+
+// Until the user or a signal ends it.
+class Screen {
+ public:
+  Screen(os::Os& os, Watched watched, std::unique_ptr<TopTerminal> terminal)
+      : os_(os), watched_(std::move(watched)), terminal_(std::move(terminal)) {
+    state_.unicode = terminal_->unicode();
+  }
+
+  Status run(os::SignalWatch& signals) {
+    const auto poller = os::Poller::make();
+    if (!poller) return poller.error();
+    const os::Descriptor keyboard(dup(STDIN_FILENO));
+    if (Status added = (*poller)->add(signals.descriptor(), 1); !added) return added;
+    if (Status added = (*poller)->add(keyboard, 2); !added) return added;
+    view::Picture picture = watched_.look(os_);
+    TimePoint next = os_.now() + kRefresh;
+    while (!signals.next()) {
+      terminal_->draw(top_screen(picture, state_, terminal_->size()));
+      const bool pressed = !(*poller)->wait(next).empty();
+      while (const std::optional<int> key = terminal_->key()) {
+        if (*key == 'q') return Done{};
+        if (*key == 'w' && state_.open) {
+          explain(picture);
+        } else {
+          press(state_, *key, picture.chains.size());
+        }
+      }
+      if (pressed && hung_up()) return Done{};
+      if (os_.now() < next) continue;
+      next = os_.now() + kRefresh;
+      // What has happened is read in any case: it is not kept for long.
+      view::Picture newest = watched_.look(os_);
+      if (!state_.paused) picture = std::move(newest);
+    }
+    return Done{};
+  }
+
+ private:
+  // Which takes a while: what is kept may be minutes.
+  void explain(const view::Picture& picture) {
+    state_.causes = {"WHY LATE: looking through what is kept ..."};
+    terminal_->draw(top_screen(picture, state_, terminal_->size()));
+    Result<std::vector<std::string>> causes = watched_.causes(os_, state_.selected);
+    state_.causes = causes ? std::move(*causes) : std::vector{"WHY LATE: " + causes.error().message()};
+  }
+  // A terminal that is gone is readable for ever, and has no keys.
+  static bool hung_up() { return tcgetpgrp(STDIN_FILENO) < 0; }
+
+  os::Os& os_;
+  Watched watched_;
+  std::unique_ptr<TopTerminal> terminal_;
+  ScreenState state_;
+};
+
+Status show_screen(os::Os& os, const TopOptions& options) {
+  if (isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0) {
+    return Error::caller("there is no terminal to draw on", "use --once, which prints once; --json for programs");
+  }
+  auto signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});
+  if (!signals) return signals.error();
+  Result<Watched> watched = watch(os, options.target);
+  if (!watched) return watched.error();
+  Result<std::unique_ptr<TopTerminal>> terminal = TopTerminal::open(stdout_has_colours());
+  if (!terminal) return terminal.error();
+  return Screen(os, std::move(*watched), std::move(*terminal)).run(*signals);
+}
+
+}  // namespace
+
+void add_top_command(CLI::App& cli, int& exit_code) {
+  auto options = std::make_shared<TopOptions>();
+  CLI::App* command =
+      cli.add_subcommand("top", "Watch an app while it runs: response times, subchains, cores, notices");
+  command->footer(
+      "Examples:\n"
+      "  catan top                        the only app that Catan schedules on this machine\n"
+      "  catan top robot                  by the name of the app\n"
+      "  catan top app.yaml\n"
+      "  catan top /run/catan/robot.sock  a server by its socket\n"
+      "  catan top 4711                   a session in a process, by its number\n"
+      "  catan top robot --once           prints once, after a second; --once --json for programs\n"
+      "Keys: up, down and Enter open a chain; s, S sort subchains; p pauses; h says more; q ends it.\n"
+      "What is watched does not notice. docs/top.md explains all figures.\n"
+      "Exit code: 0 it has shown the app, 1 there is none, or it cannot be watched, 2 a mistake.");
+  command->add_option("TARGET", options->target,
+                      "A server's socket, an app file, the name of an app, or the number of a process");
+  CLI::Option* once = command->add_flag("--once", options->once, "Print what there is after one second of watching");
+  command->add_flag("--json", options->json, "As one JSON document (docs/top.md)")->needs(once);
+  command->callback([options, &exit_code] {
+    const std::unique_ptr<os::Os> os = os::make_linux_os();
+    const Status done = options->once ? show_once(*os, *options) : show_screen(*os, *options);
+    exit_code = done ? kSuccess : report_error(done.error());
+  });
+}
+
+}  // namespace ctn::tool

@@ -1,0 +1,48 @@
+// Rows of figures under headings, fitted to a width: columns that are least important are left out first, and names are
+// shortened in their middle.
+//
+// Thread safety: none; one owner.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "top_screen.h"
+
+namespace ctn::tool {
+
+struct ScreenColumn {
+  std::string heading;
+  int rank = 0;  // the largest is left out first; 0: never
+};
+
+class ScreenTable {
+ public:
+  // The first column is of names, aligned to the left; others are of figures, to the right.
+  explicit ScreenTable(std::vector<ScreenColumn> columns) : columns_(std::move(columns)) {}
+
+  // Cells may be fewer than columns.
+  void add(std::vector<Span> cells, bool selected = false);
+  std::size_t rows() const { return rows_.size(); }
+  // The headings, then a line a row.
+  std::vector<ScreenLine> lines(std::size_t width, bool unicode) const;
+
+ private:
+  struct Row {
+    std::vector<Span> cells;
+    bool selected = false;
+  };
+  std::size_t natural_width(std::size_t column) const;
+
+  std::vector<ScreenColumn> columns_;
+  std::vector<Row> rows_;
+};
+
+// Shortened in its middle to at most that width.
+std::string shortened(const std::string& text, std::size_t width, bool unicode);
+// Cut off at that width.
+ScreenLine cut_off(ScreenLine line, std::size_t width);
+
+}  // namespace ctn::tool
