@@ -63,7 +63,7 @@ TEST(LiveViewAgreement, ShowsWhatTheReportSays) {
   const auto record = record::Reader::open(path);
   ASSERT_TRUE(record.ok()) << record.error().message();
   std::remove(path.c_str());
-  const auto report = report::measure(*record, true);
+  const auto report = report::measure(*record, {.whole = true});
   ASSERT_TRUE(report.ok()) << report.error().message();
 
   view::LiveView view(record->app(), record->header());
