@@ -9,8 +9,9 @@
 
 namespace ctn::flight {
 
-LateWatch::LateWatch(const graph::App& app, std::vector<WatchedChain> chains, TimePoint from) : app_(app), from_(from) {
-  for (WatchedChain& watched : chains) {
+LateWatch::LateWatch(const graph::App& app, const std::vector<WatchedChain>& chains, TimePoint from)
+    : app_(app), from_(from) {
+  for (const WatchedChain& watched : chains) {
     const graph::Term& term = app.objective[watched.term];
     chains_.push_back({watched, record::ChainTracker(app.graph, term.path), term.max, std::nullopt});
   }

@@ -32,7 +32,7 @@ struct LateResponse {
 class LateWatch : public record::Sink {
  public:
   // Responses that began before `from` do not count. `app` outlives it. Precondition: the terms are response times.
-  LateWatch(const graph::App& app, std::vector<WatchedChain> chains, TimePoint from);
+  LateWatch(const graph::App& app, const std::vector<WatchedChain>& chains, TimePoint from);
 
   // The one that exceeded its limit by most since the last call; none was late.
   std::optional<LateResponse> take();

@@ -171,6 +171,7 @@ void NodePort::Runs::bind(const Binding& binding) {
 }
 
 bool NodePort::Runs::wait_for_trigger() {
+  if (node_.unscheduled && !node_.follows) return !shared_.stopping.load(std::memory_order_acquire);
   if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
   const auto stopping = [this] { return shared_.stopping.load(std::memory_order_acquire); };
   for (;;) {

@@ -63,7 +63,8 @@ class NodePort {
   // --- the node's own thread ---
   // Straight back is a thread that waits again this soon after the end of a run.
   static constexpr Nanos kStraightBack = std::chrono::microseconds{50};
-  // Blocks until a trigger comes, or output of the node that this one follows; false: `stop` was called.
+  // Blocks until a trigger comes, or output of the node that this one follows; false: `stop` was called. For an
+  // unscheduled node that follows none there is nothing to wait for: its thread has a period of its own.
   bool wait_for_trigger() { return runs_.wait_for_trigger(); }
   void begin(Run& run) { runs_.begin(run); }
   void end(Run& run) { runs_.end(run); }

@@ -52,6 +52,31 @@ class NodePortTest : public ::testing::Test {
 
 using Costs = std::vector<Nanos>;
 
+// Its thread says itself when it runs: it reads a device, say.
+TEST(NodePortOfThreads, AnUnscheduledNodeOfItsOwnPeriodDoesNotWait) {
+  os::FakeOs fake;
+  const graph::App app = parse(
+      "catan: 1\napp: one\nnodes: { imu: { unscheduled: true, period: 5ms }, node: {} }\nedges: [ imu -> node ]\n"
+      "objective: [ { period: node, weight: 1 } ]\n");
+  const NodeId imu{std::size_t{0}};
+  LocalRegion memory{app.graph, 1};
+  NodeLink link{fake, app.graph, imu, memory.region()};
+  NodePort port{fake, app.graph, imu, memory.region()};
+  ctn::Run run;
+  const TimePoint start = fake.now();
+  std::vector<TimePoint> begun;
+  for (int count = 0; count < 3; ++count) {
+    ASSERT_TRUE(port.wait_for_trigger());
+    port.begin(run);
+    fake.burn(milliseconds{1});
+    port.end(run);
+  }
+  link.drain([&](const record::Run& each) { begun.push_back(each.begin); });
+  EXPECT_EQ(begun, (std::vector{start, start + milliseconds{1}, start + milliseconds{2}}));
+  port.stop();
+  EXPECT_FALSE(port.wait_for_trigger());
+}
+
 TEST_F(NodePortTest, WhatComesBeforeTheFirstRunIsNotCounted) {
   fake.burn(milliseconds{7});
   run_once();

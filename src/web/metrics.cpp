@@ -85,9 +85,9 @@ class Family {
 };
 
 const Json& list(const Json& object, const char* key) {
-  static const Json none = Json::array();
+  static const Json kNone = Json::array();
   const auto found = object.find(key);
-  return found != object.end() && found->is_array() ? *found : none;
+  return found != object.end() && found->is_array() ? *found : kNone;
 }
 
 std::string text_of(const Json& object, const char* key) {

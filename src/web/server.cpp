@@ -278,7 +278,7 @@ struct Server::Impl {
         fail(response, response.status, error_json("there is no such page, or the request is wrong", "see /"));
       }
     });
-    library.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
+    library.set_exception_handler([](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
       fail(response, 500, error_json("this is a bug in catan", "report it"));
     });
   }
@@ -458,9 +458,9 @@ struct Server::Impl {
   }
 
   void show_out(os::TcpConnection client) {
-    static const std::string answer =
+    static const std::string kAnswer =
         answer_of({503, "as many clients are served as can be", "close one, or try again"});
-    if (client.send_now(answer) < answer.size()) return;
+    if (client.send_now(kAnswer) < kAnswer.size()) return;
     client.finish();
     if (leaving.size() >= kMostLeaving) drop(leaving.begin());
     const auto it = leaving.emplace(next_key++, Leaving{std::move(client), os.now() + kLeaveWithin}).first;

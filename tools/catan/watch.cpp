@@ -1,4 +1,7 @@
-// catan watch: looks on while an app runs, and saves its last seconds when a response is late, or its process is killed.
+// catan watch: looks on while an app runs, and saves its last seconds when a response is late, or its process is
+// killed.
+#include "watch.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +27,6 @@
 #include "os/linux/process.h"
 #include "os/linux/signal_watch.h"
 #include "scheduling_options.h"
-#include "watch.h"
 #include "why/why.h"
 
 namespace ctn::tool {
@@ -43,12 +45,13 @@ struct WatchOptions {
 // One process that is watched, until it ends.
 class Watcher {
  public:
-  Watcher(os::Os& os, flight::Recording recording, std::vector<flight::WatchedChain> chains, const WatchedApp& options)
+  Watcher(os::Os& os, flight::Recording recording, const std::vector<flight::WatchedChain>& chains,
+          const WatchedApp& options)
       : os_(os),
         recording_(std::move(recording)),
         options_(options),
-        late_(recording_.app(), std::move(chains),
-              std::max(os.now(), recording_.header().started + recording_.header().warm_up)) {}
+        late_(recording_.app(), chains, std::max(os.now(), recording_.header().started + recording_.header().warm_up)) {
+  }
 
   Status run();
 
@@ -161,10 +164,11 @@ int watch(const WatchOptions& options) {
   Result<std::vector<flight::WatchedChain>> chains = watched_chains(recording->app(), options.of.on_late);
   if (!chains) return report_error(chains.error());
   if (std::error_code unmade; !std::filesystem::create_directories(options.of.folder, unmade) && unmade) {
-    return report_error(Error::environment(
-        fmt::format("{} cannot be made: {}", printable(options.of.folder), unmade.message()), "name another --save-to"));
+    return report_error(
+        Error::environment(fmt::format("{} cannot be made: {}", printable(options.of.folder), unmade.message()),
+                           "name another --save-to"));
   }
-  const Status watched = Watcher(*os, std::move(*recording), std::move(*chains), options.of).run();
+  const Status watched = Watcher(*os, std::move(*recording), *chains, options.of).run();
   return watched ? kSuccess : report_error(watched.error());
 }
 
@@ -193,9 +197,10 @@ Result<std::vector<flight::WatchedChain>> watched_chains(const graph::App& app, 
 
 void WatchedApp::add_to(CLI::App& command) {
   command
-      .add_option("--on-late", on_late,
-                  "Save the last seconds as a record when a response of this chain is longer than its bound, or without "
-                  "one than what is promised, or than this; may be given several times")
+      .add_option(
+          "--on-late", on_late,
+          "Save the last seconds as a record when a response of this chain is longer than its bound, or without "
+          "one than what is promised, or than this; may be given several times")
       ->type_name("CHAIN[>MS]")
       ->allow_extra_args(false);
   command.add_option("--save-to", folder, "Where such records go, named after the app and the time")
