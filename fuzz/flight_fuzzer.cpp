@@ -1,7 +1,8 @@
 // Memory of a flight recorder that any program may have written: opening it and reading events out of it ends in order,
 // whatever is in it, and what is handed on could have happened in the app.
 //
-// The input is a memory as it is (where it begins with the layout's magic number), and the ring of one that is in order.
+// The input is a memory as it is (where it begins with the layout's magic number), and the ring of one that is in
+// order.
 #include <unistd.h>
 
 #include <algorithm>

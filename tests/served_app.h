@@ -83,14 +83,15 @@ class ServedAppTest : public ::testing::Test {
   // options, as a shell takes them.
   void serve(const std::string& socket = "socket", const std::string& app = "app.yaml", const std::string& cpus = "",
              const std::string& more = "") {
-    std::vector<std::string> arguments{"/bin/sh",
-                                       "-c",
-                                       "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" --save-to \"${4%/*}\" " + more + " 2>>\"$4\"",
-                                       CATAN_COMMAND,
-                                       path(app),
-                                       path(socket),
-                                       cpus.empty() ? std::to_string(os_->online_cpus()->cpus().front()) : cpus,
-                                       path("said")};
+    std::vector<std::string> arguments{
+        "/bin/sh",
+        "-c",
+        "exec \"$0\" serve \"$1\" --socket \"$2\" --cpus \"$3\" --save-to \"${4%/*}\" " + more + " 2>>\"$4\"",
+        CATAN_COMMAND,
+        path(app),
+        path(socket),
+        cpus.empty() ? std::to_string(os_->online_cpus()->cpus().front()) : cpus,
+        path("said")};
     Result<os::ChildProcess> started = os::ChildProcess::start(arguments);
     ASSERT_TRUE(started.ok()) << started.error().message();
     server_.emplace(std::move(*started));

@@ -87,8 +87,8 @@ Pipeline::~Pipeline() {
 void Pipeline::serve() {
   record_ = path(fmt::format("record-{}", ++servers_));
   Result<os::ChildProcess> started = os::ChildProcess::start(
-      {"/bin/sh", "-c", R"(exec "$0" serve "$1" --socket "$2" --cpus "$3" --record "$4" --save-to "${5%/*}" 2>>"$5")", command_,
-       path("app.yaml"), socket_, std::to_string(os_->online_cpus()->cpus().back()), record_, path("said")});
+      {"/bin/sh", "-c", R"(exec "$0" serve "$1" --socket "$2" --cpus "$3" --record "$4" --save-to "${5%/*}" 2>>"$5")",
+       command_, path("app.yaml"), socket_, std::to_string(os_->online_cpus()->cpus().back()), record_, path("said")});
   if (!started) throw std::runtime_error(started.error().message());
   server_.emplace(std::move(*started));
   settled_since_ = kNever;
