@@ -1,11 +1,11 @@
 // What recording costs, and whether what is lost is told. docs/benchmarks.md says how to read it.
 //
 //   the writer   CPU time of record/writer.h for runs with an input, triggers and slots, as the housekeeping thread
-//                gives them to it: in turns of 50 ms, committed once a second
-//   a server     that of the housekeeping thread of a served app, recorded and not, in turn: subchains that are
-//                triggered a thousand times a second, and programs' nodes that report runs by themselves, so many that
-//                all make the rate; how many of the runs that were reported are in the record, and how many the record
-//                says were lost
+//                gives them to it: in turns of 50 ms, committed once a second; beside it that of the flight recorder
+//   a server     that of the housekeeping thread of a served app that keeps nothing, the last seconds in memory, or a
+//                record as well, in turn: subchains that are triggered a thousand times a second, and programs' nodes
+//                that report runs by themselves, so many that all make the rate; how many of the runs that were
+//                reported are in the record, and how many the record says were lost
 //
 // Usage: recording_bench [--rate N]... [--seconds N] [--rounds N]; events a second. Exit: 1 if any were lost and not
 // told, 0 otherwise, however long it took.
@@ -30,6 +30,7 @@
 #include "base/statistics.h"
 #include "catan/client.h"
 #include "config/app_file.h"
+#include "flight/recorder.h"
 #include "os/linux/forked_process.h"
 #include "os/linux/linux_os.h"
 #include "policy/policy.h"
@@ -106,10 +107,12 @@ struct Written {
 
 enum class Kind { kRuns, kTriggers, kSlots, kAll };
 
-Written write(os::Os& os, const graph::App& app, const std::string& path, Kind kind, int rate, int for_seconds) {
-  auto writer = value_of(record::Writer::create(path, app, {}));
+// Gives a sink the events of a turn of 50 ms, and has it take its time at the turn's end.
+template <class EndOfTurn>
+Written feed(os::Os& os, const graph::App& app, record::Sink& to, Kind kind, int rate, int for_seconds,
+             const EndOfTurn& end_of_turn) {
   const NodeId from = *app.graph.find_node("free0");
-  const NodeId to = *app.graph.find_node("free5");
+  const NodeId node = *app.graph.find_node("free5");
   std::uint64_t number = 0;
   Written written;
   const Nanos before = os.thread_cpu_time();
@@ -120,47 +123,65 @@ Written write(os::Os& os, const graph::App& app, const std::string& path, Kind k
       const TimePoint end = at + std::chrono::microseconds{20};
       if (which == 0) {
         record::Run run;
-        run.node = to;
+        run.node = node;
         run.number = number;
         run.begin = at;
         run.end = end;
         run.cpu = std::chrono::microseconds{15};
         run.consumed.push_back({from, number, number});
         run.on_cpu = 1;
-        writer->add(run);
+        to.add(run);
       } else if (which == 1) {
-        writer->add(record::Trigger{SubchainId{0}, number, at, end});
+        to.add(record::Trigger{SubchainId{0}, number, at, end});
       } else {
-        writer->add(record::SlotUse{0, SubchainId{0}, at, at, end});
+        to.add(record::SlotUse{0, SubchainId{0}, at, at, end});
       }
     }
-    if ((turn + 1) % kTurns != 0) continue;
-    const TimePoint begin = os.now();
-    if (Status done = writer->flush(); !done) throw std::runtime_error(done.error().message());
-    written.longest_ms = std::max(written.longest_ms, to_millis(os.now() - begin).count());
+    end_of_turn(turn, written);
   }
   const Nanos used = os.thread_cpu_time() - before;
+  written.percent = 100.0 * to_millis(used).count() / (1000.0 * for_seconds);
+  written.micros = 1000.0 * to_millis(used).count() / static_cast<double>(number);
+  return written;
+}
+
+Written write(os::Os& os, const graph::App& app, const std::string& path, Kind kind, int rate, int for_seconds) {
+  auto writer = value_of(record::Writer::create(path, app, {}));
+  Written written = feed(os, app, *writer, kind, rate, for_seconds, [&](int turn, Written& so_far) {
+    if ((turn + 1) % kTurns != 0) return;
+    const TimePoint begin = os.now();
+    if (Status done = writer->flush(); !done) throw std::runtime_error(done.error().message());
+    so_far.longest_ms = std::max(so_far.longest_ms, to_millis(os.now() - begin).count());
+  });
   if (Status done = writer->close(TimePoint{} + seconds{for_seconds}, {}); !done) {
     throw std::runtime_error(done.error().message());
   }
-  written.percent = 100.0 * to_millis(used).count() / (1000.0 * for_seconds);
-  written.micros = 1000.0 * to_millis(used).count() / static_cast<double>(number);
-  written.bytes = static_cast<double>(std::filesystem::file_size(path)) / static_cast<double>(number);
+  written.bytes = static_cast<double>(std::filesystem::file_size(path)) / (1.0 * rate * for_seconds);
   std::filesystem::remove(path);
   return written;
 }
 
+Written keep(os::Os& os, const graph::App& app, Kind kind, int rate, int for_seconds) {
+  const auto recorder =
+      value_of(flight::Recorder::create(app, {}, os.current_process(), flight::Recorder::kDefaultBytes));
+  return feed(os, app, *recorder, kind, rate, for_seconds, [&](int, Written&) { recorder->show_alive(os.now()); });
+}
+
 void measure_writer(os::Os& os, const graph::App& app, const Options& options, const Folder& folder) {
-  fmt::print("The writer of records, in turns of 50 ms, committed once a second: medians of {} rounds of {} s\n",
-             options.rounds, options.seconds);
-  fmt::print("{:>10}  {:<10} {:>9} {:>9} {:>12} {:>17}\n", "events/s", "of them", "% of core", "us/event",
-             "bytes/event", "longest commit ms");
+  fmt::print(
+      "The writer of records, in turns of 50 ms, committed once a second, and the flight recorder, in turn: "
+      "medians of {} rounds of {} s\n",
+      options.rounds, options.seconds);
+  fmt::print("{:>10}  {:<10} {:>9} {:>9} {:>12} {:>17} {:>17} {:>9}\n", "events/s", "of them", "% of core", "us/event",
+             "bytes/event", "longest commit ms", "% flight recorder", "us/event");
   for (const int rate : options.rates) {
     if (rate > kMostWritten) continue;
     for (const auto& [kind, name] : {std::pair{Kind::kRuns, "runs"}, std::pair{Kind::kTriggers, "triggers"},
                                      std::pair{Kind::kSlots, "slots"}, std::pair{Kind::kAll, "all three"}}) {
       std::vector<double> percent;
       std::vector<double> micros;
+      std::vector<double> kept_percent;
+      std::vector<double> kept_micros;
       Written last;
       double longest_ms = 0.0;
       for (int round = 0; round < options.rounds; ++round) {
@@ -168,9 +189,12 @@ void measure_writer(os::Os& os, const graph::App& app, const Options& options, c
         percent.push_back(last.percent);
         micros.push_back(last.micros);
         longest_ms = std::max(longest_ms, last.longest_ms);
+        const Written kept = keep(os, app, kind, rate, options.seconds);
+        kept_percent.push_back(kept.percent);
+        kept_micros.push_back(kept.micros);
       }
-      fmt::print("{:>10}  {:<10} {:>9.2f} {:>9.2f} {:>12.1f} {:>17.1f}\n", rate, name, median(percent), median(micros),
-                 last.bytes, longest_ms);
+      fmt::print("{:>10}  {:<10} {:>9.2f} {:>9.2f} {:>12.1f} {:>17.1f} {:>17.2f} {:>9.3f}\n", rate, name,
+                 median(percent), median(micros), last.bytes, longest_ms, median(kept_percent), median(kept_micros));
     }
   }
 }
@@ -219,11 +243,17 @@ struct Served {
   record::Interval measured{};
 };
 
-Served serve(os::Os& os, const std::string& socket, const std::string& record, int rate, int for_seconds) {
+struct Kept {
+  std::string record;  // file; empty: none
+  std::size_t flight_bytes = 0;
+};
+
+Served serve(os::Os& os, const std::string& socket, const Kept& kept, int rate, int for_seconds) {
   const os::ForkedProcess nodes([&] { return run_nodes(os, socket, rate); });  // before this one has threads
   runtime::ServerOptions options;
   options.scheduler.policy = *policy::make_policy("default");
-  options.scheduler.record = record;
+  options.scheduler.record = kept.record;
+  options.scheduler.flight_bytes = kept.flight_bytes;
   options.socket = socket;
   const std::string text = app_text();
   auto server = value_of(
@@ -284,22 +314,29 @@ Counted count(const std::string& path, const record::Interval& measured) {
 
 // False: more were lost than was told.
 bool measure_server(os::Os& os, const Options& options, const Folder& folder) {
-  fmt::print("\nThe housekeeping thread of a server, recorded and not, in turn: medians of {} rounds of {} s\n",
-             options.rounds, options.seconds);
-  fmt::print("{:>10} {:>11} {:>13} {:>11}  {:<8} {:>12} {:>9} {:>9}\n", "events/s", "% recorded", "% not so",
-             "difference", "its CPUs", "in record/s", "missing", "told");
+  fmt::print(
+      "\nThe housekeeping thread of a server that keeps nothing, has a flight recorder, and a record as well, in "
+      "turn: medians of {} rounds of {} s\n",
+      options.rounds, options.seconds);
+  fmt::print("{:>10} {:>9} {:>9} {:>10} {:>9} {:>8}  {:<8} {:>12} {:>9} {:>9}\n", "events/s", "% nothing", "% flight",
+             "difference", "% record", "more", "its CPUs", "in record/s", "missing", "told");
   bool all_told = true;
   for (const int rate : options.rates) {
-    std::vector<double> with;
-    std::vector<double> without;
+    std::vector<double> recorded;
+    std::vector<double> flight;
+    std::vector<double> nothing;
     Counted sum;
     std::string cpus;
     for (int round = 0; round < options.rounds; ++round) {
       const std::string record = folder.file(fmt::format("served-{}-{}.catan", rate, round));
-      const Served served = serve(os, folder.file("socket"), record, rate, options.seconds);
-      with.push_back(served.percent);
+      const auto serve_with = [&](const Kept& kept) {
+        return serve(os, folder.file("socket"), kept, rate, options.seconds);
+      };
+      nothing.push_back(serve_with({}).percent);
+      flight.push_back(serve_with({{}, flight::Recorder::kDefaultBytes}).percent);
+      const Served served = serve_with({record, flight::Recorder::kDefaultBytes});
+      recorded.push_back(served.percent);
       cpus = served.cpus;
-      without.push_back(serve(os, folder.file("socket"), "", rate, options.seconds).percent);
       const Counted counted = count(record, served.measured);
       sum.events += counted.events;
       sum.missing += counted.missing;
@@ -307,8 +344,9 @@ bool measure_server(os::Os& os, const Options& options, const Folder& folder) {
       all_told = all_told && counted.told >= counted.missing;
       std::filesystem::remove(record);
     }
-    fmt::print("{:>10} {:>11.2f} {:>13.2f} {:>11.2f}  {:<8} {:>12.0f} {:>9} {:>9}\n", rate, median(with),
-               median(without), median(with) - median(without), cpus,
+    fmt::print("{:>10} {:>9.2f} {:>9.2f} {:>10.2f} {:>9.2f} {:>8.2f}  {:<8} {:>12.0f} {:>9} {:>9}\n", rate,
+               median(nothing), median(flight), median(flight) - median(nothing), median(recorded),
+               median(recorded) - median(flight), cpus,
                static_cast<double>(sum.events) / (1.0 * options.rounds * options.seconds), sum.missing, sum.told);
   }
   return all_told;
