@@ -30,12 +30,8 @@ struct Answer {
   std::string text;  // of both outputs
 };
 
-class CtlTest : public ServedAppTest {
+class CtlTest : public ServedNodesTest {
  protected:
-  void TearDown() override {
-    fast_.reset();
-    ServedAppTest::TearDown();
-  }
   Answer ctl(const std::string& arguments) const {
     const std::string command = std::string(CATAN_COMMAND) + " ctl " + arguments + " 2>&1";
     std::FILE* const pipe = ::popen(command.c_str(), "r");
@@ -61,20 +57,6 @@ class CtlTest : public ServedAppTest {
     EXPECT_EQ(answer.code, code) << arguments;
     EXPECT_THAT(answer.text, HasSubstr(why)) << arguments;
   }
-
-  // All three nodes run: two here, one in a process of its own.
-  void serve_all(const std::string& more = "", const std::string& cpus = "") {
-    serve("socket", "app.yaml", cpus, more);
-    play({"map"});
-    Result<Client> client = connect();
-    ASSERT_TRUE(client.ok()) << client.error().message();
-    fast_ = std::make_unique<CountingNodes>(
-        std::move(*client), *os_,
-        std::vector<std::pair<std::string, Nanos>>{{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
-    ASSERT_TRUE(fast_->runs_on(20)) << said();
-  }
-
-  std::unique_ptr<CountingNodes> fast_;
 };
 
 TEST_F(CtlTest, ChangesWhatIsAskedAndSaysWhatIsInForce) {

@@ -17,22 +17,8 @@ namespace {
 using testing::HasSubstr;
 using testing::SizeIs;
 
-class FlightCommandTest : public ServedAppTest {
+class FlightCommandTest : public ServedNodesTest {
  protected:
-  void TearDown() override {
-    fast_.reset();
-    ServedAppTest::TearDown();
-  }
-  void serve_all(const std::string& more = "") {
-    serve("socket", "app.yaml", "", more);
-    play({"map"});
-    Result<Client> client = connect();
-    ASSERT_TRUE(client.ok()) << client.error().message();
-    fast_ = std::make_unique<CountingNodes>(
-        std::move(*client), *os_,
-        std::vector<std::pair<std::string, Nanos>>{{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
-    ASSERT_TRUE(fast_->runs_on(20)) << said();
-  }
   // Of the test's folder.
   std::vector<std::string> records(const std::string& prefix) const {
     std::vector<std::string> found;
@@ -85,8 +71,6 @@ class FlightCommandTest : public ServedAppTest {
     }
     return false;
   }
-
-  std::unique_ptr<CountingNodes> fast_;
 };
 
 TEST_F(FlightCommandTest, TheLastSecondsAreSavedWhenAskedFor) {

@@ -206,4 +206,26 @@ class CountingNodes {
   Client client_;
 };
 
+// All three nodes of the app run: two here, one in a process of its own.
+class ServedNodesTest : public ServedAppTest {
+ protected:
+  void TearDown() override {
+    fast_.reset();
+    ServedAppTest::TearDown();
+  }
+  // `more`, `cpus`: as serve() takes them.
+  void serve_all(const std::string& more = "", const std::string& cpus = "") {
+    serve("socket", "app.yaml", cpus, more);
+    play({"map"});
+    Result<Client> client = connect();
+    ASSERT_TRUE(client.ok()) << client.error().message();
+    fast_ = std::make_unique<CountingNodes>(
+        std::move(*client), *os_,
+        std::vector<std::pair<std::string, Nanos>>{{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
+    ASSERT_TRUE(fast_->runs_on(20)) << said();
+  }
+
+  std::unique_ptr<CountingNodes> fast_;
+};
+
 }  // namespace ctn::test
