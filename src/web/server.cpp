@@ -108,7 +108,7 @@ class RequestStream final : public httplib::Stream {
   // `received`: what has come after the head; what is no part of the body is left there.
   RequestStream(os::Clock& clock, const os::TcpConnection& client, const Limits& limits, const RequestHead& head,
                 std::string& received)
-      : clock_(clock), client_(client), limits_(limits), text_(canonical(head)), received_(received) {
+      : clock_(clock), client_(client), limits_(limits), text_(canonical(head)) {
     const std::size_t there = std::min(head.content_length, received.size());
     text_ += received.substr(0, there);
     received.erase(0, there);
@@ -147,7 +147,6 @@ class RequestStream final : public httplib::Stream {
   const Limits& limits_;
   std::string text_;
   std::size_t place_ = 0;  // in it: what was read
-  std::string& received_;
   std::size_t body_left_ = 0;
   TimePoint read_by_{};
 };
