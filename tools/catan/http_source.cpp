@@ -4,10 +4,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <new>
+#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "attach.h"
+#include "live_whatif.h"
+#include "os/linux/background.h"
 #include "runtime/control.h"
 #include "runtime/socket_path.h"
 #include "view/json.h"
@@ -142,6 +146,23 @@ Status HttpSource::change(const Changes& changes) {
   const Result<std::vector<std::string>> at = sockets();
   if (!at) return at.error();
   return runtime::ask_to_change(os_, *at, changes);
+}
+
+Result<std::string> HttpSource::what_if(const web::WhatIf& asked) {
+  Result<flight::Recording> found = attach(os_, target_);
+  if (!found) return found.error();
+  std::optional<Result<std::string>> answer;
+  os_.spawn("what-if", [&] {
+    os::yield_to_all();
+    try {
+      KnownSoFar known(found->app(), found->header());
+      static_cast<void>(found->read_new(known));
+      answer = tool::what_if(known, asked, os_);
+    } catch (const std::bad_alloc&) {
+      answer = Error::environment("there is not enough memory for that", "ask for less");
+    }
+  });  // which is waited for
+  return std::move(*answer);
 }
 
 }  // namespace ctn::tool
