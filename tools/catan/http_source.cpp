@@ -55,6 +55,10 @@ class Both final : public record::Sink {
   record::Sink& other_;
 };
 
+bool is_same_run(const flight::Recording& one, const flight::Recording& other) {
+  return one.process() == other.process() && one.header().started == other.header().started;
+}
+
 bool is_gone(os::ProcessId process) {
   std::error_code unknown;
   return !std::filesystem::exists(fmt::format("/proc/{}", static_cast<int>(process)), unknown);
@@ -84,7 +88,12 @@ Result<HttpSource::Watched*> HttpSource::watched() {
       Result<flight::Recording> found = attach(os_, target_);
       read_at_ = now;
       if (found) {
-        watched_ = std::make_unique<Watched>(std::move(*found));
+        auto next = std::make_unique<Watched>(std::move(*found));
+        // Counts of the same run go on, as counters must.
+        if (watched_ && is_same_run(watched_->recording, next->recording)) {
+          next->view.go_on_from(watched_->view.late_so_far());
+        }
+        watched_ = std::move(next);
         missing_.reset();
       } else {
         missing_ = found.error();
@@ -100,6 +109,7 @@ Result<HttpSource::Watched*> HttpSource::watched() {
   if (now - seen.life.seen_alive > view::kStalledAfter) {
     seen.life.gone = is_gone(os::ProcessId{seen.recording.process()});
   }
+  if (seen.life.over || seen.life.gone) seen.view.ended();
   return &seen;
 }
 

@@ -282,6 +282,8 @@
       if (known(chain.promised_ms)) parts.push('promised ' + figure(chain.promised_ms));
       if (known(chain.bound_ms)) parts.push('bound ' + figure(chain.bound_ms) + ', ' + chain.over_bound + ' over it');
       parts.push('weight ' + figure(chain.weight));
+      const causes = Object.entries(chain.late_by).map(([cause, count]) => cause + ' ' + count);
+      if (causes.length) parts.push('why late: ' + causes.join(', '));
       const line = ' now; ' + parts.join('; ');
       if (text.lastChild.data !== line) text.lastChild.data = line;
       drawChain(canvas, chain);
