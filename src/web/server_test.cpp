@@ -139,8 +139,17 @@ TEST_F(WebServerTest, ServesThePageAndNothingFromElsewhere) {
                           HasSubstr("X-Content-Type-Options: nosniff\r\n"), HasSubstr("Cache-Control: no-store\r\n")));
   EXPECT_THAT(page, Not(HasSubstr("//")));  // no address of another server
   EXPECT_THAT(get("/style.css"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/css"), HasSubstr("prefers-color")));
-  EXPECT_THAT(get("/page.js"),
-              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript"), HasSubstr("EventSource")));
+  EXPECT_THAT(get("/page.js"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript"), HasSubstr("EventSource"),
+                                     HasSubstr("'whatif'")));
+  // Each place that the script names is in the page.
+  const std::string script = get("/page.js");
+  std::size_t named = 0;
+  for (std::size_t at = script.find(" at('"); at != std::string::npos; at = script.find(" at('", at + 1)) {
+    const std::string id = script.substr(at + 5, script.find('\'', at + 5) - at - 5);
+    EXPECT_THAT(page, HasSubstr("id=\"" + id + "\""));
+    ++named;
+  }
+  EXPECT_GT(named, 10U);
   const std::string head = ask("HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_THAT(head, AllOf(StartsWith("HTTP/1.1 200"), EndsWith("\r\n\r\n"), Not(HasSubstr("<script"))));
 }
