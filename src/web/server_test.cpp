@@ -144,8 +144,8 @@ TEST_F(WebServerTest, ServesThePageAndNothingFromElsewhere) {
   // Each place that the script names is in the page.
   const std::string script = get("/page.js");
   std::size_t named = 0;
-  for (std::size_t at = script.find(" at('"); at != std::string::npos; at = script.find(" at('", at + 1)) {
-    const std::string id = script.substr(at + 5, script.find('\'', at + 5) - at - 5);
+  for (std::size_t at = script.find("at('"); at != std::string::npos; at = script.find("at('", at + 1)) {
+    const std::string id = script.substr(at + 4, script.find('\'', at + 4) - at - 4);
     EXPECT_THAT(page, HasSubstr("id=\"" + id + "\""));
     ++named;
   }
