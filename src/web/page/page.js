@@ -377,7 +377,7 @@
     { name: 'Compute time of a node', unit: 'such as x2, or 5ms', text: true, only: true,
       from: () => live.nodes.map((node) => node.node), now: () => 'x2',
       change: (name, value) => ({ costs: { [name]: value } }) },
-    { name: 'Number of cores', unit: 'Cores', only: true, from: () => ['all nodes'],
+    { name: 'Number of cores', unit: 'such as 4', only: true, from: () => ['all nodes'],
       now: () => live.cpus.length, change: (name, value) => ({ cores: value }) },
     ...kinds,
   ];
@@ -450,17 +450,17 @@
     }
   }
 
-  async function change(body, place) {
+  async function change(body, place, done = 'Done.') {
     sessionStorage.setItem('token', at('token').value);
     answer(place, 'Asking.', false);
     const { why } = await post('control/change', body, { 'Authorization': 'Bearer ' + at('token').value.trim() });
-    answer(place, why || 'Done.', Boolean(why));
+    answer(place, why || done, Boolean(why));
   }
 
   async function apply(event) {
     event.preventDefault();
     const value = changing.chosen();
-    if (value === undefined) return answer(at('answer'), 'That is no ' + changing.kind.unit + '.', true);
+    if (value === undefined) return answer(at('answer'), 'That is no value (' + changing.kind.unit + ').', true);
     await change(changing.kind.change(changing.subject.value, value), at('answer'));
   }
 
@@ -471,7 +471,8 @@
     at('form').addEventListener('submit', apply);
     at('change').hidden = false;
     at('if-apply').addEventListener('click', () => change(asked(supposed.filter((one) => !one.kind.only)),
-      at('if-answer')));
+      at('if-answer'), supposed.some((one) => one.kind.only)
+        ? 'Done; compute times and the number of cores are what they are.' : 'Done.'));
     showSupposed();
   }
 
@@ -567,7 +568,7 @@
     const kind = supposing.kind;
     const subject = supposing.subject.value;
     const value = supposing.chosen();
-    if (value === undefined) return answer(at('if-answer'), 'That is no ' + kind.unit + '.', true);
+    if (value === undefined) return answer(at('if-answer'), 'That is no value (' + kind.unit + ').', true);
     supposed = supposed.filter((one) => one.kind !== kind || one.subject !== subject);
     supposed.push({ kind, subject, value });
     showSupposed();
