@@ -67,6 +67,10 @@ class HttpCommand : public ServedAppTest {
     return ask_page("POST /control/change HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAuthorization: Bearer " +
                     token + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
   }
+  std::string what_if(const std::string& body, const std::string& headers = {}) {
+    return ask_page("POST /whatif HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + headers +
+                    "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+  }
   static nlohmann::json body_of(const std::string& answer) {
     return nlohmann::json::parse(answer.substr(answer.find("\r\n\r\n") + 4), nullptr, false);
   }
@@ -111,6 +115,45 @@ TEST_F(HttpCommand, ChangesWhatIsAskedWithTheToken) {
   EXPECT_TRUE(says("objective[0].weight (eye -> hand): 1 -> 2.5")) << said();
   EXPECT_TRUE(eventually([&] { return body_of(get_page("/live"))["chains"][0]["weight"] == 2.5; }));
   EXPECT_EQ(said().find("0123456789abcdef"), std::string::npos);
+}
+
+TEST_F(HttpCommand, SaysWhatWouldBePlannedAndChangesNothing) {
+  serve_page("");
+  ASSERT_TRUE(eventually([&] { return body_of(get_page("/live"))["chains"][0]["newest_ms"].is_number(); }));
+  const std::string answer = what_if(R"({"weights": [["0", 3]], "maxes": [["0", 500]], "costs": {"map": "50ms"}})");
+  ASSERT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  const nlohmann::json said = body_of(answer);
+  EXPECT_EQ(said["app"], "served");
+  EXPECT_EQ(said["then"]["cores"], 1);
+  EXPECT_EQ(said["then"]["feasible"], true);
+  ASSERT_EQ(said["chains"].size(), 1U);
+  EXPECT_EQ(said["chains"][0]["path"], "eye -> hand");
+  EXPECT_EQ(said["chains"][0]["weight"], 3.0);
+  EXPECT_EQ(said["chains"][0]["bound_ms"], 500.0);
+  EXPECT_GT(said["chains"][0]["now"]["promised_ms"], 0.0);
+  EXPECT_GT(said["chains"][0]["then"]["expected_ms"], 0.0);
+  ASSERT_EQ(said["subchains"].size(), 2U);
+  EXPECT_EQ(said["subchains"][1]["subchain"], "slow");
+  EXPECT_GT(said["subchains"][1]["then"]["period_ms"], 50.0) << "no run ends sooner";
+
+  const nlohmann::json on_two = body_of(what_if(R"({"cores": 2})"));
+  EXPECT_EQ(on_two["now"]["cores"], 1);
+  EXPECT_EQ(on_two["then"]["cores"], 2);
+  const nlohmann::json tight = body_of(what_if(R"({"maxes": [["0", 1]], "costs": {"eye": "x20"}})"));
+  EXPECT_EQ(tight["then"]["feasible"], false);
+  EXPECT_EQ(tight["then"]["relaxed"][0]["bound"], "objective[0].max");
+
+  const auto expect_refused = [&](const std::string& body, const std::string& why) {
+    EXPECT_THAT(what_if(body), AllOf(StartsWith("HTTP/1.1 400"), HasSubstr(why))) << body;
+  };
+  expect_refused(R"({"weights": [["none", 1]]})", "none");
+  expect_refused(R"({"costs": {"none": "x2"}})", "no node");
+  expect_refused(R"({"costs": {"eye": "2"}})", "no compute time");
+  expect_refused(R"({"costs": {"eye": "x0"}})", "no factor");
+  expect_refused(R"({"cpus": [999]})", "not among those");
+  expect_refused(R"({"cpus": [0], "cores": 1})", "one of them");
+  EXPECT_THAT(what_if("{}", "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
+  EXPECT_EQ(body_of(get_page("/snapshot"))["changes"], 0);
 }
 
 TEST_F(HttpCommand, WhereItCannotListenTheAppIsScheduledAllTheSame) {

@@ -147,6 +147,22 @@ TEST(TopScreen, AWideOneHasMore) {
   }
 }
 
+TEST(TopScreen, SaysWhatMadeResponsesLate) {
+  view::Picture picture = picture_of(2, 3, 3);
+  EXPECT_THAT(screen_of(picture, {}, {80, 24}), Not(HasSubstr("WHY LATE")));
+  picture.chains[1].late_by = {{"pre-empted", 12}, {"long-run", 3}};
+  const std::string screen = screen_of(picture, {}, {80, 24});
+  EXPECT_THAT(screen, HasSubstr("WHY LATE, by cause\nscan>node1>motor  pre-empted 12, long-run 3\n"));
+  EXPECT_LT(place_of("RESPONSE", screen), place_of("WHY LATE", screen));
+  EXPECT_LT(place_of("WHY LATE", screen), place_of("SUBCHAIN", screen));
+  ScreenState state;
+  state.open = true;
+  EXPECT_THAT(screen_of(picture, state, {80, 24}), Not(HasSubstr("pre-empted")));
+  state.selected = 1;
+  EXPECT_THAT(screen_of(picture, state, {80, 24}), HasSubstr("why late: pre-empted 12, long-run 3\n"));
+  EXPECT_THAT(top_text(picture), HasSubstr("scan>node1>motor  pre-empted 12, long-run 3\n"));
+}
+
 TEST(TopScreen, OpensAChain) {
   ScreenState state;
   EXPECT_TRUE(press(state, kKeyDown, 2));

@@ -32,6 +32,12 @@ class Writer {
     return {{"from_ms", distribution.from_ms}, {"width_ms", distribution.width_ms}, {"counts", distribution.counts}};
   }
 
+  static Json by_cause(const std::vector<LateBy>& late) {
+    Json causes = Json::object();
+    for (const LateBy& by : late) causes[by.cause] = by.count;
+    return causes;
+  }
+
   Json operator()(const Chain& chain) const {
     Json worst = Json::array();
     for (const std::optional<double>& second : chain.worst_ms) worst.push_back(known(second));
@@ -46,6 +52,8 @@ class Writer {
             {"period_ms", to_json(chain.period_ms)},
             {"over_bound", chain.over_bound},
             {"over_promise", chain.over_promise},
+            {"late_by", by_cause(chain.late_by)},
+            {"late_by_in_all", by_cause(chain.late_by_in_all)},
             {"worst_ms", worst},
             {"distribution", (*this)(chain.distribution)}};
   }

@@ -11,6 +11,7 @@
 #include "os/cpu_set.h"
 #include "plan/predicted_means.h"
 #include "view/live_view.h"
+#include "why/parts.h"
 
 namespace ctn::view {
 namespace {
@@ -51,6 +52,15 @@ CoreUse& use_of(Core& core, const std::string& name) {
   return found != core.uses.end()
              ? *found
              : core.uses.emplace_back(CoreUse{.name = name, .planned = false, .cores = 0.0, .slots = {}});
+}
+
+std::vector<LateBy> by_count(const LateCauses::Counts& counts) {
+  std::vector<LateBy> result;
+  for (std::size_t kind = 0; kind < counts.size(); ++kind) {
+    if (counts[kind] > 0) result.push_back({why::to_string(static_cast<why::CauseKind>(kind)), counts[kind]});
+  }
+  std::stable_sort(result.begin(), result.end(), [](const LateBy& a, const LateBy& b) { return a.count > b.count; });
+  return result;
 }
 
 }  // namespace
@@ -149,6 +159,12 @@ Chain LiveView::picture_of(const KeptChain& chain, std::size_t index, const Wind
     if (promises == nullptr || !promises->responses[index]) continue;
     shown.over_promise += to_millis(*sample.response) > *promises->responses[index] ? 1U : 0U;
   }
+  LateCauses::Counts late{};
+  for (const LateCauses::Told& told : late_.told(index)) {
+    if (window.has(told.end)) ++late[static_cast<std::size_t>(told.cause)];
+  }
+  shown.late_by = by_count(late);
+  shown.late_by_in_all = by_count(late_.counts(index));
   shown.distribution = distribution_of(responses);
   shown.response_ms = summarize_quickly(std::move(responses));
   shown.latency_ms = summarize_quickly(std::move(latencies));

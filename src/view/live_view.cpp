@@ -76,7 +76,8 @@ LiveView::LiveView(graph::App app, const record::Header& header)
       header_(header),
       nodes_(app_.graph.nodes().size()),
       steps_(app_.graph.nodes().size()),
-      subchains_(app_.graph.subchains().size()) {
+      subchains_(app_.graph.subchains().size()),
+      late_(app_, header.cpus.size()) {
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     if (app_.graph.nodes()[node].subchain) steps_[node].resize(kRememberedRuns);
   }
@@ -93,6 +94,7 @@ void LiveView::seen(TimePoint at) {
 
 void LiveView::lost() {
   ++lost_;
+  late_.lost(app_);
   first_seen_.reset();
   for (KeptNode& node : nodes_) {
     node.runs.clear();
@@ -118,19 +120,31 @@ void LiveView::add(const record::Run& run) {
   node.last_end = run.end;
   keep(node.runs, std::move(sample), newest_);
   follow_subchain(run);
-  for (KeptChain& chain : chains_) {
+  late_.add(run);
+  for (std::size_t index = 0; index < chains_.size(); ++index) {
+    KeptChain& chain = chains_[index];
     for (const record::ChainSample& found : chain.tracker.add(run)) {
       keep(chain.responses,
            {found.end - found.response.value_or(found.latency), found.end, found.response, found.latency, found.period},
            newest_);
       if (!found.response) continue;
       chain.newest = found.response;
+      const TimePoint begin = found.end - *found.response;
+      if (is_late(index, begin, *found.response)) late_.late(index, begin, found.end);
       const std::int64_t step = found.end.time_since_epoch() / kHistoryStep;
       Worst& worst = chain.worst[static_cast<std::size_t>(std::max<std::int64_t>(step, 0)) % chain.worst.size()];
       if (worst.step != step) worst = {step, Nanos{0}};
       worst.response = std::max(worst.response, *found.response);
     }
   }
+  late_.look(app_);
+}
+
+// Over its bound; without one, over what was promised when it began.
+bool LiveView::is_late(std::size_t chain, TimePoint begin, Nanos response) const {
+  if (const std::optional<Nanos>& bound = app_.objective[chains_[chain].term].max) return response > *bound;
+  const Promises* const promises = promised_at(begin);
+  return promises != nullptr && promises->responses[chain] && to_millis(response) > *promises->responses[chain];
 }
 
 void LiveView::follow_subchain(const record::Run& run) {
@@ -156,16 +170,19 @@ void LiveView::follow_subchain(const record::Run& run) {
 
 void LiveView::add(const record::Trigger& trigger) {
   seen(trigger.sent);
+  late_.add(trigger);
   keep(subchains_[trigger.subchain.index()].triggers, {trigger.sent, trigger.sent - trigger.due}, newest_);
 }
 
 void LiveView::add(const record::SlotUse& slot) {
   seen(slot.end);
+  late_.add(slot);
   keep(slots_, slot, newest_);
 }
 
 void LiveView::add(const record::Steal& steal) {
   seen(steal.end);
+  late_.add(steal);
   keep(steals_, steal, newest_);
 }
 
@@ -181,6 +198,7 @@ void LiveView::add(const record::PlanChange& change) {
     note(change.at, "plan", change.reason + ": this version of catan cannot read it");
     return;
   }
+  late_.add(change);
   plan_ = std::move(*plan);
   plan_json_ = change.json;
   plan_reason_ = change.reason;
@@ -210,6 +228,7 @@ void LiveView::add(const record::AppChange& change) {
 }
 
 void LiveView::add(const record::ClockReading& reading) {
+  late_.add(reading);
   for (KeptChain& chain : chains_) chain.tracker.set_clock(reading.node, reading.ticks);
 }
 

@@ -3,7 +3,7 @@
 //
 // Figures are of a sliding window, the last kWindow, or as much of it as there are events of; what is drawn over time
 // is of the last kHistory. What happened before is forgotten, but for the plan in force, weights and bounds, clocks,
-// and the newest notices.
+// and the newest notices. Late responses are counted by their causes (late_causes.h), some seconds after they ended.
 //
 // Units: Nanos and instants of the monotonic clock in, milliseconds out. Thread safety: none; one owner. Memory: at
 // most kMostSamples of each node, chain and subchain, the oldest of which go first, and that of record/lineage.h.
@@ -25,6 +25,7 @@
 #include "record/lineage.h"
 #include "record/sink.h"
 #include "record/writer.h"
+#include "view/late_causes.h"
 #include "view/picture.h"
 
 namespace ctn::view {
@@ -65,6 +66,13 @@ class LiveView final : public record::Sink {
 
   // As of now, all events that are there having been added; once the session shows no life, as of when it last did.
   Picture picture(TimePoint now, const Life& life) const;
+
+  // What was counted of late responses, for the view that follows the same run after this one.
+  const std::vector<LateCauses::SoFar>& late_so_far() const { return late_.so_far(); }
+  // Before anything is added.
+  void go_on_from(const std::vector<LateCauses::SoFar>& late) { late_.go_on_from(late); }
+  // The session has ended: it is told at once why the last responses were late.
+  void ended() { late_.look_at_all(app_); }
 
   // With the weights and bounds that hold.
   const graph::App& app() const { return app_; }
@@ -140,6 +148,7 @@ class LiveView final : public record::Sink {
 
   void seen(TimePoint at);
   void follow_subchain(const record::Run& run);
+  bool is_late(std::size_t chain, TimePoint begin, Nanos response) const;
   void note(TimePoint at, std::string kind, std::string detail);
   double since_start(TimePoint at) const;
   const Promises* promised_at(TimePoint at) const;
@@ -161,6 +170,7 @@ class LiveView final : public record::Sink {
   std::vector<KeptChain> chains_;         // response times, in the order of the objective
   Series<record::SlotUse> slots_;
   Series<record::Steal> steals_;
+  LateCauses late_;
   std::deque<Event> events_;
   std::deque<Promises> promises_;  // the oldest first
   std::optional<plan::Plan> plan_;

@@ -75,6 +75,13 @@ struct Distribution {
   std::vector<std::uint64_t> counts;
 };
 
+// Of late responses; the cause is one of docs/why.md.
+struct LateBy {
+  std::string cause;  // "pre-empted"
+  std::uint64_t count = 0;
+  friend bool operator==(const LateBy&, const LateBy&) = default;
+};
+
 // A response time of the objective.
 struct Chain {
   std::string path;
@@ -89,6 +96,8 @@ struct Chain {
   Summary period_ms;
   std::uint64_t over_bound = 0;
   std::uint64_t over_promise = 0;               // than was promised when the response began
+  std::vector<LateBy> late_by;                  // those over the bound, without one over the promise; most first
+  std::vector<LateBy> late_by_in_all;           // the same of all since it is watched; the newest have no cause yet
   std::vector<std::optional<double>> worst_ms;  // of each of the last 60 s, the oldest first; none: no response
   Distribution distribution;                    // of the response times
 };

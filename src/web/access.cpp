@@ -10,6 +10,7 @@ namespace ctn::web {
 namespace {
 
 constexpr std::string_view kControl = "/control/";
+constexpr std::string_view kWhatIf = "/whatif";
 
 bool names_this_machine(std::string_view host) {
   std::string name(host);
@@ -18,11 +19,13 @@ bool names_this_machine(std::string_view host) {
   return name == "localhost" || os::is_loopback_host(name);
 }
 
+bool is_of_another_site(const RequestHead& head) { return head.origin && *head.origin != "http://" + *head.host; }
+
 std::optional<Refusal> check_control(const RequestHead& head, const AccessRules& rules) {
   if (!rules.token) {
     return Refusal{403, "this server only shows; it changes nothing", "start it with --allow-control"};
   }
-  if (head.origin && *head.origin != "http://" + *head.host) {
+  if (is_of_another_site(head)) {
     return Refusal{403, "a page of another site may not change anything", "use the page of this server"};
   }
   constexpr std::string_view kScheme = "Bearer ";
@@ -74,6 +77,9 @@ std::optional<Refusal> check_access(const RequestHead& head, const AccessRules& 
                    "name it localhost or 127.0.0.1, or let it listen at another address"};
   }
   if (head.path().starts_with(kControl)) return check_control(head, rules);
+  if (head.path() == kWhatIf && is_of_another_site(head)) {
+    return Refusal{403, "a page of another site may not have this machine plan", "use the page of this server"};
+  }
   return std::nullopt;
 }
 

@@ -3,7 +3,9 @@
 // A page of another site, open in a browser on this machine, can send requests here, and can have its name resolve to
 // this machine (DNS rebinding), so that the browser takes both for one site. Hence: where the server listens on a
 // loopback address, only requests that name a loopback host are answered. Control needs a token that only the user
-// knows, is refused to pages of other sites (Origin), and is off unless it was asked for.
+// knows, is refused to pages of other sites (Origin), and is off unless it was asked for. So is planning what is not
+// done
+// (/whatif) refused to them: it takes CPU time.
 //
 // Thread safety: pure functions.
 #pragma once

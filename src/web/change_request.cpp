@@ -1,5 +1,8 @@
 #include "web/change_request.h"
 
+#include <fmt/format.h>
+
+#include <optional>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -19,16 +22,19 @@ Error not_a_change(const std::string& why) {
                        R"(send one such as {"weights": [["0", 0.5]]}; docs/http.md says more)");
 }
 
-}  // namespace
-
-Result<Changes> parse_change(std::string_view body) {
+// Nothing: it is none, or one that is too deep.
+std::optional<OrderedJson> parse_object(std::string_view body) {
   bool too_deep = false;
   const auto watch_depth = [&](int depth, OrderedJson::parse_event_t, const OrderedJson&) {
     too_deep = too_deep || depth > kDeepest;
     return !too_deep;
   };
   OrderedJson fields = OrderedJson::parse(body, watch_depth, false);
-  if (too_deep || !fields.is_object()) return not_a_change("it is no JSON object");
+  if (too_deep || !fields.is_object()) return std::nullopt;
+  return fields;
+}
+
+Result<Changes> change_of(OrderedJson fields) {
   if (fields.contains("version")) return not_a_change("it says more than is known");
   fields["version"] = runtime::kProtocolVersion;
   const std::string text =
@@ -36,6 +42,52 @@ Result<Changes> parse_change(std::string_view body) {
   Result<runtime::Request> request = runtime::parse_request(text);
   if (!request) return not_a_change("a key or a value is not as it should be");
   return std::move(request->changes);
+}
+
+Error not_a_question(const std::string& why) {
+  return Error::caller("the question was not understood: " + why,
+                       R"(send one such as {"costs": {"LM": "x2"}, "cores": 2}; docs/http.md says more)");
+}
+
+// The value of `key`, which is taken out; null: there is none.
+OrderedJson taken_out(OrderedJson& fields, const char* key) {
+  const auto found = fields.find(key);
+  if (found == fields.end()) return nullptr;
+  OrderedJson value = std::move(*found);
+  fields.erase(found);
+  return value;
+}
+
+}  // namespace
+
+Result<Changes> parse_change(std::string_view body) {
+  std::optional<OrderedJson> fields = parse_object(body);
+  if (!fields) return not_a_change("it is no JSON object");
+  return change_of(std::move(*fields));
+}
+
+Result<WhatIf> parse_what_if(std::string_view body) {
+  std::optional<OrderedJson> fields = parse_object(body);
+  if (!fields) return not_a_question("it is no JSON object");
+  WhatIf asked;
+  const OrderedJson costs = taken_out(*fields, "costs");
+  if (!costs.is_null() && !costs.is_object()) return not_a_question("`costs` is no object");
+  for (const auto& [node, cost] : costs.items()) {
+    if (!cost.is_string()) return not_a_question("a cost is no text such as \"5ms\" or \"x2\"");
+    asked.costs.push_back({node, cost.get<std::string>()});
+  }
+  const OrderedJson cores = taken_out(*fields, "cores");
+  if (!cores.is_null()) {
+    if (!cores.is_number_integer() || cores < 1 || cores > kMostCoresAsked) {
+      return not_a_question(fmt::format("`cores` is no number from 1 to {}", kMostCoresAsked));
+    }
+    asked.cores = cores.get<int>();
+  }
+  if (fields->empty()) return asked;
+  Result<Changes> changes = change_of(std::move(*fields));
+  if (!changes) return changes.error();
+  asked.changes = std::move(*changes);
+  return asked;
 }
 
 std::string error_json(std::string_view what, std::string_view hint) {

@@ -219,6 +219,19 @@ std::string of_cores(const Json& live) {
   return window.text() + busy.text() + use.text();
 }
 
+// Since it is watched.
+std::string of_late_responses(const Json& live) {
+  Family late("catan_late_responses_total", "counter", "Late responses of a chain, by what made them late.");
+  for (const Json& chain : list(live, "chains")) {
+    const Json causes = chain.is_object() ? chain.value("late_by_in_all", Json()) : Json();
+    if (!causes.is_object()) continue;
+    for (const auto& [cause, count] : causes.items()) {
+      late.add({{"chain", text_of(chain, "path")}, {"cause", cause}}, Family::number(causes, cause.c_str()));
+    }
+  }
+  return late.text();
+}
+
 std::string of_subchains(const Json& live) {
   Family runs("catan_subchain_rate_hertz", "gauge", "Runs of a subchain in a second.");
   Family execution("catan_subchain_execution_p95_seconds", "gauge",
@@ -252,7 +265,7 @@ std::string metrics_text(std::string_view snapshot, std::string_view live) {
   const Json seen = Json::parse(live, nullptr, false);
   std::string text = up(measured.is_object() || (seen.is_object() && text_of(seen, "state") == "running"));
   if (measured.is_object()) text += of_the_scheduler(measured) + of_chains(measured) + of_nodes(measured);
-  if (seen.is_object()) text += of_cores(seen) + of_subchains(seen);
+  if (seen.is_object()) text += of_cores(seen) + of_subchains(seen) + of_late_responses(seen);
   return text;
 }
 

@@ -34,7 +34,9 @@ constexpr const char* kLive = R"({"state": "running", "window_s": 10.0,
  "cores": [{"cpu": 3, "busy": 0.75, "uses": [{"name": "front", "cores": 0.5}]}, {"cpu": null, "busy": 1}],
  "subchains": [{"subchain": "front", "runs": 50, "late": 5, "promised_execution_ms": 30.0, "execution_ms": {"p95": 25.0}},
                {"subchain": "back", "runs": 0, "late": 0, "promised_execution_ms": null, "execution_ms": null}],
- "chains": [{"path": "scan -> LM", "promised_ms": 40.0}, {"path": "LM", "promised_ms": null}]})";
+ "chains": [{"path": "scan -> LM", "promised_ms": 40.0, "late_by": {"long-run": 1},
+             "late_by_in_all": {"long-run": 7, "pre-empted": 2}},
+            {"path": "LM", "promised_ms": null, "late_by_in_all": {}}]})";
 
 // What a strict reader of the format makes of it: the value of each sample by its name and labels as they are written,
 // and what is wrong. A metric's HELP and TYPE come once, before its samples, which are all together.
@@ -164,7 +166,9 @@ TEST(MetricsTest, AreWellFormedAndInBaseUnits) {
       {"catan_subchain_execution_p95_seconds{subchain=\"front\"}", 0.025},
       {"catan_subchain_promised_execution_seconds{subchain=\"front\"}", 0.03},
       {"catan_subchain_late_ratio{subchain=\"front\"}", 0.1},
-      {"catan_promised_response_time_seconds{chain=\"scan -> LM\"}", 0.04}};
+      {"catan_promised_response_time_seconds{chain=\"scan -> LM\"}", 0.04},
+      {"catan_late_responses_total{chain=\"scan -> LM\",cause=\"long-run\"}", 7},
+      {"catan_late_responses_total{chain=\"scan -> LM\",cause=\"pre-empted\"}", 2}};
   std::map<std::string, double> left = seen.samples;
   for (const auto& [name, value] : wanted) {
     ASSERT_TRUE(left.contains(name)) << name;
@@ -192,7 +196,7 @@ TEST(MetricsTest, WithoutASnapshotThereIsWhatIsSeen) {
 TEST(MetricsTest, WhatIsMissingOrOddIsLeftOut) {
   const Exposition seen = read_exposition(metrics_text(
       R"({"plans": "many", "chains": [1, {"path": 3, "response_ms": []}], "nodes": {}, "objective": [null], "ages": 1})",
-      R"({"window_s": "long", "cores": [1, {"cpu": "one"}], "subchains": [[]], "chains": [null]})"));
+      R"({"window_s": "long", "cores": [1, {"cpu": "one"}], "subchains": [[]], "chains": [null, {"late_by_in_all": 1}]})"));
   EXPECT_THAT(seen.wrong, IsEmpty());
   EXPECT_FALSE(seen.samples.contains("catan_plans_total"));
   EXPECT_EQ(seen.samples.at("catan_up"), 1);

@@ -156,6 +156,22 @@ TEST(AccessTest, ControlNeedsTheToken) {
   EXPECT_EQ(verdict(head, rules), 0);
 }
 
+TEST(AccessTest, WhatIfIsForPagesOfThisServer) {
+  RequestHead head = request("/whatif", "localhost:8080");
+  EXPECT_EQ(verdict(head, {}), 0);
+  head.origin = "http://localhost:8080";
+  EXPECT_EQ(verdict(head, {}), 0);
+  for (const char* origin : {"null", "http://evil.example", "https://localhost:8080"}) {
+    head.origin = origin;
+    EXPECT_EQ(verdict(head, {}), 403) << origin;
+    EXPECT_EQ(verdict(head, {.loopback_only = false}), 403) << origin;
+  }
+  head.target = "/whatif?x=1";
+  EXPECT_EQ(verdict(head, {}), 403);
+  head.target = "/live";
+  EXPECT_EQ(verdict(head, {}), 0);
+}
+
 TEST(AccessTest, TokensAreLongEnoughAndPlain) {
   EXPECT_EQ(*token_from(" 0123456789abcdef\n"), "0123456789abcdef");
   for (const std::string text : {"", "0123456789abcde", "0123456789 abcdef",
@@ -190,6 +206,27 @@ TEST(ChangeRequestTest, WhatIsNotUnderstoodIsTheCallersMistake) {
     const auto changes = parse_change(text);
     ASSERT_FALSE(changes.ok()) << text.substr(0, 80);
     EXPECT_EQ(changes.error().kind(), ErrorKind::kCaller);
+  }
+}
+
+TEST(WhatIfRequestTest, IsAChangeWithCostsAndCores) {
+  const auto asked = parse_what_if(R"({"weights": [["0", 2]], "costs": {"LM": "5ms", "GL": "x2"}, "cores": 4})");
+  ASSERT_TRUE(asked.ok()) << asked.error().message();
+  WhatIf wanted;
+  wanted.changes.weights = {{"0", 2.0}};
+  wanted.costs = {{"LM", "5ms"}, {"GL", "x2"}};
+  wanted.cores = 4;
+  EXPECT_EQ(*asked, wanted);
+  EXPECT_EQ(parse_what_if("{}").value(), WhatIf{}) << "what would be planned now";
+}
+
+TEST(WhatIfRequestTest, WhatIsNotUnderstoodIsTheCallersMistake) {
+  for (const char* text : {"", "[]", R"({"costs": []})", R"({"costs": {"LM": 5}})", R"({"cores": 0})",
+                           R"({"cores": 65})", R"({"cores": 1.5})", R"({"cores": "2"})", R"({"more": 1})",
+                           R"({"cores": 2, "weights": 1})", R"({"version": 2})"}) {
+    const auto asked = parse_what_if(text);
+    ASSERT_FALSE(asked.ok()) << text;
+    EXPECT_EQ(asked.error().kind(), ErrorKind::kCaller) << text;
   }
 }
 

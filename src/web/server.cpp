@@ -272,6 +272,9 @@ struct Server::Impl {
     library.Post("/control/change", [this](const httplib::Request& request, httplib::Response& response) {
       change(request.body, response);
     });
+    library.Post("/whatif", [this](const httplib::Request& request, httplib::Response& response) {
+      what_if(request.body, response);
+    });
     library.set_error_handler([](const httplib::Request&, httplib::Response& response) {
       if (response.body.empty()) {
         fail(response, response.status, error_json("there is no such page, or the request is wrong", "see /"));
@@ -304,6 +307,20 @@ struct Server::Impl {
     }
     for (Document* document : {&live, &snapshot, &plan}) document->forget();
     response.set_content("{\"done\":true}\n", kJson);
+  }
+
+  // One at a time: it takes CPU time.
+  void what_if(const std::string& body, httplib::Response& response) {
+    const Result<WhatIf> asked = parse_what_if(body);
+    if (!asked) return fail(response, 400, error_json(asked.error()));
+    const std::unique_lock lock(asking, std::try_to_lock);
+    if (!lock) {
+      response.set_header("Retry-After", "1");
+      return fail(response, 429, error_json("another such question is being answered", "ask again in a second"));
+    }
+    const Result<std::string> answer = source.what_if(*asked);
+    if (!answer) return fail(response, status_of(answer.error()), error_json(answer.error()));
+    response.set_content(*answer, kJson);
   }
 
   void stream(httplib::Response& response) {
@@ -509,6 +526,7 @@ struct Server::Impl {
   Document snapshot;
   Document plan;
   std::mutex changing;
+  std::mutex asking;
   Library library;
   std::atomic<std::uint32_t> ended{0};
   std::mutex clients;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -45,8 +46,16 @@ class PlayedSource final : public Source {
     }
     return Done{};
   }
+  Result<std::string> what_if(const WhatIf& question) override {
+    questions.lock()->push_back(question);
+    while (thinking.load()) std::this_thread::sleep_for(milliseconds{1});
+    if (question.cores == 9) return Error::caller("there are no nine cores", "ask for fewer");
+    return std::string("{\"then\":1}");
+  }
 
   std::atomic<int> asked{0};
+  std::atomic<bool> thinking{false};
+  Guarded<std::vector<WhatIf>> questions;
   Guarded<Result<std::string>> live_text{std::string("{\"app\":\"played\",\n \"up_s\":1}")};
   Guarded<Result<std::string>> snapshot_text{std::string("{\"plans\":3}")};
   Guarded<std::vector<Changes>> changed;
@@ -130,8 +139,17 @@ TEST_F(WebServerTest, ServesThePageAndNothingFromElsewhere) {
                           HasSubstr("X-Content-Type-Options: nosniff\r\n"), HasSubstr("Cache-Control: no-store\r\n")));
   EXPECT_THAT(page, Not(HasSubstr("//")));  // no address of another server
   EXPECT_THAT(get("/style.css"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/css"), HasSubstr("prefers-color")));
-  EXPECT_THAT(get("/page.js"),
-              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript"), HasSubstr("EventSource")));
+  EXPECT_THAT(get("/page.js"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript"), HasSubstr("EventSource"),
+                                     HasSubstr("'whatif'")));
+  // Each place that the script names is in the page.
+  const std::string script = get("/page.js");
+  std::size_t named = 0;
+  for (std::size_t at = script.find("at('"); at != std::string::npos; at = script.find("at('", at + 1)) {
+    const std::string id = script.substr(at + 4, script.find('\'', at + 4) - at - 4);
+    EXPECT_THAT(page, HasSubstr("id=\"" + id + "\""));
+    ++named;
+  }
+  EXPECT_GT(named, 10U);
   const std::string head = ask("HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
   EXPECT_THAT(head, AllOf(StartsWith("HTTP/1.1 200"), EndsWith("\r\n\r\n"), Not(HasSubstr("<script"))));
 }
@@ -333,6 +351,42 @@ TEST_F(WebServerTest, WhoHasTheTokenChanges) {
   Changes second;
   second.weights = {{"none", 1.0}};
   EXPECT_THAT(*source_.changed.lock(), ElementsAre(first, second));
+}
+
+TEST_F(WebServerTest, WhatIfIsAnsweredWithoutAToken) {
+  start();
+  EXPECT_THAT(post("/whatif", R"({"costs": {"LM": "x2"}, "cores": 3})", "Origin: http://localhost\r\n"),
+              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("application/json"), EndsWith("{\"then\":1}")));
+  EXPECT_THAT(post("/whatif", R"({"cores": 9})", ""),
+              AllOf(StartsWith("HTTP/1.1 400"), HasSubstr("there are no nine cores"), HasSubstr("ask for fewer")));
+  EXPECT_THAT(*source_.questions.lock(),
+              ElementsAre(WhatIf{{}, {{"LM", "x2"}}, 3}, WhatIf{.changes = {}, .costs = {}, .cores = 9}));
+  EXPECT_TRUE(source_.changed.lock()->empty());
+}
+
+TEST_F(WebServerTest, WhatIfIsRefusedToOtherSitesAndWhereItIsNotUnderstood) {
+  start();
+  EXPECT_THAT(post("/whatif", "{}", "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(post("/whatif", "{\"cores\": 0}", ""),
+              AllOf(StartsWith("HTTP/1.1 400"), HasSubstr("not understood"), HasSubstr("hint")));
+  EXPECT_THAT(get("/whatif"), StartsWith("HTTP/1.1 404"));
+  EXPECT_TRUE(source_.questions.lock()->empty());
+}
+
+TEST_F(WebServerTest, OneQuestionIsAnsweredAtATime) {
+  start();
+  source_.thinking = true;
+  const os::TcpConnection first = connect();
+  send(first, "POST /whatif HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}");
+  const TimePoint until = at_last();
+  while (source_.questions.lock()->empty() && os_->now() < until) os_->sleep_until(os_->now() + milliseconds{1});
+  EXPECT_THAT(post("/whatif", "{}", ""),
+              AllOf(StartsWith("HTTP/1.1 429"), HasSubstr("Retry-After: 1\r\n"), HasSubstr("ask again")));
+  EXPECT_THAT(get("/live"), StartsWith("HTTP/1.1 200")) << "what is shown goes on";
+  source_.thinking = false;
+  EXPECT_THAT(receive(first), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(post("/whatif", "{}", ""), StartsWith("HTTP/1.1 200"));
+  EXPECT_EQ(source_.questions.lock()->size(), 2U);
 }
 
 TEST_F(WebServerTest, HoweverManyAskTheSourceIsAskedSeldom) {

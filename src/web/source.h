@@ -3,12 +3,14 @@
 //
 // Thread safety: called by several threads, but no function by two at once. Cost: the server keeps each answer for half
 // a second, however many clients ask; an answer may take two seconds, in which only those wait that ask for the same.
+// Only what_if() is asked each time.
 #pragma once
 
 #include <string>
 
 #include "base/result.h"
 #include "catan/changes.h"
+#include "web/what_if.h"
 
 namespace ctn::web {
 
@@ -26,6 +28,10 @@ class Source {
 
   // kCaller: it is refused.
   virtual Status change(const Changes& changes) = 0;
+
+  // JSON (docs/http.md): what would be planned, and nothing is changed. It may take some seconds. kCaller: what is
+  // asked cannot be, or cannot be planned.
+  virtual Result<std::string> what_if(const WhatIf& asked) = 0;
 };
 
 }  // namespace ctn::web

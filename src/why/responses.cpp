@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kLatePercentile = 99.0;
 constexpr int kUnexplainedPart = 50;  // at most one part in so many
+// From about so many responses it is told what is usual, where the answer is not to take long.
+constexpr std::size_t kEnoughToTell = 256;
 
 Chain stages_of(const graph::App& app, std::size_t term) {
   Chain chain;
@@ -92,6 +94,45 @@ Response Responses::response(const History& history, std::size_t end) const {
     response.parts = Walk(history, chain_).take_apart(way_before, way_here);
   }
   return response;
+}
+
+std::optional<std::size_t> Responses::find(const Span& response) const {
+  auto found = std::partition_point(samples_.begin(), samples_.end(),
+                                    [&](const Known& known) { return known.sample.end < response.end; });
+  for (; found != samples_.end() && found->sample.end == response.end; ++found) {
+    if (found == samples_.begin() || !found->sample.response) continue;
+    if ((found - 1)->sample.begin == response.begin) return static_cast<std::size_t>(found - samples_.begin());
+  }
+  return std::nullopt;
+}
+
+std::vector<CauseKind> Responses::causes_of(const History& history, std::span<const Span> late) const {
+  std::vector<std::size_t> ends;
+  std::vector<Nanos> lengths;
+  for (std::size_t end = 1; end < samples_.size(); ++end) {
+    if (!samples_[end].sample.response || length(end) <= Nanos{0}) continue;
+    ends.push_back(end);
+    lengths.push_back(length(end));
+  }
+  Causes causes;
+  const std::size_t step = std::max<std::size_t>(ends.size() / kEnoughToTell, 1);
+  for (std::size_t place = 0; place < ends.size(); place += step) causes.add(response(history, ends[place]).parts);
+  causes.medians();
+  bool usually_late = false;
+  if (!lengths.empty() && !late.empty()) {
+    const auto median = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), median, lengths.end());
+    const auto shortest = std::min_element(
+        late.begin(), late.end(), [](const Span& a, const Span& b) { return a.end - a.begin < b.end - b.begin; });
+    usually_late = *median >= shortest->end - shortest->begin;
+  }
+  std::vector<CauseKind> kinds;
+  for (const Span& each : late) {
+    const std::optional<std::size_t> end = find(each);
+    kinds.push_back(end ? causes.cause_of(response(history, *end).parts, history, usually_late).kind
+                        : CauseKind::kUnexplained);
+  }
+  return kinds;
 }
 
 Analysis Responses::analyse(const History& history, const record::Interval& measured, std::size_t worst) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "graph/app.h"
@@ -30,6 +31,8 @@ class Responses {
   // Once, after all: those that lie wholly in `measured`, with the `worst` longest taken apart. `history` has all that
   // happened, and is sorted.
   Analysis analyse(const History& history, const record::Interval& measured, std::size_t worst);
+  // The same of responses that are known to be late: what made them so, in their order (Analyser::causes_of()).
+  std::vector<CauseKind> causes_of(const History& history, std::span<const Span> late) const;
 
  private:
   struct Known {
@@ -40,6 +43,8 @@ class Responses {
   Way way(const History& history, const Known& known) const;
   // By the sample that ends it, an index into samples_.
   Response response(const History& history, std::size_t end) const;
+  // Which of samples_ ends it; nothing: none does.
+  std::optional<std::size_t> find(const Span& response) const;
   Nanos length(std::size_t end) const { return samples_[end].sample.end - samples_[end - 1].sample.begin; }
 
   const graph::App& app_;

@@ -94,6 +94,15 @@ std::vector<Analysis> Analyser::finish(std::size_t worst) {
   return analyses;
 }
 
+std::vector<std::vector<CauseKind>> Analyser::causes_of(const std::vector<std::vector<Span>>& late) {
+  history_.sort();
+  std::vector<std::vector<CauseKind>> causes;
+  for (std::size_t chain = 0; chain < chains_.size(); ++chain) {
+    causes.push_back(chains_[chain].causes_of(history_, late[chain]));
+  }
+  return causes;
+}
+
 Result<std::vector<Analysis>> analyse(const record::Reader& record, const std::vector<std::size_t>& terms,
                                       const Options& options) {
   const auto changes = record.app_changes();

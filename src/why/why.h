@@ -68,6 +68,10 @@ class Analyser {
 
   // Once, after all events: of each term, with its `worst` longest responses taken apart.
   std::vector<Analysis> finish(std::size_t worst);
+  // Instead, for a look at some seconds of a run: what made these responses of each term late, by their begin and end,
+  // as record::ChainTracker has them. Who asks says which are late. What is usual is taken from some hundreds of the
+  // term's responses. One that is not among them is unexplained.
+  std::vector<std::vector<CauseKind>> causes_of(const std::vector<std::vector<Span>>& late);
 
  private:
   record::Interval measured_;

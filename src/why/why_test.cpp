@@ -176,6 +176,30 @@ TEST(Why, ARunThatWasLongAndTheOneThatItKeptBack) {
   EXPECT_EQ(story.cause(), "long-run LM");
 }
 
+// Of those that are named, whatever their bound; one that never was is unexplained.
+TEST(Why, CausesOfSomeResponses) {
+  const auto tell = [](Story& story) {
+    story.rounds(0, 5);
+    story.trigger(100, 104);
+    story.run("scan", {104, 106});
+    story.run("LM", {106, 109});
+    story.run("LP", {109, 113});
+    story.trigger(124, 124);
+    story.run("scan", {124, 126});
+    story.run("LM", {126, 146});
+    story.run("LP", {146, 150});
+  };
+  const auto span = [](int begin, int end) { return Span{at(ms(begin)), at(ms(end))}; };
+  Story story;
+  tell(story);
+  EXPECT_THAT(story.analyser().causes_of({{span(80, 113), span(104, 150), span(70, 112), span(0, 40)}}),
+              ElementsAre(ElementsAre(CauseKind::kLateTrigger, CauseKind::kLongRun, CauseKind::kUnexplained,
+                                      CauseKind::kUnexplained)));
+  Story other;
+  tell(other);
+  EXPECT_THAT(other.analyser().causes_of(std::vector<std::vector<Span>>(1)), ElementsAre(IsEmpty()));
+}
+
 TEST(Why, PreEmptedInARunAndBeforeOne) {
   Story story;
   story.rounds(0, 5);

@@ -130,7 +130,8 @@ void add_http_command(CLI::App& cli, int& exit_code) {
       "  catan http robot --listen [::]:8080    for other machines, too: whoever reaches it can look\n"
       "  catan serve app.yaml --http 8080       starts this beside the server, and ends it with it\n"
       "It is a process of its own, at the ordinary level, on CPUs that no node may use where there are any: what its\n"
-      "clients do does not reach the scheduler. docs/http.md lists pages and metrics.\n"
+      "clients do does not reach the scheduler. docs/http.md lists pages and metrics. POST /whatif plans what is not\n"
+      "done: other weights, bounds, costs or cores.\n"
       "Exit code: 0 it was told to end, 1 no app runs or the address is in use, 2 a mistake.");
   sub->add_option("TARGET", command->target,
                   "A server's socket, an app file, the name of an app, or the number of a process");

@@ -4,10 +4,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <new>
+#include <optional>
 #include <system_error>
 #include <utility>
 
 #include "attach.h"
+#include "live_whatif.h"
+#include "os/linux/background.h"
 #include "runtime/control.h"
 #include "runtime/socket_path.h"
 #include "view/json.h"
@@ -51,6 +55,10 @@ class Both final : public record::Sink {
   record::Sink& other_;
 };
 
+bool is_same_run(const flight::Recording& one, const flight::Recording& other) {
+  return one.process() == other.process() && one.header().started == other.header().started;
+}
+
 bool is_gone(os::ProcessId process) {
   std::error_code unknown;
   return !std::filesystem::exists(fmt::format("/proc/{}", static_cast<int>(process)), unknown);
@@ -80,7 +88,12 @@ Result<HttpSource::Watched*> HttpSource::watched() {
       Result<flight::Recording> found = attach(os_, target_);
       read_at_ = now;
       if (found) {
-        watched_ = std::make_unique<Watched>(std::move(*found));
+        auto next = std::make_unique<Watched>(std::move(*found));
+        // Counts of the same run go on, as counters must.
+        if (watched_ && is_same_run(watched_->recording, next->recording)) {
+          next->view.go_on_from(watched_->view.late_so_far());
+        }
+        watched_ = std::move(next);
         missing_.reset();
       } else {
         missing_ = found.error();
@@ -96,6 +109,7 @@ Result<HttpSource::Watched*> HttpSource::watched() {
   if (now - seen.life.seen_alive > view::kStalledAfter) {
     seen.life.gone = is_gone(os::ProcessId{seen.recording.process()});
   }
+  if (seen.life.over || seen.life.gone) seen.view.ended();
   return &seen;
 }
 
@@ -142,6 +156,23 @@ Status HttpSource::change(const Changes& changes) {
   const Result<std::vector<std::string>> at = sockets();
   if (!at) return at.error();
   return runtime::ask_to_change(os_, *at, changes);
+}
+
+Result<std::string> HttpSource::what_if(const web::WhatIf& asked) {
+  Result<flight::Recording> found = attach(os_, target_);
+  if (!found) return found.error();
+  std::optional<Result<std::string>> answer;
+  os_.spawn("what-if", [&] {
+    os::yield_to_all();
+    try {
+      KnownSoFar known(found->app(), found->header());
+      static_cast<void>(found->read_new(known));
+      answer = tool::what_if(known, asked, os_);
+    } catch (const std::bad_alloc&) {
+      answer = Error::environment("there is not enough memory for that", "ask for less");
+    }
+  });  // which is waited for
+  return std::move(*answer);
 }
 
 }  // namespace ctn::tool

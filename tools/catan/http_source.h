@@ -34,6 +34,8 @@ class HttpSource final : public web::Source {
   Result<std::string> snapshot() override;
   Result<std::string> plan() override;
   Status change(const Changes& changes) override;
+  // Reads all that is kept once more, and plans in a thread of its own, after all others: what is shown goes on.
+  Result<std::string> what_if(const web::WhatIf& asked) override;
 
  private:
   // One app, from when it was found.

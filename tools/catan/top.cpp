@@ -55,6 +55,7 @@ class Watched {
       std::error_code unknown;
       life.gone = !std::filesystem::exists(fmt::format("/proc/{}", recording_.process()), unknown);
     }
+    if (life.over || life.gone) view_.ended();
     return view_.picture(now, life);
   }
 

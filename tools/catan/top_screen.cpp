@@ -190,6 +190,31 @@ Section chain_section(const Picture& picture, const ScreenState& state, std::siz
   return {table.lines(width, state.unicode), 5, state.selected};
 }
 
+// "pre-empted 12, long-run 3"
+std::string causes_text(const std::vector<view::LateBy>& causes) {
+  std::string text;
+  for (const view::LateBy& late : causes) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", printable(late.cause), late.count);
+  }
+  return text;
+}
+
+// Nothing where no response was late.
+Section cause_section(const Picture& picture, const ScreenState& state, std::size_t width) {
+  Section section;
+  for (const view::Chain& chain : picture.chains) {
+    if (chain.late_by.empty()) continue;
+    if (section.lines.empty()) section.lines.push_back({{"WHY LATE, by cause", Style::kHeading}});
+    const std::string name = printable(fmt::format("{}", fmt::join(chain.nodes, ">")));
+    section.lines.push_back(
+        cut_off({{shortened(name, std::max<std::size_t>(width / 3, 1), state.unicode) + "  ", Style::kPlain},
+                 {causes_text(chain.late_by), chain.bound_ms ? Style::kBad : Style::kWarning}},
+                width));
+  }
+  section.least = std::min<std::size_t>(section.lines.size(), 3);
+  return section;
+}
+
 const char* sort_text(SortBy sort) {
   switch (sort) {
     case SortBy::kApp:
@@ -480,6 +505,9 @@ void open_chain(const Picture& picture, const ScreenState& state, ScreenSize siz
   lines.push_back(
       {{fmt::format("late: {} over the bound, {} over what was promised", chain.over_bound, chain.over_promise),
         Style::kPlain}});
+  if (!chain.late_by.empty()) {
+    lines.push_back({{"why late: ", Style::kPlain}, {causes_text(chain.late_by), Style::kWarning}});
+  }
   const std::size_t drawn = size.columns >= 80 ? 60 : 30;
   lines.push_back({{"worst, 60 s   ", Style::kPlain}, {sparkline(chain.worst_ms, drawn, state.unicode), Style::kGood}});
   std::vector<const view::Node*> nodes;
@@ -526,6 +554,8 @@ std::vector<Section> all_sections(const Picture& picture, const ScreenState& sta
   for (const view::Node& node : picture.nodes) nodes.push_back(&node);
   std::vector<Section> sections;
   if (!picture.chains.empty()) sections.push_back(chain_section(picture, state, width));
+  Section causes = cause_section(picture, state, width);
+  if (!causes.lines.empty()) sections.push_back(std::move(causes));
   sections.push_back(subchain_section(picture, state, width));
   sections.push_back(core_section(picture, state, width));
   sections.push_back(event_section(picture, width));

@@ -17,6 +17,12 @@ namespace ctn::os {
 namespace {
 
 constexpr int kYieldingNice = 5;
+constexpr int kLastNice = 10;
+
+// Of the calling thread: Linux takes it for the process.
+void raise_nice(int to) {
+  if (::getpriority(PRIO_PROCESS, 0) < to) static_cast<void>(::setpriority(PRIO_PROCESS, 0, to));  // always allowed
+}
 
 void lower_limit(int resource, std::uint64_t most) {
   rlimit limit{};
@@ -30,11 +36,9 @@ void lower_limit(int resource, std::uint64_t most) {
 
 }  // namespace
 
-void yield_to_others() {
-  if (::getpriority(PRIO_PROCESS, 0) < kYieldingNice) {
-    static_cast<void>(::setpriority(PRIO_PROCESS, 0, kYieldingNice));  // raising it is always allowed
-  }
-}
+void yield_to_others() { raise_nice(kYieldingNice); }
+
+void yield_to_all() { raise_nice(kLastNice); }
 
 void limit_resources(std::uint64_t open_files, std::uint64_t memory_bytes) {
   lower_limit(RLIMIT_NOFILE, open_files);

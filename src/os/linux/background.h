@@ -1,7 +1,7 @@
 // For a process that works for others beside what is scheduled (`catan http`): how it keeps out of the way, and ends
 // with the process that started it.
 //
-// Thread safety: of the whole process; call them before it has other threads.
+// Thread safety: of the whole process; call them before it has other threads. yield_to_all() is the calling thread's.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,9 @@ namespace ctn::os {
 
 // Ordinary threads of others come first: nice 5, also for threads that are made from then on.
 void yield_to_others();
+
+// All other threads of the process come before the calling one: nice 10. It stays so.
+void yield_to_all();
 
 // Whatever its clients do, it takes no more than this.
 void limit_resources(std::uint64_t open_files, std::uint64_t memory_bytes);

@@ -7,6 +7,8 @@
     '#b5835a'];
   const kWindow = 30; // seconds of the timeline
   const kAgain = 3000; // ms until the next try, where the browser gives up
+  const kBusy = 1000; // ms until the next try, where another question is being answered
+  const kMostTries = 10;
 
   const at = (id) => document.getElementById(id);
   let live = null;
@@ -282,6 +284,8 @@
       if (known(chain.promised_ms)) parts.push('promised ' + figure(chain.promised_ms));
       if (known(chain.bound_ms)) parts.push('bound ' + figure(chain.bound_ms) + ', ' + chain.over_bound + ' over it');
       parts.push('weight ' + figure(chain.weight));
+      const causes = Object.entries(chain.late_by).map(([cause, count]) => cause + ' ' + count);
+      if (causes.length) parts.push('why late: ' + causes.join(', '));
       const line = ' now; ' + parts.join('; ');
       if (text.lastChild.data !== line) text.lastChild.data = line;
       drawChain(canvas, chain);
@@ -337,7 +341,8 @@
     facts();
     chains();
     tables();
-    subjects();
+    changing.refresh();
+    supposing.refresh();
     drawTimeline();
   }
 
@@ -367,74 +372,208 @@
     { name: 'CPUs', unit: 'such as 0,1', list: true, from: () => ['all nodes'], now: () => live.cpus.join(','),
       change: (name, value) => ({ cpus: value }) },
   ];
+  // What can only be supposed.
+  const suppositions = [
+    { name: 'Compute time of a node', unit: 'such as x2, or 5ms', text: true, only: true,
+      from: () => live.nodes.map((node) => node.node), now: () => 'x2',
+      change: (name, value) => ({ costs: { [name]: value } }) },
+    { name: 'Number of cores', unit: 'such as 4', only: true, from: () => ['all nodes'],
+      now: () => live.cpus.length, change: (name, value) => ({ cores: value }) },
+    ...kinds,
+  ];
 
-  function subjects() {
-    if (at('change').hidden) return;
-    const kind = kinds[at('what').selectedIndex];
-    const names = kind.from();
-    const place = at('subject');
-    if (place.options.length === names.length && names.every((name, i) => place.options[i].text === name)) return;
-    const before = place.value;
-    place.replaceChildren(...names.map((name) => new Option(name)));
-    if (names.includes(before)) place.value = before;
-    present();
+  // Of what, of which, and to which value: three fields, whose ids begin alike.
+  class Chooser {
+    constructor(begin, choices) {
+      [this.what, this.subject, this.value, this.valueName] = ['what', 'subject', 'value', 'value-name']
+        .map((id) => at(begin + id));
+      this.choices = choices;
+      this.what.append(...choices.map((choice) => new Option(choice.name)));
+      this.what.addEventListener('change', () => {
+        this.subject.replaceChildren();
+        this.refresh();
+      });
+      this.subject.addEventListener('change', () => this.present());
+    }
+    get kind() {
+      return this.choices[this.what.selectedIndex];
+    }
+    // What there is to choose from.
+    refresh() {
+      if (!live) return;
+      const names = this.kind.from();
+      const place = this.subject;
+      if (place.options.length === names.length && names.every((name, i) => place.options[i].text === name)) return;
+      const before = place.value;
+      place.replaceChildren(...names.map((name) => new Option(name)));
+      if (names.includes(before)) place.value = before;
+      this.present();
+    }
+    // The value as it is.
+    present() {
+      setText(this.valueName, this.kind.unit);
+      const name = this.subject.value;
+      const value = name && live ? this.kind.now(name) : '';
+      this.value.value = known(value) ? value : 'none';
+    }
+    // Undefined: it is none.
+    chosen() {
+      const text = this.value.value.trim();
+      const value = this.kind.none && text === 'none' ? null
+        : this.kind.text ? text
+          : this.kind.list ? text.split(',').map((one) => (/^\s*\d+\s*$/.test(one) ? Number(one) : NaN))
+            : text === '' ? NaN : Number(text);
+      return text === '' || [value].flat().some(Number.isNaN) ? undefined : value;
+    }
+  }
+  const changing = new Chooser('', kinds);
+  const supposing = new Chooser('if-', suppositions);
+
+  function answer(place, text, bad) {
+    setText(place, text);
+    setClass(place, bad ? 'trouble' : '');
   }
 
-  // The value as it is.
-  function present() {
-    const kind = kinds[at('what').selectedIndex];
-    setText(at('value-name'), kind.unit);
-    const name = at('subject').value;
-    const value = name && live ? kind.now(name) : '';
-    at('value').value = known(value) ? value : 'none';
+  // What the server says; where it refuses, why.
+  async function post(path, body, headers) {
+    try {
+      const response = await fetch(path, {
+        method: 'POST',
+        headers: { ...headers, 'Content-Type': 'application/json' },
+        body: JSON.stringify(body),
+      });
+      const said = await response.json();
+      if (response.ok) return { said };
+      return { why: said.error + '; ' + said.hint + '.', busy: response.status === 429 };
+    } catch {
+      return { why: 'The server of this page does not answer.' };
+    }
   }
 
-  function valueOf(kind, text) {
-    if (kind.none && text === 'none') return null;
-    if (kind.list) return text.split(',').map((one) => (/^\s*\d+\s*$/.test(one) ? Number(one) : NaN));
-    return text.trim() === '' ? NaN : Number(text);
-  }
-
-  function answer(text, bad) {
-    setText(at('answer'), text);
-    setClass(at('answer'), bad ? 'trouble' : '');
+  async function change(body, place, done = 'Done.') {
+    sessionStorage.setItem('token', at('token').value);
+    answer(place, 'Asking.', false);
+    const { why } = await post('control/change', body, { 'Authorization': 'Bearer ' + at('token').value.trim() });
+    answer(place, why || done, Boolean(why));
   }
 
   async function apply(event) {
     event.preventDefault();
-    const kind = kinds[at('what').selectedIndex];
-    const value = valueOf(kind, at('value').value.trim());
-    if ([value].flat().some(Number.isNaN)) return answer('That is no ' + kind.unit + '.', true);
-    sessionStorage.setItem('token', at('token').value);
-    answer('Asking.', false);
-    try {
-      const response = await fetch('control/change', {
-        method: 'POST',
-        headers: { 'Authorization': 'Bearer ' + at('token').value.trim(), 'Content-Type': 'application/json' },
-        body: JSON.stringify(kind.change(at('subject').value, value)),
-      });
-      const said = await response.json();
-      if (response.ok) answer('Done.', false);
-      else answer(said.error + '; ' + said.hint + '.', true);
-    } catch {
-      answer('The server of this page does not answer.', true);
-    }
+    const value = changing.chosen();
+    if (value === undefined) return answer(at('answer'), 'That is no value (' + changing.kind.unit + ').', true);
+    await change(changing.kind.change(changing.subject.value, value), at('answer'));
   }
 
   async function prepareChanges() {
     const response = await fetch('control');
     if (!(await response.json()).allowed) return;
-    at('what').append(...kinds.map((kind) => new Option(kind.name)));
-    at('what').addEventListener('change', () => {
-      at('subject').replaceChildren();
-      if (live) subjects();
-    });
-    at('subject').addEventListener('change', present);
     at('token').value = sessionStorage.getItem('token') || '';
     at('form').addEventListener('submit', apply);
     at('change').hidden = false;
-    if (live) subjects();
+    at('if-apply').addEventListener('click', () => change(asked(supposed.filter((one) => !one.kind.only)),
+      at('if-answer'), supposed.some((one) => one.kind.only)
+        ? 'Done; compute times and the number of cores are what they are.' : 'Done.'));
+    showSupposed();
   }
+
+  // ---- What if
+
+  let supposed = []; // kind, subject, value
+  let asking = 0; // how often it was asked: only the last answer counts
+
+  // All of them as one question.
+  function asked(list) {
+    const all = {};
+    for (const { kind, subject, value } of list) {
+      for (const [key, part] of Object.entries(kind.change(subject, value))) {
+        if (key === 'costs') all[key] = { ...all[key], ...part };
+        else if (Array.isArray(part) && key !== 'cpus') all[key] = [...(all[key] || []), ...part];
+        else all[key] = part;
+      }
+    }
+    return all;
+  }
+
+  function showSupposed() {
+    at('supposed').replaceChildren(...supposed.map((one) => {
+      const item = element('li');
+      const value = one.value === null ? 'none' : [one.value].flat().join(',');
+      const text = one.kind.name + (one.subject === 'all nodes' ? '' : ' ' + one.subject) + ': ' + value;
+      const remove = element('button', 'Remove');
+      remove.type = 'button';
+      remove.setAttribute('aria-label', 'Remove: ' + text);
+      remove.addEventListener('click', () => {
+        supposed = supposed.filter((other) => other !== one);
+        showSupposed();
+        supposing.value.focus();
+        if (supposed.length) ask();
+        else forgetAnswer();
+      });
+      item.append(element('span', text), remove);
+      return item;
+    }));
+    at('if-apply').hidden = at('change').hidden || supposed.every((one) => one.kind.only);
+  }
+
+  function forgetAnswer() {
+    ++asking;
+    at('if-shown').hidden = true;
+    answer(at('if-answer'), '', false);
+  }
+
+  const place = (one) => (one.cores.length ? one.cores.join(', ') : '-');
+  const turn = (one) => (known(one.priority) ? 'p' + one.priority : known(one.share) ? 'x' + figure(one.share) : 'own');
+
+  function showAnswer(said) {
+    const { now, then } = said;
+    const parts = [then.feasible ? 'All bounds hold as promised' : 'Bounds do not hold: they are relaxed by ' +
+      figure(then.relax_factor) + ' (' + then.relaxed.map((bound) => bound.bound + ' ' + figure(bound.asked_ms) +
+      ' to ' + figure(bound.planned_ms, 'ms')).join(', ') + ')'];
+    parts.push('planned for ' + (then.cores === 1 ? 'one core' : then.cores + ' cores') + ', objective ' + figure(then.objective, 'ms') +
+      (now ? ', now ' + figure(now.objective, 'ms') : ''));
+    if (said.assumed.length) parts.push('have not run, so that their costs are a guess: ' + said.assumed.join(', '));
+    answer(at('if-answer'), parts.join('; ') + '.', !then.feasible);
+    const of = (one, key) => (one ? figure(one[key]) : '-');
+    table(at('if-chains'), [['Response time'], ['Expected ms, now', true], ['expected, then', true],
+      ['Promised ms, now', true], ['promised, then', true], ['Bound ms', true]],
+    said.chains.map((chain) => [
+      chain.path, of(chain.now, 'expected_ms'), of(chain.then, 'expected_ms'), of(chain.now, 'promised_ms'),
+      [of(chain.then, 'promised_ms'), known(chain.bound_ms) && chain.then.promised_ms > chain.bound_ms ? 'bad' : ''],
+      figure(chain.bound_ms),
+    ]));
+    table(at('if-subchains'), [['Subchain'], ['Period ms, now', true], ['period, then', true], ['Core, now', true],
+      ['core, then', true], ['Priority or share, now', true], ['priority or share, then', true]],
+    said.subchains.map((one) => [
+      one.subchain, of(one.now, 'period_ms'), of(one.then, 'period_ms'), one.now ? place(one.now) : '-',
+      place(one.then), one.now ? turn(one.now) : '-', turn(one.then),
+    ]));
+    at('if-shown').hidden = false;
+  }
+
+  async function ask() {
+    const mine = ++asking;
+    answer(at('if-answer'), 'Planning.', false);
+    at('if-shown').hidden = true;
+    for (let tries = 0; mine === asking; ++tries) {
+      const { said, why, busy } = await post('whatif', asked(supposed), {});
+      if (mine !== asking) return;
+      if (said) return showAnswer(said);
+      if (!busy || tries === kMostTries) return answer(at('if-answer'), why, true);
+      await new Promise((resolve) => setTimeout(resolve, kBusy));
+    }
+  }
+
+  at('whatif').addEventListener('submit', (event) => {
+    event.preventDefault();
+    const kind = supposing.kind;
+    const subject = supposing.subject.value;
+    const value = supposing.chosen();
+    if (value === undefined) return answer(at('if-answer'), 'That is no value (' + kind.unit + ').', true);
+    supposed = supposed.filter((one) => one.kind !== kind || one.subject !== subject);
+    supposed.push({ kind, subject, value });
+    showSupposed();
+    ask();
+  });
 
   // ---- Events
 

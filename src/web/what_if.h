@@ -1,0 +1,30 @@
+// What a client asks of a state of the app that it is not in: what would be planned, and what would be expected.
+//
+// Thread safety: plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "catan/changes.h"
+
+namespace ctn::web {
+
+constexpr int kMostCoresAsked = 64;
+
+struct WhatIf {
+  // As the client wrote it: "5ms", what a run of the node costs at the percentile that is planned with; "x2", so many
+  // times what was measured.
+  struct Cost {
+    std::string node;
+    std::string text;
+    friend bool operator==(const Cost&, const Cost&) = default;
+  };
+  Changes changes{};
+  std::vector<Cost> costs{};
+  std::optional<int> cores{};  // 1 to kMostCoresAsked; none: as many as there are
+  friend bool operator==(const WhatIf&, const WhatIf&) = default;
+};
+
+}  // namespace ctn::web

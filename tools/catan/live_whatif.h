@@ -1,0 +1,63 @@
+// What if an app that runs had other weights, bounds, costs or cores: it is planned for as its session would plan, by
+// the compute times that were measured (those of the runs that its flight recorder still keeps), and nothing is
+// changed.
+//
+// Units: as web/what_if.h. Thread safety: KnownSoFar has one owner; what_if() is a pure function but for the clock.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "graph/app.h"
+#include "os/os.h"
+#include "plan/plan.h"
+#include "policy/cpu_kinds.h"
+#include "policy/measured_costs.h"
+#include "record/sink.h"
+#include "record/writer.h"
+#include "web/what_if.h"
+
+namespace ctn::tool {
+
+// What planning goes by, of an app that runs: fed with what its recording keeps.
+class KnownSoFar final : public record::Sink {
+ public:
+  // Both outlive it.
+  KnownSoFar(const graph::App& app, const record::Header& header);
+
+  void add(const record::Run& run) override { measured_.add(run, kinds_.of(run.on_cpu)); }
+  void add(const record::PlanChange& change) override;
+  void add(const record::AppChange& change) override;
+  void add(const record::ClockReading& reading) override;
+  void add(const record::Trigger& /*trigger*/) override {}
+  void add(const record::SlotUse& /*slot*/) override {}
+  void add(const record::Steal& /*steal*/) override {}
+  void add(const record::Overrun& /*overrun*/) override {}
+  void add(const record::CostChange& /*change*/) override {}
+  void add(const record::Notice& /*notice*/) override {}
+  void set_totals(const record::Totals& /*totals*/) override {}
+
+  const graph::App& app() const { return app_; }  // with the weights and bounds that hold
+  const record::Header& header() const { return header_; }
+  const policy::CpuKinds& kinds() const { return kinds_; }
+  const policy::MeasuredCosts& measured() const { return measured_; }
+  const std::optional<plan::Plan>& plan() const { return plan_; }  // in force
+  const std::vector<NodeId>& clocks() const { return clocks_; }    // that are known
+
+ private:
+  const record::Header& header_;
+  graph::App app_;
+  policy::CpuKinds kinds_;
+  policy::MeasuredCosts measured_;
+  std::optional<plan::Plan> plan_;
+  TimePoint plan_at_{};
+  std::vector<NodeId> clocks_;
+};
+
+// JSON, as docs/http.md has it. Takes about a second of CPU time at most, and no more than some seconds. Errors
+// (kCaller): a change, a cost or a number of cores that cannot be; a scheduler that does not plan; no plan.
+Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, os::Clock& clock);
+
+}  // namespace ctn::tool
