@@ -42,6 +42,7 @@ struct Check : record::Sink {
   void add(const record::Run& run) override {
     node(run.node);
     expect(run.number > 0 && run.begin <= run.end);
+    expect(run.mode < std::max<std::size_t>(app.graph.node(run.node).modes.size(), 1));
     for (const record::Consumed& input : run.consumed) {
       node(input.predecessor);
       expect(input.first > 0 && input.first <= input.last);

@@ -1,5 +1,6 @@
 #include "flight/event_words.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -131,6 +132,9 @@ class Get {
     refuse();
     return 0;
   }
+  bool has_mode(NodeId node, std::uint32_t mode) const {
+    return mode < std::max<std::size_t>(app_.graph.node(node).modes.size(), 1);
+  }
   std::size_t words_left() const { return words_.size(); }
 
  private:
@@ -153,7 +157,7 @@ constexpr auto kRunWords = [](auto& way, auto& run) {
     constexpr std::size_t kWordsOfEach = 3;
     const std::uint64_t count = way.number_up_to(way.words_left() / kWordsOfEach);
     if (way.ok()) run.consumed.resize(count);
-    if (run.number == 0 || run.begin > run.end) way.refuse();
+    if (run.number == 0 || run.begin > run.end || !way.has_mode(run.node, run.mode)) way.refuse();
   }
   for (auto& input : run.consumed) {
     way(input.predecessor), way(input.first), way(input.last);
@@ -197,7 +201,7 @@ constexpr auto kCostWords = [](auto& way, auto& change) {
   way(change.at), way(change.node), way(change.mode), way(change.core_kind), way(change.before), way(change.after);
   way(change.runs);
   if constexpr (!kPuts<decltype(way)>) {
-    if (change.runs == 0 || change.core_kind < 0) way.refuse();
+    if (change.runs == 0 || change.core_kind < 0 || !way.has_mode(change.node, change.mode)) way.refuse();
   }
 };
 
