@@ -14,9 +14,9 @@ namespace ctn::navigation {
 namespace {
 
 constexpr double kCell = 0.1;
-constexpr double kFree = 2.5;     // from both ends on, there is neither clutter nor a mover
-constexpr double kFromEnd = 1.2;  // start and goal
-constexpr double kToWalls = 0.1;  // what movers keep
+constexpr double kFree = 2.5;      // from both ends on, there is neither clutter nor a mover
+constexpr double kFromEnd = 1.2;   // start and goal
+constexpr double kToWalls = 0.15;  // what movers keep
 constexpr int kTries = 300;
 constexpr std::uint64_t kClutter = 4;  // streams of random numbers
 constexpr std::uint64_t kPaths = 5;

@@ -62,10 +62,10 @@ inline double wrapped(double angle) {
   return angle - kTurn * std::floor((angle + std::numbers::pi) / kTurn);
 }
 
-// Where a robot is that has driven `distance` along an arc on which it turned by `turn`: exact.
-inline Pose along_arc(const Pose& from, double distance, double turn) {
+// Where a robot is that has driven `length` along an arc on which it turned by `turn`: exact.
+inline Pose along_arc(const Pose& from, double length, double turn) {
   const double half = turn / 2.0;
-  const double chord = distance * (std::abs(half) < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half);
+  const double chord = length * (std::abs(half) < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half);
   const double direction = from.heading + half;
   return {from.x + chord * std::cos(direction), from.y + chord * std::sin(direction), from.heading + turn};
 }

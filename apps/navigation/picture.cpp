@@ -105,6 +105,9 @@ void draw_movers(Drawing& drawing, const World& world) {
 }  // namespace
 
 Status write_picture(World& world, const std::string& path) {
+  if (!cv::haveImageWriter(path)) {
+    return Error::caller(fmt::format("{} has no ending that names a format of pictures", path), "write FILE.png");
+  }
   const WorldFile& file = world.file();
   Drawing drawing(file.bounds);
   if (world.explored()) draw_unseen(drawing, *world.explored());
@@ -135,8 +138,7 @@ Status write_picture(World& world, const std::string& path) {
   for (const Contact& contact : world.score().contacts) drawing.disc(contact.pose.point(), kRobotSize, kHit, 1);
   try {
     if (cv::imwrite(path, drawing.image())) return Done{};
-  } catch (const cv::Exception&) {
-    return Error::caller(fmt::format("{} has no ending that names a format of pictures", path), "write FILE.png");
+  } catch (const cv::Exception&) {  // as below
   }
   return Error::environment(fmt::format("the picture {} cannot be written", path),
                             "name a file in a folder that exists");

@@ -296,8 +296,10 @@ class WorldReader {
     }
     if (scale <= 0.0) return;
     cv::Mat image;
+    const std::filesystem::path path = std::filesystem::path(folder_) / file.Scalar();
+    std::error_code missing;
     try {
-      image = cv::imread((std::filesystem::path(folder_) / file.Scalar()).string(), cv::IMREAD_GRAYSCALE);
+      if (std::filesystem::exists(path, missing)) image = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
     } catch (const cv::Exception&) {
       image = cv::Mat();
     }

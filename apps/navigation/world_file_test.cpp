@@ -70,7 +70,7 @@ TEST(WorldFile, TellsAllMistakesAtOnceEachWithItsPlace) {
       "goal: [5, 3, 1]\n"
       "movers:\n"
       "  - { path: [[4, 1]], speed: -1 }\n");
-  EXPECT_THAT(told, HasSubstr("w.yaml:2:20: walls[0][1]: this should be a number, not 'zero'"));
+  EXPECT_THAT(told, HasSubstr("w.yaml:2:22: walls[0][1]: this should be a number, not 'zero'"));
   EXPECT_THAT(told, HasSubstr("w.yaml:3:1: robt: there is no such key"));
   EXPECT_THAT(told, HasSubstr("robot: where the robot starts is missing"));
   EXPECT_THAT(told, HasSubstr("w.yaml:4:7: goal: this should be a point"));

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -214,14 +216,16 @@ TEST(World, NothingIsMissedWhileNothingIsNear) {
     file.movers.push_back(box_on({*rc::gen::inRange(2, 15) * 1.0, -15}, {1, 15}, *rc::gen::inRange(1, 50) * 0.1));
     World world(file, ideal());
     world.command(0ms, *rc::gen::inRange(-7, 8) * 0.1, *rc::gen::inRange(-10, 11) * 0.1);
-    bool touched = false;
-    for (nanoseconds at = 1ms; at <= 20s && !touched; at += 1ms) {
+    for (nanoseconds at = 1ms; at <= 20s; at += 1ms) {
       world.advance(at);
-      touched = world.scene().to_mover(0, world.truth(), kRobotSize, in_seconds(at)) <= 0.0 ||
-                world.scene().to_walls(world.truth(), kRobotSize, 1.0) <= 0.0;
+      const bool wall = world.scene().to_walls(world.truth(), kRobotSize, 1.0) <= 0.0;
+      const bool mover = world.scene().to_mover(0, world.truth(), kRobotSize, in_seconds(at)) <= 0.0;
+      RC_ASSERT(!wall);
+      if (!mover) continue;
+      const std::vector<Contact> contacts = world.score().contacts;
+      RC_ASSERT(std::ranges::any_of(contacts, [](const Contact& contact) { return contact.mover.has_value(); }));
+      return;
     }
-    RC_ASSERT(!touched || !world.score().contacts.empty());
-    if (touched) RC_ASSERT(world.now() - world.score().contacts[0].at < 3ms);
   });
 }
 
