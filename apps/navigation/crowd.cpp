@@ -38,6 +38,7 @@ std::vector<Point> corners_of(Point centre, double length, double width, double 
 void add_clutter(WorldFile& world, const CrowdSpec& spec) {
   Draws draws(spec.seed, kClutter);
   const double radius = kRobotSize / std::numbers::sqrt2 + kCell;
+  Grid grid(world, kCell);
   double covered = 0.0;
   for (int i = 0; i < kTries && covered < spec.density * spec.length * spec.width; ++i) {
     const double length = draws.between(0.3, 1.4);
@@ -45,10 +46,13 @@ void add_clutter(WorldFile& world, const CrowdSpec& spec) {
     const double reach = std::hypot(length, width) / 2.0;
     const Point centre{draws.between(kFree, spec.length - kFree), draws.between(reach, spec.width - reach)};
     const double heading = draws.between(0.0, std::numbers::pi);
-    WorldFile with = world;
-    add_block(with, corners_of(centre, length, width, heading));
-    if (!Grid(with, kCell).path_exists(with.start.point(), *with.goal, radius)) continue;
-    world = std::move(with);
+    WorldFile block;
+    add_block(block, corners_of(centre, length, width, heading));
+    Grid with = grid;
+    for (const Segment& side : block.walls) with.add(side);
+    if (!with.path_exists(world.start.point(), *world.goal, radius)) continue;
+    grid = std::move(with);
+    add_block(world, std::move(block.blocks.front()));
     covered += length * width;
   }
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 
 namespace ctn::navigation {
 namespace {
@@ -39,26 +38,27 @@ Grid::Grid(const WorldFile& world, double resolution)
       rows_(count_of(world.bounds.height(), resolution)),
       walls_(size()),
       clearances_(size(), static_cast<float>(kClearanceMax)) {
+  for (const Segment& wall : world.walls) add(wall);
+}
+
+void Grid::add(const Segment& wall) {
   const auto index = [&](double value, double origin, std::size_t count) {
     const double at = std::floor((value - origin) / resolution_);
     return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1)));
   };
-  for (const Segment& wall : world.walls) {
-    const Point low{std::min(wall.from.x, wall.to.x) - kClearanceMax, std::min(wall.from.y, wall.to.y) - kClearanceMax};
-    const Point high{std::max(wall.from.x, wall.to.x) + kClearanceMax,
-                     std::max(wall.from.y, wall.to.y) + kClearanceMax};
-    const std::size_t last_row = index(high.y, origin_.y, rows_);
-    const std::size_t last_column = index(high.x, origin_.x, columns_);
-    for (std::size_t row = index(low.y, origin_.y, rows_); row <= last_row; ++row) {
-      for (std::size_t column = index(low.x, origin_.x, columns_); column <= last_column; ++column) {
-        const std::size_t at = row * columns_ + column;
-        const Point middle = centre(at);
-        clearances_[at] = std::min(clearances_[at], static_cast<float>(distance(wall, middle)));
-        const Point half{resolution_ / 2.0, resolution_ / 2.0};
-        if (clearances_[at] <= static_cast<float>(resolution_) && crosses(wall, middle - half, middle + half)) {
-          walls_[at] = 1;
-        }
-      }
+  const Point far{kClearanceMax, kClearanceMax};
+  const Point low = Point{std::min(wall.from.x, wall.to.x), std::min(wall.from.y, wall.to.y)} - far;
+  const Point high = Point{std::max(wall.from.x, wall.to.x), std::max(wall.from.y, wall.to.y)} + far;
+  const Point half{resolution_ / 2.0, resolution_ / 2.0};
+  const std::size_t last_row = index(high.y, origin_.y, rows_);
+  const std::size_t last_column = index(high.x, origin_.x, columns_);
+  for (std::size_t row = index(low.y, origin_.y, rows_); row <= last_row; ++row) {
+    for (std::size_t column = index(low.x, origin_.x, columns_); column <= last_column; ++column) {
+      const std::size_t at = row * columns_ + column;
+      const Point middle = centre(at);
+      const auto away = static_cast<float>(distance(wall, middle));
+      clearances_[at] = std::min(clearances_[at], away);
+      if (away <= static_cast<float>(resolution_) && crosses(wall, middle - half, middle + half)) walls_[at] = 1;
     }
   }
 }
@@ -89,11 +89,11 @@ std::vector<std::uint8_t> Grid::reachable(Point from, double radius) const {
   };
   const auto first = cell(from);
   if (!first || !open(*first)) return reached;
-  std::deque<std::size_t> next{*first};
+  std::vector<std::size_t> next{*first};
   reached[*first] = 1;
   while (!next.empty()) {
-    const std::size_t at = next.front();
-    next.pop_front();
+    const std::size_t at = next.back();
+    next.pop_back();
     const auto column = static_cast<std::ptrdiff_t>(at % columns_);
     const auto row = static_cast<std::ptrdiff_t>(at / columns_);
     for (std::ptrdiff_t up = -1; up <= 1; ++up) {

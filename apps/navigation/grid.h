@@ -1,6 +1,6 @@
 // A world as cells: which of them a wall crosses, how far each is from the nearest wall, which can be reached.
 //
-// Units: metres. Thread safety: immutable.
+// Units: metres. Thread safety: plain values.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +16,9 @@ namespace ctn::navigation {
 class Grid {
  public:
   Grid(const WorldFile& world, double resolution);
+
+  // As if the world had this wall, too.
+  void add(const Segment& wall);
 
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
