@@ -134,7 +134,7 @@ Status write_picture(World& world, const std::string& path) {
   }
   const Pose robot = world.truth();
   drawing.fill(box_at(robot.point(), kRobotSize, kRobotSize, robot.heading), kRobot);
-  drawing.line(robot.point(), along_arc(robot, kRobotSize / 2.0, 0.0).point(), kPaper, 2);
+  drawing.line(robot.point(), along_arc(robot, kRobotSize * 0.4, 0.0).point(), kPaper, 2);
   for (const Contact& contact : world.score().contacts) drawing.disc(contact.pose.point(), kRobotSize, kHit, 1);
   try {
     if (cv::imwrite(path, drawing.image())) return Done{};

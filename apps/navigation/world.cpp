@@ -119,7 +119,6 @@ double World::driven_share(Motion& motion) {
   contacts_.push_back({now() + nanoseconds(std::llround(share * 1e9 * kStepSeconds)), *met < walls ? met : std::nullopt,
                        pose_in(pose_, motion, share), motion.speed + (motion.speed_after - motion.speed) * share});
   ended_ = options_.after_contact == AfterContact::kEnd;
-  motion.speed_after = motion.turn_rate_after = 0.0;
   return share;
 }
 
@@ -130,14 +129,16 @@ void World::step() {
     Motion motion{speed_, turn_rate_, towards(speed_, current_.speed, limits.acceleration * kStepSeconds),
                   towards(turn_rate_, current_.turn_rate, limits.turn_acceleration * kStepSeconds)};
     const Pose before = pose_;
+    const std::size_t met_before = contacts_.size();
     const double share = driven_share(motion);
     const double driven = driven_in(motion, share);
     pose_ = pose_in(before, motion, share);
     distance_since_ += driven;
     turn_since_ += pose_.heading - before.heading;
     travelled_ += std::abs(driven);
-    speed_ = motion.speed_after;
-    turn_rate_ = motion.turn_rate_after;
+    const bool stopped = contacts_.size() > met_before;
+    speed_ = stopped ? 0.0 : motion.speed_after;
+    turn_rate_ = stopped ? 0.0 : motion.turn_rate_after;
   }
   ++step_;
   if (!reached_at_ && file_.goal && distance(pose_.point(), *file_.goal) <= kGoalRadius) reached_at_ = now();

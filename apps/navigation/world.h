@@ -143,8 +143,8 @@ class World {
   };
 
   void step();
-  // How much of the step the robot drives before something stops it: 1 if nothing does. What stops it changes the
-  // motion.
+  // How much of the step the robot drives before something stops it: 1 if nothing does. A wall that it
+  // pushes already leaves no motion.
   double driven_share(Motion& motion);
   double distance_to(std::size_t obstacle, const Pose& pose, double time) const;
   double first_touch(std::size_t obstacle, const Motion& motion) const;
