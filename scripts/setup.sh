@@ -28,6 +28,7 @@ user_packages=(
   libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts
   opencv-data            # the face detector's cascades
   opencv-doc             # video with real faces, for that app
+  libbox2d-dev           # rays and contact in the simulated world of the navigation app
   libgtest-dev           # unit tests
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests

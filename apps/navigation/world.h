@@ -1,0 +1,182 @@
+// The simulated robot in its world: it drives as commanded, its laser scans, its odometry drifts, and contact with
+// walls and movers is found at its instant.
+//
+// Time passes in steps of 1 ms, whoever asks: advance() takes all that have ended by then, so that the result does not
+// depend on how often it is called, and is the same to the bit for the same file, options and commands. A command is in
+// force from the first step on that begins no earlier. Within a step the speeds change evenly, as the limits allow, and
+// the robot follows an arc.
+//
+// Scans and odometry exist at multiples of 20 ms alone: reading one three times makes nothing fresher. A scan is
+// computed when somebody first asks for it, from where the robot was at its instant; what is never read costs nothing.
+//
+// While nothing is near, contact is impossible until the distance can have been covered, and is not looked for until
+// then. Otherwise each step is looked at, and in one that ends in contact the instant is found by bisection.
+//
+// Units: metres, radians, m/s, rad/s; times as nanoseconds since the world began.
+// Thread safety: one thread at a time. All of a program's worlds should be one thread's (scene.h).
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "geometry.h"
+#include "grid.h"
+#include "random.h"
+#include "scene.h"
+#include "world_file.h"
+
+namespace ctn::navigation {
+
+inline constexpr std::chrono::nanoseconds kWorldStep = std::chrono::milliseconds(1);
+inline constexpr std::chrono::nanoseconds kSensorPeriod = std::chrono::milliseconds(20);  // of laser and odometry
+inline constexpr double kGoalRadius = 0.3;  // so near, the robot has reached it
+inline constexpr double kSeenCell = 0.1;    // of the grid on which is counted what was seen
+
+// The speed is the case study's; turning and accelerations are those of a small robot of its kind.
+struct RobotLimits {
+  double speed = 0.75;
+  double turn_rate = 1.5;
+  double acceleration = 1.0;
+  double turn_acceleration = 3.0;
+};
+
+struct Laser {
+  std::size_t beams = 721;
+  double field = std::numbers::pi;
+  double range = 30.0;
+  double noise = 0.01;  // standard deviation of a range
+};
+
+// Errors of what the wheels count, which add up: standard deviations after 1 m or 1 rad. They grow with the root of it.
+struct Drift {
+  double distance_per_metre = 0.02;
+  double turn_per_radian = 0.03;
+  double turn_per_metre = 0.01;
+};
+
+enum class AfterContact {
+  kStop,  // the robot stands, and cannot go further into a wall; a mover goes through it
+  kEnd,   // the robot stands for good
+};
+
+struct WorldOptions {
+  std::uint64_t seed = 1;  // of noise, drift, and the phases that the file leaves open
+  RobotLimits limits;
+  Laser laser;
+  Drift drift;
+  AfterContact after_contact = AfterContact::kStop;
+};
+
+struct Scan {
+  std::chrono::nanoseconds stamp{};
+  // From the right, `-field / 2` off the heading, to the left. Infinite: nothing within range.
+  std::vector<float> ranges;
+};
+
+struct Odometry {
+  std::chrono::nanoseconds stamp{};
+  Pose pose;           // as the wheels have it, beginning at the start's
+  double speed = 0.0;  // mean since the last one
+  double turn_rate = 0.0;
+};
+
+struct Contact {
+  std::chrono::nanoseconds at{};
+  std::optional<std::size_t> mover;  // none: a wall
+  Pose pose;
+  double speed = 0.0;  // of the robot, just before
+};
+
+struct Score {
+  std::vector<Contact> contacts;
+  double travelled = 0.0;                              // length of the way, backwards too
+  std::optional<std::chrono::nanoseconds> reached_at;  // the goal, for the first time
+  double explored = 0.0;  // share of the free space that has been in the laser's view; of worlds without a goal
+};
+
+class World {
+ public:
+  struct Motion {  // of one step
+    double speed = 0.0;
+    double turn_rate = 0.0;
+    double speed_after = 0.0;
+    double turn_rate_after = 0.0;
+  };
+
+  World(const WorldFile& file, const WorldOptions& options);
+
+  // From `time`, or if that is over, from now on the robot is to drive so, as far as its limits allow. Until then all
+  // goes on as before: the world is advanced to `time`.
+  void command(std::chrono::nanoseconds time, double speed, double turn_rate);
+  void advance(std::chrono::nanoseconds time);
+  std::chrono::nanoseconds now() const { return kWorldStep * step_; }
+
+  // The newest that is not after `time`, which the world is advanced to. Precondition: time >= 0.
+  const Scan& scan_at(std::chrono::nanoseconds time);
+  const Odometry& odometry_at(std::chrono::nanoseconds time);
+
+  // For scores and pictures; the robot does not know it.
+  const Pose& truth() const { return pose_; }
+  const Pose& truth_at(std::chrono::nanoseconds time);  // at the last multiple of 20 ms
+  double speed() const { return speed_; }
+  double turn_rate() const { return turn_rate_; }
+  bool ended() const { return ended_; }
+  Score score() const;
+
+  const WorldFile& file() const { return file_; }
+  const Scene& scene() const { return scene_; }
+  const WorldOptions& options() const { return options_; }
+  const std::optional<Explored>& explored() const { return explored_; }
+
+ private:
+  struct Command {
+    std::int64_t from_step = 0;
+    double speed = 0.0;
+    double turn_rate = 0.0;
+  };
+  struct Instant {
+    Pose truth;
+    Odometry odometry;
+  };
+
+  void step();
+  // How much of the step the robot drives before something stops it: 1 if nothing does. A wall that it
+  // pushes already leaves no motion.
+  double driven_share(Motion& motion);
+  double distance_to(std::size_t obstacle, const Pose& pose, double time) const;
+  double first_touch(std::size_t obstacle, const Motion& motion) const;
+  void take_instant();
+  void look_around();
+  std::size_t instant_at(std::chrono::nanoseconds time);
+
+  WorldFile file_;
+  WorldOptions options_;
+  Scene scene_;
+  Noise range_noise_;
+  Noise drift_noise_;
+  std::int64_t step_ = 0;  // that is next
+  Command current_;
+  Command next_;  // from its step on
+  Pose pose_;
+  double speed_ = 0.0;
+  double turn_rate_ = 0.0;
+  double travelled_ = 0.0;
+  // Since the last odometry.
+  double distance_since_ = 0.0;
+  double turn_since_ = 0.0;
+  std::vector<Instant> instants_;  // one each 20 ms
+  Scan scan_;
+  std::optional<std::size_t> scan_of_;  // the instant that `scan_` is of
+  std::vector<char> touching_;          // obstacles: the movers, then the walls
+  std::int64_t clear_until_ = 0;        // until this step nothing can touch the robot
+  double closing_speed_ = 0.0;          // at which robot and movers can come nearer, at most
+  std::vector<Contact> contacts_;
+  bool ended_ = false;
+  std::optional<std::chrono::nanoseconds> reached_at_;
+  std::optional<Explored> explored_;
+};
+
+}  // namespace ctn::navigation
