@@ -11,7 +11,7 @@
 
 #include "geometry.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 struct MoverSpec {
   std::vector<Point> path;  // two points or more
@@ -53,4 +53,4 @@ class Mover {
   double phase_ = 0.0;
 };
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 TEST(Noise, IsNormal) {
@@ -49,4 +49,4 @@ TEST(Draws, StayInTheirRangeAndReachItsEnds) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -28,7 +28,7 @@
 #include "scene.h"
 #include "world_file.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 inline constexpr std::chrono::nanoseconds kWorldStep = std::chrono::milliseconds(1);
 inline constexpr std::chrono::nanoseconds kSensorPeriod = std::chrono::milliseconds(20);  // of laser and odometry
@@ -179,4 +179,4 @@ class World {
   std::optional<Explored> explored_;
 };
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

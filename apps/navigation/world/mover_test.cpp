@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 MoverSpec mover_on(std::vector<Point> path) {
@@ -60,4 +60,4 @@ TEST(Mover, BeginsAtItsPhase) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -8,7 +8,7 @@
 #include "grid.h"
 #include "scene.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 CrowdSpec any_crowd() {
@@ -82,4 +82,4 @@ TEST(Crowd, DiffersWithTheSeed) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

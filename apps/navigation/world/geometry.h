@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 struct Point {
   double x = 0.0;
@@ -70,4 +70,4 @@ inline Pose along_arc(const Pose& from, double length, double turn) {
   return {from.x + chord * std::cos(direction), from.y + chord * std::sin(direction), from.heading + turn};
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -15,7 +15,7 @@
 #include "geometry.h"
 #include "mover.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 inline constexpr double kRobotSize = 0.56;  // it is square
 
@@ -43,4 +43,4 @@ std::string to_yaml(const WorldFile& world);
 // Adds the sides of a closed block to the walls.
 void add_block(WorldFile& world, std::vector<Point> corners);
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

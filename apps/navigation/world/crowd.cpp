@@ -10,7 +10,7 @@
 #include "grid.h"
 #include "random.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kCell = 0.1;
@@ -108,4 +108,4 @@ WorldFile make_crowd(const CrowdSpec& spec) {
   return world;
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kPixelsMax = 1600.0;  // of the longer side
@@ -144,4 +144,4 @@ Status write_picture(World& world, const std::string& path) {
                             "name a file in a folder that exists");
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

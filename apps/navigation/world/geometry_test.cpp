@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kHalfTurn = std::numbers::pi;
@@ -45,4 +45,4 @@ TEST(WrappedHeading, StaysInHalfATurn) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -7,7 +7,7 @@
 
 #include "scene.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 // Two rooms of 4 m x 4 m, with a doorway of `gap` in the middle of the wall between them.
@@ -75,4 +75,4 @@ TEST(Explored, DoesNotSeeThroughWalls) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -10,7 +10,7 @@
 
 #include "random.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr std::uint64_t kPhases = 1;  // the stream of random numbers
@@ -165,4 +165,4 @@ double Scene::to_mover(std::size_t mover, const Pose& pose, double size, double 
   return std::max(0.0, apart - spec.radius);
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -11,7 +11,7 @@
 #include "geometry.h"
 #include "world_file.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 class Grid {
  public:
@@ -66,4 +66,4 @@ class Explored {
   std::size_t seen_count_ = 0;
 };
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -10,7 +10,7 @@
 #include "grid.h"
 #include "scene.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 using testing::HasSubstr;
@@ -162,4 +162,4 @@ TEST(WorldFile, TheCaseStudysAreRight) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -9,10 +9,10 @@
 #include "catan/result.h"
 #include "world.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 // As PNG, or another format that the name's ending asks for. Errors: kEnvironment, it cannot be written; kCaller, there
 // is no such format.
 Status write_picture(World& world, const std::string& path);
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 using std::chrono::nanoseconds;
@@ -208,4 +208,4 @@ const Pose& World::truth_at(nanoseconds time) { return instants_[instant_at(time
 
 Score World::score() const { return {contacts_, travelled_, reached_at_, explored_ ? explored_->fraction() : 0.0}; }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 Mover::Mover(MoverSpec spec, double drawn) : spec_(std::move(spec)) {
   assert(spec_.path.size() >= 2 && spec_.speed > 0.0);
@@ -38,4 +38,4 @@ Point Mover::at(double seconds) const {
   return leg.from + (leg.to - leg.from) * std::min(1.0, (time - leg.begin) / (leg.end - leg.begin));
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -12,7 +12,7 @@
 
 #include "world_file.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 struct CrowdSpec {
   std::uint64_t seed = 1;
@@ -24,4 +24,4 @@ struct CrowdSpec {
 
 WorldFile make_crowd(const CrowdSpec& spec);
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -6,7 +6,7 @@
 
 #include "crowd.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 TEST(Picture, IsWritten) {
@@ -29,4 +29,4 @@ TEST(Picture, SaysWhyItCannotBe) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -21,7 +21,7 @@
 #include "grid.h"
 #include "scene.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -518,4 +518,4 @@ std::string to_yaml(const WorldFile& world) {
   return text;
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -15,7 +15,7 @@
 
 namespace {
 
-using namespace ctn::navigation;
+using namespace ctn::navigation::world;
 
 int complain(const ctn::Error& error) {
   fmt::print(stderr, "{}\n", error.message());

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kClearanceMax = 1.0;
@@ -145,4 +145,4 @@ double Explored::fraction() const {
   return free_count_ == 0 ? 0.0 : static_cast<double>(seen_count_) / static_cast<double>(free_count_);
 }
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 constexpr double kStraight = std::numbers::pi;
@@ -130,4 +130,4 @@ TEST(Scene, DrawsPhasesFromTheSeed) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

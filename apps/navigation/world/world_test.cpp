@@ -13,7 +13,7 @@
 
 #include "crowd.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 namespace {
 
 using namespace std::chrono_literals;
@@ -388,4 +388,4 @@ TEST(World, TakesFarLessThanRealTime) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world

@@ -21,7 +21,7 @@
 #include "mover.h"
 #include "world_file.h"
 
-namespace ctn::navigation {
+namespace ctn::navigation::world {
 
 class Scene {
  public:
@@ -47,4 +47,4 @@ class Scene {
   std::vector<Mover> movers_;
 };
 
-}  // namespace ctn::navigation
+}  // namespace ctn::navigation::world
