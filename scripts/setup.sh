@@ -28,6 +28,7 @@ user_packages=(
   libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts
   opencv-data            # the face detector's cascades
   opencv-doc             # video with real faces, for that app
+  libmrpt-maps-dev       # occupancy grids of the navigation app; of MRPT the smallest package that has them
   libgtest-dev           # unit tests
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests
