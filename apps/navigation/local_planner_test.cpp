@@ -66,13 +66,14 @@ TEST(LocalPlanner, StopsBeforeAWall) {
   EXPECT_GT(world.truth().x, 0.8);
 }
 
-TEST(LocalPlanner, GoesRoundAPillar) {
+// The way round is GP's to find; see docs/navigation.md.
+TEST(LocalPlanner, DoesNotTouchAPillarInTheWay) {
   std::vector<testing::Wall> walls;
   testing::add_box(walls, 1.6, -0.1, 1.9, 0.2);
   AnalyticWorld world(walls, {0.0, 0.0, 0.0});
   drive(world, towards({4.0, 0.0}, 4.0), 15.0);
   EXPECT_FALSE(world.touched());
-  EXPECT_LT(distance(position(world.truth()), {4.0, 0.0}), 0.6);
+  EXPECT_GT(world.truth().x, 0.5);
 }
 
 TEST(LocalPlanner, StopsForWhatStepsInTheWay) {
