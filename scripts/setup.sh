@@ -29,6 +29,7 @@ user_packages=(
   opencv-data            # the face detector's cascades
   opencv-doc             # video with real faces, for that app
   libbox2d-dev           # rays and contact in the simulated world of the navigation app
+  libmrpt-maps-dev       # occupancy grids of the navigation app; of MRPT the smallest package that has them
   libgtest-dev           # unit tests
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests

@@ -1,0 +1,74 @@
+// The GL node: where the robot is in the map's frame, from all scans since its last run.
+//
+// Odometry predicts the pose. A scan taken near the last keyframe tells nothing new and is skipped (mode kSkip, cheap).
+// One taken farther on is matched against the keyframes around (mode kMatch), which corrects the pose, and becomes a
+// keyframe. Where the robot comes back to a place that it left long ago, the scan is matched against the keyframes of
+// then as well, in a wider window; if it fits, the way between is a loop that is closed: all keyframes' poses are bent
+// (pose_graph.h).
+//
+// GM gets the keyframes. They are shared, and their poses those of the newest loop closure.
+//
+// Units: metres, radians, seconds. Thread safety: one thread an object.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "matcher.h"
+#include "pose_graph.h"
+#include "scan_filter.h"
+#include "types.h"
+
+namespace ctn::navigation {
+
+struct Keyframe {
+  Pose pose;  // in the map's frame
+  SharedScan scan;
+};
+using SharedKeyframes = std::shared_ptr<const std::vector<Keyframe>>;
+
+struct Localization {
+  double stamp = 0.0;  // of the newest scan that was taken in
+  Pose correction;     // of the odometry's frame in the map's: transformed(correction, odometry's pose) is the robot's
+  SharedKeyframes keyframes;  // never null
+  std::uint64_t loops = 0;    // closed so far; each has moved keyframes
+
+  Pose pose_at(const Odometry& odometry) const { return transformed(correction, odometry.pose); }
+};
+
+class GlobalLocalizer {
+ public:
+  enum class Mode { kSkip, kMatch };  // as the app file's modes
+
+  static constexpr double kKeyframeDistance = 0.45;  // between keyframes
+  static constexpr double kKeyframeTurn = 0.35;
+
+  struct Result {
+    Localization localization;
+    Mode mode = Mode::kSkip;
+    bool news = false;  // keyframes were added: GM has something to do
+    Work work;
+  };
+
+  GlobalLocalizer();
+
+  // `scans` in the order of their stamps, none of which is before those of earlier runs; may be empty.
+  Result run(const std::vector<SharedScan>& scans);
+
+ private:
+  bool tells_news(const Odometry& odometry) const;
+  void match(const SharedScan& scan, Work& work);
+  void close_loop(Work& work);
+
+  Pose correction_;
+  double stamp_ = 0.0;
+  std::vector<Keyframe> keyframes_;
+  std::vector<Constraint> constraints_;
+  std::size_t last_loop_ = 0;  // the keyframe that the last attempt to close a loop was made at
+  std::uint64_t loops_ = 0;
+  Matcher matcher_;
+  SharedKeyframes shared_;
+};
+
+}  // namespace ctn::navigation

@@ -1,0 +1,109 @@
+#include "global_mapper.h"
+
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ctn::navigation {
+namespace {
+
+// A hit outweighs three beams that graze the cell.
+constexpr float kSureOfHit = 0.8F;
+constexpr float kSureOfPassing = 0.6F;
+constexpr float kFreeFrom = 0.55F;  // MRPT's cells are probabilities to be free
+constexpr float kObstacleBelow = 0.45F;
+constexpr double kBorder = 0.4;
+
+struct Box {
+  double left = 0.0;
+  double right = 0.0;
+  double bottom = 0.0;
+  double top = 0.0;
+
+  void include(const Point& point) {
+    left = std::min(left, point.x);
+    right = std::max(right, point.x);
+    bottom = std::min(bottom, point.y);
+    top = std::max(top, point.y);
+  }
+};
+
+Box seen_from(const std::vector<Keyframe>& keyframes, Work& work) {
+  const Point start = position(keyframes.front().pose);
+  Box box{start.x, start.x, start.y, start.y};
+  for (const Keyframe& keyframe : keyframes) {
+    box.include(position(keyframe.pose));
+    for (std::size_t beam = 0; beam < keyframe.scan->ranges.size(); ++beam) {
+      const double range = std::min(keyframe.scan->ranges[beam], GlobalMapper::kReach);
+      const double angle = beam_angle(beam);
+      box.include(transformed(keyframe.pose, Point{range * std::cos(angle), range * std::sin(angle)}));
+    }
+    work.beams += keyframe.scan->ranges.size();
+  }
+  return box;
+}
+
+mrpt::obs::CObservation2DRangeScan observation_of(const CleanScan& scan) {
+  mrpt::obs::CObservation2DRangeScan observation;
+  observation.aperture = static_cast<float>(Scan::kFieldOfView);
+  observation.rightToLeft = true;
+  observation.maxRange = static_cast<float>(Scan::kMaxRange);
+  observation.resizeScan(scan.ranges.size());
+  for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
+    observation.setScanRange(beam, static_cast<float>(scan.ranges[beam]));
+    observation.setScanRangeValidity(beam, scan.ranges[beam] < Scan::kMaxRange);
+  }
+  return observation;
+}
+
+Cell cell_of(float probability_free) {
+  if (probability_free >= kFreeFrom) return Cell::kFree;
+  return probability_free < kObstacleBelow ? Cell::kObstacle : Cell::kUnknown;
+}
+
+}  // namespace
+
+GlobalMapper::GlobalMapper() : map_(std::make_shared<const GlobalMap>()) {}
+
+GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
+  Work work;
+  if (localization.keyframes == used_ || localization.keyframes->empty()) return {map_, work};
+  const std::vector<Keyframe>& keyframes = *localization.keyframes;
+
+  const Box box = seen_from(keyframes, work);
+  mrpt::maps::COccupancyGridMap2D grid;
+  grid.setSize(static_cast<float>(box.left - kBorder), static_cast<float>(box.right + kBorder),
+               static_cast<float>(box.bottom - kBorder), static_cast<float>(box.top + kBorder),
+               static_cast<float>(kCell));
+  grid.insertionOptions.maxDistanceInsertion = static_cast<float>(kReach);
+  grid.insertionOptions.maxOccupancyUpdateCertainty = kSureOfHit;
+  grid.insertionOptions.maxFreenessUpdateCertainty = kSureOfPassing;
+  grid.insertionOptions.maxFreenessInvalidRanges = kSureOfPassing;
+  for (const Keyframe& keyframe : keyframes) {
+    const mrpt::poses::CPose3D pose(keyframe.pose.x, keyframe.pose.y, 0.0, keyframe.pose.heading, 0.0, 0.0);
+    grid.insertObservation(observation_of(*keyframe.scan), pose);
+    for (const double range : keyframe.scan->ranges) {
+      work.cells += static_cast<std::uint64_t>(std::min(range, kReach) / kCell);
+    }
+  }
+
+  auto map = std::make_shared<GlobalMap>();
+  map->stamp = localization.stamp;
+  map->frame = {static_cast<int>(std::lround(static_cast<double>(grid.getXMin()) / kCell)),
+                static_cast<int>(std::lround(static_cast<double>(grid.getYMin()) / kCell)),
+                static_cast<int>(grid.getSizeX()), static_cast<int>(grid.getSizeY())};
+  map->cells.resize(map->frame.cells());
+  for (int row = 0; row < map->frame.height; ++row) {
+    for (int column = 0; column < map->frame.width; ++column) {
+      map->cells[map->frame.index(column, row)] = cell_of(grid.getCell(column, row));
+    }
+  }
+  work.cells += map->frame.cells();
+  used_ = localization.keyframes;
+  map_ = std::move(map);
+  return {map_, work};
+}
+
+}  // namespace ctn::navigation

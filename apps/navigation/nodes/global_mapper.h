@@ -1,0 +1,53 @@
+// The GM node: one occupancy grid of all that the robot has seen, from GL's keyframes.
+//
+// The grid (MRPT's) is built anew from all keyframes whenever there are new ones, since a closed loop moves any of
+// them: what a run costs grows with the way that the robot has gone, and with the area. Without news the last map
+// stands.
+//
+// Units: metres, radians, seconds. Thread safety: one thread an object. Maps are shared and never change.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "global_localizer.h"
+#include "grid.h"
+#include "types.h"
+
+namespace ctn::navigation {
+
+enum class Cell : std::uint8_t { kUnknown, kFree, kObstacle };
+
+struct GlobalMap {
+  double stamp = 0.0;  // of the localization that it was made of
+  GridFrame frame;     // in the map's frame
+  std::vector<Cell> cells;
+
+  Cell at(const Point& point) const {
+    const int column = frame.column(point.x);
+    const int row = frame.row(point.y);
+    return frame.inside(column, row) ? cells[frame.index(column, row)] : Cell::kUnknown;
+  }
+};
+using SharedMap = std::shared_ptr<const GlobalMap>;
+
+class GlobalMapper {
+ public:
+  // As far as beams leave no gap between each other on a grid of kCell; farther returns are for the matcher only.
+  static constexpr double kReach = 8.0;
+
+  struct Result {
+    SharedMap map;  // never null; without cells before the first keyframe
+    Work work;
+  };
+
+  GlobalMapper();
+  Result run(const Localization& localization);
+
+ private:
+  SharedKeyframes used_;
+  SharedMap map_;
+};
+
+}  // namespace ctn::navigation

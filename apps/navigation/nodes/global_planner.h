@@ -1,0 +1,48 @@
+// The GP node: a path on the global map, to a goal or to where the map ends.
+//
+// Obstacles are inflated by the robot's size; cells near them cost more, so that paths keep away where there is room.
+// To a goal: A* over the cells, where unknown ones may be passed at a higher cost. Without a goal: Dijkstra's algorithm
+// over the known free cells, until it pops one that borders on the unknown in a group of such (a frontier) that is
+// large enough for the robot to pass: the nearest frontier (Yamauchi, 1997). There is none: the robot has explored all
+// it can.
+//
+// Units: metres. Thread safety: no state.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "global_mapper.h"
+#include "grid.h"
+#include "types.h"
+
+namespace ctn::navigation {
+
+struct Path {
+  enum class Outcome {
+    kFound,
+    kNothingLeft,  // no frontier can be reached: all is explored
+    kNoWay,        // the goal cannot be reached, or there is no map yet
+  };
+  Outcome outcome = Outcome::kNoWay;
+  double stamp = 0.0;         // of the map
+  std::vector<Point> points;  // in the map's frame, from the robot to the end, at most kSpacing apart
+  bool to_goal = false;
+
+  static constexpr double kSpacing = 0.2;
+};
+
+class GlobalPlanner {
+ public:
+  static constexpr double kClearance = 0.42;  // that a path keeps from obstacles, where the robot is not nearer already
+  static constexpr double kComfortable = 0.8;       // from here on cells cost no more for it
+  static constexpr double kSmallestFrontier = 0.6;  // length
+
+  struct Result {
+    Path path;
+    Work work;
+  };
+  Result run(const GlobalMap& map, const Pose& robot, const std::optional<Point>& goal) const;
+};
+
+}  // namespace ctn::navigation

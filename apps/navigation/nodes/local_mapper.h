@@ -1,0 +1,54 @@
+// The LM node: what is near the robot, from scans and odometry alone.
+//
+// An occupancy grid of 6 m x 6 m moves with the robot in whole cells, in the odometry's frame. Each beam is evidence
+// that the cells it passes are free and that the one it ends in is not; evidence fades, so that what moved away where
+// the laser no longer looks is forgotten. What LP gets of it is the distance from each cell to the nearest obstacle,
+// which makes up for the robot's size.
+//
+// Units: metres, radians, seconds. Thread safety: one thread an object.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "grid.h"
+#include "scan_filter.h"
+#include "types.h"
+
+namespace ctn::navigation {
+
+struct LocalMap {
+  double stamp = 0.0;  // the scan's
+  Odometry odometry;   // likewise
+  GridFrame frame;     // in the odometry's frame
+  std::vector<float> clearance;
+
+  // Farther than anything on the map where `point` is not on it.
+  double clearance_at(const Point& point) const;
+};
+
+class LocalMapper {
+ public:
+  static constexpr double kSide = 6.0;
+  static constexpr double kMemory = 20.0;  // seconds after which full evidence has faded to nothing
+  static constexpr double kFarthestClearance = 1.0;
+
+  struct Result {
+    LocalMap map;
+    Work work;
+  };
+  // Scans that are older than the one before are taken as if of the same time.
+  Result run(const CleanScan& scan);
+
+ private:
+  void move_to(const Pose& pose);
+  void fade(double seconds);
+
+  GridFrame frame_;
+  std::vector<float> evidence_;        // above 0: for an obstacle
+  std::vector<std::uint32_t> marked_;  // the run that changed the cell last
+  std::uint32_t runs_ = 0;
+  double stamp_ = 0.0;
+};
+
+}  // namespace ctn::navigation

@@ -1,0 +1,32 @@
+// The LP node: the velocity that brings the robot nearer to the carrot and into nothing that the local map shows.
+//
+// The dynamic window (Fox, Burgard and Thrun, 1997): of the velocities that the base can reach within a moment, each is
+// followed over the map as an arc of the robot's outline. One is allowed if the robot could still brake before it
+// touches anything; the allowed one is chosen that ends nearest to the carrot, pointing at it, with room at its sides.
+// Where only standing still is left, it may back up.
+//
+// Units: metres, radians, seconds. Thread safety: no state.
+#pragma once
+
+#include "local_mapper.h"
+#include "navigation_command.h"
+#include "types.h"
+
+namespace ctn::navigation {
+
+class LocalPlanner {
+ public:
+  static constexpr double kMaxTurn = 1.5;           // rad/s
+  static constexpr double kAcceleration = 1.0;      // m/s^2, also for braking
+  static constexpr double kTurnAcceleration = 3.0;  // rad/s^2
+  static constexpr double kReaction = 0.2;          // seconds that pass before the robot brakes
+  static constexpr double kMargin = 0.09;           // around the robot
+
+  struct Result {
+    Velocity velocity;
+    Work work;
+  };
+  Result run(const LocalMap& map, const Odometry& odometry, const Command& command) const;
+};
+
+}  // namespace ctn::navigation

@@ -1,0 +1,36 @@
+#include "navigation_command.h"
+
+#include <cstddef>
+
+namespace ctn::navigation {
+
+NavigationCommand::Result NavigationCommand::run(const Path& path, const Localization& localization,
+                                                 const Odometry& odometry) const {
+  Result result;
+  result.command.stamp = odometry.stamp;
+  if (path.outcome != Path::Outcome::kFound || path.points.empty()) return result;
+
+  const Point robot = position(localization.pose_at(odometry));
+  std::size_t nearest = 0;
+  for (std::size_t i = 1; i < path.points.size(); ++i) {
+    if (distance(path.points[i], robot) < distance(path.points[nearest], robot)) nearest = i;
+  }
+  std::size_t carrot = path.points.size() - 1;
+  double along = distance(path.points[nearest], robot);
+  for (std::size_t i = nearest + 1; i < path.points.size(); ++i) {
+    const double before = along;
+    along += distance(path.points[i - 1], path.points[i]);
+    if (before < kLookahead && along >= kLookahead) carrot = i;
+  }
+  result.work.candidates = 2 * path.points.size();
+  if (distance(path.points.back(), robot) <= kArrived) {
+    result.command.arrived = path.to_goal;
+    return result;
+  }
+  result.command.stop = false;
+  result.command.carrot = transformed(inverse(localization.correction), path.points[carrot]);
+  result.command.distance_left = along;
+  return result;
+}
+
+}  // namespace ctn::navigation
