@@ -136,6 +136,7 @@ NodePort::Runs::Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared&
     : os_(os),
       node_(graph.node(node)),
       is_source_(is_source(graph, node)),
+      paces_itself_(node_.unscheduled && !node_.follows),
       shared_(shared),
       edges_(record::input_edges(graph, node)),
       words_(report_words(edges_.size())),
@@ -171,7 +172,7 @@ void NodePort::Runs::bind(const Binding& binding) {
 }
 
 bool NodePort::Runs::wait_for_trigger() {
-  if (node_.unscheduled && !node_.follows) return !shared_.stopping.load(std::memory_order_acquire);
+  if (paces_itself_) return !shared_.stopping.load(std::memory_order_acquire);
   if (!own_cpu_ || os_.now() - end_ > kStraightBack) own_cpu_ = os_.thread_cpu_time();
   const auto stopping = [this] { return shared_.stopping.load(std::memory_order_acquire); };
   for (;;) {

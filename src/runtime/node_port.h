@@ -140,6 +140,7 @@ class NodePort {
     os::Os& os_;
     const graph::Node& node_;
     const bool is_source_;
+    const bool paces_itself_;  // its thread says when it runs
     Shared& shared_;
     const Binding* binding_ = nullptr;         // gone, if it is not the one in use any more
     std::uint64_t bound_ = 0;                  // its number
