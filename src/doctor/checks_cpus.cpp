@@ -139,7 +139,7 @@ std::optional<Finding> unusable_cpus(const Observed& observed, const os::CpuSet&
   return Finding{"cpus",
                  Verdict::kProblem,
                  fmt::format("CPUs {} cannot be used: {}", to_string(cpus), why),
-                 "no thread can be bound there, so a plan with these CPUs cannot be followed",
+                 "no thread can be pinned there, so a plan with these CPUs cannot be followed",
                  "name CPUs that are online and in this process's cpuset, or make them so",
                  lines_for_cpus(cpus, online)};
 }

@@ -19,8 +19,8 @@ constexpr int kOrdinaryCount = 100;
 constexpr double kMaxCpuShare = 0.5;
 
 Status prepare(os::Os& os, int cpu, os::Level level) {
-  const Status bound = os.set_affinity(os.current_thread(), os::CpuSet{cpu});
-  if (!bound.ok() || level == os::Level::kOrdinary) return bound;
+  const Status pinned = os.set_affinity(os.current_thread(), os::CpuSet{cpu});
+  if (!pinned.ok() || level == os::Level::kOrdinary) return pinned;
   return os.set_level(os.current_thread(), level);
 }
 

@@ -28,7 +28,7 @@ struct Finding {
 
 Verdict worst(const std::vector<Finding>& findings);
 
-// How late a thread bound to one CPU woke up from absolute sleeps, ascending; empty where it could not run there.
+// How late a thread pinned to one CPU woke up from absolute sleeps, ascending; empty where it could not run there.
 struct WakeUps {
   int cpu = 0;
   std::vector<Nanos> lateness;

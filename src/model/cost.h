@@ -62,7 +62,7 @@ class CostProfile {
   // What runs with so many items cost (>= 0, a mean maybe), whatever they then have: per_item() is 0.
   CostProfile with_items(double items) const;
 
-  // c: the probability-weighted sum of the modes' percentiles (design section 4; paper section 5.3).
+  // c: the probability-weighted sum of the modes' percentiles (docs/planner.md; paper section 5.3).
   Millis single_thread() const;
   // c^q: the time one run takes with at most q threads. Of of_threads(): that for the largest number of threads <= q.
   // Else as measured for min(q, max_threads), or single_thread() / min(q, max_threads). Precondition: q >= 1,

@@ -1,5 +1,5 @@
 // Estimates a node's compute time, and what it waits, from its runs: percentiles over a sliding window, that of compute
-// times mode by mode (design section 4; paper section 5.3). Pure: it is told of runs and never reads a clock.
+// times mode by mode (docs/planner.md; paper section 5.3). Pure: it is told of runs and never reads a clock.
 //
 // Of runs that take batches it says what they take without their items, as far as it is told what these add.
 //

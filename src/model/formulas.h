@@ -1,4 +1,4 @@
-// The planner's formulas, each by itself (design section 4; paper sections 5.1 and 5.2).
+// The planner's formulas, each by itself (docs/planner.md; paper sections 5.1 and 5.2).
 //
 // Units: Millis; slack is a fraction in [0, 1). Thread safety: pure functions.
 #pragma once

@@ -15,8 +15,8 @@
 // is not above it come once each, and not again before i has ended: where all on the way from that one to j are on this
 // core and never wait, j comes at most as often as there are subchains on that way, since each of them may have kept
 // one trigger back until its period was over. That is where i does not wait and R_i is below silence_limit() of j
-// (plan/limits.h), beyond which it would be triggered without outputs. So subchains
-// that take turns have a promise, however full their core is.
+// (plan/limits.h), beyond which it would be triggered without outputs. So subchains that take turns have a promise,
+// however full their core is.
 //
 // A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
 // For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or

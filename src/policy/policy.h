@@ -2,7 +2,7 @@
 //
 //   "auto"          plans rates, cores, priorities or shares of cores, and levels, by what schedules come to in virtual
 //                   time; made again as costs change (search_policy.h)
-//   "catan"         what sessions use if nothing is said: the same
+//   "catan"         what sessions use if nothing is said: the planner that the app file names, "auto" if none is
 //   "paper"         the paper's Catan (paper.h)
 //   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
 //   "rate:HZ"       as "default", but subchains that begin with a source at a given rate

@@ -4,7 +4,7 @@
 // show in the affinity of threads that Catan does not place itself, so some of these are watched: the main thread of
 // the session's process, which is all that `taskset -p` changes, the housekeeping thread, and of each program that a
 // server schedules the thread that serves the connection. A CPU that one of them could use when it was first watched
-// and may not use any more is taken, until it may again. So a main thread that was bound to a CPU before the session
+// and may not use any more is taken, until it may again. So a main thread that was pinned to a CPU before the session
 // began does not bind the session.
 //
 // A node's threads must all be able to go wherever the plan wants them, so that a CPU counts only if every program may

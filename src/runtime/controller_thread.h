@@ -1,7 +1,7 @@
 // The thread of a controller (driver/controller.h): it looks at the board, lets its driver step, and sleeps until the
 // driver is to step again. What the driver decides it carries out with system calls and cells of the region; what was
 // done leaves through a ring. It runs at the dispatcher level and never waits for a thread below it. The thread of a
-// core's controller is bound to that core's CPU, so that no node of the core runs while it decides. Timers are
+// core's controller is pinned to that core's CPU, so that no node of the core runs while it decides. Timers are
 // absolute, so delays do not add up.
 //
 // Units: in the types. Thread safety: run() is the thread's body, and what an actuator does belongs to it; the rest may

@@ -153,7 +153,7 @@ void Housekeeping::keep_places(TimePoint now) {
   if (moved == 0 || std::exchange(moved_told_, true)) return;
   log_.notice(
       {now, "moved",
-       fmt::format("another program has bound {} of the app's threads to other CPUs than planned: they are moved back, "
+       fmt::format("another program has pinned {} of the app's threads to other CPUs than planned: they are moved back, "
                    "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
                    "main threads, or from the server or session",
                    moved)});

@@ -52,8 +52,8 @@ struct RegionHeader {
 // The server's heartbeat: programs tell by it that a server still exists but does nothing, as when it was stopped.
 struct alignas(64) Heartbeat {
   std::atomic<std::uint32_t> beats{0};
-  std::atomic<std::int64_t> max_heartbeat_gap{
-      0};  // ns; a server that runs is never this late with the next. 0: no heartbeat
+  // In ns: a server that runs is never this late with the next. 0: no heartbeat.
+  std::atomic<std::int64_t> max_heartbeat_gap{0};
 };
 
 // What a controller (controller_thread.h) sleeps on.

@@ -121,7 +121,7 @@ class Cpus {
     Thread current = kNoThread;
     Thread last = kNoThread;
     TimePoint since{};          // accounted for up to here
-    std::vector<Thread> queue;  // real-time, bound to this CPU; the next at the back
+    std::vector<Thread> queue;  // real-time, pinned to this CPU; the next at the back
     std::vector<Thread> fair;   // ordinary threads that wait
     std::int64_t virtual_time = 0;
     Used used;

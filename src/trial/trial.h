@@ -14,22 +14,25 @@
 //   lineage.h    from runs to the terms of the objective
 //   machine.h    triggers, runs, outputs: where these are put together
 //
-// Cores of fixed priorities. Of those with a run under way the one of the highest priority has the core. A subchain is
-// triggered by time, at phase + k periods; by pause, so long after its own run has ended and no sooner than a period
-// after its last trigger; or by each n-th output of another subchain or of an unscheduled node. While a run of it is
-// under way it is not triggered: what comes due meanwhile is made up for by one trigger at its end, and the grid of
-// triggers by time stays. A run beyond its budget is demoted below all others until the next trigger. Cores of frames.
-// The dispatcher itself (dispatch/shared_core_dispatcher.h) takes turns. At the background and ordinary levels nodes
-// have what is left in the order in which they came; no run is taken to hang. Pipelines. Paced by
-// dispatch/subchain_trigger.h; nodes share the cores in the order in which they came, each of their threads on one.
-// Unscheduled nodes. Above all, on an idle core if there is one, else where they ran last; the first run comes a period
-// after the start. Outputs. The newest, or all since the last run; none before the `output_period` is over, or but each
-// so-many-th run where that was measured; a run that emits none ends its subchain's run. Batches. A run of a queue node
-// costs what its items add, those that it really takes. Clocks of external nodes. They tick at times of their own:
-// unless told, each slides once through all phases, and with it the subchains that keep a phase to it.
-//
-// Waits. In the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says so.
-// Of a run on several threads the first waits.
+// By these rules:
+//   - Cores of fixed priorities: of those with a run under way the one of the highest priority has the core. A subchain
+//     is triggered by time, at phase + k periods; by pause, so long after its own run has ended and no sooner than a
+//     period after its last trigger; or by each n-th output of another subchain or of an unscheduled node. While a run
+//     of it is under way it is not triggered: what comes due meanwhile is made up for by one trigger at its end, and
+//     the grid of triggers by time stays. A run beyond its budget is demoted below all others until the next trigger.
+//   - Cores of frames: the dispatcher itself (dispatch/shared_core_dispatcher.h) takes turns. At the background and
+//     ordinary levels nodes have what is left in the order in which they came; no run is taken to hang.
+//   - Pipelines: paced by dispatch/subchain_trigger.h; nodes share the cores in the order in which they came, each of
+//     their threads on one.
+//   - Unscheduled nodes: above all, on an idle core if there is one, else where they ran last; the first run comes a
+//     period after the start.
+//   - Outputs: the newest, or all since the last run; none before the `output_period` is over, or but each so-many-th
+//     run where that was measured; a run that emits none ends its subchain's run.
+//   - Batches: a run of a queue node costs what its items add, those that it really takes.
+//   - Clocks of external nodes: they tick at times of their own: unless told, each slides once through all phases, and
+//     with it the subchains that keep a phase to it.
+//   - Waits: in the middle of its CPU time a run may wait: it leaves its core to others, and goes on when a timer says
+//     so. Of a run on several threads the first waits.
 //
 // What is left out: growth of costs during a trial; limits on real-time threads; fair scheduling of ordinary threads;
 // chance in how long runs and the machine take beyond the draws.

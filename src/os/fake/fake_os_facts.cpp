@@ -69,7 +69,7 @@ Status FakeOs::apply_affinity(Task& task, const CpuSet& cpus) {
 }
 
 Status FakeOs::set_affinity(ThreadId thread, const CpuSet& cpus) {
-  if (cpus.empty()) return Error::caller("a thread cannot be bound to no CPU", "name at least one CPU");
+  if (cpus.empty()) return Error::caller("a thread cannot be pinned to no CPU", "name at least one CPU");
   if (cpus.cpus().front() < 0) {
     return Error::caller(fmt::format("{} is no CPU number", cpus.cpus().front()), "CPU numbers start at 0");
   }

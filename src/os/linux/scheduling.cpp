@@ -125,7 +125,7 @@ Result<Level> Scheduling::level(ThreadId thread) {
 }
 
 Status Scheduling::set_affinity(ThreadId thread, const CpuSet& cpus) {
-  if (cpus.empty()) return Error::caller("a thread cannot be bound to no CPU", "name at least one CPU");
+  if (cpus.empty()) return Error::caller("a thread cannot be pinned to no CPU", "name at least one CPU");
   if (cpus.cpus().front() < 0) {
     return Error::caller(fmt::format("{} is no CPU number", cpus.cpus().front()), "CPU numbers start at 0");
   }
