@@ -5,7 +5,8 @@
 # First all tests that depend on nothing but what they compute, JOBS at a time. Then, one by one, those with the label
 # `realtime`, which run threads against the clock: another process that takes the CPU may make one of these fail. Such a test
 # is run once more by itself. If it passes then, the run passes, but says so, and the test's name and what it printed are in
-# out/ci/flaky.txt: that is a defect to work on. If it fails again, the run fails.
+# out/ci/flaky.txt, and in out/flaky.txt with those of all runs before: that is a defect to work on. If it fails again, the
+# run fails.
 #   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels fail
 #   SKIP_REALTIME=1            only those that do not depend on the clock
 set -euo pipefail
@@ -47,7 +48,7 @@ if [[ -z ${SKIP_REALTIME:-} ]]; then
       chosen=(--tests-regex "^$(sed 's/[][\.*^$+?(){}|]/\\&/g' <<<"$test")\$")
       if run again --no-tests=error; then
         printf '\n!!! FLAKY: %s failed and then passed. Its first failure is in %s: a defect to work on.\n\n' "$test" "$flaky"
-        { date -u '+======== %F %T UTC'; echo "$test (preset $preset)"; printed_by "$log/realtime.log" "$test"; } >>"$flaky"
+        { date -u '+======== %F %T UTC'; echo "$test (preset $preset)"; printed_by "$log/realtime.log" "$test"; } | tee -a out/flaky.txt >>"$flaky"
       else
         printf '\n== %s failed twice\n' "$test"
         failed=1
