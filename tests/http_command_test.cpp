@@ -175,7 +175,7 @@ TEST_F(HttpCommand, WhatIsWrongIsToldAtOnce) {
   expect("http no_such_app", 2, "no_such_app");
   expect("http --listen example.org:80", 2, "127.0.0.1:8080");
   expect("http --listen 0 --token-file token", 2, "--allow-control");
-  expect("http --listen 0 --allow-control --token-file none", 2, "there is no token in");
+  expect("http --listen 0 --allow-control --token-file none", 2, "no token can be read from");
   std::ofstream(path("short")) << "short\n";
   expect("http --listen 0 --allow-control --token-file short", 2, "16 to 256");
   expect("serve app.yaml --http 1.2.3:4", 2, "127.0.0.1:8080");
