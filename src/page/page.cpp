@@ -25,12 +25,12 @@ namespace {
 
 using report::escaped;
 
-// What is not detail takes less than this with the largest apps.
-constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; where that was too much, half of it ...
+// The page without detail takes less than this even for the largest apps.
+constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; if that is too much, half of it, and so on
 
 const std::array<const char*, 2> kRunColours{"var(--accent)", "#d55e00"};
 
-// Told apart by the colour-blind, as far as so many can be; on light and on dark ground.
+// The colour-blind can tell them apart, as far as that is possible with so many, on light and dark ground.
 std::string colour(std::size_t index) {
   constexpr std::array<const char*, 10> kFirst{"#3d8fd1", "#e8a317", "#2fa67c", "#d9643a", "#b07cc6",
                                                "#6cc0e8", "#a8a13a", "#e07fa8", "#7d8fa3", "#b5835a"};
@@ -40,7 +40,7 @@ std::string colour(std::size_t index) {
 
 using Told2 = std::span<const Told>;
 
-// By lane of each run: lanes of one name have one colour.
+// By lane of each run; lanes of the same name get the same colour.
 std::vector<std::vector<std::string>> lane_colours(Told2 runs) {
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> colours;
@@ -122,7 +122,7 @@ class Writer {
         page.paragraph(report::headline(figures));
       }
       std::string started = header.host.utc;
-      std::replace(started.begin(), started.end(), 'T', ' ');  // where a line may break
+      std::replace(started.begin(), started.end(), 'T', ' ');  // so that the line may break there
       std::vector<std::pair<std::string, std::string>> facts{
           {"Started", started},
           {"Ran for", seconds(run.story.duration) + (figures.ending.closed ? ", complete" : ", not complete")},
@@ -206,7 +206,7 @@ class Writer {
         "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
   }
 
-  // Nothing where there are too many: rows are labelled.
+  // Adds nothing if there are too many lanes: rows have labels anyway.
   std::string legend(const Told& run) const {
     if (run.story.lanes.size() > 40) return {};
     std::string text = "<p class=\"legend\">";
@@ -217,7 +217,7 @@ class Writer {
     return text + "</p>";
   }
 
-  // The timeline in words, for those who do not see it.
+  // The timeline in words, for readers who cannot see it.
   static void busy_summary(report::Page& page, const Told& run) {
     std::vector<double> busy(run.story.lanes.size());
     for (const RunSpan& one : run.story.runs) busy[run.story.lane_of[one.node]] += static_cast<double>(one.cpu_ms);
