@@ -194,15 +194,14 @@ class Writer {
     }
     page.element(kOmittedPlace);
     page.element(
-        "<details class=\"live-only help\"><summary>How to read and move it</summary><p>A core's upper row is who had "
-        "it; below it, each subchain's runs from begin to end, pale where another had the core. Where the plan says "
-        "who "
-        "may pre-empt whom, such gaps are found from the others' runs and slots: the record does not have them. Small "
-        "ticks at a row's foot are triggers, red where sent over 1 ms late; triangles are overruns; hatched pieces are "
-        "stolen from another's slot. Dashed lines are changes of plan, diamonds notices, circles lasting changes of "
-        "compute time, squares changes of weights and bounds. Far out, areas are busy shares.</p><p>Drag to move, "
-        "wheel "
-        "or pinch to zoom; all charts show the same time. With the keyboard, in a chart: arrows move, + and - "
+        "<details class=\"live-only help\"><summary>How to read and move it</summary><p>A core's upper row shows "
+        "what had it; below are each subchain's runs from begin to end, pale where another had the core. The record "
+        "does not say when that was: under frames and fixed priorities it is found from the slots and runs of others. "
+        "Small ticks at the foot of a row are triggers, red if sent over 1 ms late; triangles are overruns; hatched "
+        "pieces are stolen from another subchain's slot. Dashed lines are changes of plan, diamonds notices, circles "
+        "lasting changes of compute time, squares changes of weights and bounds. Zoomed out, areas are busy "
+        "shares.</p><p>Drag to move, wheel or pinch to zoom; all charts show the same time. With the keyboard, in a "
+        "chart: arrows move, + and - "
         "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
   }
 

@@ -171,7 +171,7 @@ std::string cores_picture(const Story& story, const std::vector<std::string>& co
     text += fmt::format("<line class=\"mark\" x1=\"{0:.1f}\" y1=\"2\" x2=\"{0:.1f}\" y2=\"{1:.1f}\"/>", at, bottom);
   }
   text += seconds_scale(story.duration, kLeft, kRight, bottom);
-  return svg_of(kWidth, bottom + 24, "Who used each core over the whole run", text);
+  return svg_of(kWidth, bottom + 24, "Which subchains used each core over the whole run", text);
 }
 
 std::string responses_picture(const Story& story, std::size_t chain) {

@@ -332,16 +332,16 @@ void Walk::by_timer(const RunRef& ref, bool of_source) {
   emit(floor_, of_source ? PartKind::kWaitingForSample : PartKind::kWaitingForTrigger, ref.node);
 }
 
-// From `since` on the run could have begun, but had not yet. `nobody`: the kind of time in which no run of the app had
-// the core.
-void Walk::ready(const RunRef& ref, TimePoint since, PartKind nobody) {
+// From `since` on the run could have begun, but had not yet. `otherwise`: the kind of time in which no run of the app
+// had the core.
+void Walk::ready(const RunRef& ref, TimePoint since, PartKind otherwise) {
   since = std::max(since, floor_);
   if (since >= cursor_) return;
   TimePoint free = since;
   if (ref.index > 0) free = std::clamp(history_.run({ref.node, ref.index - 1}).end, since, cursor_);
   std::vector<Held> held = held_up(ref, {free, cursor_});
   for (Held& each : held) {
-    if (each.kind == PartKind::kKernel) each.kind = nobody;
+    if (each.kind == PartKind::kKernel) each.kind = otherwise;
   }
   emit(held, ref.node);
   emit(since, PartKind::kOwnPreviousRun, ref.node);

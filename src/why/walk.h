@@ -76,7 +76,7 @@ class Walk {
   std::optional<RunRef> triggered_by(const RunRef& ref) const;
   std::optional<RunRef> before_due(SubchainId subchain);
   void by_timer(const RunRef& ref, bool of_source);
-  void ready(const RunRef& ref, TimePoint since, PartKind nobody = PartKind::kKernel);
+  void ready(const RunRef& ref, TimePoint since, PartKind otherwise = PartKind::kKernel);
   std::vector<Held> held_up(const RunRef& ref, Span span) const;
 
   const History& history_;
