@@ -148,8 +148,8 @@ TEST_F(HttpCommand, SaysWhatWouldBePlannedAndChangesNothing) {
   };
   expect_refused(R"({"weights": [["none", 1]]})", "none");
   expect_refused(R"({"costs": {"none": "x2"}})", "no node");
-  expect_refused(R"({"costs": {"eye": "2"}})", "no compute time");
-  expect_refused(R"({"costs": {"eye": "x0"}})", "no factor");
+  expect_refused(R"({"costs": {"eye": "2"}})", "not a compute time");
+  expect_refused(R"({"costs": {"eye": "x0"}})", "not a factor");
   expect_refused(R"({"cpus": [999]})", "not among those");
   expect_refused(R"({"cpus": [0], "cores": 1})", "one of them");
   EXPECT_THAT(what_if("{}", "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
