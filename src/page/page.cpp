@@ -201,8 +201,8 @@ class Writer {
         "pieces are stolen from another subchain's slot. Dashed lines are changes of plan, diamonds notices, circles "
         "lasting changes of compute time, squares changes of weights and bounds. Zoomed out, areas are busy "
         "shares.</p><p>Drag to move, wheel or pinch to zoom; all charts show the same time. With the keyboard, in a "
-        "chart: arrows move, + and - "
-        "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
+        "chart: arrows move, + and - zoom, Home shows everything, n and p go to the next and the previous "
+        "event.</p></details>");
   }
 
   // Adds nothing if there are too many lanes: rows have labels anyway.
@@ -252,10 +252,10 @@ class Writer {
   void responses(report::Page& page) const {
     page.section("Response times", "responses");
     page.element(
-        "<p class=\"caption\">Left over time, in ms: mean, 95th percentile (area's upper edge) and maximum; "
-        "single responses where there is room. Right by rank, after the warm-up: how many are at most so "
-        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest ones, as bars of "
-        "what they consist of, and the one cause that is named of a late one; open one for its parts.</p>");
+        "<p class=\"caption\">Left, over time, in ms: mean, 95th percentile (the area's upper edge) and maximum; "
+        "single responses where there is room. Right, by rank, after the warm-up: which part of all is at most that "
+        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest responses, as "
+        "bars of what they consist of, with the one cause if late; open one for its parts.</p>");
     const Story& story = first();
     for (std::size_t i = 0; i < story.responses.size(); ++i) {
       const report::ChainMetrics& metrics = story.figures.chains[i];
@@ -407,7 +407,7 @@ class Writer {
         table.caption += fmt::format(": the first {} of {}", kMostRows, run.story.events.size());
       }
       if (table.rows.empty()) {
-        page.paragraph("Nothing happened but runs" + of_run(run) + ".");
+        page.paragraph("There were no events other than runs" + of_run(run) + ".");
       } else {
         page.table(table);
       }
