@@ -1,14 +1,16 @@
-// What recording costs, and whether what is lost is told. docs/benchmarks.md says how to read it.
+// What records and the flight recorder cost, and whether losses are reported. docs/benchmarks.md says how to read the
+// output.
 //
-//   the writer   CPU time of record/writer.h for runs with an input, triggers and slots, as the housekeeping thread
-//                gives them to it: in turns of 50 ms, committed once a second; beside it that of the flight recorder
-//   a server     that of the housekeeping thread of a served app that keeps nothing, the last seconds in memory, or a
-//                record as well, in turn: subchains that are triggered a thousand times a second, and programs' nodes
-//                that report runs by themselves, so many that all make the rate; how many of the runs that were
-//                reported are in the record, and how many the record says were lost
+//   the writer   CPU time of record/writer.h for runs with an input, triggers and slots, which it gets as from the
+//                housekeeping thread: in turns of 50 ms, committed once a second. Beside it, CPU time of the flight
+//                recorder for the same
+//   a server     CPU time of the housekeeping thread of a served app, in turn with nothing kept, with the flight
+//                recorder, and with a record as well. Subchains are triggered a thousand times a second, and nodes of
+//                programs report runs by themselves, as many as are missing to the rate. Also how many of the runs
+//                that were reported are in the record, and how many the record says were lost
 //
-// Usage: recording_bench [--rate N]... [--seconds N] [--rounds N]; events a second. Exit: 1 if any were lost and not
-// told, 0 otherwise, however long it took.
+// Usage: recording_bench [--rate N]... [--seconds N] [--rounds N]; rates are events a second. Exit code: 1 if losses
+// were not reported, 0 otherwise, however long it took.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,12 +49,13 @@ using bench::value_of;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr int kTurns = 20;         // a second, as the housekeeping thread has them
-constexpr int kFree = 10;          // nodes that report by themselves
+constexpr int kTurns = 20;         // a second, as in the housekeeping thread
+constexpr int kFree = 10;          // nodes that report runs by themselves
 constexpr int kTriggered = 5;      // subchains
 constexpr int kTriggersHz = 1000;  // of each
 
-constexpr int kMostWritten = 200'000;  // events a second by the writer alone: what one takes hardly changes with them
+// Events a second for the writer alone: at higher rates an event costs much the same.
+constexpr int kMostWritten = 200'000;
 
 struct Options {
   std::vector<int> rates;
@@ -60,7 +63,7 @@ struct Options {
   int rounds = 3;
 };
 
-// A folder that goes with all that is in it.
+// A folder that is removed, with all that is in it, at the end.
 class Folder {
  public:
   Folder() {
@@ -77,7 +80,7 @@ class Folder {
   std::string path_;
 };
 
-// Half of the free nodes and all triggered ones take another's output.
+// Half of the free nodes and all triggered ones take the output of another node.
 std::string app_text() {
   std::string nodes;
   std::string edges;
@@ -100,14 +103,14 @@ double median(std::vector<double> values) { return summarize(std::move(values)).
 
 struct Written {
   double percent = 0.0;     // of a core
-  double micros = 0.0;      // of CPU time an event
-  double bytes = 0.0;       // an event
-  double longest_ms = 0.0;  // a commit, by the clock
+  double micros = 0.0;      // of CPU time for each event
+  double bytes = 0.0;       // for each event
+  double longest_ms = 0.0;  // the longest commit, in time of the clock
 };
 
 enum class Kind { kRuns, kTriggers, kSlots, kAll };
 
-// Gives a sink the events of a turn of 50 ms, and has it take its time at the turn's end.
+// Gives a sink the events of a turn of 50 ms, and then lets it do what it does at the end of a turn.
 template <class EndOfTurn>
 Written feed(os::Os& os, const graph::App& app, record::Sink& to, Kind kind, int rate, int for_seconds,
              const EndOfTurn& end_of_turn) {
@@ -201,12 +204,12 @@ void measure_writer(os::Os& os, const graph::App& app, const Options& options, c
 
 // --- A server ---
 
-// The process of the nodes. Ends by being killed.
+// The process of the nodes, which runs until it is killed.
 int run_nodes(os::Os& os, const std::string& socket, int rate) {
   auto client = value_of(Client::connect({.socket = socket, .app = {}, .on_notice = {}}));
   for (int i = 0; i < kTriggered; ++i) client.node(fmt::format("triggered{}", i), [](Run&) {});
   if (Status done = client.start(); !done) return 1;
-  // A trigger and a run of each of those that are triggered; the rest are runs of the free ones.
+  // Each triggered node makes two events, a trigger and a run; all others are runs of free nodes.
   const int each_ms = std::max(1, (rate - 2 * kTriggered * kTriggersHz) / kFree / 1000);
   std::vector<std::thread> threads;
   for (int i = 0; i < kFree; ++i) {
@@ -238,7 +241,7 @@ std::optional<os::ThreadId> housekeeper(os::Os& os) {
 }
 
 struct Served {
-  double percent = 0.0;  // of a core, of the housekeeping thread
+  double percent = 0.0;  // of a core, used by the housekeeping thread
   std::string cpus;      // where it may run
   record::Interval measured{};
 };
@@ -249,7 +252,7 @@ struct Kept {
 };
 
 Served serve(os::Os& os, const std::string& socket, const Kept& kept, int rate, int for_seconds) {
-  const os::ForkedProcess nodes([&] { return run_nodes(os, socket, rate); });  // before this one has threads
+  const os::ForkedProcess nodes([&] { return run_nodes(os, socket, rate); });  // forked before this process has threads
   runtime::ServerOptions options;
   options.scheduler.policy = *policy::make_policy("default");
   options.scheduler.record = kept.record;
@@ -260,7 +263,7 @@ Served serve(os::Os& os, const std::string& socket, const Kept& kept, int rate, 
       runtime::Server::open({text, value_of(config::parse_app(text, "recording.yaml"))}, os, std::move(options)));
   if (Status done = server->start(); !done) throw std::runtime_error(done.error().message());
   const auto thread = os.spawn("catan-server", [&] { server->run(); });
-  os.sleep_until(os.now() + seconds{1});  // by then all have registered
+  os.sleep_until(os.now() + seconds{1});  // by then all nodes have registered
   Served served;
   if (const auto house = housekeeper(os)) {
     const auto cpus = os.affinity(*house);
@@ -307,12 +310,12 @@ Counted count(const std::string& path, const record::Interval& measured) {
     std::uint64_t lost = 0;
     if (notice.kind != "lost-reports") continue;
     std::from_chars(notice.detail.data(), notice.detail.data() + notice.detail.size(), lost);
-    counted.told = std::max(counted.told, lost);  // each says how many in all
+    counted.told = std::max(counted.told, lost);  // each notice says how many in all so far
   }
   return counted;
 }
 
-// False: more were lost than was told.
+// False: more reports were lost than the record says.
 bool measure_server(os::Os& os, const Options& options, const Folder& folder) {
   fmt::print(
       "\nThe housekeeping thread of a server that keeps nothing, has a flight recorder, and a record as well, in "
@@ -382,7 +385,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // so that no copy of this process has text to print
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // so that no forked copy of this process has text left to print
     const auto os = os::make_linux_os();
     const Folder folder;
     const graph::App app = value_of(config::parse_app(app_text(), "recording.yaml"));

@@ -148,8 +148,8 @@ TEST_F(HttpCommand, SaysWhatWouldBePlannedAndChangesNothing) {
   };
   expect_refused(R"({"weights": [["none", 1]]})", "none");
   expect_refused(R"({"costs": {"none": "x2"}})", "no node");
-  expect_refused(R"({"costs": {"eye": "2"}})", "no compute time");
-  expect_refused(R"({"costs": {"eye": "x0"}})", "no factor");
+  expect_refused(R"({"costs": {"eye": "2"}})", "not a compute time");
+  expect_refused(R"({"costs": {"eye": "x0"}})", "not a factor");
   expect_refused(R"({"cpus": [999]})", "not among those");
   expect_refused(R"({"cpus": [0], "cores": 1})", "one of them");
   EXPECT_THAT(what_if("{}", "Origin: http://evil.example\r\n"), StartsWith("HTTP/1.1 403"));
@@ -175,7 +175,7 @@ TEST_F(HttpCommand, WhatIsWrongIsToldAtOnce) {
   expect("http no_such_app", 2, "no_such_app");
   expect("http --listen example.org:80", 2, "127.0.0.1:8080");
   expect("http --listen 0 --token-file token", 2, "--allow-control");
-  expect("http --listen 0 --allow-control --token-file none", 2, "there is no token in");
+  expect("http --listen 0 --allow-control --token-file none", 2, "no token can be read from");
   std::ofstream(path("short")) << "short\n";
   expect("http --listen 0 --allow-control --token-file short", 2, "16 to 256");
   expect("serve app.yaml --http 1.2.3:4", 2, "127.0.0.1:8080");

@@ -17,7 +17,7 @@
 namespace ctn::exports {
 namespace {
 
-// What all tables are made from.
+// What every table is made from.
 struct Source {
   const record::Reader& record;
   const Sink& sink;
@@ -41,7 +41,7 @@ struct Source {
   }
 };
 
-// The first failure of reading or writing.
+// Keeps the first failure of reading or writing.
 Status both(const Status& done, CsvWriter& csv) {
   if (!done) return done;
   return csv.finish();

@@ -1,5 +1,5 @@
-// A record's tables as CSV (docs/export.md): names in place of numbers, moments in seconds since the start, durations
-// in milliseconds, both exact to the nanosecond. Fields are quoted where RFC 4180 wants it; lines end in a newline
+// A record's tables as CSV (docs/export.md): names in place of ids, instants in seconds since the start, durations
+// in milliseconds, both exact to the nanosecond. Fields are quoted where RFC 4180 requires it; lines end in a newline
 // alone.
 #pragma once
 
@@ -15,8 +15,8 @@ namespace ctn::exports {
 // The names of all tables.
 std::span<const std::string_view> csv_tables();
 
-// With a line of column names. Precondition: `table` is one of csv_tables(). Errors: those of the reader and of the
-// sink; a plan in the record that cannot be read (kCaller).
+// Writes a table, its column names first. Precondition: `table` is one of csv_tables(). Errors: those of the reader and
+// of the sink; a plan in the record that cannot be read (kCaller).
 Status write_csv(const record::Reader& record, std::string_view table, const Sink& sink, const Progress& progress);
 
 }  // namespace ctn::exports

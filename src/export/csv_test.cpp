@@ -15,7 +15,7 @@ using testing::SizeIs;
 
 using Row = std::vector<std::string>;
 
-// By RFC 4180.
+// Parses as RFC 4180 says.
 std::vector<Row> parsed(const std::string& text) {
   std::vector<Row> rows;
   Row row;

@@ -1,6 +1,6 @@
-// Lines of CSV.
+// Writes lines of CSV.
 //
-// Thread safety: none; one owner. Memory: what is not written yet (64 KiB).
+// Thread safety: none; one owner. Memory: lines that are not written yet (64 KiB).
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace ctn::exports {
 
 class CsvWriter {
  public:
-  // `columns`: the first line. Moments are told since `started`.
+  // `columns`: the first line. Instants are written as seconds since `started`.
   CsvWriter(const Sink& sink, TimePoint started, std::string_view columns);
 
-  // Fields of a line, from the left.
+  // Add the next field of the line.
   CsvWriter& text(std::string_view value);
   CsvWriter& number(std::optional<std::uint64_t> value);  // none: empty
   CsvWriter& real(std::optional<double> value);           // none: empty
@@ -26,7 +26,7 @@ class CsvWriter {
   CsvWriter& ms(Nanos duration);
   void end_line();
 
-  // Writes what is left. The first failure of the sink, after which nothing was written.
+  // Writes what is left. Returns the first failure of the sink, after which nothing was written.
   Status finish();
 
  private:

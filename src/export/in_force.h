@@ -1,4 +1,4 @@
-// What held while a run went on: which plan, what it said of each chain, and what was asked of that.
+// What was in force at each time of a record: the plan, what it promised of each chain, and the chain's bound.
 //
 // Units: milliseconds where the names say so. Thread safety: none; one owner.
 #pragma once
@@ -17,21 +17,21 @@ namespace ctn::exports {
 
 class InForce {
  public:
-  // Before all that happened. The record outlives it.
+  // As of the start of the record, which outlives it.
   static Result<InForce> at_start(const record::Reader& record);
 
-  // Moves on. kCaller: a plan that cannot be read.
+  // Moves on to a later time. kCaller: a plan that cannot be read.
   Status move_to(TimePoint now);
 
-  // None: there is no plan yet.
+  // The plan in force; none: there is no plan yet.
   const std::optional<plan::Plan>& plan() const { return plan_; }
   std::optional<plan::ChainPrediction> predicted(std::size_t chain) const;
   std::optional<double> bound_ms(std::size_t chain) const { return bounds_[chain]; }
 
-  // The changes that it goes by, in the order of the record.
+  // All plans and changes, in the order of the record.
   const std::vector<record::PlanChange>& plans() const { return plans_; }
   const std::vector<record::AppChange>& changes() const { return changes_; }
-  // Which chain of the objective a term is, counted among response times; none: it is a period.
+  // The chain that a term of the objective is, counted among its response times; none: the term is a period.
   std::optional<std::size_t> chain_of(std::size_t term) const { return chains_[term]; }
   std::size_t chains() const { return bounds_.size(); }
 

@@ -1,4 +1,4 @@
-// What all exports have in common: where they write to, and how they say how far they are.
+// What all exports have in common: where they write to, and how they report progress.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@ namespace ctn::exports {
 // Takes the next bytes; after its first failure it is not called again.
 using Sink = std::function<Status(std::string_view)>;
 
-// Told from time to time which part is done, from 0 to 1.
+// Called from time to time with the part that is done, from 0 to 1.
 using Progress = std::function<void(double)>;
 
 }  // namespace ctn::exports

@@ -30,8 +30,8 @@ using record::Consumer;
 using record::Run;
 using Event = TraceWriter::Event;
 
-// Which subchains have a core of their own, or at a fixed priority: their runs tell what had it. Where they take turns
-// in frames, the record's slots do.
+// Which subchains own a core or have a fixed priority: their runs show what had the core. Where subchains take turns in
+// frames, the record's slots show it.
 std::vector<int> cores_by_runs(const plan::Plan& plan, SubchainId id) {
   if (id.index() >= plan.subchains.size()) return {};
   std::vector<int> cores = plan.subchains[id.index()].cores;
@@ -42,7 +42,7 @@ std::vector<int> cores_by_runs(const plan::Plan& plan, SubchainId id) {
   return cores;
 }
 
-// Arrows from a run to those that took it as input. Both ends come to the same id by themselves: an input that is
+// Arrows from a run to the runs that took it as input. Both ends compute the same id on their own: an input that is
 // *latest* takes one run, and a run of a queue is taken once.
 class Flows {
  public:
@@ -101,7 +101,7 @@ class Export {
   }
 
  private:
-  // What had a core, as far as there was any of it.
+  // What had a core. Rows that have nothing in them are not made.
   struct Core {
     std::optional<SliceRow> slots;
     std::optional<SliceRow> stolen;
@@ -140,7 +140,7 @@ class Export {
     event.ms("warm_up_ms", header.warm_up).flag("complete", record_.ending().closed);
   }
 
-  // Nodes below their subchain, unscheduled ones by themselves.
+  // Nodes stand below their subchain, unscheduled ones by themselves.
   void add_node_tracks() {
     const std::span<const graph::Node> nodes = app_.graph.nodes();
     std::vector<std::optional<SliceRow>> rows(nodes.size());
@@ -170,7 +170,7 @@ class Export {
     for (const graph::Subchain& subchain : app_.graph.subchains()) {
       const Track all = trace_.add_track(subchain.name, compute);
       subchains_.push_back({trace_.add_counter("measured", all), trace_.add_counter("planned", all)});
-      if (subchain.nodes.size() == 1) continue;  // the same
+      if (subchain.nodes.size() == 1) continue;  // the node's would be the same
       for (const NodeId node : subchain.nodes) {
         node_costs_.emplace(node, trace_.add_counter(app_.graph.node(node).name, all));
       }
@@ -181,7 +181,7 @@ class Export {
     }
   }
 
-  // Plans, with what they say; changes; notices.
+  // Plans with their contents, changes, notices.
   Status write_events() {
     auto in_force = InForce::at_start(record_);
     if (!in_force) return in_force.error();
@@ -329,7 +329,7 @@ class Export {
     });
   }
 
-  // Of a subchain's last run: what the newest runs of its nodes took together.
+  // What the newest runs of a subchain's nodes took together.
   Status write_measured() {
     std::vector<Nanos> newest(app_.graph.nodes().size());
     const auto take_run = [&](const Run& run) {

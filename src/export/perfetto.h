@@ -1,8 +1,8 @@
-// A record as a trace for Perfetto (docs/export.md): what had each core, what each subchain and node did, which run
-// took which as input, and response and compute times beside what was planned.
+// A record as a trace for Perfetto (docs/export.md): which subchain had each core, what each subchain and node did,
+// which run took which as input, and response and compute times beside what was planned.
 //
-// Memory: that of the writer (trace_writer.h) and of record/lineage.h, and what is open; it does not grow with the
-// length of the record, but for its plans and notices.
+// Memory: that of the writer (trace_writer.h) and of record/lineage.h, and of open slices. It grows with the number of
+// plans and notices, but not otherwise with the length of the record.
 #pragma once
 
 #include "base/result.h"

@@ -1,4 +1,4 @@
-// A record as a trace, read back as Perfetto reads it: by track, and by time.
+// A record is written as a trace, and read back as Perfetto reads it: by track and time.
 #include "export/perfetto.h"
 
 #include <gmock/gmock.h>
@@ -40,7 +40,7 @@ struct Count {
   friend bool operator==(const Count&, const Count&) = default;
 };
 struct TrackView {
-  std::string path;  // its names from the root on, without the root's
+  std::string path;  // the names from the root on, without the root's own
   std::vector<Slice> slices;
   std::vector<Slice> instants;
   std::vector<Count> counts;
@@ -294,7 +294,7 @@ TEST_F(PerfettoTest, ARunThatPreEmptsAnotherIsInIt) {
     };
     add("scan", 101'000, 101'010);
     add("LM", 101'002, 101'004);
-    add("LP", 101'005, 101'012);  // goes on where the first waited
+    add("LP", 101'005, 101'012);  // runs while the first one waits
   });
   expect_sound(trace);
   const TrackView& core = trace.track("cores/core 0: runs");

@@ -10,8 +10,8 @@
 
 namespace ctn::exports {
 
-// Calls `take_run` for each run by the time it ended, and `take` for each sample of a chain (counted among the response
-// times of the objective), after the run that completes it.
+// Calls `take_run` for each run, in the order of their ends, and `take` for each sample of a chain, after the run that
+// completes it. Chains are counted among the response times of the objective.
 Status each_response(const record::Reader& record, const std::function<void(const record::Run&)>& take_run,
                      const std::function<void(std::size_t chain, const record::ChainSample&)>& take);
 

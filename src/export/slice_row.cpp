@@ -24,7 +24,7 @@ void SliceRow::finish() {
   for (Lane& lane : lanes_) end_slices(lane, TimePoint::max());
 }
 
-// A lane that has room; where there is none, the last one, for as much of the slice as it has room for.
+// A lane that has room for the slice. If there is none: the last lane, with the slice cut to what it has room for.
 SliceRow::Lane& SliceRow::make_room(TimePoint& begin, TimePoint& end) {
   for (Lane& lane : lanes_) {
     end_slices(lane, begin);

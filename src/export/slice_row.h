@@ -1,10 +1,10 @@
-// A row of slices, such that all of them nest: as Perfetto wants it, a slice that begins in another one of its track
-// ends in it. One that would not goes onto a further lane of the row, a track of its own.
+// A row of slices in which all slices nest: Perfetto requires that a slice which begins in another one of its track
+// also ends in that one. A slice that would not is put onto a further lane of the row, which is a track of its own.
 //
-// Slices come by the time they begin. One that no lane has room for, or that comes too late, as in a record that was
-// tampered with, is cut to fit.
+// Slices are added in the order of their begins. A slice that no lane has room for, or that comes out of order, as in a
+// record that was tampered with, is cut to fit.
 //
-// Thread safety: none; one owner. Memory: the slices that are open.
+// Thread safety: none; one owner. Memory: open slices.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,7 @@ class SliceRow {
   struct Lane {
     Track track{};
     std::vector<TimePoint> open;  // ends of slices, the innermost last
-    TimePoint last{};             // the last moment that was written
+    TimePoint last{};             // the last instant that was written
   };
 
   void add_lane();

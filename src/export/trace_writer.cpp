@@ -145,7 +145,7 @@ void TraceWriter::set_name(std::string_view name) {
   batch_->packet->mutable_track_event()->set_name_iid(number);
 }
 
-// Traces that follow one another are one trace.
+// Perfetto reads traces that follow one another as one trace.
 void TraceWriter::flush() {
   if (status_ && batch_->trace.packet_size() > 0) {
     batch_->trace.SerializeToString(&batch_->bytes);

@@ -2,9 +2,9 @@
 // to by number. Packets of different tracks may come in any order; Perfetto sorts them by time. Times are of the
 // monotonic clock, and the trace says so.
 //
-// Text may come from anywhere: what is no UTF-8, and control characters, are replaced.
+// Texts need not be trusted: control characters and what is not UTF-8 are replaced.
 //
-// Thread safety: none; one owner. Memory: what is not written yet (kBatch packets), and the names.
+// Thread safety: none; one owner. Memory: packets that are not written yet (kBatch), and the names.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ enum class Track : std::uint64_t {};
 
 class TraceWriter {
  public:
-  // What is said of an event, until the next one is added.
+  // Adds arguments to an event. Valid until the next event is added.
   class Event {
    public:
     Event& number(std::string_view name, std::uint64_t value);
@@ -33,9 +33,9 @@ class TraceWriter {
     Event& ms(std::string_view name, Nanos value) { return real(name, to_millis(value).count()); }
     Event& flag(std::string_view name, bool value);
     Event& text(std::string_view name, std::string_view value);
-    // The same for a value of which there are few.
+    // A text of which there are few different ones: each is written once.
     Event& word(std::string_view name, std::string_view value);
-    // An arrow from the event that begins a flow to the one that ends it. Ids are the trace's.
+    // An arrow from the event that begins a flow to the one that ends it. Ids are unique in the trace.
     Event& begin_flow(std::uint64_t id);
     Event& end_flow(std::uint64_t id);
 
@@ -50,9 +50,9 @@ class TraceWriter {
   TraceWriter(const TraceWriter&) = delete;
   TraceWriter& operator=(const TraceWriter&) = delete;
 
-  // Below its parent, by rank, and where no rank is given in the order they are added.
+  // Tracks stand below their parent, in the order of ranks or, without ranks, in the order in which they are added.
   Track add_track(std::string_view name, std::optional<Track> parent, std::optional<int> rank = std::nullopt);
-  // Of milliseconds. Counters of one parent have one scale.
+  // A counter in milliseconds. Counters of one parent share a scale.
   Track add_counter(std::string_view name, Track parent);
 
   // Slices of a track nest, and begin and end in the order of time (slice_row.h).
@@ -61,7 +61,7 @@ class TraceWriter {
   Event add_instant(Track track, TimePoint at, std::string_view name);
   void add_count(Track track, TimePoint at, double value);
 
-  // Writes what is left. The first failure of the sink, after which nothing was written.
+  // Writes what is left. Returns the first failure of the sink, after which nothing was written.
   Status finish();
 
  private:

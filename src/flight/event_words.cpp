@@ -17,7 +17,7 @@
 namespace ctn::flight {
 namespace {
 
-constexpr std::int64_t kLongest = std::int64_t{1} << 61;  // of instants and durations, in ns: what a record takes
+constexpr std::int64_t kLongest = std::int64_t{1} << 61;  // instant or duration that a record takes, in ns
 constexpr int kMostCores = 1 << 20;
 
 enum class Kind : Word {
@@ -64,13 +64,13 @@ class Put {
   std::vector<Word> words_;
 };
 
-// Gets values from words, and refuses what could not have been put.
+// Gets values from words, and refuses those that Put cannot have written.
 class Get {
  public:
   Get(std::span<const Word> words, const graph::App& app) : words_(words), app_(app) {}
 
   bool ok() const { return ok_; }
-  // All was read, and could be.
+  // Whether all words were read, and none was refused.
   bool complete() const { return ok_ && words_.empty(); }
   void refuse() { ok_ = false; }
   const graph::App& app() const { return app_; }
@@ -90,7 +90,7 @@ class Get {
     refuse();
     return 0;
   }
-  // Numbers of runs and triggers; the database's are signed.
+  // Numbers of runs and triggers. Integers in the database are signed.
   void operator()(std::uint64_t& value) { value = number_up_to(std::numeric_limits<std::int64_t>::max()); }
   void operator()(std::uint32_t& value) {
     value = static_cast<std::uint32_t>(number_up_to(std::numeric_limits<std::uint32_t>::max()));
@@ -143,7 +143,7 @@ class Get {
   bool ok_ = true;
 };
 
-// --- What each kind has, in order: the same for both ways. An event that is put is const ---
+// --- The fields of each kind, in order: the same code puts and gets them. An event that is put is const ---
 
 template <class Way>
 constexpr bool kPuts = std::is_same_v<std::remove_reference_t<Way>, Put>;

@@ -15,7 +15,7 @@ namespace ctn::flight {
 
 using Word = std::uint64_t;
 
-// The first word says which kind of event it is. What a record does not keep of a run is left out.
+// The first word is the kind of the event. What records do not keep of a run is left out.
 std::vector<Word> to_words(const record::Run& event);
 std::vector<Word> to_words(const record::Trigger& event);
 std::vector<Word> to_words(const record::SlotUse& event);
@@ -28,7 +28,7 @@ std::vector<Word> to_words(const record::ClockReading& event);
 std::vector<Word> to_words(const record::Notice& event);
 std::vector<Word> to_words(const record::Totals& totals);
 
-// Hands on the event that the words are. False, and nothing is handed on: they are none that could happen in this app.
+// Hands on the event that the words stand for. False, and nothing is handed on: no event of this app looks like that.
 bool hand_on(std::span<const Word> words, const graph::App& app, record::Sink& to);
 
 }  // namespace ctn::flight

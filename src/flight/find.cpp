@@ -41,7 +41,7 @@ std::optional<std::string> app_of(const std::filesystem::path& link) {
   return target.substr(before.size(), target.size() - before.size() - kAfter.size());
 }
 
-// Readers of a recorder have a descriptor of its memory, too: only its writer counts.
+// Only the writer's descriptor counts: readers have descriptors of the memory, too.
 bool is_written_by(const os::Descriptor& memory, std::int32_t process) {
   alignas(Head) std::array<std::byte, sizeof(Head)> bytes{};
   if (::pread(memory.number(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) return false;
@@ -49,7 +49,7 @@ bool is_written_by(const os::Descriptor& memory, std::int32_t process) {
   return head->magic.load() == kMagic && head->process.load() == static_cast<Word>(process) && head->over.load() == 0;
 }
 
-// Of one process; each memory once, however many descriptors it has.
+// Those of one process: each memory once, however many descriptors of it the process has.
 void add_recorders_of(std::int32_t process, const std::filesystem::path& descriptors, std::vector<Candidate>& to) {
   std::vector<std::filesystem::path> known;
   std::error_code unreadable;

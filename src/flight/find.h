@@ -1,5 +1,5 @@
-// Finds the flight recorders (recorder.h) of running processes, sessions and servers alike, through /proc. A user sees
-// those of processes that may be traced: the own ones (of programs without file capabilities), root all.
+// Finds the flight recorders (recorder.h) of running processes, sessions and servers alike, through /proc. A user finds
+// those of processes that the user may trace: their own, of programs without file capabilities. Root finds all.
 //
 // Thread safety: pure functions of the system's state.
 #pragma once
@@ -18,10 +18,11 @@ struct Found {
   std::string app;  // its name
 };
 
-// By process; a process that has several is there several times.
+// By process. A process that has several flight recorders is listed once for each.
 std::vector<Found> find_all();
 
-// The memory of the one whose app is called `app`, or whose process has that number; an empty name: of the only one.
+// The memory of the flight recorder of that app, by its name, or of the process with that number; empty: of the only
+// one there is.
 // Errors: none, several (kCaller).
 Result<os::Descriptor> find(const std::string& app_or_process);
 

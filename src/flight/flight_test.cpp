@@ -317,8 +317,8 @@ TEST_F(FlightTest, NothingInTheMemoryIsTrusted) {
   for (const record::Run& run : runs(app_, seconds{103}, 1)) recorder->add(run);
   recorder->add(record::SlotUse{3, SubchainId(0), at(seconds{101}), at(seconds{102}), at(seconds{103})});
   auto memory = os::SharedMemory::open(os::Descriptor(::dup(recorder->readable()->number())));
-  ASSERT_FALSE(memory.ok());  // a reader's descriptor is for reading
-  // What a process that may do so can do: another memory with the same content.
+  ASSERT_FALSE(memory.ok());  // a reader's descriptor is read-only
+  // So another memory with the same content, as a process might forge it.
   const auto original = os::ReadOnlyMemory::open(*recorder->readable());
   auto copy = os::SharedMemory::create("copy", original->bytes().size());
   ASSERT_TRUE(copy.ok());
@@ -353,7 +353,7 @@ TEST_F(FlightTest, IsFoundByItsAppAndItsProcess) {
   };
   EXPECT_THAT(mine(), IsEmpty());
   auto recorder = recorder_of(app_);
-  const Recording reader = recording_of(*recorder);  // has a descriptor of it, too
+  const Recording reader = recording_of(*recorder);  // it has a descriptor of the memory, too
   ASSERT_THAT(mine(), SizeIs(1));
   EXPECT_EQ(mine().front().app, "robot");
   const std::string process = std::to_string(::getpid());
@@ -364,7 +364,7 @@ TEST_F(FlightTest, IsFoundByItsAppAndItsProcess) {
   const auto second = recorder_of(app_);
   EXPECT_THAT(mine(), SizeIs(2));
   EXPECT_FALSE(find(process).ok());
-  recorder.reset();  // it is over, though a reader still has it
+  recorder.reset();  // the run is over, though a reader still has the memory
   EXPECT_THAT(mine(), SizeIs(1));
 }
 

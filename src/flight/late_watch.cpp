@@ -35,7 +35,7 @@ void LateWatch::add(const record::Run& run) {
   }
 }
 
-// Of a plan that cannot be read nothing is known.
+// A plan that cannot be read promises nothing.
 void LateWatch::add(const record::PlanChange& change) {
   const Result<plan::Plan> plan = plan::from_json(change.json, app_, "the plan in force");
   for (Chain& chain : chains_) {

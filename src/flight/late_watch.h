@@ -1,5 +1,5 @@
-// Notices responses that are late, in events as they are read from a flight recorder: for who saves the last seconds
-// when that happens (`catan watch`).
+// Notices late responses in the events that are read from a flight recorder, so that `catan watch` can save the last
+// seconds when there is one.
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -17,9 +17,9 @@ namespace ctn::flight {
 
 // A response time of the objective that is watched.
 struct WatchedChain {
-  std::size_t term = 0;         // of the objective
-  std::optional<Nanos> over{};  // late is what is longer; none: than its bound; without one, than the plan in force
-                                // promises
+  std::size_t term = 0;  // of the objective
+  // A longer response is late. None: its bound counts, and where it has none, what the plan in force promises.
+  std::optional<Nanos> over{};
 };
 
 struct LateResponse {
@@ -34,7 +34,7 @@ class LateWatch : public record::Sink {
   // Responses that began before `from` do not count. `app` outlives it. Precondition: the terms are response times.
   LateWatch(const graph::App& app, const std::vector<WatchedChain>& chains, TimePoint from);
 
-  // The one that exceeded its limit by most since the last call; none was late.
+  // Of the late responses since the last call, the one that exceeded its limit by most; none: there was none.
   std::optional<LateResponse> take();
 
   void add(const record::Run& run) override;

@@ -1,16 +1,16 @@
 // How the memory of a flight recorder is laid out, for its writer (recorder.h) and its readers (recording.h).
 //
-//   Head     how long the parts are, and how far the ring was written
-//   image    a record in which nothing has happened (record::Writer::blank): the app and what else was known at first
-//   ring     events as frames of words, oldest first, where the newest overwrite the oldest. A frame is its length,
-//            this word included, and the event (event_words.h). Positions count the words that were ever written; the
-//            word at position p lies at p modulo the ring's length
+//   head     the lengths of the parts, signs of life of the writer, and how far the ring has been written
+//   image    a record without events (record::Writer::blank): the app and what else was known at the start
+//   ring     events as frames of words, oldest first; the newest overwrite the oldest. A frame is its length in words
+//            (this one included), followed by the event (event_words.h). A position is a count of all words written
+//            since the start; the word at position p lies at p modulo the ring's length
 //
-// A frame is valid from `oldest` to `end`, both of which are positions at which one begins. The writer raises `oldest`
-// before it overwrites what was there, and `end` when the new frame is whole. A reader copies words, and then looks at
-// `oldest` again: what lies before it may have been overwritten meanwhile, and is thrown away. For that the ring's
-// words are stored with release and loaded with acquire: a reader that finds a new word also finds the `oldest` before
-// it.
+// The frames between `oldest` and `end` are valid; both are positions of frame boundaries. The writer raises `oldest`
+// before it overwrites a frame, and `end` once the new frame is complete. A reader copies words, then loads `oldest`
+// again and throws away what lies before it, since that may have been overwritten meanwhile. This works because the
+// ring's words are stored with release and loaded with acquire: a reader that sees a new word also sees the `oldest`
+// that was stored before it.
 //
 // Thread safety: all words are atomic; one writer, any number of readers.
 #pragma once
@@ -28,24 +28,24 @@ namespace ctn::flight {
 using SharedWord = std::atomic<Word>;
 static_assert(SharedWord::is_always_lock_free && sizeof(SharedWord) == sizeof(Word));
 
-constexpr const char* kMemoryName = "catan-flight:";  // and the name of the app
-constexpr Word kMagic = 0x3154484746544143;           // "CATFGHT1" and so the layout's version included
+constexpr const char* kMemoryName = "catan-flight:";  // followed by the name of the app
+constexpr Word kMagic = 0x3154484746544143;           // "CATFGHT1", which includes the version of the layout
 
 struct Head {
-  SharedWord magic;  // written last: before it is there, nothing else is
+  SharedWord magic;  // stored last: where it is not there yet, nor is the rest
   SharedWord image_bytes;
   SharedWord ring_words;
   SharedWord process;
   SharedWord alive_ns;  // when the writer last showed that it lives
-  SharedWord over;      // 1: it has ended in order
+  SharedWord over;      // 1: the run has ended in order
   alignas(64) SharedWord oldest;
   SharedWord end;
 };
 
-// Words that so many bytes take.
+// How many words it takes to hold that many bytes.
 constexpr std::size_t words_for(std::size_t bytes) { return (bytes + sizeof(Word) - 1) / sizeof(Word); }
 
-// The parts of a memory, of which the image has so many bytes. Precondition: it is long enough for head and image, and
+// Where the parts lie in `memory`. Precondition: it is long enough for the head and an image of `image_bytes`, and
 // aligned as Head is.
 template <class Byte>
 struct Parts {

@@ -8,8 +8,8 @@ namespace ctn::flight {
 namespace {
 
 constexpr std::size_t kLongestName = 200;  // of an app, as part of the memory's name
-constexpr std::size_t kPartOfAnEvent = 8;  // an event may take so much of the ring, and all that is held twice that
-constexpr int kRounds = 4;                 // of writing what is held again, since that overwrites, too
+constexpr std::size_t kPartOfAnEvent = 8;  // an event takes less than this part of the ring
+constexpr int kRounds = 4;  // writing held events again may overwrite others of them: how often to go over them
 
 }  // namespace
 

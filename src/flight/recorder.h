@@ -1,13 +1,13 @@
-// A flight recorder: keeps the last seconds of what happens in a run in a ring in memory, always, so that they can be
-// looked at while the app runs (recording.h), and saved when it matters: a response was late, the server was killed.
+// A flight recorder: always keeps the last seconds of what happens in a run in a ring in memory, so that they can be
+// read while the app runs (recording.h), and saved when it matters: a response was late, the server was killed.
 //
-// The memory is one that processes can share (os/linux/shared_memory.h): it lives as long as one that has its
-// descriptor, and any that may look at this process's descriptors finds it (find.h). Adding an event costs the copying
-// of some tens of words, waits for nothing, and makes no system call.
+// Processes can share the memory (os/linux/shared_memory.h): it lives for as long as one of them has a descriptor of
+// it, and every process that may look at this one's descriptors can find it (find.h). Adding an event copies some tens
+// of words, waits for nothing, and makes no system call.
 //
 // What holds until it is replaced (the plan in force, weights and bounds that were changed, the clocks of external
-// nodes, totals) is written again before it would be overwritten, so that it is there however old it is. An event that
-// takes more than an eighth of the ring is left out.
+// nodes, totals) is written again as soon as it has been overwritten, so that it is kept however old it is. An event
+// that takes an eighth of the ring or more is left out.
 //
 // Units: bytes; instants of the monotonic clock. Thread safety: none; one owner, in a session the housekeeping thread.
 #pragma once
@@ -37,7 +37,7 @@ class Recorder : public record::Sink {
   static constexpr std::size_t kDefaultBytes = std::size_t{8} << 20;
   static constexpr std::size_t kMinBytes = std::size_t{64} << 10;
 
-  // With a ring of `bytes`, or kMinBytes where that is less. Errors: as SharedMemory::create() has them.
+  // With a ring of `bytes`, and at least kMinBytes. Errors: as SharedMemory::create() has them.
   static Result<std::unique_ptr<Recorder>> create(const graph::App& app, const record::Header& header,
                                                   os::ProcessId process, std::size_t bytes);
   ~Recorder() override { end(); }
@@ -58,27 +58,28 @@ class Recorder : public record::Sink {
   void add(const record::Notice& notice) override { push(to_words(notice)); }
   void set_totals(const record::Totals& totals) override;
 
-  // Shows readers that the writer lives: about each 50 ms.
+  // Shows readers that the writer lives. To be called about every 50 ms.
   void show_alive(TimePoint now);
 
-  // Readers see that the run has ended in order.
+  // Tells readers that the run has ended in order.
   void end() { parts_.head->over.store(1, std::memory_order_release); }
 
-  // For readers, in this process or others (Recording::open). Any thread. kEnvironment: no more open files.
+  // A descriptor for readers, in this process or others (Recording::open). From any thread. kEnvironment: no more files
+  // can be opened.
   Result<os::Descriptor> readable() const { return memory_.read_only(); }
 
  private:
   enum class What { kPlan, kWeight, kMax, kMinRate, kClock, kTotals };
-  using Subject = std::pair<What, std::size_t>;  // what holds, of which item
+  using Subject = std::pair<What, std::size_t>;  // what holds until it is replaced, and of which item
   struct Held {
     std::vector<Word> event;
-    Word position = 0;  // at which it was written last
+    Word position = 0;  // where it was last written
   };
 
   Recorder(os::SharedMemory memory, std::size_t image_bytes);
 
   void push(const std::vector<Word>& event);
-  // Replaces what was told of that subject.
+  // Adds an event that holds until the next one of the same subject.
   void hold(const Subject& subject, std::vector<Word> event);
   void write(const std::vector<Word>& event);
   void make_room(std::size_t words);
@@ -87,8 +88,8 @@ class Recorder : public record::Sink {
 
   os::SharedMemory memory_;
   Parts<std::byte> parts_;
-  // What others may have written into the memory is never read.
-  std::deque<std::size_t> frames_;  // lengths of those in the ring, the oldest first
+  // The state below is kept outside the memory, which is never read here: another process may have written into it.
+  std::deque<std::size_t> frames_;  // lengths of the frames in the ring, the oldest first
   Word oldest_ = 0;
   Word end_ = 0;
   std::map<Subject, Held> held_;

@@ -18,11 +18,11 @@ namespace ctn::flight {
 namespace {
 
 Error no_recording(const std::string& why) {
-  return Error::environment("this is no memory of a flight recorder: " + why,
-                            "let both programs be of one version of Catan");
+  return Error::environment("this is not the memory of a flight recorder: " + why,
+                            "use the same version of Catan for both programs");
 }
 
-// Of events that are read twice: when they happened, for the first time.
+// Finds out when the first and the last event happened, before the events are read again to be saved.
 class Extent : public record::Sink {
  public:
   void add(const record::Run& run) override { take(run.begin, run.end); }
@@ -32,7 +32,7 @@ class Extent : public record::Sink {
   void add(const record::Overrun& overrun) override { take(overrun.at, overrun.at); }
   void add(const record::CostChange& change) override { take(change.at, change.at); }
   void add(const record::Notice& notice) override { take(notice.at, notice.at); }
-  // These hold until they are replaced, and may be older than all that is kept.
+  // These hold until they are replaced, and may be older than all other events.
   void add(const record::PlanChange& /*change*/) override {}
   void add(const record::AppChange& /*change*/) override {}
   void add(const record::ClockReading& /*reading*/) override {}
@@ -51,7 +51,8 @@ class Extent : public record::Sink {
   TimePoint last_{};
 };
 
-// Writes events, each that holds once, and from the record's start on if it is older.
+// Writes events to a record. One that holds until it is replaced is written once, and as of the record's start if it is
+// older.
 class Saver : public record::Sink {
  public:
   Saver(record::Writer& to, TimePoint started) : to_(to), started_(started) {}
@@ -101,15 +102,15 @@ struct Recording::Impl {
   Parts<const std::byte> parts;
   graph::App app;
   record::Header header;
-  std::optional<Word> read_to{};  // read up to there; none: nothing yet
+  std::optional<Word> read_to{};  // where the next read begins; none: nothing was read yet
 };
 
-// All frames from `from` on that are whole and were not overwritten.
+// All complete frames from `from` on that were not overwritten.
 Recording::Impl::Events Recording::Impl::copy(Word from) const {
   Events copied;
   copied.end = parts.head->end.load(std::memory_order_acquire);
   const Word first = std::max(from, oldest());
-  if (copied.end < first || copied.end - first > parts.ring.size()) {  // no recorder writes that
+  if (copied.end < first || copied.end - first > parts.ring.size()) {  // no recorder would write this
     copied.lost = copied.end > from ? copied.end - from : 1;
     return copied;
   }
@@ -123,7 +124,7 @@ Recording::Impl::Events Recording::Impl::copy(Word from) const {
   return copied;
 }
 
-// False: what is left of them is none.
+// False: from some frame on, they are not events of this app.
 bool Recording::Impl::hand_on_all(const std::vector<Word>& words, record::Sink& to) const {
   std::span<const Word> left(words);
   while (!left.empty()) {
@@ -152,7 +153,7 @@ Result<Recording> Recording::open(os::Descriptor descriptor) {
     return no_recording("the lengths of its parts are wrong");
   }
   const Parts<const std::byte> parts(memory->bytes(), image_bytes);
-  // A copy: it may be written while it is read.
+  // A copy, since another process may write to the memory meanwhile.
   const std::vector<std::byte> image(parts.image.begin(), parts.image.end());
   const Result<record::Reader> blank = record::Reader::of_image(image);
   if (!blank) return no_recording(blank.error().problems().front().what);

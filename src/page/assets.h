@@ -1,4 +1,4 @@
-// What a page of a run needs in a browser: the folder script/ and style.css, put into the library by the build.
+// What the page of a run needs in a browser: the folder script/ and style.css, which the build puts into the library.
 #pragma once
 
 namespace ctn::page {

@@ -8,7 +8,7 @@
 namespace ctn::page {
 namespace {
 
-// Adds to buckets what is spread evenly over an interval, in constant time.
+// Sums up, by bucket, values that are spread evenly over intervals; adding one takes constant time.
 class Spreader {
  public:
   Spreader(Micros duration, std::size_t buckets)
@@ -46,7 +46,7 @@ class Spreader {
   Micros duration_;
   double step_;
   std::vector<double> alone_;
-  std::vector<double> slope_;  // what changes from the bucket before
+  std::vector<double> slope_;  // by how much each bucket differs from the one before
 };
 
 std::size_t cores_of(const PlanSpan* plan, std::size_t lane) {

@@ -1,6 +1,6 @@
-// Levels of detail: what many runs and samples come to in equal parts of a run's time, buckets.
+// Levels of detail: figures of many runs and samples, in equal parts (buckets) of the recorded run's time.
 //
-// Units: Micros; values are the caller's. Thread safety: pure functions.
+// Units: Micros; those of values are up to the caller. Thread safety: pure functions.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace ctn::page {
 
-// The busy shares of each lane, 255 being all of a bucket on each of the cores that the lane has then. A run's CPU time
-// counts evenly from its begin to its end.
+// The busy shares of each lane, by bucket. 255: busy all the time on all of the cores that the lane has then. A run's
+// CPU time counts evenly from its begin to its end.
 std::vector<std::vector<std::uint8_t>> busy_shares(const Story& story, std::size_t buckets);
 
 struct Sample {
@@ -30,7 +30,7 @@ struct Band {
   friend bool operator==(const Band&, const Band&) = default;
 };
 
-// Of each bucket that has samples. `samples` by time, all of them in [0, duration].
+// A band for each bucket that has samples. `samples`: in order of time, all in [0, duration].
 std::vector<Band> bands(std::span<const Sample> samples, Micros duration, std::size_t buckets);
 
 // The bucket of an instant in [0, duration]; the last instant is in the last bucket. Precondition: duration > 0.

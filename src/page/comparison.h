@@ -1,6 +1,6 @@
 // Two runs side by side: what their apps have in common, and by how much figures differ.
 //
-// Chains are the same if their paths are, nodes if their names are. Thread safety: pure functions.
+// Chains are matched by their paths, nodes by their names. Thread safety: pure functions.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@
 
 namespace ctn::page {
 
-// In words, what only one of the apps has: nodes, edges, subchains, response times; empty: nothing. The names are those
-// of the records. kCaller: no node is in both.
+// What only one of the apps has, in words: nodes, edges, subchains, response times; empty: nothing. `name` and
+// `other_name` are those of the records. kCaller: no node is in both.
 Result<std::vector<std::string>> differences_of(const graph::App& app, const std::string& name, const graph::App& other,
                                                 const std::string& other_name);
 
 std::optional<std::size_t> find_chain(const report::RunFigures& figures, const std::string& path);
 
-// Of chains and nodes that both have: figures of both, and the difference in percent of the first.
+// Tables of the chains and nodes that both have: the figures of both, and their difference in percent of the first.
 std::vector<report::Table> comparison_tables(const report::RunFigures& run, const std::string& name,
                                              const report::RunFigures& other, const std::string& other_name);
 

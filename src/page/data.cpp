@@ -107,7 +107,7 @@ class Data {
     node["count"] = count;
   }
 
-  // In so many buckets that a 95th percentile in them says something.
+  // In few enough buckets that the 95th percentile of one means something.
   json packed_bands(const std::vector<Sample>& samples) const {
     const std::size_t buckets = power_of_two(buckets_, samples.size() / 40);
     Packer packed;
@@ -199,7 +199,7 @@ class Data {
     document["all_points"] = total <= kMostPoints;
   }
 
-  // Plans that change nothing that is drawn are left out; their marks stay, as events.
+  // Plans that change nothing of what is drawn are left out here; their marks are among the events.
   void put_plans(json& document) const {
     document["plans"] = json::array();
     const PlanSpan* last = nullptr;
@@ -242,7 +242,7 @@ std::string data_of(const Story& story, const std::string& name, const Detail& d
   const std::string text = document.dump(-1, ' ', true, json::error_handler_t::replace);
   std::string safe;
   safe.reserve(text.size());
-  for (const char c : text) {  // no text can end the element that the document stands in, nor begin a comment
+  for (const char c : text) {  // so that no text ends the element that holds the document, or begins a comment
     if (c == '<') {
       safe += "\\u003c";
     } else {

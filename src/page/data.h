@@ -1,5 +1,5 @@
-// What a page's script draws: a story as JSON, numbers packed (pack.h). The keys are explained where the script reads
-// them (script/).
+// What a page's script draws: a story as JSON, with packed numbers (pack.h). The keys are explained where the script
+// reads them (script/).
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace ctn::page {
 std::string data_of(const Story& story, const std::string& name, const Detail& detail,
                     const std::vector<std::string>& colours);
 
-// Samples of compute times, by mode. Index: NodeId.
+// Compute times by node (NodeId), by mode, run by run.
 std::vector<std::vector<std::vector<double>>> compute_samples_ms(const Story& story);
 
 }  // namespace ctn::page

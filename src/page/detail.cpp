@@ -11,7 +11,7 @@ constexpr std::size_t kCells = 2048;
 constexpr std::size_t kWorst = 20;   // responses of each chain
 constexpr std::size_t kEvents = 40;  // of each kind
 
-// What one takes on the page, about.
+// About how many bytes each takes on the page.
 constexpr std::size_t kRunBytes = 14;
 constexpr std::size_t kTriggerBytes = 7;
 constexpr std::size_t kSlotBytes = 9;

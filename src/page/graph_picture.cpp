@@ -106,7 +106,7 @@ class Picture {
         report::escaped(subchain.name));
   }
 
-  // One triggers the other: neighbours in a subchain.
+  // Whether one triggers the other: they are neighbours in a subchain.
   bool triggers(const graph::Edge& edge) const {
     const auto subchain = graph_.node(edge.from).subchain;
     if (!subchain) return false;
@@ -122,13 +122,13 @@ class Picture {
     const double y0 = y(from) + kBoxHeight / 2;
     const double x1 = x(to) - 1;
     const double y1 = y(to) + kBoxHeight / 2;
-    // Along the row, which is the subchain's alone from its head to its tail.
+    // Along the row: from its head to its tail a subchain has the row to itself.
     if (triggers(edge)) {
       return fmt::format(
           "<path class=\"edge triggers\" d=\"M{:.0f} {:.0f}L{:.0f} {:.0f}\" marker-end=\"url(#arrow)\"/>\n", x0, y0, x1,
           y1);
     }
-    // Past the boxes of columns between, by way of the gap between two rows.
+    // Past the boxes of the columns between, through the gap between two rows.
     if (cells_[to].column > cells_[from].column + 1) {
       const double bend = kGap * 0.8;
       const double by = cells_[to].row > cells_[from].row ? y1 - kBoxHeight / 2 - 14.0 : y0 + kBoxHeight / 2 + 12.0;

@@ -1,8 +1,8 @@
-// An app as a picture: its nodes from left to right in the order data flow, one box a subchain. SVG without a script.
+// An app as a picture: its nodes from left to right, as data flow, with a box for each subchain. SVG without a script.
 //
 // How: a node's column is the longest path that leads to it. A subchain, which is a path, takes the stretch of a row
-// from its head's column to its tail's; each row is shared by those whose stretches are apart. Rows are given in
-// topological order, each as near as possible to those that feed it.
+// from its head's column to its tail's; subchains and nodes whose stretches do not overlap share a row. Rows are
+// assigned in topological order, each as near as possible to the rows of its predecessors.
 //
 // Thread safety: pure functions.
 #pragma once
@@ -21,10 +21,11 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-// By node; no two alike.
+// The cell of each node; no two have the same.
 std::vector<Cell> lay_out(const graph::Graph& graph);
 
-// `notes`: a second line in each node's box. `colours`: of subchains and unscheduled nodes, by node; empty: none.
+// `notes`: a second line in each node's box. `colours`: by node, that of its subchain or, if it is
+// unscheduled, its own; empty: none.
 std::string graph_picture(const graph::Graph& graph, const std::vector<std::string>& notes,
                           const std::vector<std::string>& colours);
 

@@ -17,10 +17,10 @@ namespace {
 
 using report::escaped;
 
-// So that pages of apps with many chains stay small.
+// These limits keep pages of apps with many chains small.
 constexpr std::size_t kMostStretches = 20'000;  // of all chains together
 constexpr std::size_t kMostParts = 12;          // of the parts of a response
-constexpr std::size_t kManyChains = 50;         // from which on each shows its longest response alone
+constexpr std::size_t kManyChains = 50;         // more than this: each shows its longest response alone
 
 using Sums = std::vector<std::pair<std::pair<why::PartKind, NodeId>, Nanos>>;
 

@@ -6,10 +6,10 @@
 namespace ctn::page {
 namespace {
 
-constexpr std::size_t kMostClaims = 4096;  // looked at for a run
-constexpr Micros kUnexplained = 20;        // between begin and end that is nobody's: no loss to look for
+constexpr std::size_t kMostClaims = 4096;  // that are looked at for one run
+constexpr Micros kUnexplained = 20;        // so little time of a run that is not accounted for is no loss
 
-// Where a lane has one core; none where it has none, or several.
+// The core of a lane that has one; none: it has no core, or several.
 std::optional<Placement> only_place(const Story& story, std::size_t lane, Micros at) {
   const PlanSpan* const plan = plan_at(story, at);
   std::optional<Placement> found;

@@ -1,9 +1,9 @@
-// Who had the core while a run did not: found from what the others on the core did meanwhile, since records say only
-// when a run began and ended, and how much CPU time it took.
+// Which lanes had the core while a run did not. This is inferred from what others on the core did meanwhile, since
+// records say only when a run began and ended, how much CPU time it took and how long it waited.
 //
-// On a core of fixed priorities a run loses it to runs of higher priority that begin while it is under way; on one in
-// frames, to what others run in their slots, or in those that they steal. Nothing is lost where the run's time is all
-// accounted for by what it computed and waited, or where its subchain owns its cores.
+// Where fixed priorities share a core, a run loses it to runs of higher priority that begin while it is under way; in
+// frames, to what others run in their slots, or in slots that they steal. Nothing is lost if computing and waiting
+// account for all of the run's time, or if its subchain owns its cores.
 //
 // Units: Micros. Thread safety: immutable once built.
 #pragma once
@@ -17,13 +17,13 @@ namespace ctn::page {
 struct Loss {
   Micros begin = 0;
   Micros end = 0;
-  std::size_t lane = 0;  // that had the core
+  std::size_t lane = 0;  // the one that had the core
   friend bool operator==(const Loss&, const Loss&) = default;
 };
 
 class Losses {
  public:
-  static constexpr std::size_t kMost = 64;  // of a run: what comes later is left out
+  static constexpr std::size_t kMost = 64;  // losses of one run; later ones are left out
 
   // `story` outlives it.
   explicit Losses(const Story& story);

@@ -25,12 +25,12 @@ namespace {
 
 using report::escaped;
 
-// What is not detail takes less than this with the largest apps.
-constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; where that was too much, half of it ...
+// The page without detail takes less than this even for the largest apps.
+constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; if that is too much, half of it, and so on
 
 const std::array<const char*, 2> kRunColours{"var(--accent)", "#d55e00"};
 
-// Told apart by the colour-blind, as far as so many can be; on light and on dark ground.
+// The colour-blind can tell them apart, as far as that is possible with so many, on light and dark ground.
 std::string colour(std::size_t index) {
   constexpr std::array<const char*, 10> kFirst{"#3d8fd1", "#e8a317", "#2fa67c", "#d9643a", "#b07cc6",
                                                "#6cc0e8", "#a8a13a", "#e07fa8", "#7d8fa3", "#b5835a"};
@@ -40,7 +40,7 @@ std::string colour(std::size_t index) {
 
 using Told2 = std::span<const Told>;
 
-// By lane of each run: lanes of one name have one colour.
+// By lane of each run; lanes of the same name get the same colour.
 std::vector<std::vector<std::string>> lane_colours(Told2 runs) {
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> colours;
@@ -122,7 +122,7 @@ class Writer {
         page.paragraph(report::headline(figures));
       }
       std::string started = header.host.utc;
-      std::replace(started.begin(), started.end(), 'T', ' ');  // where a line may break
+      std::replace(started.begin(), started.end(), 'T', ' ');  // so that the line may break there
       std::vector<std::pair<std::string, std::string>> facts{
           {"Started", started},
           {"Ran for", seconds(run.story.duration) + (figures.ending.closed ? ", complete" : ", not complete")},
@@ -194,19 +194,18 @@ class Writer {
     }
     page.element(kOmittedPlace);
     page.element(
-        "<details class=\"live-only help\"><summary>How to read and move it</summary><p>A core's upper row is who had "
-        "it; below it, each subchain's runs from begin to end, pale where another had the core. Where the plan says "
-        "who "
-        "may pre-empt whom, such gaps are found from the others' runs and slots: the record does not have them. Small "
-        "ticks at a row's foot are triggers, red where sent over 1 ms late; triangles are overruns; hatched pieces are "
-        "stolen from another's slot. Dashed lines are changes of plan, diamonds notices, circles lasting changes of "
-        "compute time, squares changes of weights and bounds. Far out, areas are busy shares.</p><p>Drag to move, "
-        "wheel "
-        "or pinch to zoom; all charts show the same time. With the keyboard, in a chart: arrows move, + and - "
-        "zoom, Home shows everything, n and p go to the next and the previous event.</p></details>");
+        "<details class=\"live-only help\"><summary>How to read and move it</summary><p>A core's upper row shows "
+        "what had it; below are each subchain's runs from begin to end, pale where another had the core. The record "
+        "does not say when that was: under frames and fixed priorities it is found from the slots and runs of others. "
+        "Small ticks at the foot of a row are triggers, red if sent over 1 ms late; triangles are overruns; hatched "
+        "pieces are stolen from another subchain's slot. Dashed lines are changes of plan, diamonds notices, circles "
+        "lasting changes of compute time, squares changes of weights and bounds. Zoomed out, areas are busy "
+        "shares.</p><p>Drag to move, wheel or pinch to zoom; all charts show the same time. With the keyboard, in a "
+        "chart: arrows move, + and - zoom, Home shows everything, n and p go to the next and the previous "
+        "event.</p></details>");
   }
 
-  // Nothing where there are too many: rows are labelled.
+  // Adds nothing if there are too many lanes: rows have labels anyway.
   std::string legend(const Told& run) const {
     if (run.story.lanes.size() > 40) return {};
     std::string text = "<p class=\"legend\">";
@@ -217,7 +216,7 @@ class Writer {
     return text + "</p>";
   }
 
-  // The timeline in words, for those who do not see it.
+  // The timeline in words, for readers who cannot see it.
   static void busy_summary(report::Page& page, const Told& run) {
     std::vector<double> busy(run.story.lanes.size());
     for (const RunSpan& one : run.story.runs) busy[run.story.lane_of[one.node]] += static_cast<double>(one.cpu_ms);
@@ -253,10 +252,10 @@ class Writer {
   void responses(report::Page& page) const {
     page.section("Response times", "responses");
     page.element(
-        "<p class=\"caption\">Left over time, in ms: mean, 95th percentile (area's upper edge) and maximum; "
-        "single responses where there is room. Right by rank, after the warm-up: how many are at most so "
-        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest ones, as bars of "
-        "what they consist of, and the one cause that is named of a late one; open one for its parts.</p>");
+        "<p class=\"caption\">Left, over time, in ms: mean, 95th percentile (the area's upper edge) and maximum; "
+        "single responses where there is room. Right, by rank, after the warm-up: which part of all is at most that "
+        "long. Promised: the worst case as planned. Expected: the mean as planned. Below: the longest responses, as "
+        "bars of what they consist of, with the one cause if late; open one for its parts.</p>");
     const Story& story = first();
     for (std::size_t i = 0; i < story.responses.size(); ++i) {
       const report::ChainMetrics& metrics = story.figures.chains[i];
@@ -408,7 +407,7 @@ class Writer {
         table.caption += fmt::format(": the first {} of {}", kMostRows, run.story.events.size());
       }
       if (table.rows.empty()) {
-        page.paragraph("Nothing happened but runs" + of_run(run) + ".");
+        page.paragraph("There were no events other than runs" + of_run(run) + ".");
       } else {
         page.table(table);
       }

@@ -91,7 +91,7 @@ std::string percentile_picture(const std::string& title, const std::vector<Curve
     if (level.value_ms > most) continue;
     text += fmt::format("<line class=\"level {}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>",
                         level.label, kLeft, y(level.value_ms), kRight, y(level.value_ms));
-    // Lines are often near one another: names stand at different ends and sides of them.
+    // Lines are often close together, so their names stand at different ends and sides.
     const bool bound = level.label == "bound";
     const double beside = level.label == "expected" ? 13.0 : -4.0;
     text += axis_text(bound ? kRight - 4 : kLeft + 4, y(level.value_ms) + beside, bound ? "end" : "start", level.label);
@@ -171,7 +171,7 @@ std::string cores_picture(const Story& story, const std::vector<std::string>& co
     text += fmt::format("<line class=\"mark\" x1=\"{0:.1f}\" y1=\"2\" x2=\"{0:.1f}\" y2=\"{1:.1f}\"/>", at, bottom);
   }
   text += seconds_scale(story.duration, kLeft, kRight, bottom);
-  return svg_of(kWidth, bottom + 24, "Who used each core over the whole run", text);
+  return svg_of(kWidth, bottom + 24, "Which subchains used each core over the whole run", text);
 }
 
 std::string responses_picture(const Story& story, std::size_t chain) {

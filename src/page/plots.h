@@ -1,7 +1,7 @@
-// Pictures of a run that need no script, as SVG: they are what is printed, and what is there where scripts are off.
-// Colours other than those given follow the page's style (style.css).
+// Pictures of a run as SVG, which need no script: these are printed, and shown if scripts are off. Colours that are not
+// arguments come from the page's style (style.css).
 //
-// Units: milliseconds where nothing else is said. Thread safety: pure functions.
+// Units: milliseconds, unless something else is said. Thread safety: pure functions.
 #pragma once
 
 #include <optional>
@@ -24,12 +24,13 @@ struct PlotLevel {
   double value_ms = 0.0;
 };
 
-// How large samples are by their rank: to the right half, a tenth, a hundredth ... of all are larger. Empty where no
-// curve has samples.
+// Samples over their rank: towards the right, half, a tenth, a hundredth of all samples are larger. Empty if no curve
+// has samples.
 std::string percentile_picture(const std::string& title, const std::vector<Curve>& curves,
                                const std::vector<PlotLevel>& levels);
 
-// Who used each core over the whole run, one area a lane upon the other; marks where plans came into force.
+// Which lanes used each core over the whole run, as areas stacked on each other, with a mark for each plan that came
+// into force.
 std::string cores_picture(const Story& story, const std::vector<std::string>& colours);
 
 // The response times of a chain over the whole run: mean, 95th percentile and maximum.

@@ -12,7 +12,7 @@
 namespace ctn::page {
 namespace {
 
-// A record may name cores without end; a page has rows for so many.
+// A damaged record may name any number of cores; a page has rows for at most this many.
 constexpr std::size_t kMaxCores = 1024;
 
 class Teller {

@@ -1,10 +1,10 @@
-// All that a page shows of one run, taken out of its record in one pass: plain values in the order that the page needs.
+// All that a page shows of one recorded run, read from the record in one pass: plain values in the order that the page
+// needs.
 //
-// A lane is what has a row in the timeline: a subchain, or an unscheduled node. It is on the cores that the plan in
-// force gave it. Where several subchains share a core, what they lost to one another is found from what the others did
-// meanwhile (losses.h).
+// A lane is a subchain or an unscheduled node: it has a row in the timeline, on the cores that the plan in force gave
+// it. Where subchains share a core, the time that they lost to each other is inferred (losses.h).
 //
-// Units: Micros are microseconds since the run's start, clamped to the run; what ends in _ms milliseconds. Thread
+// Units: Micros are microseconds since the run's start, clamped to the run; names that end in _ms: milliseconds. Thread
 // safety: plain values.
 #pragma once
 
@@ -62,7 +62,7 @@ struct ResponsePoint {
   double response_ms = 0.0;
 };
 
-// Where a plan has a lane.
+// Where a plan puts a lane.
 struct Placement {
   std::size_t lane = 0;
   std::size_t core = 0;
@@ -77,10 +77,10 @@ struct Promise {
 };
 
 struct PlanSpan {
-  Micros at = 0;  // until the next
+  Micros at = 0;  // in force from then until the next plan
   std::string reason;
-  std::vector<Placement> placements;  // by core, on a core as the plan has them
-  std::vector<Promise> chains;        // by chain of the story; empty: the plan has others
+  std::vector<Placement> placements;  // by core; those of one core in the plan's order
+  std::vector<Promise> chains;        // by chain of the story; empty: the plan has other chains
 };
 
 enum class EventKind { kPlan, kCost, kChange, kNotice, kOverrun };
@@ -98,10 +98,10 @@ struct Story {
   graph::App app;
   report::RunFigures figures;
   Micros duration = 0;
-  Micros measured_from = 0;                           // the end of the warm-up, where it does not count
+  Micros measured_from = 0;                           // the end of the warm-up, if that does not count
   std::vector<Lane> lanes;                            // subchains as the app has them, then unscheduled nodes
   std::vector<std::size_t> lane_of;                   // by node; kNoLane: external
-  std::size_t cores = 0;                              // that any plan or slot names
+  std::size_t cores = 0;                              // as many as plans and slots name
   std::vector<RunSpan> runs;                          // by their ends
   std::vector<std::vector<TriggerPoint>> triggers;    // by lane
   std::vector<SlotSpan> slots;                        // by begin
@@ -118,7 +118,7 @@ constexpr std::size_t kNoLane = static_cast<std::size_t>(-1);
 // `whole`: figures include the warm-up (the timelines always do). Errors: as report::measure().
 Result<Story> tell(const record::Reader& record, bool whole = false);
 
-// Where the lanes of an app with that plan are, at a time; none: before the first plan.
+// The plan in force at that time; null: before the first plan.
 const PlanSpan* plan_at(const Story& story, Micros at);
 
 }  // namespace ctn::page

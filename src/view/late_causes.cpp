@@ -16,7 +16,7 @@ TimePoint time_of(const record::Steal& steal) { return steal.end; }
 TimePoint time_of(const record::ClockReading& reading) { return reading.at; }
 TimePoint time_of(const record::PlanChange& change) { return change.at; }
 
-// A plan that cannot be read is passed over: what it explains stays unexplained.
+// Passes over a plan that cannot be read: what only it could explain stays unexplained.
 template <class Event>
 void hand_to(why::Analyser& analyser, const Event& event) {
   if constexpr (std::is_same_v<Event, record::PlanChange>) {

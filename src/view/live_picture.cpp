@@ -1,4 +1,4 @@
-// What a LiveView says: from the samples that it keeps to figures.
+// The second half of LiveView: from the samples that it keeps to figures.
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -22,7 +22,7 @@ double in_ms(Nanos duration) { return to_millis(duration).count(); }
 
 double in_seconds(Nanos duration) { return std::chrono::duration<double>(duration).count(); }
 
-// The part of something between two instants that lies in the window.
+// How much of the time between two instants lies in the window.
 template <class Window>
 double part_within(TimePoint begin, TimePoint end, const Window& window) {
   if (end <= begin) return window.has(end) ? 1.0 : 0.0;
@@ -121,7 +121,7 @@ PlanInForce LiveView::plan_in_force() const {
   return plan;
 }
 
-// Null: none that is known of.
+// Null: no plan that is remembered was in force then.
 const LiveView::Promises* LiveView::promised_at(TimePoint at) const {
   const auto later =
       std::find_if(promises_.begin(), promises_.end(), [&](const Promises& promises) { return promises.at > at; });
@@ -286,8 +286,8 @@ Node LiveView::picture_of(NodeId id, const Window& window) const {
   return shown;
 }
 
-// Core k of a plan is the k-th of the CPUs that are in use: of all, unless some were taken away. Then runs tell, where
-// those of the core's subchains have ended most often since the plan came into force.
+// Core k of a plan is the k-th of the CPUs in use. These are all that the app was started with, unless some were taken
+// away since; then it is the CPU on which most runs of the core's subchains ended since the plan came into force.
 std::optional<int> LiveView::cpu_of(int core) const {
   const std::vector<int>& cpus = header_.cpus.cpus();
   if (plan_->cores.size() == cpus.size()) return cpus[static_cast<std::size_t>(core)];
@@ -346,7 +346,7 @@ std::vector<Core> LiveView::cores(const Window& window) const {
       const double used = in_seconds(run.cpu) * part_within(run.begin, run.end, window) / seconds;
       if (used <= 0.0 || run.on_cpu < 0) continue;
       if (owned.size() > 1) {
-        // It may work on all of them, wherever it ends.
+        // A run may use all of the subchain's cores, wherever it ends.
         for (const int core : owned) {
           use_of(result[static_cast<std::size_t>(core)], name).cores += used / static_cast<double>(owned.size());
         }
@@ -359,7 +359,7 @@ std::vector<Core> LiveView::cores(const Window& window) const {
     if (seconds <= 0.0 || slot.core < 0 || !plan_ || static_cast<std::size_t>(slot.core) >= plan_->cores.size())
       continue;
     Core& core = result[static_cast<std::size_t>(slot.core)];
-    if (core.sharing != Sharing::kFrames) continue;  // a plan before had frames there
+    if (core.sharing != Sharing::kFrames) continue;  // slots of an earlier plan, which had frames there
     CoreUse& use = use_of(core, app_.graph.subchain(slot.subchain).name);
     use.slots = use.slots.value_or(0.0) +
                 in_seconds(slot.end - slot.begin) * part_within(slot.begin, slot.end, window) / seconds;

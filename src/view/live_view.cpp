@@ -12,7 +12,7 @@ namespace ctn::view {
 namespace {
 
 constexpr std::size_t kRememberedPlans = 64;
-// Of a node of a subchain: those that its successor's runs may still name. A machine that is busy reports many at once.
+// Of each node: as many as the next node's runs may still go back to. On a busy machine many runs are reported at once.
 constexpr std::size_t kRememberedRuns = 2048;
 
 template <class Sample>
@@ -23,7 +23,7 @@ void keep(std::deque<Sample>& series, Sample sample, TimePoint newest) {
   series.push_back(std::move(sample));
 }
 
-// What a plan's reader does not promise: that each subchain has cores, and that the plan has them.
+// What plan::from_json() does not check: each subchain has cores, and they are cores of the plan.
 bool has_its_cores(const plan::Plan& plan) {
   return std::all_of(plan.subchains.begin(), plan.subchains.end(), [&](const plan::SubchainPlan& subchain) {
     return !subchain.cores.empty() && std::all_of(subchain.cores.begin(), subchain.cores.end(), [&](int core) {
@@ -140,7 +140,7 @@ void LiveView::add(const record::Run& run) {
   late_.look(app_);
 }
 
-// Over its bound; without one, over what was promised when it began.
+// Whether it exceeds the bound; where there is none, what was promised when the response began.
 bool LiveView::is_late(std::size_t chain, TimePoint begin, Nanos response) const {
   if (const std::optional<Nanos>& bound = app_.objective[chains_[chain].term].max) return response > *bound;
   const Promises* const promises = promised_at(begin);

@@ -1,9 +1,9 @@
-// Follows an app while it runs, by the events that its flight recorder keeps (flight/recording.h), and says what it
-// does at present. All computing is the viewer's: the app does not know of it.
+// Follows an app while it runs, by the events that its flight recorder keeps (flight/recording.h), and says what the
+// app does at present. All of this is computed by the viewer (`catan top`, `catan http`); the app does not know of it.
 //
-// Figures are of a sliding window, the last kWindow, or as much of it as there are events of; what is drawn over time
-// is of the last kHistory. What happened before is forgotten, but for the plan in force, weights and bounds, clocks,
-// and the newest notices. Late responses are counted by their causes (late_causes.h), some seconds after they ended.
+// Figures are of a sliding window: the last kWindow, or as much of it as there are events for. What is drawn over time
+// covers the last kHistory. Older events are forgotten, but for the plan in force, weights and bounds, clocks, and the
+// newest notices. Late responses are counted by their causes (late_causes.h), some seconds after they ended.
 //
 // Units: Nanos and instants of the monotonic clock in, milliseconds out. Thread safety: none; one owner. Memory: at
 // most kMostSamples of each node, chain and subchain, the oldest of which go first, and that of record/lineage.h.
@@ -35,13 +35,13 @@ constexpr Nanos kHistory = std::chrono::seconds{60};
 constexpr Nanos kHistoryStep = std::chrono::seconds{1};
 constexpr std::size_t kMostSamples = 32768;
 constexpr std::size_t kMostEvents = 200;
-// A session shows that it lives each 50 ms, from an ordinary thread.
+// A session shows that it lives every 50 ms, from an ordinary thread.
 constexpr Nanos kStalledAfter = std::chrono::seconds{1};
 
 // What is known of the session itself.
 struct Life {
   TimePoint seen_alive{};
-  bool over = false;  // it has ended in order
+  bool over = false;  // the run has ended in order
   bool gone = false;  // its process is no longer there
 };
 
@@ -49,7 +49,7 @@ class LiveView final : public record::Sink {
  public:
   LiveView(graph::App app, const record::Header& header);
 
-  // Runs: each after those that it consumed. What was known already may come again.
+  // A run comes after those that it consumed. Events that hold until they are replaced may come again.
   void add(const record::Run& run) override;
   void add(const record::Trigger& trigger) override;
   void add(const record::SlotUse& slot) override;
@@ -61,17 +61,18 @@ class LiveView final : public record::Sink {
   void add(const record::ClockReading& reading) override;
   void add(const record::Notice& notice) override;
   void set_totals(const record::Totals& totals) override { totals_ = totals; }
-  // Events were lost before what comes from now on: figures begin anew.
+  // Events were lost between those added so far and the next ones: figures begin anew.
   void lost();
 
-  // As of now, all events that are there having been added; once the session shows no life, as of when it last did.
+  // As of `now`, for which all events so far must have been added; where the session shows no sign of life, as of its
+  // last one.
   Picture picture(TimePoint now, const Life& life) const;
 
-  // What was counted of late responses, for the view that follows the same run after this one.
+  // The counts of late responses, for another LiveView that takes over the same run from this one.
   const std::vector<LateCauses::SoFar>& late_so_far() const { return late_.so_far(); }
-  // Before anything is added.
+  // Call it before anything is added.
   void go_on_from(const std::vector<LateCauses::SoFar>& late) { late_.go_on_from(late); }
-  // The session has ended: it is told at once why the last responses were late.
+  // The session has ended: finds out at once why the last responses were late.
   void ended() { late_.look_at_all(app_); }
 
   // With the weights and bounds that hold.
@@ -79,7 +80,7 @@ class LiveView final : public record::Sink {
 
  private:
   template <class Sample>
-  using Series = std::deque<Sample>;  // by the time it was added, which is about that of its end
+  using Series = std::deque<Sample>;  // in the order of adding, which is about that of ends
 
   struct RunSample {
     TimePoint begin{};
@@ -92,9 +93,9 @@ class LiveView final : public record::Sink {
   struct KeptNode {
     Series<RunSample> runs;
     std::optional<TimePoint> last_end;
-    std::optional<TimePoint> last_counted;  // end of a run that counts for the period
+    std::optional<TimePoint> last_counted;  // end of the last run that counts for the period
   };
-  // A run of a subchain, as far as it has come: at one of its nodes.
+  // A run of a subchain up to one of its nodes.
   struct Step {
     std::uint64_t number = 0;
     TimePoint begin{};
@@ -115,7 +116,7 @@ class LiveView final : public record::Sink {
     Series<Execution> overruns;
   };
   struct Response {
-    TimePoint begin{};  // of what is waited for
+    TimePoint begin{};  // of the source run that it counts from
     TimePoint end{};
     std::optional<Nanos> response;
     Nanos latency{0};
@@ -138,7 +139,7 @@ class LiveView final : public record::Sink {
     std::vector<std::optional<Millis>> responses;  // by chain
     std::vector<Millis> executions;                // by SubchainId
   };
-  // Ends in it count.
+  // A sample counts if its end lies in the window.
   struct Window {
     TimePoint from{};
     TimePoint to{};
@@ -178,8 +179,8 @@ class LiveView final : public record::Sink {
   std::string plan_reason_;
   TimePoint plan_at_{};
   record::Totals totals_;
-  std::optional<TimePoint> first_seen_;  // the first event since which none was lost
-  TimePoint newest_{};                   // event
+  std::optional<TimePoint> first_seen_;  // the first event after the last loss, or of all
+  TimePoint newest_{};                   // event that was seen
   std::uint64_t lost_ = 0;
 };
 

@@ -1,8 +1,8 @@
-// What an app that runs is doing, as plain data: what `catan top` and the page of a server show. live_view.h makes it,
+// What a running app does at present, as plain data: what `catan top` and the live page show. live_view.h makes it,
 // json.h writes it; docs/top.md says what its figures mean.
 //
 // Units: milliseconds, seconds and hertz where the names say so; `cores` and `busy` are CPU time divided by time.
-// Figures are of the window, unless they say otherwise: the last seconds (Picture::window_s). Thread safety: plain
+// Figures are of the window, the last seconds (Picture::window_s), unless they say otherwise. Thread safety: plain
 // values.
 #pragma once
 
@@ -16,30 +16,30 @@
 
 namespace ctn::view {
 
-// kStalled: its session shows no sign of life, though its process is there. kKilled: its process is gone, and has not
-// ended its session.
+// kStalled: the session shows no sign of life, though its process is there. kKilled: the process is gone without having
+// ended the session.
 enum class State { kRunning, kStalled, kEnded, kKilled };
 const char* to_string(State state);  // "running", "stalled", "ended", "killed"
 
-// Which subchains have a core. As the plan says: one has it to itself, they take turns in frames, or they pre-empt one
-// another by fixed priorities. kNone: no plan says.
+// How subchains share a core, as the plan has it: one owns it, they take turns in frames, or they pre-empt one another
+// by fixed priorities. kNone: the plan does not use the core, or there is no plan.
 enum class Sharing { kNone, kOwned, kFrames, kPriorities };
 const char* to_string(Sharing sharing);  // "none", "owned", "frames", "priorities"
 
 struct CoreUse {
   std::string name;             // of a subchain, or of an unscheduled node
-  bool planned = false;         // the plan in force has it there
-  double cores = 0.0;           // of runs that ended there
-  std::optional<double> slots;  // where subchains take turns: part of the time that was in its slots
+  bool planned = false;         // the plan in force puts it there
+  double cores = 0.0;           // CPU time of its runs that ended there, over time
+  std::optional<double> slots;  // where subchains take turns: part of the time that lay in its slots
 };
 
 struct Core {
-  std::optional<int> cpu;   // none: no run has told where this core of the plan is
-  std::optional<int> core;  // as numbered in the plan; none: it is not in the plan
+  std::optional<int> cpu;   // none: no run has shown yet which CPU this core of the plan is
+  std::optional<int> core;  // its number in the plan; none: the plan does not use it
   Sharing sharing = Sharing::kNone;
   std::optional<double> frame_ms;  // how long one turn is planned to take
   double busy = 0.0;
-  std::vector<CoreUse> uses;  // in the order of the plan, then the others
+  std::vector<CoreUse> uses;  // those that the plan puts there, in its order, then others
 };
 
 struct Subchain {
@@ -49,12 +49,12 @@ struct Subchain {
   std::vector<int> cores;  // of the plan; empty: there is no plan
   Sharing sharing = Sharing::kNone;
   std::optional<int> priority;  // where it has a fixed one
-  std::optional<double> share;  // where it takes turns: of its compute time that one slot has
+  std::optional<double> share;  // where it takes turns: which part of its compute time one slot is long
   std::optional<double> expected_period_ms;
   std::optional<double> promised_period_ms;
   std::optional<double> promised_execution_ms;  // from the begin of its head's run to the end of its tail's
   std::optional<double> budget_ms;              // CPU time that one run of all its nodes is planned at
-  std::uint64_t runs = 0;                       // of all its nodes, or up to the one that gave no output
+  std::uint64_t runs = 0;                       // through all its nodes, or up to one that gave no output
   Summary period_ms;                            // between completions
   Summary used_ms;                              // CPU time of such a run
   Summary execution_ms;
@@ -63,19 +63,19 @@ struct Subchain {
   Summary trigger_late_ms;     // sent - due
   std::uint64_t stole = 0;     // how often it went on in the slot of another
   double stole_ms = 0.0;
-  std::uint64_t stolen = 0;  // how often another went on in its slot
+  std::uint64_t stolen = 0;  // how often another subchain went on in its slot
   double stolen_ms = 0.0;
-  std::optional<double> silent_ms;  // since one of its nodes ended a run; none: none has
+  std::optional<double> silent_ms;  // since a run of one of its nodes ended; none: none has ended
 };
 
-// How many samples lie in each of equal parts of what is between the least and the largest.
+// A histogram: how many samples are in each of equal intervals from the smallest to the largest.
 struct Distribution {
   double from_ms = 0.0;
-  double width_ms = 0.0;  // of one part; 0: all samples are alike, and in the first
+  double width_ms = 0.0;  // of an interval; 0: all samples are equal, and in the first one
   std::vector<std::uint64_t> counts;
 };
 
-// Of late responses; the cause is one of docs/why.md.
+// How many responses were late by one cause of docs/why.md.
 struct LateBy {
   std::string cause;  // "pre-empted"
   std::uint64_t count = 0;
@@ -88,21 +88,21 @@ struct Chain {
   std::vector<std::string> nodes;
   double weight = 0.0;
   std::optional<double> bound_ms;
-  std::optional<double> expected_ms;  // of the plan in force: on average
+  std::optional<double> expected_ms;  // by the plan in force: on average
   std::optional<double> promised_ms;  // and at worst, at the costs that its promises are for
   std::optional<double> newest_ms;    // the last response, however old
   Summary response_ms;
   Summary latency_ms;
   Summary period_ms;
   std::uint64_t over_bound = 0;
-  std::uint64_t over_promise = 0;               // than was promised when the response began
-  std::vector<LateBy> late_by;                  // those over the bound, without one over the promise; most first
-  std::vector<LateBy> late_by_in_all;           // the same of all since it is watched; the newest have no cause yet
+  std::uint64_t over_promise = 0;      // longer than was promised when they began
+  std::vector<LateBy> late_by;         // those over the bound, without a bound over the promise; most frequent first
+  std::vector<LateBy> late_by_in_all;  // the same since viewing began; the newest ones have no cause yet
   std::vector<std::optional<double>> worst_ms;  // of each of the last 60 s, the oldest first; none: no response
   Distribution distribution;                    // of the response times
 };
 
-// Not external.
+// A node that is not external.
 struct Node {
   std::string name;
   std::optional<std::size_t> subchain;  // index; none: it is unscheduled
@@ -114,7 +114,7 @@ struct Node {
   Summary compute_ms;  // CPU time of a run
   Summary wait_ms;     // of a run; empty: no run waited
   double cores = 0.0;
-  std::optional<double> silent_ms;  // since it ended a run; none: it has not
+  std::optional<double> silent_ms;  // since it ended a run; none: it has ended none
 };
 
 struct RelaxedBound {
@@ -132,7 +132,7 @@ struct PlanInForce {
   double at_s = 0.0;   // since the start
   std::string reason;  // as the record has it
   std::string planner;
-  bool for_typical = false;  // promises are for what runs typically cost
+  bool for_typical = false;  // promises are made for typical costs
   double objective = 0.0;    // as expected, where the plan says, else as promised
   double relax_factor = 1.0;
   std::vector<RelaxedBound> relaxed;
@@ -152,9 +152,9 @@ struct Picture {
   std::string scheduler;
   std::string note;
   bool real_time = false;  // else rates only
-  std::vector<int> cpus;   // that it was started with
+  std::vector<int> cpus;   // that the app was started with
   State state = State::kRunning;
-  double silent_ms = 0.0;  // since its session showed that it lives
+  double silent_ms = 0.0;  // since the session's last sign of life
   double up_s = 0.0;       // since the start
   double window_s = 0.0;
   std::uint64_t lost = 0;  // how often events were lost, and figures began anew

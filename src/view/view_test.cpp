@@ -1,4 +1,4 @@
-// Events of a run are played in, and exact figures come out. The app and its plan: plan/testing/sample_plan.h.
+// Feeds the events of a made-up run, and expects exact figures. The app and its plan: plan/testing/sample_plan.h.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -332,7 +332,7 @@ TEST_F(LiveViewTest, FiguresBeginAnewWhereEventsWereLost) {
   EXPECT_TRUE(picture.plan);
 }
 
-// A run that emits nothing ends the subchain's; one whose predecessor's run was not seen is none.
+// A run that emits nothing ends its subchain's run. Where the run before was not seen, no run of the subchain counts.
 TEST_F(LiveViewTest, RunsOfSubchainsThatDoNotReachTheirTail) {
   view.add(record::Run{id("scan"), 1, at_ms(20), at_ms(22), ms(2), 0, false, {}, 2});
   view.add(record::Run{id("steer"), 7, at_ms(42), at_ms(46), ms(4), 0, true, {{id("scan"), 6, 6}}, 2});

@@ -1,4 +1,4 @@
-// The page that a browser is given: the folder page/, put into the library by the build.
+// The live page as browsers get it: the folder page/, which the build puts into the library.
 #pragma once
 
 namespace ctn::web {

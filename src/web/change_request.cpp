@@ -14,7 +14,7 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// Deeper than any change is; the library's parser needs no stack, but what it makes does when it is destroyed.
+// Deeper than any change. The library's parser does not recurse, but the destructor of the value that it makes does.
 constexpr int kDeepest = 8;
 
 Error not_a_change(const std::string& why) {
@@ -22,7 +22,7 @@ Error not_a_change(const std::string& why) {
                        R"(send one such as {"weights": [["0", 0.5]]}; docs/http.md says more)");
 }
 
-// Nothing: it is none, or one that is too deep.
+// The JSON object that the text is; nothing: it is none, or is nested too deeply.
 std::optional<OrderedJson> parse_object(std::string_view body) {
   bool too_deep = false;
   const auto watch_depth = [&](int depth, OrderedJson::parse_event_t, const OrderedJson&) {
@@ -35,12 +35,12 @@ std::optional<OrderedJson> parse_object(std::string_view body) {
 }
 
 Result<Changes> change_of(OrderedJson fields) {
-  if (fields.contains("version")) return not_a_change("it says more than is known");
+  if (fields.contains("version")) return not_a_change("it has a key that no change has");
   fields["version"] = runtime::kProtocolVersion;
   const std::string text =
       OrderedJson{{"change", std::move(fields)}}.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
   Result<runtime::Request> request = runtime::parse_request(text);
-  if (!request) return not_a_change("a key or a value is not as it should be");
+  if (!request) return not_a_change("a key is unknown, or a value is of the wrong type");
   return std::move(request->changes);
 }
 
@@ -49,7 +49,7 @@ Error not_a_question(const std::string& why) {
                        R"(send one such as {"costs": {"LM": "x2"}, "cores": 2}; docs/http.md says more)");
 }
 
-// The value of `key`, which is taken out; null: there is none.
+// Takes the value of `key` out; null: there is none.
 OrderedJson taken_out(OrderedJson& fields, const char* key) {
   const auto found = fields.find(key);
   if (found == fields.end()) return nullptr;
@@ -62,24 +62,24 @@ OrderedJson taken_out(OrderedJson& fields, const char* key) {
 
 Result<Changes> parse_change(std::string_view body) {
   std::optional<OrderedJson> fields = parse_object(body);
-  if (!fields) return not_a_change("it is no JSON object");
+  if (!fields) return not_a_change("it is not a JSON object");
   return change_of(std::move(*fields));
 }
 
 Result<WhatIf> parse_what_if(std::string_view body) {
   std::optional<OrderedJson> fields = parse_object(body);
-  if (!fields) return not_a_question("it is no JSON object");
+  if (!fields) return not_a_question("it is not a JSON object");
   WhatIf asked;
   const OrderedJson costs = taken_out(*fields, "costs");
-  if (!costs.is_null() && !costs.is_object()) return not_a_question("`costs` is no object");
+  if (!costs.is_null() && !costs.is_object()) return not_a_question("`costs` is not an object");
   for (const auto& [node, cost] : costs.items()) {
-    if (!cost.is_string()) return not_a_question("a cost is no text such as \"5ms\" or \"x2\"");
+    if (!cost.is_string()) return not_a_question("a cost is not a text such as \"5ms\" or \"x2\"");
     asked.costs.push_back({node, cost.get<std::string>()});
   }
   const OrderedJson cores = taken_out(*fields, "cores");
   if (!cores.is_null()) {
     if (!cores.is_number_integer() || cores < 1 || cores > kMostCoresAsked) {
-      return not_a_question(fmt::format("`cores` is no number from 1 to {}", kMostCoresAsked));
+      return not_a_question(fmt::format("`cores` is not a number from 1 to {}", kMostCoresAsked));
     }
     asked.cores = cores.get<int>();
   }

@@ -1,8 +1,8 @@
-// What a client asks to change: the object of a `change` in runtime/protocol.h, without its version, as JSON.
+// Reads what a client asks to change: as JSON, the object of a `change` in runtime/protocol.h without its version.
 //
 //   {"cpus": [0, 1], "weights": [["scan -> LM", 0.5]], "maxes": [["0", 60.0]], "min_rates": [["GL", null]]}
 //
-// And what it asks of what is not done (what_if.h): the same, and with `"costs": {"LM": "x2"}, "cores": 2`.
+// And what-if questions (what_if.h), which have the same keys and `"costs": {"LM": "x2"}, "cores": 2`.
 //
 // Thread safety: pure functions.
 #pragma once
@@ -16,11 +16,11 @@
 
 namespace ctn::web {
 
-// kCaller: it is not understood.
+// kCaller: the text is no such object.
 Result<Changes> parse_change(std::string_view body);
 Result<WhatIf> parse_what_if(std::string_view body);
 
-// {"error": "...", "hint": "..."}, as all that is refused is answered.
+// {"error": "...", "hint": "..."}: the answer to every request that is refused.
 std::string error_json(std::string_view what, std::string_view hint);
 std::string error_json(const Error& error);
 

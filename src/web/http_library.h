@@ -1,4 +1,4 @@
-// cpp-httplib, as Debian has built it: its classes have other members without these.
+// cpp-httplib with the options that Debian's library was built with: without them its classes have other members.
 #pragma once
 
 #ifndef CPPHTTPLIB_OPENSSL_SUPPORT

@@ -31,7 +31,7 @@ std::string label_text(std::string_view value) {
   return text;
 }
 
-// One metric: what it is, and its samples.
+// One metric: its description and its samples.
 class Family {
  public:
   Family(std::string name, std::string_view type, std::string_view help) : name_(std::move(name)) {
@@ -51,7 +51,7 @@ class Family {
     return *this;
   }
 
-  // A summary of values in milliseconds. It has no sum: its count is of all there ever were, its mean of the newest.
+  // A summary of values in milliseconds. It has no sum, since its count is of all values and its mean of the newest.
   void add_summary(const Labels& labels, const Json& summary) {
     if (!summary.is_object()) return;
     const auto count = number(summary, "count");
@@ -138,10 +138,10 @@ std::string of_the_scheduler(const Json& snapshot) {
            {"starved_ms", "catan_starved_seconds_total", "counter",
             "How long the kernel kept CPUs from real-time threads.", kMilli},
            {"relax_factor", "catan_relax_factor", "gauge",
-            "By which the bounds are relaxed in the plan in force; 1: all hold.", 1.0}}) {
+            "Factor by which the plan in force relaxes bounds; 1: all hold.", 1.0}}) {
     text += Family(one.name, one.type, one.help).add({}, Family::number(snapshot, one.key, one.unit)).text();
   }
-  Family policy("catan_info", "gauge", "What schedules.");
+  Family policy("catan_info", "gauge", "The policy that schedules the app.");
   policy.add({{"policy", text_of(snapshot, "policy")}}, 1.0);
   Family cpus("catan_cpus", "gauge", "CPUs that are planned for.");
   cpus.add({}, static_cast<double>(list(snapshot, "cpus").size()));
@@ -181,7 +181,7 @@ std::string of_nodes(const Json& snapshot) {
   Family compute("catan_compute_time_seconds", "summary", "CPU times of the runs of a node.");
   Family mean("catan_compute_time_mean_seconds", "gauge", "Mean of the newest CPU times of the runs of a node.");
   Family rate("catan_node_rate_hertz", "gauge", "Runs of a node in a second, since the warm-up.");
-  Family minimum("catan_node_min_rate_hertz", "gauge", "Lowest rate that is asked of a node.");
+  Family minimum("catan_node_min_rate_hertz", "gauge", "Lowest rate that the app asks of a node.");
   for (const Json& node : list(snapshot, "nodes")) {
     if (!node.is_object()) continue;
     const Labels labels{{"node", text_of(node, "name")}};
@@ -201,9 +201,9 @@ std::string of_nodes(const Json& snapshot) {
   return compute.text() + mean.text() + rate.text() + minimum.text() + stale.text() + runs.text();
 }
 
-// Of the last seconds, which `live` tells of.
+// The metrics that are of the last seconds, from `live`.
 std::string of_cores(const Json& live) {
-  Family window("catan_window_seconds", "gauge", "The last seconds, of which the figures of CPUs and subchains are.");
+  Family window("catan_window_seconds", "gauge", "How many seconds the figures of CPUs and subchains are of.");
   window.add({}, Family::number(live, "window_s"));
   Family busy("catan_cpu_busy_ratio", "gauge", "CPU time of all runs that ended on a CPU, over time.");
   Family use("catan_cpu_use_ratio", "gauge", "CPU time of a subchain or an unscheduled node on a CPU, over time.");
@@ -219,9 +219,9 @@ std::string of_cores(const Json& live) {
   return window.text() + busy.text() + use.text();
 }
 
-// Since it is watched.
+// Since `catan http` began to watch the app.
 std::string of_late_responses(const Json& live) {
-  Family late("catan_late_responses_total", "counter", "Late responses of a chain, by what made them late.");
+  Family late("catan_late_responses_total", "counter", "Late responses of a chain, by cause.");
   for (const Json& chain : list(live, "chains")) {
     const Json causes = chain.is_object() ? chain.value("late_by_in_all", Json()) : Json();
     if (!causes.is_object()) continue;

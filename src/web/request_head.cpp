@@ -40,7 +40,7 @@ bool is_header_value(std::string_view text) {
   });
 }
 
-// Whether a list such as that of Connection holds the word.
+// Whether the word is in a list such as that of the header Connection.
 bool lists(std::string_view list, std::string_view word) {
   while (!list.empty()) {
     const std::size_t comma = std::min(list.find(','), list.size());
@@ -50,7 +50,7 @@ bool lists(std::string_view list, std::string_view word) {
   return false;
 }
 
-// The next line without its end; nothing: there is no whole line.
+// The next line without its line end; nothing: there is no complete line.
 std::optional<std::string_view> next_line(std::string_view& text) {
   const std::size_t end = text.find(kEndOfLine);
   if (end == std::string_view::npos) return std::nullopt;
@@ -75,7 +75,7 @@ std::optional<Refusal> read_request_line(std::string_view line, RequestHead& hea
     return bad("the first line names no path");
   }
   if (method != "GET" && method != "HEAD" && method != "POST") {
-    return Refusal{405, fmt::format("there is no {} here", printable(method.substr(0, 32))), "use GET or POST"};
+    return Refusal{405, fmt::format("the method {} is not served", printable(method.substr(0, 32))), "use GET or POST"};
   }
   head.method = method;
   head.target = target;
@@ -95,7 +95,7 @@ std::optional<Refusal> read_length(std::string_view value, std::size_t& length) 
   return std::nullopt;
 }
 
-// What must not come twice is kept once.
+// Keeps the value of a header that must not come twice.
 std::optional<Refusal> keep(std::optional<std::string>& place, std::string_view name, std::string_view value) {
   if (place) return bad(fmt::format("{} comes twice", name));
   place = value;

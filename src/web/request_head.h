@@ -1,7 +1,7 @@
-// The head of a request, taken apart before any other code sees it. Clients may be hostile: what is not plainly a
-// request of the few kinds that are served is refused here, and what goes on to the HTTP library is written anew
-// (canonical()), with the headers that are used and no others. So neither encodings, ranges nor parts of bodies, nor
-// two readings of one header, ever reach it.
+// The head of a request, parsed before any other code sees it. Clients may be hostile: what is not plainly a request of
+// the few kinds that are served is refused here. The HTTP library gets a request that is written anew (canonical()),
+// with the headers that are used and no others. So encodings, ranges, multipart bodies and headers that could be read
+// in two ways never reach it.
 //
 // Thread safety: pure functions.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace ctn::web {
 
-constexpr std::size_t kMostHead = 16 * 1024;  // bytes, with the empty line
+constexpr std::size_t kMostHead = 16 * 1024;  // bytes, the empty line included
 constexpr std::size_t kMostHeaders = 64;      // lines
 constexpr std::size_t kMostTarget = 1024;     // bytes
 constexpr std::size_t kMostBody = 64 * 1024;  // bytes
@@ -35,19 +35,19 @@ struct RequestHead {
   std::optional<std::string> authorization{};
   std::size_t content_length = 0;  // at most kMostBody; 0 unless POST
   bool keep_alive = true;          // as the client wants it
-  bool expects_continue = false;   // waits to be told to go on before it sends the body
+  bool expects_continue = false;   // the client waits for 100 Continue before it sends the body
 
-  // Without the query.
+  // The target without its query.
   std::string_view path() const { return std::string_view(target).substr(0, target.find('?')); }
 };
 
-// How long the head is at the beginning of `text`, with the empty line that ends it; nothing: it has not ended yet.
+// The length of the head that `text` begins with, including the empty line that ends it; nothing: it has not ended yet.
 std::optional<std::size_t> head_length(std::string_view text);
 
 // `text`: as long as head_length() says.
 std::variant<RequestHead, Refusal> parse_head(std::string_view text);
 
-// The same request as the HTTP library is given it.
+// The same request, as the HTTP library gets it.
 std::string canonical(const RequestHead& head);
 
 }  // namespace ctn::web

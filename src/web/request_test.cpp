@@ -1,4 +1,4 @@
-// What clients send, taken apart: heads of requests, who may ask, changes.
+// What clients send is parsed and checked: heads of requests, access, changes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

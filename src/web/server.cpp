@@ -32,7 +32,7 @@ using Outcome = os::TcpConnection::Outcome;
 
 constexpr const char* kJson = "application/json";
 
-// Nothing is loaded but from here, nothing is kept, and no page of another site may show or read it.
+// The page loads nothing from elsewhere, browsers keep nothing, and no page of another site may show or read it.
 constexpr std::array<std::pair<const char*, const char*>, 6> kSafety{
     {{"Content-Security-Policy",
       "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
@@ -78,7 +78,7 @@ const char* reason_of(int status) {
   }
 }
 
-// The whole answer, after which the connection ends.
+// The whole answer to a request that is refused; the connection ends after it.
 std::string answer_of(const Refusal& refusal) {
   const std::string body = error_json(refusal.what, refusal.hint);
   std::string text = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\nContent-Type: {}\r\nContent-Length: {}\r\n",
@@ -90,7 +90,7 @@ std::string answer_of(const Refusal& refusal) {
   return text + "\r\n" + body;
 }
 
-// As server-sent events have it: each line of the text by itself.
+// A server-sent event, in which each line of the text is a field of its own.
 std::string event_of(std::string_view name, std::string_view text) {
   std::string event = fmt::format("event: {}\n", name);
   while (!text.empty()) {
@@ -101,11 +101,11 @@ std::string event_of(std::string_view name, std::string_view text) {
   return event + "\n";
 }
 
-// What the HTTP library reads a request from, and writes the answer to: the head as it was written anew, then as much
-// of the body as it announced.
+// The stream from which the HTTP library reads a request, and to which it writes the answer: the head, written anew,
+// then as much of the body as the head announced.
 class RequestStream final : public httplib::Stream {
  public:
-  // `received`: what has come after the head; what is no part of the body is left there.
+  // `received`: what has come after the head. The body is taken out, and what follows it is left there.
   RequestStream(os::Clock& clock, const os::TcpConnection& client, const Limits& limits, const RequestHead& head,
                 std::string& received)
       : clock_(clock), client_(client), limits_(limits), text_(canonical(head)) {
@@ -146,7 +146,7 @@ class RequestStream final : public httplib::Stream {
   const os::TcpConnection& client_;
   const Limits& limits_;
   std::string text_;
-  std::size_t place_ = 0;  // in it: what was read
+  std::size_t place_ = 0;  // how much of text_ was read
   std::size_t body_left_ = 0;
   TimePoint read_by_{};
 };
@@ -154,17 +154,17 @@ class RequestStream final : public httplib::Stream {
 // The HTTP library, without its sockets and threads.
 class Library final : public httplib::Server {
  public:
-  // A server without a socket takes itself for one that was stopped, and ends its streams.
+  // The library takes a server without a socket for a stopped one, and ends its streams.
   void started(int socket) { svr_sock_ = socket; }
   void stopped() { svr_sock_ = INVALID_SOCKET; }
-  // False: the connection is of no use any more.
+  // False: the connection must be closed.
   bool answer(httplib::Stream& stream, bool last) {
     bool closed = false;
     return process_request(stream, last, closed, nullptr) && !closed;
   }
 };
 
-// What a source said, kept for a moment: however many clients ask, it is asked seldom.
+// A document of the source, kept for a moment, so that the source is asked seldom, however many clients ask.
 class Document {
  public:
   using Text = std::shared_ptr<const Result<std::string>>;
@@ -204,7 +204,7 @@ void fail(httplib::Response& response, int status, const std::string& body) {
 }  // namespace
 
 struct Server::Impl {
-  // Where a client is served: a thread, which waits for one.
+  // A thread that serves one client at a time, and waits for the next one.
   struct Seat {
     static constexpr std::uint32_t kFree = 0;
     static constexpr std::uint32_t kTaken = 1;
@@ -213,7 +213,7 @@ struct Server::Impl {
     std::optional<os::TcpConnection> client;  // changed under `clients`
     std::unique_ptr<os::Thread> thread;
   };
-  // A client that was told that there is no seat, until it has taken that.
+  // A client that got 503 because no seat was free, until it has taken the answer.
   struct Leaving {
     os::TcpConnection client;
     TimePoint until{};
@@ -309,14 +309,14 @@ struct Server::Impl {
     response.set_content("{\"done\":true}\n", kJson);
   }
 
-  // One at a time: it takes CPU time.
+  // One question at a time, since each takes CPU time.
   void what_if(const std::string& body, httplib::Response& response) {
     const Result<WhatIf> asked = parse_what_if(body);
     if (!asked) return fail(response, 400, error_json(asked.error()));
     const std::unique_lock lock(asking, std::try_to_lock);
     if (!lock) {
       response.set_header("Retry-After", "1");
-      return fail(response, 429, error_json("another such question is being answered", "ask again in a second"));
+      return fail(response, 429, error_json("another what-if question is being answered", "ask again in a second"));
     }
     const Result<std::string> answer = source.what_if(*asked);
     if (!answer) return fail(response, status_of(answer.error()), error_json(answer.error()));
@@ -327,7 +327,7 @@ struct Server::Impl {
     const TimePoint until = os.now() + limits.stream;
     response.set_chunked_content_provider(
         "text/event-stream", [this, until, turn = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-          // A client that has gone is noticed when it is written to.
+          // That a client has gone is noticed when something is written to it.
           if (turn > 0) os.wait(ended, 0, std::min(until, os.now() + limits.step));
           if (ended.load() != 0 || os.now() >= until) {
             sink.done();
@@ -366,7 +366,7 @@ struct Server::Impl {
     }
   }
 
-  // Nothing: the client has gone, or never asked.
+  // Nothing: the client has gone, or sent nothing in time.
   std::optional<std::variant<RequestHead, Refusal>> receive_head(const os::TcpConnection& client,
                                                                  std::string& received) {
     TimePoint deadline = os.now() + (received.empty() ? limits.idle : limits.request);
@@ -389,7 +389,7 @@ struct Server::Impl {
     }
   }
 
-  // What was not read would break the connection before the answer is taken.
+  // Where the client's data are not read, closing the connection would reset it before the client has the answer.
   void refuse(const os::TcpConnection& client, const Refusal& refusal) {
     if (client.send(answer_of(refusal), os.now() + limits.answer) != Outcome::kDone) return;
     client.finish();
@@ -419,7 +419,7 @@ struct Server::Impl {
     }
   }
 
-  // --- All clients, in the thread that runs it ---
+  // --- All clients, in the thread that calls run() ---
 
   void run() {
     while (ended.load() == 0) {
@@ -469,7 +469,7 @@ struct Server::Impl {
       place.thread = os.spawn("http", [this, &place] { work(place); });
       return true;
     } catch (const std::system_error&) {
-      return false;  // the system has no thread left
+      return false;  // the system gives no more threads
     }
   }
 

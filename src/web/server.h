@@ -1,15 +1,16 @@
 // A small HTTP server for one page and its data, for clients that may be many, slow or hostile: docs/http.md lists its
-// paths. cpp-httplib routes and writes; what it reads was checked and written anew before (request_head.h), and every
-// wait for a client has a deadline.
+// paths. cpp-httplib routes requests and writes answers; the requests that it reads have been checked and written anew
+// (request_head.h). Every wait for a client has a deadline.
 //
-//   16 clients are served at once, streams of events among them; another is told so (503) and let go.
-//   A request has 5 s to come once it began, a connection without one 5 s; so has each part of an answer to be taken.
-//   A connection carries at most 100 requests, a stream of events lasts at most an hour; browsers come again.
+//   16 clients are served at once, streams of events included; any more get 503, and their connection ends.
+//   The head of a request must have come 5 s after its first byte, a request 5 s after the one before, and each part
+//   of an answer must be taken within 5 s.
+//   A connection carries at most 100 requests, and a stream of events lasts at most an hour; browsers connect again.
 //
 // Errors are JSON: {"error": "...", "hint": "..."}.
 //
-// Thread safety: stop() from any thread, everything else from one. Threads: one a client that is served, which is made
-// when it is first needed and kept.
+// Thread safety: stop() from any thread, everything else from one. Threads: one for each client that is served at once;
+// it is started when it is first needed, and kept.
 #pragma once
 
 #include <chrono>
@@ -30,16 +31,16 @@ struct Limits {
   std::size_t clients = 16;
   std::size_t requests = 100;  // on one connection
   Nanos idle = std::chrono::seconds{5};
-  Nanos request = std::chrono::seconds{5};  // its head; its body has as long again
-  Nanos answer = std::chrono::seconds{5};   // each part of it
+  Nanos request = std::chrono::seconds{5};  // for its head; its body has as long again
+  Nanos answer = std::chrono::seconds{5};   // for each part of it
   Nanos stream = std::chrono::hours{1};
-  Nanos step = std::chrono::milliseconds{500};  // between two events; documents are kept as long
+  Nanos step = std::chrono::milliseconds{500};  // between two events; a document is kept for as long
 };
 
 class Server {
  public:
-  // Listens from then on; clients wait for run(). `token`: that control needs; none: nothing can be changed. Outlived
-  // by `os` and `source`. Errors: as TcpListener::open().
+  // Listens from now on; clients wait until run() is called. `token`: what a request for control must send; none:
+  // nothing can be changed. `os` and `source` outlive the server. Errors: as TcpListener::open().
   static Result<std::unique_ptr<Server>> open(os::Os& os, Source& source, const os::TcpAddress& address,
                                               std::optional<std::string> token, const Limits& limits = {});
   ~Server();
@@ -49,7 +50,7 @@ class Server {
   // With the port that the system chose.
   const os::TcpAddress& address() const;
 
-  // Has `ready` called by run() whenever the descriptor is readable. It stays open until run() has returned.
+  // run() calls `ready` whenever the descriptor is readable. The descriptor must stay open until run() has returned.
   Status watch(const os::Descriptor& descriptor, std::function<void()> ready);
   // Serves until stop(); then all clients are cut off.
   void run();

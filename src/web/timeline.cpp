@@ -31,7 +31,7 @@ void Timeline::add(const record::Run& run) {
     const TimePoint end = std::min(run.end, started_ + (step + 1) * kStep);
     if (end <= begin) continue;
     const std::size_t place = static_cast<std::size_t>(step) % kSteps;
-    if (busy.step[place] > step) continue;  // of an older round
+    if (busy.step[place] > step) continue;  // of the round before: the place is for a newer step already
     if (busy.step[place] < step) busy.share[place] = 0.0F;
     busy.step[place] = step;
     busy.share[place] +=
@@ -40,7 +40,7 @@ void Timeline::add(const record::Run& run) {
 }
 
 std::string Timeline::json(TimePoint now) const {
-  const std::int64_t until = std::max<std::int64_t>(step_of(now), 0);  // steps that are over
+  const std::int64_t until = std::max<std::int64_t>(step_of(now), 0);  // only steps that are over are shown
   const std::int64_t from = std::max<std::int64_t>(until - static_cast<std::int64_t>(kSteps), 0);
   nlohmann::ordered_json json{{"step_ms", to_millis(kStep).count()},
                               {"until_s", std::chrono::duration<double>(until * kStep).count()},

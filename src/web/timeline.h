@@ -1,12 +1,12 @@
-// Which subchain had how much of which CPU in the last 30 seconds, for the page's timelines: fed by what happens in a
-// run (record/sink.h), it keeps the busy shares of steps of a tenth of a second, which is what a screen can show of so
-// long a time. It keeps the plan in force, too.
+// How much of each CPU each subchain used in the last 30 seconds, for the timelines of the live page. It takes the
+// events of a run (record/sink.h) and keeps busy shares in steps of a tenth of a second, about as fine as a screen can
+// show 30 seconds. It also keeps the plan in force.
 //
 // The CPU time of a run counts evenly between its begin and its end, on the CPU on which it ended. Unscheduled nodes
-// are shown as subchains are, after them.
+// are shown like subchains, after these.
 //
 // Units: instants of the monotonic clock. Thread safety: none; one owner. Memory: at most kMostCpus CPUs, each with
-// kSteps steps of all subchains that were there; nothing that it is fed is trusted.
+// kSteps steps for each subchain that used it. No event is trusted.
 #pragma once
 
 #include <array>
@@ -45,16 +45,17 @@ class Timeline final : public record::Sink {
 
   // {"step_ms": 100, "until_s": 12.3, "lanes": ["local", "GM"],
   //  "cpus": [{"cpu": 0, "busy": [{"lane": 0, "permille": [0, 250, 1000]}]}]}
-  // The last of each list is of the step that ends at `until_s`, seconds since the start; as long as 30 s, or since the
-  // start. Lanes that were not there are left out. A CPU of null: where a run ended is not known.
+  // The last number of each list is for the step that ends at `until_s`, in seconds since the start. Lists go back 30
+  // s, or to the start. Lanes that did not use a CPU are left out there. A CPU of null: not known on which one runs
+  // ended.
   std::string json(TimePoint now) const;
-  // JSON (docs/plan-schema.md); empty: there is none.
+  // The plan in force as JSON (docs/plan-schema.md); empty: there is none.
   const std::string& plan() const { return plan_; }
 
  private:
   // The CPU time of one lane on one CPU, by step modulo their count.
   struct Busy {
-    std::array<std::int64_t, kSteps> step{};  // which one it is of; -1: none
+    std::array<std::int64_t, kSteps> step{};  // the step that each place is for; -1: none
     std::array<float, kSteps> share{};
   };
 

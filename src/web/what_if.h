@@ -1,4 +1,4 @@
-// What a client asks of a state of the app that it is not in: what would be planned, and what would be expected.
+// A what-if question of a client: what would be planned, and what would be expected, if something were different.
 //
 // Thread safety: plain values.
 #pragma once
@@ -14,8 +14,8 @@ namespace ctn::web {
 constexpr int kMostCoresAsked = 64;
 
 struct WhatIf {
-  // As the client wrote it: "5ms", what a run of the node costs at the percentile that is planned with; "x2", so many
-  // times what was measured.
+  // `text` is as the client wrote it: "5ms", what a run of the node would cost at the percentile that is planned with;
+  // "x2", that many times what was measured.
   struct Cost {
     std::string node;
     std::string text;

@@ -1,5 +1,5 @@
-// What the response times of a chain came to, as plain values: how many were late, by which causes, and the longest of
-// them taken apart. docs/why.md defines each word.
+// What the analysis of a chain's response times found, as plain values: how many were late, by which causes, and the
+// longest of them taken apart. docs/why.md defines each word.
 //
 // Units: in the types and names. Thread safety: plain values.
 #pragma once
@@ -20,10 +20,10 @@
 
 namespace ctn::why {
 
-// A part as it is over all responses: the sum of all its stretches in one.
+// What is usual of a part: the median, over all responses, of the sum of its stretches in one.
 struct UsualPart {
   PartKind kind = PartKind::kUnexplained;
-  NodeId node;  // of pre-empted and stolen: by whom; else whose
+  NodeId node;  // of pre-empted and stolen: the node that did it; else the part's node
   Nanos median{0};
 };
 
@@ -36,17 +36,18 @@ struct Analysis {
   std::uint64_t late = 0;                           // longer than that
   std::array<std::uint64_t, kCauseKinds> causes{};  // of the late ones, by CauseKind
   std::uint64_t explained = 0;                      // responses of which at most 2 % are unexplained
-  std::vector<UsualPart> usual{};                   // whose median is not 0, the longest first
+  std::vector<UsualPart> usual{};                   // parts whose median is not 0, the longest first
   std::vector<Response> worst{};                    // the longest first
 };
 
-// The causes that late responses have, and how many have each: the most frequent first.
+// The causes of the late responses, with how many have each, the most frequent first.
 std::vector<std::pair<CauseKind, std::uint64_t>> causes_by_count(const Analysis& analysis);
 
-// A kind of part, and whose: by whom of those that pre-empted and stole, else the part's node.
+// The key by which parts are summed up: their kind and a node, of pre-empted and stolen the one that did it, else the
+// part's node.
 std::pair<PartKind, NodeId> whose(const Part& part);
 
-// "pre-empted (LM by GL), 8.132 ms beyond what is usual". Names are as the app has them.
+// "pre-empted (LM by GL), 8.132 ms beyond what is usual". Names are not made printable.
 std::string in_words(const Cause& cause, const graph::Graph& graph);
 
 }  // namespace ctn::why

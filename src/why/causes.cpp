@@ -7,11 +7,11 @@ namespace {
 
 bool is_by_another(PartKind kind) { return kind == PartKind::kPreEmpted || kind == PartKind::kStolen; }
 
-// A subchain that has lost so much of its slots, or needs so much more of them, may wait this many times as long for
-// the next ones.
+// What a subchain loses of its slots, or needs in addition, may make it wait up to this many times as long for the next
+// ones.
 constexpr int kSlotsPerLoss = 10;
 
-// From whose slot that one stole.
+// The node in whose slot the thief ran.
 NodeId robbed(std::span<const Part> parts, NodeId thief) {
   for (const Part& part : parts) {
     if (part.kind == PartKind::kStolen && part.by == thief) return part.node;
@@ -28,7 +28,7 @@ CauseKind cause_by(PartKind kind) {
   switch (kind) {
     case PartKind::kWaitingForSample:
       return CauseKind::kWaitedForSample;
-    case PartKind::kRunning:  // no run is longer than usual in it: there were more on the way
+    case PartKind::kRunning:  // no run took longer than usual, so there were more runs on the way
     case PartKind::kWaitingForTrigger:
       return CauseKind::kWaitedForTrigger;
     case PartKind::kLateTrigger:
@@ -61,7 +61,7 @@ CauseKind cause_by(PartKind kind) {
   return CauseKind::kUnexplained;
 }
 
-// Of the runs that ended in a stretch of own-previous-run, the one that was longer than usual by most.
+// Of the runs that ended in a stretch of own-previous-run, the one that exceeds what is usual by most.
 std::pair<NodeId, Nanos> longest_excess(const Part& part, const History& history) {
   std::pair<NodeId, Nanos> longest{part.node, Nanos{0}};
   const graph::Graph& graph = history.app().graph;

@@ -1,13 +1,13 @@
-// What is usual of each part, over all responses of a chain, and so the one cause of each that was late: of all parts,
-// summed up by kind and by whose they are, the one that exceeds its median by most. Where the usual response is late
-// already, the longest.
+// What is usual of each part over all responses of a chain, and from that the one cause of each late response: parts
+// are summed up by kind and node, and the sum that exceeds its median by most is the cause. If the usual response is
+// late already, the longest sum is.
 //
-// Some are looked at together, or further:
-//   plan-change       what came after the change of a wait for a trigger is no longer called one: so all that is waited
-//                     for triggers counts for it
-//   stolen,           the waits for slots that come of it count for it, where they are not ten times as long or more
+// Some parts are counted together, or followed further:
+//   plan-change       the wait that follows the change is an ordinary wait for a trigger: so all waits for triggers of
+//                     the subchain count as plan-change
+//   stolen,           waits for slots that follow from them count as these, unless they are ten times as long or more
 //   running-longer
-//   own-previous-run  where that run was longer than usual by half of what is exceeded, the cause is its length
+//   own-previous-run  if that run was longer than usual by at least half of what is exceeded, the cause is long-run
 //
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
@@ -30,11 +30,11 @@ class Causes {
  public:
   using Key = std::pair<PartKind, NodeId>;  // as whose() has it
 
-  // The parts of the next response.
+  // Adds the parts of the next response.
   void add(std::span<const Part> parts);
-  // After all were added. Those that are not 0.
+  // To be called after all were added. Medians that are not 0.
   std::vector<std::pair<Key, Nanos>> medians();
-  // After medians().
+  // To be called after medians().
   Cause cause_of(std::span<const Part> parts, const History& history, bool usually_late) const;
 
  private:

@@ -73,7 +73,7 @@ Status History::add(const record::PlanChange& change) {
   return Done{};
 }
 
-// Where the record does not say on which CPU runs were.
+// For records that do not say on which CPU runs ended.
 void History::place_by_plans() {
   for (std::size_t node = 0; node < runs_.size(); ++node) {
     const std::optional<SubchainId> subchain = app_->graph.nodes()[node].subchain;
@@ -198,7 +198,7 @@ std::vector<Holder> History::holders(int core, Span span, NodeId but) const {
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.time.begin < b.time.begin; });
   std::vector<Holder> held;
-  std::vector<Candidate> going_on;  // by begin
+  std::vector<Candidate> going_on;  // in order of their begins
   std::size_t next = 0;
   for (TimePoint now = span.begin; now < span.end;) {
     std::erase_if(going_on, [&](const Candidate& one) { return one.time.end <= now; });
@@ -227,7 +227,7 @@ std::vector<Holder> History::holders(int core, Span span, NodeId but) const {
 
 std::vector<Span> History::active(SubchainId subchain, Span span) const {
   const std::vector<Span>& all = active_[subchain.index()];
-  // Of one core, so they hardly overlap: the one before the first that begins later may reach into it.
+  // They are on one core, so they hardly overlap. The one before the first that begins later may reach into the span.
   auto each = std::partition_point(all.begin(), all.end(), [&](const Span& one) { return one.begin < span.begin; });
   for (int back = 0; back < 2 && each != all.begin(); ++back) --each;
   std::vector<Span> found;

@@ -1,11 +1,11 @@
-// What happened in a run of the app, in memory, in the order in which it is asked for: the runs of a node, who had a
-// core when, which trigger a run goes back to, which plan was in force.
+// What happened in a run of the app, in memory, sorted for the questions of the analysis: the runs of a node, which run
+// had a core when, which trigger a run goes back to, which plan was in force.
 //
-// It is filled once, closed by sort(), and asked after that; what is asked of n events takes log n steps. A million
-// runs take about 100 MB.
+// It is filled once, then sorted by sort(), and asked only after that. A question about n events takes log n steps. A
+// million runs take about 100 MB.
 //
-// The core of a run is the CPU that it ended on. Where the record does not say that, it is the one core that the plan
-// in force gave its subchain, or the only CPU there was; else it is not known.
+// The core of a run is the CPU that it ended on. If the record does not say that, it is the one core that the plan in
+// force gave its subchain, or the only CPU there was; else it is not known.
 //
 // Units: in the types. Thread safety: none while it is filled, then any.
 #pragma once
@@ -55,7 +55,8 @@ struct Span {
   TimePoint end{};
 };
 
-// Who had a core for a while: a run, none of the app's, or one of several of which it cannot be told.
+// What had a core for a while: a run of `node`; nothing of the app; or one of several runs, it is not known which
+// (`unsure`).
 struct Holder {
   Span time;
   std::optional<NodeId> node{};
@@ -79,29 +80,30 @@ class History {
   std::span<const RunTimes> runs(NodeId node) const { return runs_[node.index()]; }
   const RunTimes& run(const RunRef& ref) const { return runs_[ref.node.index()][ref.index]; }
   std::optional<RunRef> find(NodeId node, std::uint64_t number) const;
-  // The last run of the node that had ended by then; that gave an output, if asked.
+  // The last run of the node that had ended by then; with `emitted`, the last one that also gave an output.
   std::optional<RunRef> last_ended(NodeId node, TimePoint by, bool emitted) const;
   // The last end of a run of any of the subchain's nodes in (after, by].
   std::optional<TimePoint> last_end(SubchainId subchain, TimePoint after, TimePoint by) const;
-  // Of a run of the node, the median.
+  // The median CPU time of the node's runs.
   Nanos usual_cpu(NodeId node) const { return usual_cpu_[node.index()]; }
 
   const SentTrigger* last_sent(SubchainId subchain, TimePoint by) const;
   const plan::Plan* plan_at(TimePoint time) const;  // null: none was in force
-  // When a plan replaced another in (after, before), the last time.
+  // The last time in (after, before) at which a plan replaced another.
   std::optional<TimePoint> plan_changed(TimePoint after, TimePoint before) const;
-  // Whether a subchain took turns on a core, in frames.
+  // Whether the subchain took turns on its core, in frames.
   bool took_turns(SubchainId subchain, TimePoint time) const;
   std::optional<Ticks> ticks(NodeId node, TimePoint time) const;
 
-  // Runs on that core, or on one that is not known, that were going on in `span`, but for those of `but`: each is
-  // passed to `take` (RunRef, bool sure). Of a core that is not known: those on any.
+  // Passes to `take` (RunRef, bool sure) each run that was under way in `span`, on that core (sure) or on one that is
+  // not known, except those of the node `but`. If the core is not known: all runs, on any core.
   template <class Take>
   void each_overlapping(int core, Span span, NodeId but, Take take) const;
-  // Who had a core in `span`, but for `but`, without gaps: of the runs that were going on the one that began last.
+  // What had a core in `span`, without gaps: of the runs that were under way, except those of `but`, the one that began
+  // last.
   std::vector<Holder> holders(int core, Span span, NodeId but) const;
 
-  // When a subchain was active where it takes turns: in its own slots, and where it stole. Those that overlap.
+  // When a subchain that takes turns was active: its own slots, and where it stole, if they overlap with `span`.
   std::vector<Span> active(SubchainId subchain, Span span) const;
   struct Theft {
     Span time;
@@ -113,7 +115,7 @@ class History {
   struct Busy {
     TimePoint begin{};
     TimePoint end{};
-    TimePoint latest{};  // end of this and all before it
+    TimePoint latest{};  // the latest end of this run and all before it
     RunRef run;
   };
   struct InForce {

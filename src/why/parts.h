@@ -1,4 +1,4 @@
-// What a response time consists of, and what made one late, as plain values. docs/why.md defines each word.
+// What a response time consists of, and what made it late, as plain values. docs/why.md defines each word.
 //
 // Units: in the types. Thread safety: plain values, pure functions.
 #pragma once
@@ -41,8 +41,8 @@ struct Part {
   PartKind kind = PartKind::kUnexplained;
   TimePoint begin{};
   TimePoint end{};
-  NodeId node;                 // whose run it is, or is waited for
-  std::optional<NodeId> by{};  // whose runs had the core meanwhile; none: nobody's of the app, or it cannot be told
+  NodeId node;                 // the node whose run it is, or whose run is waited for
+  std::optional<NodeId> by{};  // the node whose runs had the core meanwhile; none: no node of the app, or not known
 
   Nanos length() const { return end - begin; }
   friend bool operator==(const Part&, const Part&) = default;
@@ -70,16 +70,16 @@ const char* to_string(CauseKind kind);  // "long-run"
 
 struct Cause {
   CauseKind kind = CauseKind::kUnexplained;
-  NodeId node;                 // whose run, or whose wait
-  std::optional<NodeId> by{};  // who pre-empted or stole
-  Nanos beyond_usual{0};       // by so much its parts are longer than their median; all, where the median is late
+  NodeId node;                 // the node whose run or wait it is
+  std::optional<NodeId> by{};  // the node that pre-empted or stole
+  Nanos beyond_usual{0};       // how much its parts exceed their median; their whole length if the median is late
   friend bool operator==(const Cause&, const Cause&) = default;
 };
 
 struct Response {
   TimePoint begin{};
   TimePoint end{};
-  std::uint64_t source_run = 0;  // of the chain's first node: the one before it begins the response
+  std::uint64_t source_run = 0;  // of the chain's first node; the response begins with the source run before it
   bool late = false;
   std::optional<Cause> cause{};  // of a late one
   std::vector<Part> parts{};

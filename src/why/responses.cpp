@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLatePercentile = 99.0;
 constexpr int kUnexplainedPart = 50;  // at most one part in so many
-// From about so many responses it is told what is usual, where the answer is not to take long.
+// From about how many responses causes_of() finds out what is usual, so that it does not take long.
 constexpr std::size_t kEnoughToTell = 256;
 
 Chain stages_of(const graph::App& app, std::size_t term) {
@@ -53,7 +53,7 @@ void Responses::add(const record::Run& run) {
     const std::vector<std::uint64_t> path = tracker_.path_of(sample.source_run);
     samples_.push_back({sample, paths_.size()});
     paths_.insert(paths_.end(), path.begin(), path.end());
-    paths_.resize(samples_.back().path + chain_.nodes.size());  // one that is not known has runs of number 0
+    paths_.resize(samples_.back().path + chain_.nodes.size());  // a path that is not known gets runs of number 0
   }
 }
 
@@ -63,8 +63,8 @@ void Responses::add(const record::ClockReading& reading) {
   if (reading.node == first && app_.graph.node(first).external) chain_.begins_at_clock = true;
 }
 
-// By the runs by which the sample came to each stage first: those that were consumed further on may be later ones,
-// which used it again while it waited there.
+// Of each stage, the first run that the sample reached. The one that the next stage consumed may be a later one, which
+// used the sample again while it waited there.
 Way Responses::way(const History& history, const Known& known) const {
   Way way{known.sample, {}};
   for (std::size_t stage = 0; stage < chain_.nodes.size(); ++stage) {

@@ -12,7 +12,7 @@ Nanos overlap_of(const RunTimes& run, Span span) {
   return std::max(std::min(run.end, span.end) - std::max(run.begin, span.begin), Nanos{0});
 }
 
-// CPU time that a run used in a span, as if it had used it evenly.
+// The CPU time that a run used in a span, taking its use to be even.
 Nanos used_in(const RunTimes& run, Span span) {
   const Nanos wall = run.end - run.begin;
   const Nanos shared = overlap_of(run, span);
@@ -30,7 +30,7 @@ std::vector<Part> Walk::take_apart(const Way& before, const Way& way) {
   return {parts_.rbegin(), parts_.rend()};
 }
 
-// `before`: the sample before, where it is asked what kept this one from coming sooner.
+// `before`: the sample before this one; not null if it is asked what kept this one from coming sooner.
 void Walk::walk(const Way& way, const Way* before, TimePoint begin, TimePoint end) {
   cursor_ = end;
   floor_ = begin;
@@ -71,8 +71,9 @@ void Walk::in_run(const RunRef& ref) {
   }
 }
 
-// In order. What was not running is known by its length, and when it can have begun; the wait for a device is taken to
-// come in the middle of what the run computes, and what the kernel took at the end.
+// The pieces of a run, in order of time. Of the time in which it did not run, only the length is known, and when it can
+// have begun. The wait for a device is taken to lie in the middle of the run's computing, and what the kernel took at
+// the end.
 std::vector<Walk::Piece> Walk::pieces(const RunRef& ref) const {
   const RunTimes& run = history_.run(ref);
   const Nanos wall = run.end - run.begin;
@@ -88,7 +89,7 @@ std::vector<Walk::Piece> Walk::pieces(const RunRef& ref) const {
     pieces.push_back({kind, length, by});
     now += length;
   };
-  // Whatever comes next until then, but no longer than there is to run or wait.
+  // Computing or waiting until then, but no longer than there is of both.
   const auto go_on = [&](TimePoint until) {
     while (now < until) {
       if (!waited && ran >= running / 2) {
@@ -115,7 +116,7 @@ std::vector<Walk::Piece> Walk::pieces(const RunRef& ref) const {
   return pieces;
 }
 
-// What kept the run from its core for `not_running` in all, by begin; less where not all of it is anybody's.
+// What kept the run from its core, `not_running` in all, by begin. Less if no other run accounts for some of it.
 std::vector<Walk::Held> Walk::claims(const RunRef& ref, Nanos not_running) const {
   const RunTimes& run = history_.run(ref);
   const Span whole{run.begin, run.end};
@@ -135,8 +136,8 @@ std::vector<Walk::Held> Walk::claims(const RunRef& ref, Nanos not_running) const
     }
   }
   if (not_running > Nanos{0}) {
-    // Those that began meanwhile have pre-empted it; those that were there before may have, too, where it was demoted
-    // or the core is shared evenly.
+    // Runs that began meanwhile pre-empted it. Runs that had begun before may have, too, if it was demoted or the core
+    // is shared evenly.
     std::vector<std::pair<RunRef, bool>> others;
     history_.each_overlapping(run.core, whole, ref.node,
                               [&](const RunRef& other, bool sure) { others.emplace_back(other, sure); });
@@ -180,13 +181,13 @@ void Walk::before_run(std::size_t stage, const Way& way, const Way* before) {
   floor_ = begin;
 }
 
-// The last run that would have brought what now comes with a later run, but gave no output.
+// The last run that gave no output, but would else have brought what now comes with a later run.
 std::optional<Walk::LeftOut> Walk::left_out(std::size_t stage, const Way& way, const Way* before) const {
   if (stage == 0 && before == nullptr) return std::nullopt;
   const graph::Graph& graph = history_.app().graph;
   const std::optional<SubchainId> subchain = graph.node(chain_.nodes[stage]).subchain;
   const TimePoint by = history_.run({chain_.nodes[stage], way.runs[stage]}).begin;
-  // Whether run `index` of stage `at` goes back to something that had not come to the end yet.
+  // Whether run `index` of stage `at` goes back to a sample that had not reached the end yet.
   const auto brings_news = [&](std::size_t at, std::size_t index) {
     for (; at > stage; --at) {
       const std::optional<RunRef> input = history_.find(chain_.nodes[at - 1], chain_.taken[at][index]);
@@ -214,7 +215,7 @@ std::optional<Walk::LeftOut> Walk::left_out(std::size_t stage, const Way& way, c
   return last;
 }
 
-// From its begin back to the floor: how it came to begin just then.
+// From the run's begin back to the floor: why it began just then.
 void Walk::explain_begin(RunRef ref, bool of_source) {
   const graph::Graph& graph = history_.app().graph;
   for (int step = 0; step < kMaxSteps && !arrived(); ++step, of_source = false) {
@@ -254,7 +255,7 @@ void Walk::explain_begin(RunRef ref, bool of_source) {
   emit(floor_, PartKind::kUnexplained, ref.node);
 }
 
-// A trigger by a leader's output is due with that, but may not come sooner than a period after the one before.
+// A trigger by a leader's output is due with that output, but not sooner than a period after the trigger before.
 TimePoint Walk::held_apart_until(SubchainId subchain, const SentTrigger& trigger) const {
   const plan::Plan* const plan = history_.plan_at(trigger.sent);
   const bool planned = plan != nullptr && !plan->subchains[subchain.index()].cores.empty();
@@ -264,7 +265,7 @@ TimePoint Walk::held_apart_until(SubchainId subchain, const SentTrigger& trigger
   return std::min(earlier->sent + to_nanos(member->period), trigger.sent);
 }
 
-// The run whose output made this one run, of a node that is no head and has no timer.
+// The run whose output triggered this one. Its node is no head and has no timer.
 std::optional<RunRef> Walk::triggered_by(const RunRef& ref) const {
   const graph::Graph& graph = history_.app().graph;
   const graph::Node& node = graph.node(ref.node);
@@ -276,11 +277,12 @@ std::optional<RunRef> Walk::triggered_by(const RunRef& ref) const {
   return history_.last_ended(*(place - 1), begin, true);
 }
 
-// Back from when a trigger was due. Returns a run if it came of that, whose begin is to be explained next.
+// Goes back from when a trigger was due. Returns the run that made it due, whose begin is to be explained next, if any.
 std::optional<RunRef> Walk::before_due(SubchainId subchain) {
   const graph::Graph& graph = history_.app().graph;
   const NodeId head = graph.subchain(subchain).head();
-  // A plan that came since the trigger before decides what is waited for, though its run was still under way.
+  // A plan that came into force since the trigger before decides what is waited for, even if that trigger's run was
+  // still under way.
   const SentTrigger* const earlier = history_.last_sent(subchain, cursor_ - Nanos{1});
   const TimePoint since_earlier = earlier != nullptr ? std::min(earlier->sent - Nanos{1}, floor_) : floor_;
   if (const auto changed = history_.plan_changed(since_earlier, cursor_)) emit(*changed, PartKind::kPlanChange, head);
@@ -302,14 +304,15 @@ std::optional<RunRef> Walk::before_due(SubchainId subchain) {
   const bool alone = placed != nullptr && member == nullptr && placed->cores.size() == 1 && !turns &&
                      !plan::has_fixed_frames(history_.app(), plan->cores, *placed);
   if (turns || alone || (member != nullptr && member->pause)) {
-    // It comes so long after its own run.
+    // The trigger is due a while after the end of the subchain's own run.
     const std::optional<TimePoint> ended = history_.last_end(subchain, floor_, cursor_);
     const TimePoint since = std::max(ended.value_or(floor_), floor_);
     const std::optional<RunRef> run = ended ? history_.last_ended(head, *ended, false) : std::nullopt;
     if (turns) {
       std::vector<Held> others = held_up(run.value_or(RunRef{head, 0}), {since, cursor_});
       for (Held& each : others) {
-        if (each.kind != PartKind::kStolen) each.kind = PartKind::kWaitingForSlot;  // it had nothing to do in its own
+        if (each.kind != PartKind::kStolen)
+          each.kind = PartKind::kWaitingForSlot;  // in its own slot it had nothing to do
       }
       emit(others, head);
     }
@@ -329,21 +332,22 @@ void Walk::by_timer(const RunRef& ref, bool of_source) {
   emit(floor_, of_source ? PartKind::kWaitingForSample : PartKind::kWaitingForTrigger, ref.node);
 }
 
-// It could run since then, but did not yet. `nobody`: what it is where no run of the app had the core.
-void Walk::ready(const RunRef& ref, TimePoint since, PartKind nobody) {
+// From `since` on the run could have begun, but had not yet. `otherwise`: the kind of time in which no run of the app
+// had the core.
+void Walk::ready(const RunRef& ref, TimePoint since, PartKind otherwise) {
   since = std::max(since, floor_);
   if (since >= cursor_) return;
   TimePoint free = since;
   if (ref.index > 0) free = std::clamp(history_.run({ref.node, ref.index - 1}).end, since, cursor_);
   std::vector<Held> held = held_up(ref, {free, cursor_});
   for (Held& each : held) {
-    if (each.kind == PartKind::kKernel) each.kind = nobody;
+    if (each.kind == PartKind::kKernel) each.kind = otherwise;
   }
   emit(held, ref.node);
   emit(since, PartKind::kOwnPreviousRun, ref.node);
 }
 
-// Who had the core in a span in which the run did not.
+// Which runs had the core in a span in which this one did not.
 std::vector<Walk::Held> Walk::held_up(const RunRef& ref, Span span) const {
   std::vector<Held> held;
   if (span.begin >= span.end) return held;

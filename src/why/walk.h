@@ -1,13 +1,14 @@
-// Takes a response time apart: walks back along the path that its outputs came, from the end to the begin, and says of
-// each stretch of time what it went by with. Each step begins where the one before ended, so the parts add up.
+// Takes a response time apart: walks back from its end to its begin, along the runs that its outputs go back to, and
+// says of each stretch of time what it was spent on. Each step begins where the one before ended, so the parts add up.
 //
-//   in a run         what it computed, waited for a device, and who had its core meanwhile
-//   before a run     since it could run (its trigger, or the run that triggers it): who had the core, its node's run
-//                    before, others' slots
+//   in a run         when it computed, waited for a device, and did not have its core; and which node had it then
+//   before a run     from when it could have begun (its trigger, or the end of the run that triggers it): which node
+//   had
+//                    the core, the node's previous run, slots of other subchains
 //   before that      what triggered it: the run before it in its subchain, the run of its leader, or a trigger that was
-//                    due, and was sent late; and before that what it was due after
+//                    due and was sent late; and before that, what the trigger was due after
 //
-// Units: in the types. Thread safety: none; one owner. A response takes as many steps as runs lie on its path.
+// Units: in the types. Thread safety: none; one owner. A response takes as many steps as there are runs on its path.
 #pragma once
 
 #include <cstdint>
@@ -24,19 +25,20 @@ namespace ctn::why {
 // The nodes of a chain that are not external: its stages.
 struct Chain {
   std::vector<NodeId> nodes;
-  std::vector<std::vector<std::uint64_t>> taken{};  // by stage and run: the newest run of the stage before; 0: none
-  bool begins_at_clock = false;                     // of others, as far as is known
+  std::vector<std::vector<std::uint64_t>>
+      taken{};                   // by stage and run: the newest run of the stage before that it consumed; 0: none
+  bool begins_at_clock = false;  // of an external node, one that is known
 };
 
-// How a sample reached the end: its run of each stage.
+// How a sample reached the end of the chain: through which run of each stage.
 struct Way {
   record::ChainSample sample;
-  std::vector<std::size_t> runs;  // index among its node's, by stage
+  std::vector<std::size_t> runs;  // index among the node's runs, by stage
 };
 
 class Walk {
  public:
-  // All outlive it.
+  // History and chain outlive it.
   Walk(const History& history, const Chain& chain) : history_(history), chain_(chain) {}
 
   // The parts of the response that ends with `way`'s output and begins with the source run of `before`.
@@ -74,14 +76,14 @@ class Walk {
   std::optional<RunRef> triggered_by(const RunRef& ref) const;
   std::optional<RunRef> before_due(SubchainId subchain);
   void by_timer(const RunRef& ref, bool of_source);
-  void ready(const RunRef& ref, TimePoint since, PartKind nobody = PartKind::kKernel);
+  void ready(const RunRef& ref, TimePoint since, PartKind otherwise = PartKind::kKernel);
   std::vector<Held> held_up(const RunRef& ref, Span span) const;
 
   const History& history_;
   const Chain& chain_;
   std::vector<Part> parts_;  // the last first
-  TimePoint cursor_{};       // all after it is explained
-  TimePoint floor_{};        // what comes before is not asked
+  TimePoint cursor_{};       // what comes after it is explained already
+  TimePoint floor_{};        // what comes before it is of no interest
 };
 
 }  // namespace ctn::why

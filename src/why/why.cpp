@@ -45,7 +45,7 @@ Result<std::size_t> find_chain(const graph::App& app, std::string_view chain) {
     if (wanted.size() == 1 && wanted.front() == names.back()) found.push_back(term);
   }
   if (found.size() == 1) return found.front();
-  if (chains.empty()) return Error::caller("the app has no chain", "a chain is a response_time of its objective");
+  if (chains.empty()) return Error::caller("the app has no chain", "add a response_time to its objective");
   return Error::caller(
       fmt::format("{} is {}", quote(chain), found.empty() ? "none of the app's chains" : "the end of several chains"),
       fmt::format("name one by its number or its path: {}", fmt::join(chains, ", ")));

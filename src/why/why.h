@@ -1,21 +1,22 @@
-// Why responses of a chain were late: takes each response time of a recorded run apart, along the path that its
-// outputs came, and gives each late one a cause.
+// Why responses of a chain were late: takes each response time of a recorded run apart, along the runs that its outputs
+// go back to, and gives each late one a cause.
 //
 //   Result<Analysis> analysis = analyse(record, term, {.worst = 5});      // or, event by event, an Analyser
 //
-// Of several chains it takes one reading of the record, and one history.
+// Several chains are analysed in one reading of the record, with one history.
 //
 // How it works:
 //   history.h     what happened, in memory
 //   responses.h   the response times of a chain, and how each came about
 //   walk.h        takes one of them apart, such that its parts add up to it
 //   causes.h      what is usual of each part, over all responses, and so what made the late ones late
-//   analysis.h    what comes of it, as plain values; json.h: as JSON
+//   analysis.h    the results, as plain values; json.h: as JSON
 // A response time is what record/lineage.h measures: from the begin of a run of the chain's first node to the end of
-// the output that goes back to it, and on to the end of the next output (with clocks of others: their ticks).
+// the output that goes back to it, and on to the end of the next output. (With clocks of others, it begins and ends at
+// their ticks.)
 //
-// Late is a response longer than the chain's bound; of a chain without one, longer than the 99th percentile of its own
-// responses. docs/why.md defines parts and causes.
+// A response is late if it is longer than the chain's bound or, where the chain has none, longer than the 99th
+// percentile of its own responses. docs/why.md defines parts and causes.
 //
 // Units: in the types. Thread safety: none; one owner. Memory: about 100 bytes a run of the app, 300 a response.
 #pragma once
@@ -34,8 +35,8 @@
 
 namespace ctn::why {
 
-// Which term of the objective is meant by a number, a path ("scan>LM", "scan -> LM") or a last node. kCaller: none, or
-// several; it says which there are.
+// The term of the objective that a number, a path ("scan>LM", "scan -> LM") or a last node names. kCaller: it names no
+// chain, or several; the error lists the chains of the app.
 Result<std::size_t> find_chain(const graph::App& app, std::string_view chain);
 
 struct Options {
@@ -46,15 +47,15 @@ struct Options {
 // The terms of the objective that are response times: its chains.
 std::vector<std::size_t> chains_of(const graph::App& app);
 
-// What a record says of chains, event by event.
+// Analyses chains from events that are added one by one.
 class Analyser {
  public:
   // `app` outlives it. Precondition: the terms are response times.
   Analyser(const graph::App& app, const std::vector<std::size_t>& terms, std::size_t cpus,
            const record::Interval& measured);
 
-  // All of a record but its runs and the readings of clocks. Errors: those of the reader; a plan that cannot be read
-  // (kCaller).
+  // Adds all events of a record but runs and readings of clocks. Errors: those of the reader; a plan that cannot be
+  // read (kCaller).
   Status add_all_but_runs(const record::Reader& record);
   // In the order that record::ChainTracker wants.
   void add(const record::Run& run);
@@ -66,11 +67,13 @@ class Analyser {
   void add(const record::Steal& steal) { history_.add(steal); }
   Status add(const record::PlanChange& change) { return history_.add(change); }
 
-  // Once, after all events: of each term, with its `worst` longest responses taken apart.
+  // To be called once, after all events. Returns the analysis of each term, with its `worst` longest responses taken
+  // apart.
   std::vector<Analysis> finish(std::size_t worst);
-  // Instead, for a look at some seconds of a run: what made these responses of each term late, by their begin and end,
-  // as record::ChainTracker has them. Who asks says which are late. What is usual is taken from some hundreds of the
-  // term's responses. One that is not among them is unexplained.
+  // Instead of finish(), where a quick answer about some seconds of a run is needed: the causes of these responses of
+  // each term, which the caller knows to be late, given by their begin and end as record::ChainTracker has them. What
+  // is usual is taken from some hundreds of the term's responses. A response that was not found in the events is
+  // unexplained.
   std::vector<std::vector<CauseKind>> causes_of(const std::vector<std::vector<Span>>& late);
 
  private:
@@ -79,8 +82,8 @@ class Analyser {
   std::vector<Responses> chains_;
 };
 
-// Of each term, in one reading of the record. Errors: those of the reader; a plan in the record that cannot be read
-// (kCaller). Precondition: as Analyser has it.
+// The analysis of each term, in one reading of the record. Errors: those of the reader; a plan in the record that
+// cannot be read (kCaller). Precondition: as Analyser has it.
 Result<std::vector<Analysis>> analyse(const record::Reader& record, const std::vector<std::size_t>& terms,
                                       const Options& options);
 Result<Analysis> analyse(const record::Reader& record, std::size_t term, const Options& options);

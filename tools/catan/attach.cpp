@@ -21,7 +21,7 @@ bool is_number(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
 }
 
-// As a process that keeps them may be found: by the app's name where a file of it is given.
+// What flight::find() takes: the app's name where the target is an app file, else the target itself.
 Result<std::string> name_to_find(const std::string& target) {
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(target, unknown)) return target;
@@ -46,7 +46,8 @@ Result<std::vector<std::string>> sockets_of(const std::string& server) {
                             "name the server's socket, its app file, or the app");
 }
 
-// The server first, since its socket hands the memory over to all who may control it.
+// Asks the server first: through its socket it gives the memory to every user who may control it, while /proc takes the
+// right to trace its process.
 Result<flight::Recording> attach(os::Clock& clock, const std::string& target) {
   if (!target.empty() && !is_number(target)) {
     const Result<std::vector<std::string>> sockets = sockets_of(target);
@@ -55,7 +56,7 @@ Result<flight::Recording> attach(os::Clock& clock, const std::string& target) {
                                      [](const std::string& path) { return std::filesystem::exists(path); });
     if (listens) {
       Result<os::Descriptor> memory = runtime::ask_for_flight(clock, *sockets);
-      // A socket may be left by a server that was killed; a session may still run.
+      // The socket may be left over from a server that was killed, while a session runs the same app.
       if (memory) return flight::Recording::open(std::move(*memory));
       if (std::filesystem::is_socket(target) || memory.error().kind() == ErrorKind::kCaller) return memory.error();
     }

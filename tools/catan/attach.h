@@ -1,5 +1,5 @@
-// Finds what schedules an app on this machine: a server by its socket, a server or a session by what it keeps in
-// memory.
+// Finds the server or session that schedules an app on this machine: a server by its socket, both by the memory of
+// their flight recorder.
 #pragma once
 
 #include <string>
@@ -11,11 +11,12 @@
 
 namespace ctn::tool {
 
-// Where a server of a socket's path, an app file, or the name of an app may listen. kCaller: a file that is no app.
+// The sockets on which a server may listen that is named by its socket's path, an app file, or the name of the app.
+// Errors: a file that is not an app file, a path at which there is no file.
 Result<std::vector<std::string>> sockets_of(const std::string& server);
 
-// The last seconds of a server (as above), or of a session by its app or the number of its process; an empty target:
-// of the only one there is. Errors: none, several, or what the server refuses.
+// The recording of a server (named as above), or of a session, named by its app or the number of its process; an empty
+// target: the only one there is. Errors: there is none, there are several, the server refuses.
 Result<flight::Recording> attach(os::Clock& clock, const std::string& target);
 
 }  // namespace ctn::tool

@@ -1,4 +1,4 @@
-// catan export: a record for the tools that people already use.
+// catan export: writes a record for the tools that people already use.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -34,7 +34,7 @@ struct ExportOptions {
   std::string output;
 };
 
-// A file that was not there before, and does not stay unless it is kept.
+// A new file, which is removed at the end unless it is kept.
 class NewFile {
  public:
   static Result<std::unique_ptr<NewFile>> create(const std::string& path) {
@@ -42,7 +42,7 @@ class NewFile {
     if (file != nullptr) return std::unique_ptr<NewFile>(new NewFile(path, file));
     if (errno == EEXIST) return Error::caller(path + " exists already", "name a file that does not exist");
     return Error::environment(fmt::format("{} cannot be made: {}", path, std::strerror(errno)),
-                              "name a file in a folder that is there and may be written");
+                              "name a file in a folder that exists and that you may write to");
   }
   ~NewFile() {
     if (file_ != nullptr) std::fclose(file_);
@@ -72,7 +72,7 @@ class NewFile {
   bool kept_ = false;
 };
 
-// Says on a terminal how far an export is that takes long.
+// Shows the progress of an export that takes long, on a terminal.
 class ProgressLine {
  public:
   void show(double part) {
@@ -98,7 +98,7 @@ Status to_stdout(const Export& write) {
   });
 }
 
-// All of these files or none.
+// Writes all of these files or none.
 Status to_files(const std::vector<std::pair<std::string, Export>>& exports) {
   std::vector<std::unique_ptr<NewFile>> files;
   for (const auto& [path, write] : exports) {
@@ -120,8 +120,7 @@ Status export_tables(const record::Reader& record, const std::string& folder, Pr
   std::error_code failed;
   std::filesystem::create_directory(folder, failed);
   if (failed || !std::filesystem::is_directory(folder, failed)) {
-    return Error::caller(fmt::format("{} is no folder, and cannot be made one", folder),
-                         "name a folder for the tables");
+    return Error::caller(fmt::format("{} is not a folder, and cannot be made", folder), "name a folder for the tables");
   }
   std::vector<std::pair<std::string, Export>> exports;
   const auto tables = exports::csv_tables();
@@ -142,10 +141,10 @@ Status check(const ExportOptions& options) {
   }
   if (csv && options.table.empty() && options.output.empty()) {
     return Error::caller("a record has several tables",
-                         "name a folder for them by --output, or one of them by --table");
+                         "name a folder for them with --output, or one of them with --table");
   }
   if (!csv && options.output.empty() && isatty(STDOUT_FILENO) == 1) {
-    return Error::caller("a trace is no text for a terminal", "name a file for it by --output");
+    return Error::caller("a trace is not text for a terminal", "name a file for it with --output");
   }
   return Done{};
 }
@@ -185,11 +184,10 @@ void add_export_command(CLI::App& cli, int& exit_code) {
       ->required()
       ->check(CLI::IsMember({"perfetto", "csv"}));
   const auto tables = exports::csv_tables();
-  command->add_option("--table", options->table, "Of CSV: this table alone")
+  command->add_option("--table", options->table, "With CSV: write this table alone")
       ->check(CLI::IsMember(std::vector<std::string>(tables.begin(), tables.end())));
-  command->add_option(
-      "--output", options->output,
-      "File to write, in place of stdout; of several tables the folder. What is there is not overwritten");
+  command->add_option("--output", options->output,
+                      "File to write instead of stdout; for several tables, the folder. No file is overwritten");
   command->callback([options, &exit_code] { exit_code = run_export(*options); });
 }
 

@@ -1,4 +1,4 @@
-// catan http: a page, and metrics for Prometheus, of an app while it runs.
+// catan http: serves a page of an app while it runs, and metrics for Prometheus.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ constexpr std::size_t kTokenBytes = 16;
 struct HttpCommand {
   std::string target;
   HttpOptions options;
-  std::int32_t parent = 0;  // that started it, and with which it ends; 0: a user did
+  std::int32_t parent = 0;  // the process that started it, with which it ends; 0: started by a user
 };
 
 Result<std::string> read_token(const std::string& path) {
@@ -45,8 +45,8 @@ Result<std::string> read_token(const std::string& path) {
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
   if (text.empty()) {
-    return Error::caller(fmt::format("there is no token in {}", quote(path)),
-                         "name a file that has one, and may be read");
+    return Error::caller(fmt::format("no token can be read from {}", quote(path)),
+                         "name a file that has one, and that you may read");
   }
   auto token = web::token_from(text);
   if (!token) return token.error();
@@ -58,7 +58,7 @@ Result<std::string> read_token(const std::string& path) {
   return token;
 }
 
-// None: nothing can be changed.
+// The token that control needs; none: nothing can be changed.
 Result<std::optional<std::string>> token_of(const HttpOptions& options) {
   if (!options.allow_control) return std::optional<std::string>();
   Result<std::string> token =
@@ -67,7 +67,7 @@ Result<std::optional<std::string>> token_of(const HttpOptions& options) {
   return std::optional(std::move(*token));
 }
 
-// CPUs on which no node may run, if there are any.
+// Moves this process to CPUs on which no node may run, if there are any.
 void keep_off_scheduled_cpus(os::Os& os, const std::optional<os::CpuSet>& scheduled) {
   const auto online = os.online_cpus();
   if (!scheduled || !online) return;
@@ -75,14 +75,14 @@ void keep_off_scheduled_cpus(os::Os& os, const std::optional<os::CpuSet>& schedu
   for (const int cpu : online->cpus()) {
     if (!scheduled->contains(cpu)) others.push_back(cpu);
   }
-  // Where that is not allowed (a container's CPUs), it stays where it is.
+  // Where this is not allowed (in a container with fewer CPUs), the process stays where it is.
   if (!others.empty()) static_cast<void>(os.set_affinity(os.current_thread(), os::CpuSet(std::move(others))));
 }
 
 void tell(const web::Server& server, const HttpOptions& options, const std::optional<std::string>& token) {
   note(fmt::format("the page is at http://{}/", os::to_string(server.address())));
   if (!os::is_loopback_host(server.address().host)) {
-    note("whoever reaches this address can look, and nothing is encrypted");
+    note("every client that reaches this address can look, and nothing is encrypted");
   }
   if (token && options.token_file.empty()) note(fmt::format("the token with which it can be changed: {}", *token));
 }
@@ -99,7 +99,7 @@ Status serve_page(const HttpCommand& command) {
   os::limit_resources(kMostFiles, kMostMemory);
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   HttpSource source(*os, command.target);
-  // A server that starts this listens only when it has done so.
+  // A server that starts this process may not listen yet, so that not finding it is no error.
   if (const Status found = source.look(); !found && command.parent == 0) return found;
   keep_off_scheduled_cpus(*os, command.options.cpus.empty() ? source.cpus() : command.options.scheduled());
   auto server = web::Server::open(*os, source, *address, *token);
@@ -127,12 +127,12 @@ void add_http_command(CLI::App& cli, int& exit_code) {
       "  catan http                             the only app that Catan schedules here, at http://127.0.0.1:8080/\n"
       "  catan http robot --listen 9000         a server by the name of its app, its app file or its socket\n"
       "  catan http robot --allow-control       prints a token, with which weights and bounds can be changed\n"
-      "  catan http robot --listen [::]:8080    for other machines, too: whoever reaches it can look\n"
+      "  catan http robot --listen [::]:8080    for other machines, too: all that reach it can look\n"
       "  catan serve app.yaml --http 8080       starts this beside the server, and ends it with it\n"
-      "It is a process of its own, at the ordinary level, on CPUs that no node may use where there are any: what its\n"
-      "clients do does not reach the scheduler. docs/http.md lists pages and metrics. POST /whatif plans what is not\n"
-      "done: other weights, bounds, costs or cores.\n"
-      "Exit code: 0 it was told to end, 1 no app runs or the address is in use, 2 a mistake.");
+      "It runs as a process of its own, at the ordinary level, on CPUs that no node may use where there are any: what\n"
+      "clients do does not reach the scheduler. docs/http.md lists pages and metrics. POST /whatif says what would be\n"
+      "planned with other weights, bounds, costs or cores.\n"
+      "Exit code: 0 it was told to end, 1 no such app runs or the address is in use, 2 a mistake.");
   sub->add_option("TARGET", command->target,
                   "A server's socket, an app file, the name of an app, or the number of a process");
   sub->add_option("--listen", command->options.address, "Port, ADDRESS:PORT or [IPv6]:PORT; port 0: one that is free")

@@ -11,9 +11,10 @@ namespace ctn::tool {
 void HttpOptions::add_control_to(CLI::App& command, CLI::Option* needed) {
   CLI::Option* allow =
       command.add_flag("--allow-control", allow_control,
-                       "Who has the token may change weights and bounds; without it the page only shows");
+                       "Let clients that send the token change weights, bounds and CPUs; else the page only shows");
   if (needed != nullptr) allow->needs(needed);
-  command.add_option("--token-file", token_file, "File with the token, instead of one that is made and printed")
+  command
+      .add_option("--token-file", token_file, "Take the token from this file, instead of generating and printing one")
       ->type_name("FILE")
       ->needs(allow);
 }

@@ -1,4 +1,4 @@
-// How a page is served: options of `catan http` and of `catan serve --http`, which starts the first.
+// How the live page is served: options of `catan http`, and of `catan serve --http`, which starts `catan http`.
 #pragma once
 
 #include <optional>
@@ -19,14 +19,14 @@ constexpr const char* kDefaultHttpAddress = "127.0.0.1:8080";
 struct HttpOptions {
   std::string address;  // empty: there is no page
   bool allow_control = false;
-  std::string token_file;  // empty: a token is made
-  std::string cpus;        // that nodes may use, where the one that starts it knows; empty: it does not
+  std::string token_file;  // empty: a token is generated
+  std::string cpus;        // CPUs that nodes may use, from the server that starts this; empty: not known
 
-  // `needed`: an option without which these make no sense; none: there is none.
+  // `needed`: the option without which these make no sense, if any.
   void add_control_to(CLI::App& command, CLI::Option* needed = nullptr);
   std::optional<os::CpuSet> scheduled() const;
 
-  // This command, to be started for a server that listens at `socket`, and to end with the calling thread.
+  // The command line of a `catan http` for the server that listens at `socket`; it ends with the calling thread.
   std::vector<std::string> command_line(const std::string& socket) const;
 };
 

@@ -19,12 +19,13 @@
 namespace ctn::tool {
 namespace {
 
-// What has happened is kept for some seconds: after a pause it is read anew, with all that there is.
+// Without reading for so long, events may have been overwritten: the recording is opened again and read from its oldest
+// event on.
 constexpr Nanos kReadAnewAfter = std::chrono::seconds{3};
-// Between two looks whether there is a server by now.
+// Between two searches for the app where there is none.
 constexpr Nanos kLookAgainAfter = std::chrono::seconds{1};
 
-// Hands each event on to both.
+// Hands each event on to two sinks.
 class Both final : public record::Sink {
  public:
   Both(record::Sink& one, record::Sink& other) : one_(one), other_(other) {}
@@ -89,7 +90,7 @@ Result<HttpSource::Watched*> HttpSource::watched() {
       read_at_ = now;
       if (found) {
         auto next = std::make_unique<Watched>(std::move(*found));
-        // Counts of the same run go on, as counters must.
+        // Prometheus's counters must not begin anew within one run.
         if (watched_ && is_same_run(watched_->recording, next->recording)) {
           next->view.go_on_from(watched_->view.late_so_far());
         }
@@ -97,7 +98,7 @@ Result<HttpSource::Watched*> HttpSource::watched() {
         missing_.reset();
       } else {
         missing_ = found.error();
-        if (!watched_) return *missing_;  // else what was seen last is shown, as that of one that has ended
+        if (!watched_) return *missing_;  // else the app that has ended is still shown
       }
     }
   }
@@ -132,7 +133,8 @@ Result<std::string> HttpSource::plan() {
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
   if ((*seen)->timeline.plan().empty()) {
-    return Error::environment("there is no plan in force", "wait until it has started, or use another scheduler");
+    return Error::environment("there is no plan in force",
+                              "wait until the app has started, or use a scheduler that plans");
   }
   return (*seen)->timeline.plan();
 }
@@ -169,9 +171,9 @@ Result<std::string> HttpSource::what_if(const web::WhatIf& asked) {
       static_cast<void>(found->read_new(known));
       answer = tool::what_if(known, asked, os_);
     } catch (const std::bad_alloc&) {
-      answer = Error::environment("there is not enough memory for that", "ask for less");
+      answer = Error::environment("there is not enough memory to plan that", "ask for fewer cores");
     }
-  });  // which is waited for
+  });  // the returned thread is joined here
   return std::move(*answer);
 }
 

@@ -1,7 +1,7 @@
-// What `catan http` shows: an app that runs on this machine, as it can be seen from outside (attach.h). Where there is
-// none at present, it says so, and looks again: a server may start later, end and come back.
+// What `catan http` shows: an app that runs on this machine, through its recording (attach.h). Where no such app runs
+// at present, calls say so, and later ones look again: a server may start later, end and come back.
 //
-// What has happened is read only while it is asked for. Thread safety: all calls from any thread; each locks.
+// Events are read only while clients ask. Thread safety: all functions from any thread; they lock.
 #pragma once
 
 #include <memory>
@@ -24,9 +24,9 @@ class HttpSource final : public web::Source {
   // `target`: as attach() has it.
   HttpSource(os::Os& os, std::string target) : os_(os), target_(std::move(target)) {}
 
-  // Whether there is one to show now. Errors: as attach() has them.
+  // Whether there is an app to show now. Errors: as attach() has them.
   Status look();
-  // CPUs that its nodes may use; nothing: there is none at present.
+  // The CPUs that the app was started with; nothing: there is no app at present.
   std::optional<os::CpuSet> cpus();
 
   Result<std::string> live() override;
@@ -34,11 +34,12 @@ class HttpSource final : public web::Source {
   Result<std::string> snapshot() override;
   Result<std::string> plan() override;
   Status change(const Changes& changes) override;
-  // Reads all that is kept once more, and plans in a thread of its own, after all others: what is shown goes on.
+  // Reads the whole recording once more, and plans in a thread of its own, which yields to all others, so that the page
+  // goes on.
   Result<std::string> what_if(const web::WhatIf& asked) override;
 
  private:
-  // One app, from when it was found.
+  // An app that was found.
   struct Watched {
     explicit Watched(flight::Recording found)
         : recording(std::move(found)),
@@ -51,7 +52,7 @@ class HttpSource final : public web::Source {
     view::Life life;
   };
 
-  // Up to date. Precondition: locked.
+  // The app, with all events up to now. Precondition: mutex_ is locked.
   Result<Watched*> watched();
   Result<std::vector<std::string>> sockets();
 

@@ -30,17 +30,18 @@ namespace {
 
 using AnswerJson = nlohmann::ordered_json;
 
-// Of the search, as reckoned for an ordinary machine; and how long it may go on where others have the CPUs.
+// CPU time of the search, as reckoned for an ordinary machine; and how long it may last where other threads have the
+// CPUs.
 constexpr Nanos kSearchWork = std::chrono::seconds{1};
 constexpr Nanos kSearchWithin = std::chrono::seconds{3};
 constexpr int kMostTurns = 2000;
 constexpr double kMostTimes = 1000.0;
-constexpr Nanos kLongest = std::chrono::hours{240};  // as quantities have it
+constexpr Nanos kLongest = std::chrono::hours{240};  // as in all other durations that users write
 constexpr auto kLongestNanos = static_cast<double>(kLongest.count());
 
 // ---- What is asked
 
-// Core k of a plan is the k-th of them. What there is not is numbered on.
+// The CPUs to plan for: core k of a plan is the k-th of them. CPUs that do not exist get the next numbers.
 Result<os::CpuSet> cpus_asked(const KnownSoFar& known, const web::WhatIf& asked) {
   const os::CpuSet& given = known.header().cpus;
   if (asked.changes.cpus && asked.cores) {
@@ -49,8 +50,9 @@ Result<os::CpuSet> cpus_asked(const KnownSoFar& known, const web::WhatIf& asked)
   if (asked.changes.cpus) {
     const os::CpuSet wanted(*asked.changes.cpus);
     if (wanted.empty() || os::common(wanted, given) != wanted) {
-      return Error::caller(fmt::format("CPUs {} are not among those that it was started with", os::to_string(wanted)),
-                           fmt::format("name some of {}, or a number of `cores`", os::to_string(given)));
+      return Error::caller(
+          fmt::format("CPUs {} are not among those that the app was started with", os::to_string(wanted)),
+          fmt::format("name some of {}, or a number of `cores`", os::to_string(given)));
     }
     return wanted;
   }
@@ -70,7 +72,7 @@ struct AssumedCosts {
   model::CostTable planned;
   model::CostTable typical;
   trial::MeasuredRuns runs;
-  std::vector<NodeId> unknown;  // nodes that have not run, and of which nothing was said
+  std::vector<NodeId> unknown;  // nodes that have not run, and whose cost was not given
 };
 
 void multiply(model::CostTable& costs, const graph::App& app, NodeId node, double factor) {
@@ -89,13 +91,14 @@ Result<double> factor_of(const web::WhatIf::Cost& cost, Millis now) {
     const char* const text_end = cost.text.data() + cost.text.size();
     const auto [end, error] = std::from_chars(cost.text.data() + 1, text_end, factor);
     if (error == std::errc() && end == text_end && factor > 0.0 && factor <= kMostTimes) return factor;
-    return Error::caller(
-        fmt::format("costs.{}: {} is no factor above 0, up to {}", printable(cost.node), quote(cost.text), kMostTimes),
-        hint);
+    return Error::caller(fmt::format("costs.{}: {} is not a factor above 0, up to {}", printable(cost.node),
+                                     quote(cost.text), kMostTimes),
+                         hint);
   }
   const Result<Nanos> duration = config::parse_duration(cost.text);
   if (!duration || *duration <= Nanos{0}) {
-    return Error::caller(fmt::format("costs.{}: {} is no compute time", printable(cost.node), quote(cost.text)), hint);
+    return Error::caller(fmt::format("costs.{}: {} is not a compute time", printable(cost.node), quote(cost.text)),
+                         hint);
   }
   return to_millis(*duration) / std::max(now, Millis{1e-6});
 }
@@ -141,7 +144,7 @@ Result<std::shared_ptr<const policy::Policy>> policy_of(const KnownSoFar& known)
   return policy;
 }
 
-// As a session does that was asked for a change: at once, and then better with every turn.
+// Plans as a session does after a change: at once, and then better with every turn.
 Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation situation, os::Clock& clock) {
   const TimePoint until = clock.now() + kSearchWithin;
   const std::unique_ptr<policy::Memory> memory = policy.make_memory();
@@ -149,7 +152,8 @@ Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation s
   situation.why = policy::PlanReason::kAsked;
   Result<std::optional<policy::Decision>> first = policy::replacement(policy, situation, policy::Decision{});
   if (!first) return first.error();
-  if (!*first || !(*first)->plan) return Error::caller("there is no plan for that", "ask for less");
+  if (!*first || !(*first)->plan)
+    return Error::caller("no plan was found for that", "loosen bounds, lower costs or rates, or ask for more cores");
   policy::Decision decision = std::move(**first);
   situation.why = policy::PlanReason::kPeriodic;
   for (int turn = 1; memory && turn <= kMostTurns && memory->work() < kSearchWork && clock.now() < until; ++turn) {
@@ -239,7 +243,7 @@ std::size_t count_chains(const graph::App& app) {
                     [](const graph::Term& term) { return term.metric == graph::Metric::kResponseTime; }));
 }
 
-// What a plan's reader does not promise (plan/json.h), of one that stood in memory of another process.
+// Checks of a plan what plan::from_json() does not, since the plan comes from memory of another process.
 bool can_be_shown(const plan::Plan& plan, const graph::App& app) {
   const auto has_core = [&](int core) { return core >= 0 && static_cast<std::size_t>(core) < plan.cores.size(); };
   return plan.chains.size() == count_chains(app) && plan.subchains.size() == app.graph.subchains().size() &&
@@ -275,7 +279,7 @@ void KnownSoFar::add(const record::ClockReading& reading) {
 
 Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, os::Clock& clock) {
   if (known.header().cpus.empty()) {
-    return Error::environment("it is not known which CPUs it has", "let both programs be of one version of Catan");
+    return Error::environment("the CPUs of the app are not known", "use the same version of Catan for both programs");
   }
   const Result<std::shared_ptr<const policy::Policy>> policy = policy_of(known);
   if (!policy) return policy.error();

@@ -1,6 +1,6 @@
-// What if an app that runs had other weights, bounds, costs or cores: it is planned for as its session would plan, by
-// the compute times that were measured (those of the runs that its flight recorder still keeps), and nothing is
-// changed.
+// What-if questions about a running app: what would be planned if it had other weights, bounds, costs or cores. This
+// plans as the app's session would, by the measured compute times of the runs that its flight recorder still keeps.
+// Nothing is changed.
 //
 // Units: as web/what_if.h. Thread safety: KnownSoFar has one owner; what_if() is a pure function but for the clock.
 #pragma once
@@ -21,7 +21,7 @@
 
 namespace ctn::tool {
 
-// What planning goes by, of an app that runs: fed with what its recording keeps.
+// What planning needs to know of a running app. Filled from the app's recording.
 class KnownSoFar final : public record::Sink {
  public:
   // Both outlive it.
@@ -44,7 +44,7 @@ class KnownSoFar final : public record::Sink {
   const policy::CpuKinds& kinds() const { return kinds_; }
   const policy::MeasuredCosts& measured() const { return measured_; }
   const std::optional<plan::Plan>& plan() const { return plan_; }  // in force
-  const std::vector<NodeId>& clocks() const { return clocks_; }    // that are known
+  const std::vector<NodeId>& clocks() const { return clocks_; }    // external nodes whose clocks are known
 
  private:
   const record::Header& header_;
@@ -56,8 +56,9 @@ class KnownSoFar final : public record::Sink {
   std::vector<NodeId> clocks_;
 };
 
-// JSON, as docs/http.md has it. Takes about a second of CPU time at most, and no more than some seconds. Errors
-// (kCaller): a change, a cost or a number of cores that cannot be; a scheduler that does not plan; no plan.
+// JSON, as docs/http.md has it. Takes at most about a second of CPU time, and some seconds of time. Errors
+// (kCaller): a change, a cost or a number of cores that does not fit the app; a scheduler that does not plan by what is
+// measured; no plan was found.
 Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, os::Clock& clock);
 
 }  // namespace ctn::tool

@@ -1,4 +1,4 @@
-// catan report: what a run came to, from its record.
+// catan report: shows the results of a run from its record.
 #include <memory>
 #include <string>
 #include <utility>
@@ -70,7 +70,7 @@ void add_report_command(CLI::App& cli, int& exit_code) {
           ->type_name("FILE")
           ->expected(0, 1)
           ->excludes(json);
-  command->add_option("--compare", options->page.compare, "Put this record beside it on the page")
+  command->add_option("--compare", options->page.compare, "Show the run of this record beside it on the page")
       ->type_name("OTHER")
       ->needs(html);
   command->add_flag("--all", options->all, "Include the warm-up");
@@ -82,7 +82,7 @@ void add_report_command(CLI::App& cli, int& exit_code) {
                        "last node")
           ->type_name("CHAIN")
           ->excludes(html);
-  command->add_option("--worst", options->worst, "With --why: so many of them")
+  command->add_option("--worst", options->worst, "With --why: how many responses to take apart")
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str()
       ->needs(why);

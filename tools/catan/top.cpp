@@ -41,7 +41,7 @@ struct TopOptions {
   bool json = false;
 };
 
-// What is watched.
+// The app that is watched, through its recording.
 class Watched {
  public:
   explicit Watched(flight::Recording recording)
@@ -59,7 +59,7 @@ class Watched {
     return view_.picture(now, life);
   }
 
-  // Why the responses of a chain that are still kept were late, as lines.
+  // Why responses of a chain were late, of those that the recording still has, as lines for the screen.
   Result<std::vector<std::string>> causes(os::Os& os, std::size_t chain) const {
     const auto folder = TemporaryFolder::make("catan-top");
     if (!folder) return folder.error();
@@ -115,7 +115,7 @@ Status show_once(os::Os& os, const TopOptions& options) {
   return Done{};
 }
 
-// Until the user or a signal ends it.
+// Shows the app until the user or a signal ends it.
 class Screen {
  public:
   Screen(os::Os& os, Watched watched, std::unique_ptr<TopTerminal> terminal)
@@ -145,7 +145,7 @@ class Screen {
       if (pressed && hung_up()) return Done{};
       if (os_.now() < next) continue;
       next = os_.now() + kRefresh;
-      // What has happened is read in any case: it is not kept for long.
+      // Read new events even while paused: the recording does not keep them for long.
       view::Picture newest = watched_.look(os_);
       if (!state_.paused) picture = std::move(newest);
     }
@@ -153,14 +153,14 @@ class Screen {
   }
 
  private:
-  // Which takes a while: what is kept may be minutes.
+  // Says first that it is at work, since the recording may have minutes of events to look through.
   void explain(const view::Picture& picture) {
-    state_.causes = {"WHY LATE: looking through what is kept ..."};
+    state_.causes = {"WHY LATE: looking through the last minutes ..."};
     terminal_->draw(top_screen(picture, state_, terminal_->size()));
     Result<std::vector<std::string>> causes = watched_.causes(os_, state_.selected);
     state_.causes = causes ? std::move(*causes) : std::vector{"WHY LATE: " + causes.error().message()};
   }
-  // A terminal that is gone is readable for ever, and has no keys.
+  // Without this check a terminal that is gone would count as readable for ever, with no key to read.
   static bool hung_up() { return tcgetpgrp(STDIN_FILENO) < 0; }
 
   os::Os& os_;
@@ -197,11 +197,12 @@ void add_top_command(CLI::App& cli, int& exit_code) {
       "  catan top 4711                   a session in a process, by its number\n"
       "  catan top robot --once           prints once, after a second; --once --json for programs\n"
       "Keys: up, down and Enter open a chain; s, S sort subchains; p pauses; h says more; q ends it.\n"
-      "What is watched does not notice. docs/top.md explains all figures.\n"
-      "Exit code: 0 it has shown the app, 1 there is none, or it cannot be watched, 2 a mistake.");
+      "The app does not notice that it is watched. docs/top.md explains all figures.\n"
+      "Exit code: 0 the app was shown, 1 there is no such app, or it cannot be watched, 2 a mistake.");
   command->add_option("TARGET", options->target,
                       "A server's socket, an app file, the name of an app, or the number of a process");
-  CLI::Option* once = command->add_flag("--once", options->once, "Print what there is after one second of watching");
+  CLI::Option* once =
+      command->add_flag("--once", options->once, "Print the figures after one second of watching, and end");
   command->add_flag("--json", options->json, "As one JSON document (docs/top.md)")->needs(once);
   command->callback([options, &exit_code] {
     const std::unique_ptr<os::Os> os = os::make_linux_os();

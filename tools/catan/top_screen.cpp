@@ -41,7 +41,7 @@ Span count(std::uint64_t number, Style style = Style::kWarning) {
 
 // --- Drawings of figures ---
 
-// One character a step, the newest on the right; scaled from 0 to the largest.
+// One character for each step, the newest on the right; scaled from 0 to the largest value.
 std::string sparkline(const std::vector<std::optional<double>>& values, std::size_t width, bool unicode) {
   static constexpr const char* kBlocks[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
   static constexpr const char* kAscii[] = {"_", ".", "-", "~", "=", "+", "*", "#"};
@@ -138,14 +138,14 @@ std::vector<ScreenLine> top_lines(const Picture& picture, const ScreenState& sta
 
 // --- Sections ---
 
-// One below the other; each has a line of headings.
+// Sections stand one below the other. Each begins with a line of headings.
 struct Section {
   std::vector<ScreenLine> lines;
-  std::size_t least = 0;     // lines that it gets before others get more
-  std::size_t selected = 0;  // row that has to be seen
+  std::size_t least = 0;     // lines that it gets before any section gets more
+  std::size_t selected = 0;  // row that must be visible
 };
 
-// Of one of its response times.
+// The style of one of the chain's response times.
 Style style_of(const view::Chain& chain, double response_ms) {
   if (chain.bound_ms && response_ms > *chain.bound_ms) return Style::kBad;
   if (chain.promised_ms && response_ms > *chain.promised_ms) return Style::kWarning;
@@ -199,7 +199,7 @@ std::string causes_text(const std::vector<view::LateBy>& causes) {
   return text;
 }
 
-// Nothing where no response was late.
+// Adds nothing where no response was late.
 Section cause_section(const Picture& picture, const ScreenState& state, std::size_t width) {
   Section section;
   for (const view::Chain& chain : picture.chains) {
@@ -261,7 +261,7 @@ std::vector<std::size_t> sorted_subchains(const Picture& picture, const ScreenSt
   return order;
 }
 
-// "p3": a fixed priority; "1/4", "x1.5": the share of a slot; "own": it has its cores to itself.
+// "p3": a fixed priority; "1/4", "x1.5": the share of its slot; "own": it owns its cores.
 std::string place_text(const view::Subchain& subchain) {
   if (subchain.priority) return fmt::format("p{}", *subchain.priority);
   if (subchain.sharing == view::Sharing::kOwned) return "own";
@@ -271,7 +271,7 @@ std::string place_text(const view::Subchain& subchain) {
   return fmt::format("x{:.3g}", *subchain.share);
 }
 
-// How long it may be silent: ten periods, and a second at least.
+// How long a subchain may be silent: ten periods, but at least a second.
 bool is_silent(const view::Subchain& subchain) {
   const double usual = std::max(subchain.expected_period_ms.value_or(0.0), subchain.period_ms.mean);
   return !subchain.silent_ms || *subchain.silent_ms > std::max(10.0 * usual, 1000.0);
@@ -403,7 +403,7 @@ Section event_section(const Picture& picture, std::size_t width) {
 
 // --- How sections share the screen ---
 
-// Shortens a section to so many lines; the last one says what is not there.
+// Shortens a section to so many lines; the last one says how many rows are missing.
 std::vector<ScreenLine> fitted(Section section, std::size_t lines, bool unicode) {
   std::vector<ScreenLine>& all = section.lines;
   if (all.size() <= lines) return std::move(all);
@@ -430,7 +430,7 @@ void place(std::vector<Section> sections, std::size_t rows, bool unicode, std::v
   }
   for (std::size_t index = 0; index < sections.size(); ++index) {
     const std::size_t more = std::min(sections[index].lines.size() - given[index], left);
-    // Headings and a hint alone say nothing.
+    // A section of headings and a hint alone would say nothing.
     if (given[index] == 0 && more < std::min<std::size_t>(sections[index].lines.size(), 3)) continue;
     given[index] += more;
     left -= more;
@@ -464,18 +464,18 @@ Section summaries(const view::Chain& chain, const ScreenState& state, std::size_
   return {table.lines(width, state.unicode), 4, 0};
 }
 
-// With so many lines at most; parts are put together to fit.
+// In at most so many lines; intervals are merged to fit.
 Section distribution_section(const view::Distribution& distribution, std::size_t rows, std::size_t width,
                              bool unicode) {
   Section section{{{{"RESPONSE TIMES, how many took how long", Style::kHeading}}}, 0, 0};
   const std::vector<std::uint64_t>& counts = distribution.counts;
   if (counts.empty()) {
-    section.lines.push_back({{"  there was none", Style::kDim}});
+    section.lines.push_back({{"  no response in this time", Style::kDim}});
     return section;
   }
   std::size_t together = 1;
   while (together < counts.size() && (counts.size() % together != 0 || counts.size() / together > rows)) ++together;
-  if (distribution.width_ms <= 0.0) together = counts.size();  // all are alike
+  if (distribution.width_ms <= 0.0) together = counts.size();  // all samples are equal
   std::vector<std::uint64_t> sums;
   for (std::size_t at = 0; at < counts.size(); at += together) {
     const auto first = counts.begin() + static_cast<std::ptrdiff_t>(at);
@@ -608,7 +608,7 @@ std::vector<ScreenLine> top_screen(const Picture& picture, const ScreenState& st
   if (size.rows == 0) return {};
   const bool open = state.open && !picture.chains.empty();
   std::vector<ScreenLine> lines = top_lines(picture, state);
-  const std::size_t end = size.rows - 1;  // without the line of keys
+  const std::size_t end = size.rows - 1;  // the last line is for the keys
   if (state.help) {
     for (ScreenLine& line : help_lines()) lines.push_back(std::move(line));
   } else if (open) {
@@ -617,7 +617,7 @@ std::vector<ScreenLine> top_screen(const Picture& picture, const ScreenState& st
     place(all_sections(picture, state, size.columns), end > lines.size() ? end - lines.size() : 0, state.unicode,
           lines);
   }
-  lines.resize(end);  // cuts what is too long, as well
+  lines.resize(end);  // also cuts off a screen that is too long
   const char* const keys = state.help ? "any key: back   q quit"
                            : open     ? "Esc back   up/down another chain   w why late   p pause   h help   q quit"
                                       : "up/down, Enter open a chain   s/S sort subchains   p pause   h help   q quit";

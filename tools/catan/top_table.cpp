@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t kLeastName = 24;
 
-// Where each character begins, and the end.
+// Where each character begins, and where the text ends.
 std::vector<std::size_t> character_starts(const std::string& text) {
   std::vector<std::size_t> starts;
   for (std::size_t at = 0; at < text.size(); ++at) {

@@ -1,5 +1,5 @@
-// Rows of figures under headings, fitted to a width: columns that are least important are left out first, and names are
-// shortened in their middle.
+// Rows of figures under headings, fitted to a width: the least important columns are left out first, and names are
+// shortened in the middle.
 //
 // Thread safety: none; one owner.
 #pragma once
@@ -20,13 +20,13 @@ struct ScreenColumn {
 
 class ScreenTable {
  public:
-  // The first column is of names, aligned to the left; others are of figures, to the right.
+  // The first column has names, aligned to the left; the others have figures, aligned to the right.
   explicit ScreenTable(std::vector<ScreenColumn> columns) : columns_(std::move(columns)) {}
 
   // Cells may be fewer than columns.
   void add(std::vector<Span> cells, bool selected = false);
   std::size_t rows() const { return rows_.size(); }
-  // The headings, then a line a row.
+  // A line with the headings, then one for each row.
   std::vector<ScreenLine> lines(std::size_t width, bool unicode) const;
 
  private:
@@ -40,9 +40,9 @@ class ScreenTable {
   std::vector<Row> rows_;
 };
 
-// Shortened in its middle to at most that width.
+// The text, shortened in the middle to at most that width.
 std::string shortened(const std::string& text, std::size_t width, bool unicode);
-// Cut off at that width.
+// The line, cut off at that width.
 ScreenLine cut_off(ScreenLine line, std::size_t width);
 
 }  // namespace ctn::tool

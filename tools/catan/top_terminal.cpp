@@ -15,7 +15,7 @@ namespace {
 constexpr short kGreen = 1;
 constexpr short kYellow = 2;
 constexpr short kRed = 3;
-// Until then, an escape may be the begin of what a key such as "up" sends.
+// For so long an escape may be the beginning of what a key such as "up" sends.
 constexpr int kEscapeMillis = 25;
 
 attr_t attributes(Style style, bool colours) {

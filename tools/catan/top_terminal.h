@@ -1,7 +1,7 @@
-// The terminal that `catan top` draws on: the only place that knows of ncurses.
+// The terminal that `catan top` draws on. Nothing else uses ncurses.
 //
-// While it lives the terminal is in its full-screen mode; at its end it is as it was before. Thread safety: none; one
-// owner, and at most one at a time.
+// The terminal is in full-screen mode as long as the object lives, and as it was before afterwards. Thread safety:
+// none; one owner, and at most one object at a time.
 #pragma once
 
 #include <memory>
@@ -24,8 +24,8 @@ class TopTerminal {
   bool unicode() const { return unicode_; }
   ScreenSize size() const;
   void draw(const std::vector<ScreenLine>& lines);
-  // The next key that was pressed, as press() takes them; none: no other was. 0: one that is none of these, or the
-  // terminal has another size.
+  // The next key that was pressed, as press() takes it; none: no more were pressed. 0: a key that means nothing to
+  // press(), or the terminal's size has changed.
   std::optional<int> key();
 
  private:

@@ -1,5 +1,5 @@
-// catan watch: looks on while an app runs, and saves its last seconds when a response is late, or its process is
-// killed.
+// catan watch: reads the flight recorder of a running app, and saves the last seconds when a response is late, or when
+// the app's process is killed.
 #include "watch.h"
 
 #include <fmt/format.h>
@@ -33,9 +33,9 @@ namespace ctn::tool {
 namespace {
 
 constexpr Nanos kReadEvery = std::chrono::milliseconds{100};
-constexpr Nanos kAfterwards = std::chrono::milliseconds{500};  // that are kept of what follows a late response
-constexpr Nanos kApart = std::chrono::seconds{10};             // records of late responses, at least
-constexpr int kNamesToTry = 1000;                              // of files that are there already
+constexpr Nanos kAfterwards = std::chrono::milliseconds{500};  // of what follows a late response are saved, too
+constexpr Nanos kApart = std::chrono::seconds{10};             // at least, between two records of late responses
+constexpr int kNamesToTry = 1000;                              // where files of the names before are there already
 
 struct WatchOptions {
   std::string target;
@@ -125,7 +125,7 @@ void Watcher::save_late() {
   ++saved_;
 }
 
-// In a file of a name that is free.
+// Into a new file: the name gets a number where it is taken.
 void Watcher::save(const char* what, const std::string& why) {
   const os::HostFacts host = os_.host_facts();
   std::string when = host.utc;
@@ -166,7 +166,7 @@ int watch(const WatchOptions& options) {
   if (std::error_code unmade; !std::filesystem::create_directories(options.of.folder, unmade) && unmade) {
     return report_error(
         Error::environment(fmt::format("{} cannot be made: {}", printable(options.of.folder), unmade.message()),
-                           "name another --save-to"));
+                           "name another folder with --save-to"));
   }
   const Status watched = Watcher(*os, std::move(*recording), *chains, options.of).run();
   return watched ? kSuccess : report_error(watched.error());
@@ -177,7 +177,8 @@ int watch(const WatchOptions& options) {
 Status WatchedApp::check(const graph::App& app, int flight_recorder_mib) const {
   if (const auto chains = watched_chains(app, on_late); !chains) return chains.error();
   if (on_late.empty() || flight_recorder_mib > 0) return Done{};
-  return Error::caller("--on-late needs a flight recorder, and --flight-recorder 0 leaves it out", "leave one out");
+  return Error::caller("--on-late needs the flight recorder, which --flight-recorder 0 turns off",
+                       "leave out one of these options");
 }
 
 Result<std::vector<flight::WatchedChain>> watched_chains(const graph::App& app, const std::vector<std::string>& texts) {
@@ -199,14 +200,14 @@ void WatchedApp::add_to(CLI::App& command) {
   command
       .add_option(
           "--on-late", on_late,
-          "Save the last seconds as a record when a response of this chain is longer than its bound, or without "
-          "one than what is promised, or than this; may be given several times")
+          "Save the last seconds as a record when a response of this chain takes longer than MS milliseconds; without "
+          "MS, than its bound; without a bound, than the plan promises. May be given several times")
       ->type_name("CHAIN[>MS]")
       ->allow_extra_args(false);
   command.add_option("--save-to", folder, "Where such records go, named after the app and the time")
       ->type_name("FOLDER")
       ->capture_default_str();
-  command.add_option("--at-most", at_most, "So many records of late responses")
+  command.add_option("--at-most", at_most, "Save at most this many records of late responses")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
 }
@@ -227,8 +228,8 @@ void add_watch_command(CLI::App& cli, int& exit_code) {
       "  catan watch 4711 --on-late LP --save-to /var/tmp     a process; a chain by its last node, and its bound\n"
       "  catan watch                                          the only app that is scheduled here; only if it is "
       "killed\n"
-      "catan run and catan serve start one themselves where they are asked to (--on-late). It ends with the app, and\n"
-      "costs it nothing: it reads what the app keeps in memory. docs/flight-recorder.md says more.");
+      "catan serve always starts catan watch, and catan run where --on-late asks for it. It ends with the app, and\n"
+      "costs the app nothing: it only reads what the app keeps in memory. docs/flight-recorder.md says more.");
   command->add_option("TARGET", options->target, "An app's name or file, a server's socket, or a process");
   options->of.add_to(*command);
   command->callback([options, &exit_code] { exit_code = watch(*options); });

@@ -1,5 +1,5 @@
-// A process that looks on while an app runs, and saves its last seconds when that matters: what `catan watch` does, and
-// what `catan run` and `catan serve` start beside them.
+// `catan watch`: a process that reads the flight recorder of a running app, and saves the last seconds when a response
+// is late or the app is killed. `catan run` and `catan serve` start one beside them.
 #pragma once
 
 #include <optional>
@@ -25,15 +25,15 @@ struct WatchedApp {
 
   void add_to(CLI::App& command);
 
-  // kCaller: all that is wrong with it for this app.
+  // kCaller: all that is wrong with these options for this app.
   Status check(const graph::App& app, int flight_recorder_mib) const;
 
-  // Starts `catan watch` for what schedules there (attach.h). It must outlive what it watches, so its owner waits for
-  // it when that has ended.
+  // Starts `catan watch TARGET` (attach.h says what a target may be). It must outlive the app, to save the app's last
+  // seconds: once the app has ended, wait for this child to end by itself.
   Result<os::ChildProcess> start_watching(const std::string& target) const;
 };
 
-// kCaller: all that names no chain.
+// kCaller: all texts that name no chain.
 Result<std::vector<flight::WatchedChain>> watched_chains(const graph::App& app, const std::vector<std::string>& texts);
 
 }  // namespace ctn::tool

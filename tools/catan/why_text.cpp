@@ -19,7 +19,7 @@ std::string name_of(const graph::App& app, std::optional<NodeId> node) {
   return node ? printable(app.graph.node(*node).name) : "";
 }
 
-// Where in the response a part is.
+// Shows where in the response a part lies.
 std::string bar(const why::Response& response, const why::Part& part) {
   const auto column = [&](TimePoint time) {
     return static_cast<std::size_t>((time - response.begin) * kBarWidth / response.length());

@@ -1,4 +1,4 @@
-// Why responses of a chain were late, as a terminal shows it.
+// Why responses of a chain were late, as text for a terminal.
 //
 // Thread safety: pure functions.
 #pragma once

@@ -1,4 +1,4 @@
-// What a run costs in virtual time: its work, counted, times what a unit of it took where it was measured
+// The cost of a run in virtual time: the units of its work, times the time that a unit took where it was measured
 // (navigation_nodes_bench; docs/navigation.md).
 //
 // Units: seconds. Thread safety: no state.
@@ -8,16 +8,16 @@
 
 namespace ctn::navigation {
 
-// In units that take about as long as one another within a node: an entry of a search takes a heap and eight
-// neighbours.
+// Work in units that take about equally long within a node. An expanded entry of a search counts for many, since it
+// takes heap operations and a look at eight neighbours.
 inline double units(const Work& work) {
   constexpr double kExpanded = 64.0;
   return static_cast<double>(work.beams) + static_cast<double>(work.cells) + static_cast<double>(work.candidates) +
          kExpanded * static_cast<double>(work.expanded);
 }
 
-// `nanoseconds`: what a unit takes, by node. `slowdown`: how many times as long the board takes. `least`: what a run
-// costs that has nothing to do, to be called and to take its inputs.
+// `nanoseconds`: the time that a unit of this node takes. `slowdown`: how many times as long the board takes. `least`:
+// the cost, in seconds, of a run that has nothing to do but to take its inputs.
 inline double cost(const Work& work, double nanoseconds, double slowdown, double least = 10e-6) {
   return slowdown * (least + units(work) * nanoseconds * 1e-9);
 }

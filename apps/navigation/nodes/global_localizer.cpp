@@ -7,10 +7,10 @@ namespace ctn::navigation {
 namespace {
 
 constexpr std::size_t kRecent = 15;        // keyframes that a scan is matched against
-constexpr double kFits = 0.35;             // score from which a match is believed
-constexpr std::size_t kLoopLength = 40;    // keyframes that a loop has at least
+constexpr double kFits = 0.35;             // the lowest score of a match that is used
+constexpr std::size_t kLoopLength = 40;    // the fewest keyframes of a loop
 constexpr std::size_t kLoopPause = 8;      // keyframes between attempts to close one
-constexpr double kLoopDistance = 3.0;      // how near the keyframes of then must be
+constexpr double kLoopDistance = 3.0;      // how near the old keyframes must be
 constexpr std::size_t kLoopKeyframes = 7;  // that the scan is matched against
 constexpr double kLoopFits = 0.55;
 constexpr Matcher::Window kLoopWindow{0.8, 0.3};

@@ -3,10 +3,10 @@
 // Odometry predicts the pose. A scan taken near the last keyframe tells nothing new and is skipped (mode kSkip, cheap).
 // One taken farther on is matched against the keyframes around (mode kMatch), which corrects the pose, and becomes a
 // keyframe. Where the robot comes back to a place that it left long ago, the scan is matched against the keyframes of
-// then as well, in a wider window; if it fits, the way between is a loop that is closed: all keyframes' poses are bent
+// that time as well, in a wider window. If it fits, a loop is closed: the poses of all keyframes are adjusted
 // (pose_graph.h).
 //
-// GM gets the keyframes. They are shared, and their poses those of the newest loop closure.
+// GM gets the keyframes. They are shared, with poses as of the newest loop closure.
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once
@@ -29,7 +29,7 @@ struct Keyframe {
 using SharedKeyframes = std::shared_ptr<const std::vector<Keyframe>>;
 
 struct Localization {
-  double stamp = 0.0;  // of the newest scan that was taken in
+  double stamp = 0.0;  // of the newest scan that was used
   Pose correction;     // of the odometry's frame in the map's: transformed(correction, odometry's pose) is the robot's
   SharedKeyframes keyframes;  // never null
   std::uint64_t loops = 0;    // closed so far; each has moved keyframes
@@ -39,7 +39,7 @@ struct Localization {
 
 class GlobalLocalizer {
  public:
-  enum class Mode { kSkip, kMatch };  // as the app file's modes
+  enum class Mode { kSkip, kMatch };  // the modes in the app file
 
   static constexpr double kKeyframeDistance = 0.45;  // between keyframes
   static constexpr double kKeyframeTurn = 0.35;
@@ -53,7 +53,7 @@ class GlobalLocalizer {
 
   GlobalLocalizer();
 
-  // `scans` in the order of their stamps, none of which is before those of earlier runs; may be empty.
+  // `scans`: in the order of their stamps, none older than those of earlier runs; may be empty.
   Result run(const std::vector<SharedScan>& scans);
 
  private:
@@ -65,7 +65,7 @@ class GlobalLocalizer {
   double stamp_ = 0.0;
   std::vector<Keyframe> keyframes_;
   std::vector<Constraint> constraints_;
-  std::size_t last_loop_ = 0;  // the keyframe that the last attempt to close a loop was made at
+  std::size_t last_loop_ = 0;  // the keyframe at which closing a loop was last attempted
   std::uint64_t loops_ = 0;
   Matcher matcher_;
   SharedKeyframes shared_;

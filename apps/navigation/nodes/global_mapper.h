@@ -1,8 +1,8 @@
 // The GM node: one occupancy grid of all that the robot has seen, from GL's keyframes.
 //
-// The grid (MRPT's) is built anew from all keyframes whenever there are new ones, since a closed loop moves any of
-// them: what a run costs grows with the way that the robot has gone, and with the area. Without news the last map
-// stands.
+// The grid (MRPT's) is built anew from all keyframes whenever there are new ones, since closing a loop may move any
+// of them: the cost of a run grows with the way that the robot has gone, and with the area. Without new keyframes the
+// last map stays.
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object. Maps are shared and never change.
 #pragma once
@@ -20,7 +20,7 @@ namespace ctn::navigation {
 enum class Cell : std::uint8_t { kUnknown, kFree, kObstacle };
 
 struct GlobalMap {
-  double stamp = 0.0;  // of the localization that it was made of
+  double stamp = 0.0;  // of the localization that it was made from
   GridFrame frame;     // in the map's frame
   std::vector<Cell> cells;
 
@@ -34,7 +34,7 @@ using SharedMap = std::shared_ptr<const GlobalMap>;
 
 class GlobalMapper {
  public:
-  // As far as beams leave no gap between each other on a grid of kCell; farther returns are for the matcher only.
+  // Up to here neighbouring beams leave no cell of size kCell out. Farther hits are used by the matcher only.
   static constexpr double kReach = 8.0;
 
   struct Result {

@@ -15,7 +15,7 @@ constexpr double kEscape = 0.6;      // around the robot, where cells nearer to 
 constexpr float kTightCost = 10.0F;  // of such a cell
 constexpr float kNearCost = 3.0F;    // of a cell at kClearance, more than of one in the open
 constexpr float kUnknownCost = 3.0F;       // likewise of an unknown one
-constexpr double kFrontierDistance = 0.5;  // nearer ones the robot sees by turning
+constexpr double kFrontierDistance = 0.5;  // the robot sees nearer ones by turning
 
 struct Step {
   int column;
@@ -64,8 +64,8 @@ class Search {
     return large;
   }
 
-  // The cells from the robot to the first for which `is_end` holds; none: there is no way. `estimate` must never be
-  // more than the way that is left costs.
+  // The cells from the robot to the first one for which `is_end` holds; none: there is no way. `estimate` must not
+  // exceed the cost of the way that is left.
   std::vector<std::size_t> run(const std::function<bool(std::size_t)>& is_end,
                                const std::function<float(int, int)>& estimate) {
     const int start_column = frame_.column(robot_.x);
@@ -75,7 +75,8 @@ class Search {
     constexpr float kUnreached = std::numeric_limits<float>::max();
     std::vector<float> cost(frame_.cells(), kUnreached);
     std::vector<std::uint32_t> before(frame_.cells(), 0);
-    using Entry = std::pair<float, std::uint32_t>;  // expected cost in all; the cell decides between equals
+    using Entry =
+        std::pair<float, std::uint32_t>;  // expected cost of the whole way; of equal ones the lower cell comes first
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     std::vector<std::uint8_t> closed(frame_.cells(), 0);
     cost[start] = 0.0F;
@@ -141,12 +142,12 @@ class Search {
     }
   }
 
-  // Of a step into the cell, times its length; 0: none may be made.
+  // The cost of a step into the cell, per length; 0: the step is not allowed.
   float cost_of(std::size_t cell, int column, int row) const {
     if (map_.cells[cell] == Cell::kObstacle) return 0.0F;
     const double clear = static_cast<double>(clearance_[cell]);
     if (map_.cells[cell] == Cell::kUnknown && !through_unknown_) {
-      // What the robot stands on it may not have seen.
+      // The robot may not have seen the cells that it stands on.
       return distance(frame_.centre(column, row), robot_) <= kEscape ? kTightCost : 0.0F;
     }
     if (clear < GlobalPlanner::kClearance) {
@@ -173,7 +174,7 @@ class Search {
   Work work_;
 };
 
-// Every so many cells, and the last.
+// One point for every so many cells, and one for the last cell.
 std::vector<Point> thinned(const Search& search, const std::vector<std::size_t>& way) {
   const auto spacing = static_cast<std::size_t>(Path::kSpacing / (kCell * std::numbers::sqrt2));
   std::vector<Point> points;

@@ -2,9 +2,9 @@
 //
 // Obstacles are inflated by the robot's size; cells near them cost more, so that paths keep away where there is room.
 // To a goal: A* over the cells, where unknown ones may be passed at a higher cost. Without a goal: Dijkstra's algorithm
-// over the known free cells, until it pops one that borders on the unknown in a group of such (a frontier) that is
-// large enough for the robot to pass: the nearest frontier (Yamauchi, 1997). There is none: the robot has explored all
-// it can.
+// over the known free cells, until it reaches a cell of a frontier, a group of cells that border on the unknown,
+// which is large enough for the robot to pass: the nearest frontier (Yamauchi, 1997). If there is none, the robot has
+// explored all that it can.
 //
 // Units: metres. Thread safety: no state.
 #pragma once
@@ -35,7 +35,7 @@ struct Path {
 class GlobalPlanner {
  public:
   static constexpr double kClearance = 0.42;  // that a path keeps from obstacles, where the robot is not nearer already
-  static constexpr double kComfortable = 0.8;       // from here on cells cost no more for it
+  static constexpr double kComfortable = 0.8;       // farther cells cost nothing extra
   static constexpr double kSmallestFrontier = 0.6;  // length
 
   struct Result {

@@ -57,7 +57,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   move_to(pose);
   ++runs_;
 
-  // Obstacles first: a beam that grazes a cell in which another ends must not clear it.
+  // Obstacles first: a beam that grazes a cell in which another one ends must not clear that cell.
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     if (scan.ranges[beam] >= Scan::kMaxRange) continue;
     const double angle = pose.heading + beam_angle(beam);

@@ -2,8 +2,8 @@
 //
 // An occupancy grid of 6 m x 6 m moves with the robot in whole cells, in the odometry's frame. Each beam is evidence
 // that the cells it passes are free and that the one it ends in is not; evidence fades, so that what moved away where
-// the laser no longer looks is forgotten. What LP gets of it is the distance from each cell to the nearest obstacle,
-// which makes up for the robot's size.
+// the laser no longer looks is forgotten. LP gets the distance from each cell to the nearest obstacle, with which
+// it allows for the robot's size.
 //
 // Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once
@@ -23,7 +23,7 @@ struct LocalMap {
   GridFrame frame;     // in the odometry's frame
   std::vector<float> clearance;
 
-  // Farther than anything on the map where `point` is not on it.
+  // If `point` is not on the map: farther than anything on it.
   double clearance_at(const Point& point) const;
 };
 
@@ -37,7 +37,7 @@ class LocalMapper {
     LocalMap map;
     Work work;
   };
-  // Scans that are older than the one before are taken as if of the same time.
+  // A scan that is older than the one before is taken as if it were of the same time.
   Result run(const CleanScan& scan);
 
  private:

@@ -14,12 +14,12 @@ constexpr int kTurns = 41;
 constexpr double kHorizon = 1.5;
 constexpr double kStep = 0.1;
 constexpr int kStepsJudged = 10;    // the pose after so many steps is compared with the carrot
-constexpr double kTurnFirst = 1.2;  // a carrot farther to the side than this is turned to on the spot
+constexpr double kTurnFirst = 1.2;  // towards a carrot farther to the side, the robot turns on the spot
 constexpr double kTightMargin = 0.04;
 constexpr double kBackwards = -0.2;
 constexpr double kBearingWeight = 0.25;  // metres per radian
 constexpr double kRoomWeight = 0.4;      // metres per metre
-constexpr double kRoom = 0.6;            // more room is worth no more
+constexpr double kRoom = 0.6;            // more room than this is worth nothing extra
 constexpr double kOutlineSpacing = 0.08;
 
 // Points along the robot's sides, as seen from its centre.
@@ -43,7 +43,7 @@ struct Limits {
 };
 
 struct Choice {
-  Velocity velocity;  // to stand still, where none is allowed
+  Velocity velocity;  // standing still, if none is allowed
   double score = -std::numeric_limits<double>::infinity();
 
   bool moves() const { return std::abs(velocity.linear) >= 0.02 || std::abs(velocity.angular) >= 0.05; }

@@ -1,9 +1,9 @@
-// The LP node: the velocity that brings the robot nearer to the carrot and into nothing that the local map shows.
+// The LP node: the velocity that brings the robot nearer to the carrot, and into no obstacle that the local map shows.
 //
-// The dynamic window (Fox, Burgard and Thrun, 1997): of the velocities that the base can reach within a moment, each is
-// followed over the map as an arc of the robot's outline. One is allowed if the robot could still brake before it
-// touches anything; the allowed one is chosen that ends nearest to the carrot, pointing at it, with room at its sides.
-// Where only standing still is left, it may back up.
+// The dynamic window (Fox, Burgard and Thrun, 1997): for each velocity that the base can reach within a moment, the
+// robot's outline is moved over the map along an arc. A velocity is allowed if the robot could still brake before it
+// touches anything. Of these, the one is chosen that ends nearest to the carrot, pointing at it, with room at its
+// sides. If no other than standing still is allowed, the robot may back up.
 //
 // Units: metres, radians, seconds. Thread safety: no state.
 #pragma once

@@ -8,7 +8,7 @@
 namespace ctn::navigation {
 namespace {
 
-constexpr double kMargin = 1.5;  // of the grid beyond the reach: what the windows may move a point by
+constexpr double kMargin = 1.5;  // of the grid beyond the reach: as far as the windows may move a point
 constexpr double kSmear = 0.06;  // standard deviation of a hit
 constexpr int kKernel = 4;       // cells to each side
 constexpr double kCoarseStep = 0.08;
@@ -52,7 +52,7 @@ void Matcher::add(const Pose& pose, const std::vector<Point>& points) {
     const int column = frame_.column(pose.x + c * point.x - s * point.y);
     const int row = frame_.row(pose.y + s * point.x + c * point.y);
     if (!frame_.inside(column - kKernel, row - kKernel) || !frame_.inside(column + kKernel, row + kKernel)) continue;
-    if (field_[frame_.index(column, row)] == 255) continue;  // a point was here
+    if (field_[frame_.index(column, row)] == 255) continue;  // a point is there already
     std::size_t at = 0;
     for (int y = row - kKernel; y <= row + kKernel; ++y) {
       std::uint8_t* cell = field_.data() + frame_.index(column - kKernel, y);
@@ -78,7 +78,7 @@ double Matcher::raw_score(double x, double y) const {
   const double at_y = y / kCell;
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < turned_.x.size(); ++i) {
-    // Never outside: the grid is larger than the reach by more than any window.
+    // Never outside the grid: it is larger than the reach by more than any window.
     const int column = static_cast<int>(turned_.x[i] + at_x);
     const int row = static_cast<int>(turned_.y[i] + at_y);
     if (frame_.inside(column, row)) sum += field_[frame_.index(column, row)];

@@ -1,10 +1,10 @@
 // Correlative scan matching: which pose makes the points of a scan fall on those of earlier scans.
 //
 // The earlier points are smeared into a grid around the expected pose, whose cells say how likely a hit there is. Every
-// pose of a grid of poses around the expected one is tried, coarsely, then finely about the best; the score of a pose
-// is the mean of the cells that the points fall into, less a little the farther it is from what was expected, which
-// decides where the walls do not (along a corridor). No starting value is needed that is already nearly right, and the
-// time that it takes is known, both of which iterated closest points lack.
+// pose of a grid of poses around the expected one is tried, first coarsely, then finely around the best one; the score
+// of a pose is the mean of the cells that the points fall into, less a little for its distance from the expected pose,
+// which decides where walls do not (along a corridor). Unlike iterated closest points (ICP), this needs no starting
+// value that is nearly right, and takes a time that is known.
 //
 // Units: metres, radians. Thread safety: one thread an object.
 #pragma once
@@ -25,7 +25,7 @@ class Matcher {
   };
   struct Match {
     Pose pose;
-    double score = 0.0;  // 0: no point falls on an earlier one, 1: all exactly do
+    double score = 0.0;  // 0: no point falls on an earlier one; 1: all do, exactly
   };
 
   static constexpr double kReach = 10.0;  // from the expected pose; points beyond do not count
@@ -36,7 +36,7 @@ class Matcher {
   void add(const Pose& pose, const std::vector<Point>& points);
   Match match(const std::vector<Point>& points, const Window& window);
 
-  // Since start().
+  // The work since start().
   const Work& work() const { return work_; }
 
  private:

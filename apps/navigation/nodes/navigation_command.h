@@ -1,7 +1,7 @@
 // The NC node: where LP should head now, from the global path and the newest pose.
 //
-// The robot's pose is the odometry's, corrected by GL. On the path the point nearest to it is looked up, and from there
-// the one a little ahead (the carrot), which LP gets in the odometry's frame, so that it needs no correction itself.
+// The robot's pose is the odometry's, corrected by GL. From the point of the path nearest to it, a point a little
+// ahead is looked up, the carrot. LP gets the carrot in the odometry's frame, so that it needs no correction.
 //
 // Units: metres, seconds. Thread safety: no state.
 #pragma once
@@ -13,7 +13,7 @@
 namespace ctn::navigation {
 
 struct Command {
-  double stamp = 0.0;  // of the odometry that it was made of
+  double stamp = 0.0;  // of the odometry that it was made from
   bool stop = true;
   bool arrived = false;        // at the goal, not at a frontier
   Point carrot;                // in the odometry's frame
@@ -23,7 +23,7 @@ struct Command {
 class NavigationCommand {
  public:
   static constexpr double kLookahead = 0.8;
-  static constexpr double kArrived = 0.15;  // so near the end of the path counts as there
+  static constexpr double kArrived = 0.15;  // no farther from the end of the path, the robot has arrived
 
   struct Result {
     Command command;

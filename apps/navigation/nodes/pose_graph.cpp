@@ -35,7 +35,7 @@ Linear linearise(const Pose& from, const Pose& to, const Pose& measured) {
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
 void add_block(Triplets& triplets, std::size_t row, std::size_t column, const Matrix3& block) {
-  if (row == 0 || column == 0) return;  // the first pose stays
+  if (row == 0 || column == 0) return;  // the first pose is fixed
   const auto top = static_cast<int>(3 * (row - 1));
   const auto left = static_cast<int>(3 * (column - 1));
   for (int i = 0; i < 3; ++i) {

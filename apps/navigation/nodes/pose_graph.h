@@ -1,4 +1,4 @@
-// The robot's past poses, bent so that they agree best with what was measured between them.
+// Adjusts the robot's past poses so that they agree best with what was measured between them.
 //
 // Least squares over all poses but the first, which stays: Gauss-Newton steps, each a sparse linear system whose size
 // is the number of poses (Grisetti et al., "A Tutorial on Graph-Based SLAM", 2010).
@@ -21,7 +21,7 @@ struct Constraint {
   double weight = 1.0;  // the inverse of the variance, relative to others
 };
 
-// Each pose must be reached by constraints from the first. Returns the sum of the weighted squared errors that is left.
+// Each pose must be reached by constraints from the first. Returns the sum of weighted squared errors that is left.
 double relax(std::vector<Pose>& poses, const std::vector<Constraint>& constraints);
 
 }  // namespace ctn::navigation

@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kHalfWindow = 2;
 
 double usable(double range) {
-  const bool hit = range >= ScanFilter::kMinRange && range < Scan::kMaxRange;  // false for what is no number
+  const bool hit = range >= ScanFilter::kMinRange && range < Scan::kMaxRange;  // false for NaN, too
   return hit ? range : Scan::kMaxRange;
 }
 

@@ -1,7 +1,7 @@
 // The scan node: makes a raw scan fit for mapping and matching.
 //
-// Ranges that are no numbers, negative or too short (the robot itself, dust) count as nothing hit; single outliers go
-// by a median over five beams, which leaves edges where they are. Hits are turned into points, each at least kSpacing
+// Ranges that are not numbers, negative or too short (the robot itself, dust) count as nothing hit. A median over five
+// beams removes single outliers, and leaves edges where they are. Hits are turned into points, each at least kSpacing
 // from the one before it, so that a near wall does not outweigh the rest.
 //
 // Units: metres, radians, seconds. Thread safety: no state.

@@ -48,11 +48,12 @@ struct Odometry {
 
 // The robot: a square whose centre is the laser and the axis of its wheels.
 inline constexpr double kRobotSide = 0.56;
-inline constexpr double kInnerRadius = kRobotSide / 2.0;                        // touches when nearer than this
-inline constexpr double kOuterRadius = kRobotSide / 2.0 * std::numbers::sqrt2;  // turns freely when farther than this
+inline constexpr double kInnerRadius = kRobotSide / 2.0;  // what is nearer touches the robot
+inline constexpr double kOuterRadius =
+    kRobotSide / 2.0 * std::numbers::sqrt2;  // what is farther leaves it free to turn
 inline constexpr double kMaxSpeed = 0.75;
 
-// What a run did, counted. What a run costs in virtual time is made of it (work.h).
+// What a run did, counted. Its cost in virtual time is computed from this (cost.h).
 struct Work {
   std::uint64_t beams = 0;       // of scans that were read or filtered
   std::uint64_t cells = 0;       // of grids that were written or read one after the other
@@ -68,7 +69,7 @@ inline double wrapped(double angle) {
   return rest <= -std::numbers::pi ? rest + turn : rest;
 }
 
-// From the robot, of the beam.
+// The direction of a beam, as seen from the robot.
 inline double beam_angle(std::size_t beam) {
   return Scan::kFieldOfView * (static_cast<double>(beam) / static_cast<double>(Scan::kBeams - 1) - 0.5);
 }

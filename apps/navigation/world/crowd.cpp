@@ -14,14 +14,14 @@ namespace ctn::navigation::world {
 namespace {
 
 constexpr double kCell = 0.1;
-constexpr double kFree = 2.5;      // from both ends on, there is neither clutter nor a mover
-constexpr double kFromEnd = 1.2;   // start and goal
-constexpr double kToWalls = 0.15;  // what movers keep
+constexpr double kFree = 2.5;      // so near to either end there is neither clutter nor a mover
+constexpr double kFromEnd = 1.2;   // of start and goal
+constexpr double kToWalls = 0.15;  // that movers keep
 constexpr int kTries = 300;
 constexpr std::uint64_t kClutter = 4;  // streams of random numbers
 constexpr std::uint64_t kPaths = 5;
 
-// Files have three digits.
+// World files have three digits after the point.
 double rounded(double value) { return std::round(value * 1000.0) / 1000.0; }
 
 std::vector<Point> corners_of(Point centre, double length, double width, double heading) {

@@ -1,9 +1,9 @@
 // Generated worlds: static clutter and a crowd of movers between the start at one end and the goal at the other, in the
-// manner of the DynaBARN benchmark. What a robot achieves over many of them says more than one map does.
+// manner of the DynaBARN benchmark. Results over many of them say more about a robot than those on one map.
 //
-// There is always a way for the robot past what stands, whichever way it turns (checked on a grid of 0.1 m). Movers
-// keep to free space and away from the start; where they are when is in the file, so that it does not depend on a run's
-// seed.
+// There is always a way for the robot past the clutter, whatever its heading (checked on a grid of 0.1 m). Movers keep
+// to free space and away from the start. Their timetables are in the file, phases included, so they do not depend on a
+// run's seed.
 //
 // Thread safety: a pure function.
 #pragma once

@@ -27,7 +27,7 @@ struct Segment {
   friend bool operator==(const Segment&, const Segment&) = default;
 };
 
-// To the nearest point of the segment.
+// The distance to the nearest point of the segment.
 inline double distance(const Segment& segment, Point point) {
   const Point along = segment.to - segment.from;
   const double square = along.x * along.x + along.y * along.y;
@@ -62,7 +62,7 @@ inline double wrapped(double angle) {
   return angle - kTurn * std::floor((angle + std::numbers::pi) / kTurn);
 }
 
-// Where a robot is that has driven `length` along an arc on which it turned by `turn`: exact.
+// The exact pose of a robot that has driven `length` along an arc on which it turned by `turn`.
 inline Pose along_arc(const Pose& from, double length, double turn) {
   const double half = turn / 2.0;
   const double chord = length * (std::abs(half) < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half);

@@ -1,4 +1,4 @@
-// A world as cells: which of them a wall crosses, how far each is from the nearest wall, which can be reached.
+// A world as cells: which of them a wall crosses, how far each is from the nearest wall, and which can be reached.
 //
 // Units: metres. Thread safety: plain values.
 #pragma once
@@ -17,7 +17,7 @@ class Grid {
  public:
   Grid(const WorldFile& world, double resolution);
 
-  // As if the world had this wall, too.
+  // Adds a wall that the world does not have.
   void add(const Segment& wall);
 
   std::size_t columns() const { return columns_; }
@@ -27,7 +27,7 @@ class Grid {
   std::optional<std::size_t> cell(Point point) const;
   Point centre(std::size_t cell) const;
   bool wall(std::size_t cell) const { return walls_[cell] != 0; }
-  // From the centre to the nearest wall, exact; at most about a metre, and 0 outside.
+  // The exact distance from the centre of the point's cell to the nearest wall; at most about a metre, and 0 outside.
   double clearance(Point point) const;
 
   // For each cell, whether a disc of this radius can get there from `from` without touching a wall, its centre going
@@ -50,9 +50,9 @@ class Explored {
  public:
   Explored(const WorldFile& world, double resolution);
 
-  // What lies along rays from `from`, as Scene::cast() has them.
+  // Marks as seen what lies along rays from `from`, which are as Scene::cast() returns them.
   void see(const Pose& from, double field, double range, const std::vector<float>& rays);
-  // Of the cells that can be reached from the start.
+  // Which part of the cells that can be reached from the start was seen.
   double fraction() const;
   bool seen(std::size_t cell) const { return seen_[cell] != 0; }
   const Grid& grid() const { return grid_; }

@@ -1,7 +1,7 @@
-// A thing that moves along its path whatever happens: where it is, as a pure function of time.
+// A thing that moves along its path whatever happens. Where it is, is a pure function of time.
 //
 // It goes along straight lines from point to point at one speed, waits at each point, and then goes back the same way
-// or, if its path is closed, round again. It never turns: a box keeps the heading that it has.
+// or, if its path is closed, round again. It never turns: a box keeps its heading.
 //
 // Units: metres, seconds, m/s, radians. Thread safety: immutable.
 #pragma once
@@ -19,12 +19,12 @@ struct MoverSpec {
   double length = 0.0;  // of a box, along its heading
   double width = 0.0;
   double heading = 0.0;
-  double radius = 0.0;                // above 0: it is round, and is no box
+  double radius = 0.0;                // above 0: it is round, not a box
   bool closed = false;                // from the last point on to the first one
   double pause = 0.0;                 // at each point
   std::optional<double> phase = 0.0;  // seconds along its timetable at time 0; none: drawn from the seed
 
-  // Of the circle around it.
+  // The radius of the circle around it.
   double reach() const { return radius > 0.0 ? radius : std::hypot(length, width) / 2.0; }
   friend bool operator==(const MoverSpec&, const MoverSpec&) = default;
 };
@@ -35,7 +35,7 @@ class Mover {
   Mover(MoverSpec spec, double drawn);
 
   Point at(double seconds) const;
-  // Until it is again where it was, going the same way.
+  // How long until it is where it was again, going the same way.
   double cycle() const { return cycle_; }
   const MoverSpec& spec() const { return spec_; }
 

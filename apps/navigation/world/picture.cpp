@@ -17,7 +17,7 @@ constexpr double kScaleMax = 50.0;     // pixels a metre
 constexpr double kMargin = 12.0;
 constexpr int kSubpixelBits = 4;  // OpenCV draws at fractions of pixels
 
-// Blue, green, red.
+// Colours as blue, green, red.
 const cv::Scalar kPaper(255, 255, 255);
 const cv::Scalar kUnseen(225, 225, 225);
 const cv::Scalar kBlock(190, 190, 190);
@@ -106,7 +106,7 @@ void draw_movers(Drawing& drawing, const World& world) {
 
 Status write_picture(World& world, const std::string& path) {
   if (!cv::haveImageWriter(path)) {
-    return Error::caller(fmt::format("{} has no ending that names a format of pictures", path), "write FILE.png");
+    return Error::caller(fmt::format("{} does not end in a format of pictures", path), "name it FILE.png");
   }
   const WorldFile& file = world.file();
   Drawing drawing(file.bounds);

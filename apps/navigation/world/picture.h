@@ -1,5 +1,5 @@
-// A picture of a world, for looking at: walls, movers and their paths, the robot, its way and its newest scan; what has
-// been seen, where it explores.
+// A picture of a world, for people: walls, movers and their paths, the robot, its way and its newest scan; and what has
+// been seen, if the robot explores.
 //
 // Thread safety: as World.
 #pragma once
@@ -11,8 +11,8 @@
 
 namespace ctn::navigation::world {
 
-// As PNG, or another format that the name's ending asks for. Errors: kEnvironment, it cannot be written; kCaller, there
-// is no such format.
+// Writes PNG, or another format that the ending of the name says. Errors: kEnvironment, the picture cannot be written;
+// kCaller, there is no such format.
 Status write_picture(World& world, const std::string& path);
 
 }  // namespace ctn::navigation::world

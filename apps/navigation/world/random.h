@@ -3,7 +3,7 @@
 // `Noise` is a function of (seed, stream, index), so that the noise of a scan does not depend on which scans were made
 // before it. `Draws` are one after the other.
 //
-// Thread safety: Noise is immutable, Draws is one thread's.
+// Thread safety: Noise is immutable, Draws is for one thread.
 #pragma once
 
 #include <cmath>

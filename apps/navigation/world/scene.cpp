@@ -13,7 +13,7 @@
 namespace ctn::navigation::world {
 namespace {
 
-constexpr std::uint64_t kPhases = 1;  // the stream of random numbers
+constexpr std::uint64_t kPhases = 1;  // stream of random numbers
 
 float single(double value) { return static_cast<float>(value); }
 b2Vec2 vector_of(Point point) { return {single(point.x), single(point.y)}; }
@@ -27,12 +27,12 @@ class NearestHit : public b2RayCastCallback {
  public:
   float ReportFixture(b2Fixture*, const b2Vec2&, const b2Vec2&, float fraction) override {
     nearest = std::min(nearest, fraction);
-    return fraction;  // nothing beyond is of interest
+    return fraction;  // the ray ends there: what is beyond is of no interest
   }
   float nearest = 2.0F;
 };
 
-// Without the skin that Box2D puts around its polygons: where they really are.
+// Polygons without the skin that Box2D puts around them, so that distances are the true ones.
 double between(const b2Shape& a, const b2Transform& a_at, const b2Shape& b, const b2Transform& b_at) {
   b2DistanceInput input;
   input.proxyA.Set(&a, 0);
@@ -119,7 +119,7 @@ void Scene::cast(const Pose& from, double time, double field, double range, std:
     const Point at = movers_[i].at(time);
     const double away = distance(at, from.point());
     if (away - spec.reach() > range) continue;
-    // Only the rays that can meet it.
+    // Tries only the rays that can meet it.
     std::size_t low = 0;
     std::size_t high = rays.size();
     if (away > spec.reach() && step > 0.0) {

@@ -1,13 +1,13 @@
-// What stands and moves in a world, for rays and for contact. Box2D finds both.
+// What stands and moves in a world: what rays hit, and what the robot touches. Box2D finds both.
 //
 //   walls   edges in a Box2D world, whose tree finds those that matter
-//   movers  one shape each, put where it is at the time asked for: nothing has to be moved before a question is asked
+//   movers  one shape each, placed for every question where the mover is at that time
 //
 // Questions may be asked of any time, in any order, and change nothing. Box2D computes in single precision: lengths are
 // good to about 10 um in a world of 50 m.
 //
 // Units: metres, radians; times in seconds since the world began.
-// Thread safety: cast() from any thread at any time. Clearances from one thread at a time in the whole process (Box2D
+// Thread safety: cast() from any thread at any time. Distances from one thread at a time in the whole process (Box2D
 // counts its calls in globals).
 #pragma once
 
@@ -33,11 +33,11 @@ class Scene {
 
   const std::vector<Mover>& movers() const { return movers_; }
 
-  // How far it is to the first thing, along rays.size() rays from `from.heading - field / 2` to
-  // `from.heading + field / 2`; infinite where nothing is nearer than `range`. With one ray it goes straight ahead.
+  // The distance to the nearest thing along each of rays.size() rays, from `from.heading - field / 2` to
+  // `from.heading + field / 2`; infinite where nothing is nearer than `range`. A single ray goes straight ahead.
   void cast(const Pose& from, double time, double field, double range, std::span<float> rays) const;
 
-  // Between a square with sides of `size` and the nearest wall; `limit` if that is not nearer. 0: they touch.
+  // The distance between a square with sides of `size` and the nearest wall, at most `limit`. 0: they touch.
   double to_walls(const Pose& pose, double size, double limit) const;
   double to_mover(std::size_t mover, const Pose& pose, double size, double time) const;
 

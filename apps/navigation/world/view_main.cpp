@@ -1,4 +1,4 @@
-// navigation_view: checks the file of a world, or makes a crowd, and draws it, with the robot in it.
+// navigation_view: checks a world's file, or makes a crowd, and draws the world with the robot in it.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -25,7 +25,7 @@ int complain(const ctn::Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Checks the file of a world, or makes a crowd, and draws it (docs/navigation-worlds.md).");
+  CLI::App app("Checks a world's file, or makes a crowd, and draws the world (docs/navigation-worlds.md).");
   std::string file;
   std::string picture;
   std::string yaml;
@@ -34,18 +34,21 @@ int main(int argc, char** argv) {
   double speed = 0.0;
   double turn_rate = 0.0;
   WorldOptions options;
-  app.add_option("world", file, "A file; none: a crowd");
-  app.add_option("--crowd", crowd.seed, "The seed of the crowd")->capture_default_str();
-  app.add_option("--density", crowd.density, "Of the crowd's clutter")
+  app.add_option("world", file, "File of a world; without one, a crowd is made");
+  app.add_option("--crowd", crowd.seed, "Seed from which the crowd is made")->capture_default_str();
+  app.add_option("--density", crowd.density, "Share of the ground that clutter of the crowd covers")
       ->check(CLI::Range(0.0, 0.3))
       ->capture_default_str();
-  app.add_option("--movers", crowd.movers, "In the crowd")->check(CLI::Range(0, 100))->capture_default_str();
-  app.add_option("--seed", options.seed, "Of noise, and of phases that the file leaves open")->capture_default_str();
-  app.add_option("--seconds", seconds, "To let pass before it is drawn")->check(CLI::Range(0.0, 3600.0));
-  app.add_option("--speed", speed, "At which the robot drives meanwhile, in m/s");
-  app.add_option("--turn-rate", turn_rate, "And turns, in rad/s");
-  app.add_option("--picture", picture, "The picture to write");
-  app.add_option("--yaml", yaml, "The file to write the world to");
+  app.add_option("--movers", crowd.movers, "Number of movers in the crowd")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "Seed of noise, and of phases that the file leaves open")
+      ->capture_default_str();
+  app.add_option("--seconds", seconds, "Time that passes before the world is drawn")->check(CLI::Range(0.0, 3600.0));
+  app.add_option("--speed", speed, "Speed of the robot meanwhile, in m/s");
+  app.add_option("--turn-rate", turn_rate, "Turn rate of the robot meanwhile, in rad/s");
+  app.add_option("--picture", picture, "Draw the world into this file");
+  app.add_option("--yaml", yaml, "Write the world to this file");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

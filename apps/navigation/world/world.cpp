@@ -16,7 +16,7 @@ constexpr std::uint64_t kWheels = 3;
 
 constexpr double kStepSeconds = 1e-3;
 constexpr std::int64_t kStepsPerInstant = kSensorPeriod / kWorldStep;
-constexpr std::size_t kInstantsPerLook = 25;  // at the free space that is seen
+constexpr std::size_t kInstantsPerLook = 25;  // 0.5 s between two looks at which free space is seen
 constexpr double kTouch = 2e-5;               // nearer than this is contact: what single precision can tell
 constexpr double kApart = 0.01;               // farther than this, contact is over
 constexpr double kNear = 0.5;                 // farther than this, distances are not measured
@@ -72,7 +72,8 @@ double World::distance_to(std::size_t obstacle, const Pose& pose, double time) c
                                            : scene_.to_walls(pose, kRobotSize, kNear);
 }
 
-// The largest share of the step, to the nanosecond, at which they do not touch yet. Precondition: they do at its end.
+// The largest share of the step, to the nanosecond, at which robot and obstacle do not touch yet. Precondition: they do
+// at the step's end.
 double World::first_touch(std::size_t obstacle, const Motion& motion) const {
   double apart = 0.0;
   double touch = 1.0;
@@ -95,13 +96,13 @@ double World::driven_share(Motion& motion) {
     nearest = std::min(nearest, apart);
     if (apart > kApart) touching_[i] = 0;
   }
-  // A step less, for rounding.
+  // One step less, because of rounding.
   const auto clear = static_cast<std::int64_t>((nearest - kTouch) / (closing_speed_ * kStepSeconds)) - 1;
   if (clear > 0) {
     clear_until_ = step_ + clear;
     return 1.0;
   }
-  // A wall that it has met already still stops it; a mover goes through.
+  // A wall that the robot touches already still stops it; a mover passes through it.
   if (touching_[walls] != 0 && distance_to(walls, pose_in(pose_, motion, 1.0), begin) <= kTouch) motion = Motion();
   const Pose after = pose_in(pose_, motion, 1.0);
   const double end = seconds_of_step(step_ + 1);
@@ -193,7 +194,7 @@ const Scan& World::scan_at(nanoseconds time) {
   for (std::size_t i = 0; i < laser.beams; ++i) {
     float& range = scan_.ranges[i];
     if (!std::isfinite(range) || laser.noise <= 0.0) continue;
-    // Each scan has indices of its own, and an even number of them: normal() pairs them.
+    // Each scan has its own indices, and an even number of them, since normal() uses them in pairs.
     const std::uint64_t index = instant * (laser.beams + laser.beams % 2) + i;
     const double noisy = static_cast<double>(range) + laser.noise * range_noise_.normal(index);
     range = static_cast<float>(std::clamp(noisy, 0.0, laser.range));

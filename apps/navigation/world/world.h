@@ -1,19 +1,19 @@
 // The simulated robot in its world: it drives as commanded, its laser scans, its odometry drifts, and contact with
 // walls and movers is found at its instant.
 //
-// Time passes in steps of 1 ms, whoever asks: advance() takes all that have ended by then, so that the result does not
-// depend on how often it is called, and is the same to the bit for the same file, options and commands. A command is in
-// force from the first step on that begins no earlier. Within a step the speeds change evenly, as the limits allow, and
-// the robot follows an arc.
+// Time passes in steps of 1 ms: advance() takes all steps that have ended by then. So the result does not depend on how
+// often it is called, and is the same to the bit for the same file, options and commands. A command is in force from
+// the first step that does not begin before it. Within a step the speeds change evenly, as the limits allow, and the
+// robot follows an arc.
 //
-// Scans and odometry exist at multiples of 20 ms alone: reading one three times makes nothing fresher. A scan is
-// computed when somebody first asks for it, from where the robot was at its instant; what is never read costs nothing.
+// Scans and odometry exist at multiples of 20 ms alone: reading one again gives the same one. A scan is computed
+// when it is first read, from where the robot was at its instant; a scan that is never read costs nothing.
 //
-// While nothing is near, contact is impossible until the distance can have been covered, and is not looked for until
-// then. Otherwise each step is looked at, and in one that ends in contact the instant is found by bisection.
+// While nothing is near, contact is not looked for until robot and movers can have covered the distance. Otherwise each
+// step is checked, and in a step that ends in contact the instant is found by bisection.
 //
 // Units: metres, radians, m/s, rad/s; times as nanoseconds since the world began.
-// Thread safety: one thread at a time. All of a program's worlds should be one thread's (scene.h).
+// Thread safety: one thread at a time. All worlds of a program should be used by one thread (scene.h).
 #pragma once
 
 #include <chrono>
@@ -32,8 +32,8 @@ namespace ctn::navigation::world {
 
 inline constexpr std::chrono::nanoseconds kWorldStep = std::chrono::milliseconds(1);
 inline constexpr std::chrono::nanoseconds kSensorPeriod = std::chrono::milliseconds(20);  // of laser and odometry
-inline constexpr double kGoalRadius = 0.3;  // so near, the robot has reached it
-inline constexpr double kSeenCell = 0.1;    // of the grid on which is counted what was seen
+inline constexpr double kGoalRadius = 0.3;  // no farther from it, the robot has reached the goal
+inline constexpr double kSeenCell = 0.1;    // side of a cell of the grid of what was seen
 
 // The speed is the case study's; turning and accelerations are those of a small robot of its kind.
 struct RobotLimits {
@@ -50,7 +50,8 @@ struct Laser {
   double noise = 0.01;  // standard deviation of a range
 };
 
-// Errors of what the wheels count, which add up: standard deviations after 1 m or 1 rad. They grow with the root of it.
+// Errors of what the wheels count, which add up: standard deviations after 1 m or 1 rad. They grow with the square root
+// of the way or turn.
 struct Drift {
   double distance_per_metre = 0.02;
   double turn_per_radian = 0.03;
@@ -58,8 +59,8 @@ struct Drift {
 };
 
 enum class AfterContact {
-  kStop,  // the robot stands, and cannot go further into a wall; a mover goes through it
-  kEnd,   // the robot stands for good
+  kStop,  // the robot stops, and cannot go further into a wall; a mover passes through the robot
+  kEnd,   // the robot stops for good
 };
 
 struct WorldOptions {
@@ -78,7 +79,7 @@ struct Scan {
 
 struct Odometry {
   std::chrono::nanoseconds stamp{};
-  Pose pose;           // as the wheels have it, beginning at the start's
+  Pose pose;           // by the wheels, beginning at the true start
   double speed = 0.0;  // mean since the last one
   double turn_rate = 0.0;
 };
@@ -92,9 +93,9 @@ struct Contact {
 
 struct Score {
   std::vector<Contact> contacts;
-  double travelled = 0.0;                              // length of the way, backwards too
+  double travelled = 0.0;                              // length of the way, backwards included
   std::optional<std::chrono::nanoseconds> reached_at;  // the goal, for the first time
-  double explored = 0.0;  // share of the free space that has been in the laser's view; of worlds without a goal
+  double explored = 0.0;  // share of the free space that has been in the laser's view; in worlds without a goal
 };
 
 class World {
@@ -108,19 +109,19 @@ class World {
 
   World(const WorldFile& file, const WorldOptions& options);
 
-  // From `time`, or if that is over, from now on the robot is to drive so, as far as its limits allow. Until then all
-  // goes on as before: the world is advanced to `time`.
+  // The robot is to drive at these speeds from `time` on, or from now on if that is past, as far as its limits allow.
+  // Advances the world to `time` first.
   void command(std::chrono::nanoseconds time, double speed, double turn_rate);
   void advance(std::chrono::nanoseconds time);
   std::chrono::nanoseconds now() const { return kWorldStep * step_; }
 
-  // The newest that is not after `time`, which the world is advanced to. Precondition: time >= 0.
+  // The newest one that is not after `time`. Advances the world to `time` first. Precondition: time >= 0.
   const Scan& scan_at(std::chrono::nanoseconds time);
   const Odometry& odometry_at(std::chrono::nanoseconds time);
 
   // For scores and pictures; the robot does not know it.
   const Pose& truth() const { return pose_; }
-  const Pose& truth_at(std::chrono::nanoseconds time);  // at the last multiple of 20 ms
+  const Pose& truth_at(std::chrono::nanoseconds time);  // at the last multiple of 20 ms until then
   double speed() const { return speed_; }
   double turn_rate() const { return turn_rate_; }
   bool ended() const { return ended_; }
@@ -143,8 +144,8 @@ class World {
   };
 
   void step();
-  // How much of the step the robot drives before something stops it: 1 if nothing does. A wall that it
-  // pushes already leaves no motion.
+  // Which part of the step the robot drives before something stops it; 1: nothing does. If it already pushes against a
+  // wall, no motion is left.
   double driven_share(Motion& motion);
   double distance_to(std::size_t obstacle, const Pose& pose, double time) const;
   double first_touch(std::size_t obstacle, const Motion& motion) const;
@@ -157,22 +158,22 @@ class World {
   Scene scene_;
   Noise range_noise_;
   Noise drift_noise_;
-  std::int64_t step_ = 0;  // that is next
+  std::int64_t step_ = 0;  // the next one
   Command current_;
-  Command next_;  // from its step on
+  Command next_;  // in force from its step on
   Pose pose_;
   double speed_ = 0.0;
   double turn_rate_ = 0.0;
   double travelled_ = 0.0;
-  // Since the last odometry.
+  // Driven and turned since the last odometry.
   double distance_since_ = 0.0;
   double turn_since_ = 0.0;
-  std::vector<Instant> instants_;  // one each 20 ms
+  std::vector<Instant> instants_;  // one every 20 ms
   Scan scan_;
   std::optional<std::size_t> scan_of_;  // the instant that `scan_` is of
   std::vector<char> touching_;          // obstacles: the movers, then the walls
   std::int64_t clear_until_ = 0;        // until this step nothing can touch the robot
-  double closing_speed_ = 0.0;          // at which robot and movers can come nearer, at most
+  double closing_speed_ = 0.0;          // the highest speed at which robot and movers can come nearer
   std::vector<Contact> contacts_;
   bool ended_ = false;
   std::optional<std::chrono::nanoseconds> reached_at_;

@@ -25,15 +25,15 @@ namespace ctn::navigation::world {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kLengthMax = 1000.0;  // of a world: beyond, single precision is too coarse for contact
+constexpr double kLengthMax = 1000.0;  // of a world: for longer ones single precision is too coarse to find contact
 constexpr std::size_t kBytesMax = std::size_t{4} << 20U;
 constexpr std::size_t kWallsMax = 200'000;
-constexpr double kCoarse = 0.1;  // of the grid on which a path is looked for
+constexpr double kCoarse = 0.1;  // cells of the grid on which a path is looked for
 const char* const kPage = "docs/navigation-worlds.md";
 
 using Entries = std::map<std::string, YAML::Node>;
 
-// Reads one file; keeps on after a mistake, so that all are told at once.
+// Reads one file; goes on after a mistake, so that all mistakes are reported at once.
 class WorldReader {
  public:
   WorldReader(std::string file, std::string folder) : file_(std::move(file)), folder_(std::move(folder)) {}
@@ -84,7 +84,7 @@ class WorldReader {
     return result;
   }
 
-  // `fallback` after a mistake.
+  // Returns `fallback` after a mistake.
   double number(const YAML::Node& node, const std::string& key, double least, double most, double fallback) {
     double value = 0.0;
     const std::string& text = node.IsScalar() ? node.Scalar() : std::string();
@@ -399,7 +399,7 @@ class WorldReader {
       const MoverSpec& mover = world_.movers[i];
       double nearest = scene.to_mover(i, world_.start, kRobotSize, 0.0);
       if (!mover.phase) {
-        // It may be anywhere when the robot starts.
+        // Its phase is drawn, so it may be anywhere on its path when the robot starts.
         for (std::size_t at = 0; at < mover.path.size(); ++at) {
           if (at + 1 == mover.path.size() && !mover.closed) break;
           const Segment leg{mover.path[at], mover.path[(at + 1) % mover.path.size()]};
@@ -427,7 +427,7 @@ class WorldReader {
   std::vector<Problem> problems_;
   bool has_bounds_ = false;
   std::optional<Box> image_bounds_;
-  // Where in the file.
+  // Places in the file.
   Place root_at_;
   Place robot_at_;
   Place goal_at_;

@@ -1,7 +1,7 @@
 // A world as a value, and the files that describe one (docs/navigation-worlds.md).
 //
-// Walls are line segments: those of the file's lines and blocks, or the outlines of an image's dark pixels, so that a
-// wall is where its pixels are. A block is its outline, which nothing that starts outside can pass.
+// Walls are line segments: those of the file's lines and blocks, and the outlines of an image's dark pixels, so that
+// a wall is exactly where its pixels are. A block is its outline, which nothing that starts outside can pass.
 //
 // Units: metres, radians, seconds; files have degrees. Thread safety: plain values.
 #pragma once
@@ -17,7 +17,7 @@
 
 namespace ctn::navigation::world {
 
-inline constexpr double kRobotSize = 0.56;  // it is square
+inline constexpr double kRobotSize = 0.56;  // side of the robot, which is square
 
 struct WorldFile {
   std::string name;
@@ -25,7 +25,7 @@ struct WorldFile {
   std::vector<Segment> walls;
   std::vector<std::vector<Point>> blocks;  // for pictures; their sides are among the walls
   Pose start;
-  std::optional<Point> goal;  // none: explore
+  std::optional<Point> goal;  // none: the robot explores
   std::vector<MoverSpec> movers;
 
   bool explore() const { return !goal.has_value(); }

@@ -339,7 +339,7 @@ TEST(World, CountsWhatWasSeen) {
   EXPECT_GT(world.score().explored, 0.98);
 }
 
-// Whoever calls how often, the bytes are the same.
+// However often the world is read, the bytes are the same.
 TEST(World, DoesNotDependOnTheCallersSteps) {
   rc::check([](std::uint64_t seed) {
     CrowdSpec spec;

@@ -13,8 +13,8 @@ using namespace record::test;
 
 const std::string kHostile = "a,\"b\"\r\n<c>\xff\x01";
 
-// In force for all: `period` for every subchain, three times that promised for every chain. The first subchain has a
-// core of its own; the others take turns.
+// A plan with that period for every subchain, which promises three times as much for every chain. The first subchain
+// owns a core; the others take turns.
 inline std::string plan_json(const graph::App& app, double period) {
   plan::Plan plan;
   plan.planner = "auto";
@@ -40,7 +40,7 @@ inline std::string plan_json(const graph::App& app, double period) {
   return plan::to_json(plan, app);
 }
 
-// Two rounds at 103 s (record_fixture.h), and what goes with them; from 100 s to 110 s.
+// Two rounds of runs at 103 s (record_fixture.h), and one event of every other kind, between 100 s and 110 s.
 inline void add_sample(record::Writer& writer, const graph::App& app) {
   for (const record::Run& run : runs(app, seconds{103}, 1)) writer.add(run);
   for (std::uint64_t i = 1; i < 3; ++i) {
@@ -59,8 +59,8 @@ inline void add_sample(record::Writer& writer, const graph::App& app) {
   writer.add(record::Notice{at(seconds{106}), "watchdog", kHostile});
 }
 
-// No writer of Catan's writes such: runs of a node that overlap, slots that cross or end before they begin, a mode that
-// is not there, inputs over edges that are not there or without end, plans that come out of order.
+// What Catan never writes: runs of a node that overlap, slots that cross or end before they begin, a mode that
+// is not there, inputs over edges that are not there, inputs of endless ranges of runs, plans out of order.
 inline void add_nonsense(record::Writer& writer, const graph::App& app) {
   const auto id = [&](const char* name) { return *app.graph.find_node(name); };
   for (std::uint64_t i = 1; i < 30; ++i) {

@@ -1,4 +1,4 @@
-// The timeline of cores: who had each, and each subchain's runs; far out, busy shares.
+// The timeline of cores: which lane had each core, and each lane's runs; zoomed out, busy shares.
 
 const kAxis = 20;
 const kMarks = 20;
@@ -44,7 +44,7 @@ class Cores extends Panel {
       const begins = run.nodes[id].runs.begin;
       return sum + above(begins, view.to) - above(begins, view.from);
     }, 0));
-    // Runs that the screen cannot tell apart would look as if they were busy all the time.
+    // Runs that are too close for the screen to separate would look like one that is busy all the time.
     const room = (this.right - this.left) / 3;
     const shown = (row) => {
       const lanes = row.kind === 'core' ? row.lanes : [row.lane];
@@ -80,7 +80,7 @@ class Cores extends Panel {
     g.font = kFont;
   }
 
-  // Busy shares where there is no detail, as areas; on a core one upon the other.
+  // Busy shares as areas where there is no detail; those of one core are stacked.
   shares(g, row, y, tall, detail, to) {
     const lanes = row.kind === 'core' ? row.lanes : [row.lane];
     const gaps = [];
@@ -292,7 +292,7 @@ class Cores extends Panel {
       .join('\n');
   }
 
-  // The run under an instant: of a core the one that had it.
+  // The run at an instant; in the row of a core, the one that had the core.
   under(row, at, near) {
     const run = this.run;
     for (const lane of row.kind === 'core' ? row.lanes : [row.lane]) {

@@ -1,5 +1,5 @@
-// The runs that the page has, unpacked from the data embedded in it (data.cpp), and how to search in them. The parts of
-// the script stand in one function, in the order that CMakeLists.txt gives.
+// The runs that the page has, unpacked from the data embedded in it (data.cpp), and how to search in them. The files
+// of this folder become the body of one function, in the order of CMakeLists.txt.
 //
 // Units: microseconds since a run's start, unless a name says otherwise. Packed numbers: pack.h.
 
@@ -152,7 +152,7 @@ for (const run of runs) {
   run.rows = rowsOf(run);
 }
 
-// The rows of a timeline: each core, and below it the lanes that it ever had; then what has no core.
+// The rows of a timeline: each core with the lanes that were ever on it below, then lanes that had no core.
 function rowsOf(run) {
   const on = new Map();
   const add = (lane, core) => {

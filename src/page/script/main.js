@@ -1,4 +1,4 @@
-// Makes the charts, and what moves them from outside.
+// Makes the charts, and connects the controls outside them.
 
 function around(at, length) {
   show(at - length / 2, at + length / 2);

@@ -1,5 +1,5 @@
-// What is shown of the time, the same in all charts; and what charts share: a canvas that can be moved, zoomed and
-// asked what is under the pointer.
+// The span of time that all charts show, and what charts have in common: a canvas that can be moved and zoomed, and
+// that says what is under the pointer.
 
 const duration = Math.max(...runs.map((run) => run.duration));
 const kLeast = 50; // microseconds

@@ -1,7 +1,7 @@
 // Values over time: response times of a chain, compute times of a node.
 
-// So many neighbouring bands as one, which is no narrower than the screen can show: p95 is then a mean. `size`: how
-// long each is.
+// Joins at least `together` neighbouring bands into one, so that bands are no narrower than the screen can show. The
+// p95 of a joined band is the mean of theirs. `size`: the length of a band.
 function joinedBands(series, together) {
   const { run, band } = series;
   const stride = 2 ** Math.max(0, Math.ceil(Math.log2(together)));

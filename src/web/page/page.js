@@ -1,13 +1,13 @@
 'use strict';
-// The page of an app while it runs. Its server sends events, twice a second: `live`, what `catan top --once --json`
-// prints; `timeline`, who had the CPUs in the last 30 s; `trouble`, why there is neither. All text comes from there and
-// is put into the page as text, never as HTML.
+// The live page of an app. The server sends events: `live`, twice a second, what `catan top --once --json` prints;
+// `timeline`, once a second, which lanes had the CPUs in the last 30 s; `trouble`, why there is neither. All that the
+// server sends is put into the page as text, never as HTML.
 (() => {
   const kColours = ['#3d8fd1', '#e8a317', '#2fa67c', '#d9643a', '#b07cc6', '#6cc0e8', '#a8a13a', '#e07fa8', '#7d8fa3',
     '#b5835a'];
   const kWindow = 30; // seconds of the timeline
-  const kAgain = 3000; // ms until the next try, where the browser gives up
-  const kBusy = 1000; // ms until the next try, where another question is being answered
+  const kAgain = 3000; // ms until the next try, if the browser has given up
+  const kBusy = 1000; // ms until the next try, if another question is being answered
   const kMostTries = 10;
 
   const at = (id) => document.getElementById(id);
@@ -40,7 +40,7 @@
     if (type) made.className = type;
     return made;
   }
-  // What does not change is not touched: it may be selected, or being read out.
+  // Text that stays the same is not replaced: it may be selected, or being read out.
   function setText(place, text) {
     if (place.textContent !== text) place.textContent = text;
   }
@@ -318,16 +318,16 @@
     const newest = live.notices.slice(-40).reverse();
     table(at('notices'), [['At s', true], ['Kind'], ['What']],
       newest.length ? newest.map((notice) => [notice.at_s.toFixed(2), notice.kind, notice.detail])
-        : [['-', '-', 'nothing to tell']]);
+        : [['-', '-', 'no notices']]);
   }
 
   function status() {
     const place = at('status');
     const running = live.state === 'running';
     setText(place, running ? 'It runs' + (live.note ? '; ' + live.note : '') + '.'
-      : { stalled: 'Its scheduler shows no sign of life since ' + figure(live.silent_ms / 1000, 's') + '.',
-        ended: 'It has ended. Shown are its last seconds.',
-        killed: 'Its scheduler was killed. Shown are its last seconds.' }[live.state] || live.state);
+      : { stalled: 'Its scheduler has shown no sign of life for ' + figure(live.silent_ms / 1000, 's') + '.',
+        ended: 'It has ended. The figures are of its last seconds.',
+        killed: 'Its scheduler was killed. The figures are of its last seconds.' }[live.state] || live.state);
     setClass(place, running ? '' : 'trouble');
   }
 
@@ -372,7 +372,7 @@
     { name: 'CPUs', unit: 'such as 0,1', list: true, from: () => ['all nodes'], now: () => live.cpus.join(','),
       change: (name, value) => ({ cpus: value }) },
   ];
-  // What can only be supposed.
+  // What can be supposed, but not changed; then all that can be changed.
   const suppositions = [
     { name: 'Compute time of a node', unit: 'such as x2, or 5ms', text: true, only: true,
       from: () => live.nodes.map((node) => node.node), now: () => 'x2',
@@ -382,7 +382,7 @@
     ...kinds,
   ];
 
-  // Of what, of which, and to which value: three fields, whose ids begin alike.
+  // Three fields, whose ids begin alike: what to change, of which subject, and the new value.
   class Chooser {
     constructor(begin, choices) {
       [this.what, this.subject, this.value, this.valueName] = ['what', 'subject', 'value', 'value-name']
@@ -398,7 +398,7 @@
     get kind() {
       return this.choices[this.what.selectedIndex];
     }
-    // What there is to choose from.
+    // Brings the list of subjects up to date.
     refresh() {
       if (!live) return;
       const names = this.kind.from();
@@ -409,14 +409,14 @@
       if (names.includes(before)) place.value = before;
       this.present();
     }
-    // The value as it is.
+    // Shows the present value.
     present() {
       setText(this.valueName, this.kind.unit);
       const name = this.subject.value;
       const value = name && live ? this.kind.now(name) : '';
       this.value.value = known(value) ? value : 'none';
     }
-    // Undefined: it is none.
+    // The value in the field; undefined: it is not valid.
     chosen() {
       const text = this.value.value.trim();
       const value = this.kind.none && text === 'none' ? null
@@ -434,7 +434,7 @@
     setClass(place, bad ? 'trouble' : '');
   }
 
-  // What the server says; where it refuses, why.
+  // The server's answer; if it refuses, why.
   async function post(path, body, headers) {
     try {
       const response = await fetch(path, {
@@ -460,7 +460,7 @@
   async function apply(event) {
     event.preventDefault();
     const value = changing.chosen();
-    if (value === undefined) return answer(at('answer'), 'That is no value (' + changing.kind.unit + ').', true);
+    if (value === undefined) return answer(at('answer'), 'That is not a valid value (' + changing.kind.unit + ').', true);
     await change(changing.kind.change(changing.subject.value, value), at('answer'));
   }
 
@@ -472,16 +472,16 @@
     at('change').hidden = false;
     at('if-apply').addEventListener('click', () => change(asked(supposed.filter((one) => !one.kind.only)),
       at('if-answer'), supposed.some((one) => one.kind.only)
-        ? 'Done; compute times and the number of cores are what they are.' : 'Done.'));
+        ? 'Done, except for compute times and the number of cores, which cannot be changed.' : 'Done.'));
     showSupposed();
   }
 
   // ---- What if
 
   let supposed = []; // kind, subject, value
-  let asking = 0; // how often it was asked: only the last answer counts
+  let asking = 0; // how many questions were asked: only the answer to the last one counts
 
-  // All of them as one question.
+  // All that is supposed, as one question.
   function asked(list) {
     const all = {};
     for (const { kind, subject, value } of list) {
@@ -568,7 +568,7 @@
     const kind = supposing.kind;
     const subject = supposing.subject.value;
     const value = supposing.chosen();
-    if (value === undefined) return answer(at('if-answer'), 'That is no value (' + kind.unit + ').', true);
+    if (value === undefined) return answer(at('if-answer'), 'That is not a valid value (' + kind.unit + ').', true);
     supposed = supposed.filter((one) => one.kind !== kind || one.subject !== subject);
     supposed.push({ kind, subject, value });
     showSupposed();
@@ -614,7 +614,7 @@
     at('pause').setAttribute('aria-pressed', String(paused));
     show();
   });
-  // What is not looked at costs nothing.
+  // A page that is not visible costs nothing: it closes the stream.
   document.addEventListener('visibilitychange', () => {
     if (document.hidden) disconnect();
     else connect();
