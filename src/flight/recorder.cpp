@@ -69,12 +69,19 @@ void Recorder::hold(const Subject& subject, std::vector<Word> event) {
   write_held_again();
 }
 
+// By an event of the largest size and all that holds.
+bool Recorder::may_be_overwritten_next(Word position) const {
+  if (position < oldest_) return true;
+  const Word room = parts_.ring.size() - (end_ - oldest_) + (position - oldest_);
+  return room < 2 * (parts_.ring.size() / kPartOfAnEvent);
+}
+
 void Recorder::write_held_again() {
   bool wrote = true;
   for (int round = 0; wrote && round < kRounds; ++round) {
     wrote = false;
     for (auto& [subject, held] : held_) {
-      if (held.position >= oldest_) continue;
+      if (!may_be_overwritten_next(held.position)) continue;
       held.position = end_;
       write(held.event);
       wrote = true;

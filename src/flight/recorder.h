@@ -6,8 +6,8 @@
 // of words, waits for nothing, and makes no system call.
 //
 // What holds until it is replaced (the plan in force, weights and bounds that were changed, the clocks of external
-// nodes, totals) is written again as soon as it has been overwritten, so that it is kept however old it is. An event
-// that takes an eighth of the ring or more is left out.
+// nodes, totals) is written again before it would be overwritten, so that every reader finds it, however old it is; as
+// long as all of that takes no more than an eighth of the ring. An event that takes an eighth or more is left out.
 //
 // Units: bytes; instants of the monotonic clock. Thread safety: none; one owner, in a session the housekeeping thread.
 #pragma once
@@ -84,6 +84,7 @@ class Recorder : public record::Sink {
   void write(const std::vector<Word>& event);
   void make_room(std::size_t words);
   bool fits(const std::vector<Word>& event) const;
+  bool may_be_overwritten_next(Word position) const;
   void write_held_again();
 
   os::SharedMemory memory_;
