@@ -151,7 +151,7 @@ TEST_F(AllowedCpusTest, ThreadsThatSomebodyMovesAreMovedBackAndToldOfOnce) {
     for (const auto& [node, thread] : node_threads) EXPECT_EQ(fake.affinity(thread).value().size(), 1U) << node;
   }
   ASSERT_EQ(notices.size(), 1U);
-  EXPECT_EQ(notices[0].find("moved: another program has bound 2 of the app's threads"), 0U) << notices[0];
+  EXPECT_EQ(notices[0].find("moved: another program has pinned 2 of the app's threads"), 0U) << notices[0];
   EXPECT_TRUE(engine->stop().ok());
 }
 
