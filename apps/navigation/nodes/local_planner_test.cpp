@@ -87,7 +87,7 @@ TEST(LocalPlanner, StopsForWhatStepsInTheWay) {
 }
 
 TEST(LocalPlanner, NearObstaclesAreMoreWork) {
-  AnalyticWorld world({{{0.9, -20.0}, {0.9, 20.0}}}, {0.0, 0.0, 0.0});
+  AnalyticWorld world({{{0.42, -20.0}, {0.42, 20.0}}}, {0.0, 0.0, 0.0});
   LocalMapper mapper;
   const LocalMap map = mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan).map;
   const LocalPlanner planner;

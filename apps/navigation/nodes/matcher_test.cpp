@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "grid.h"
 #include "pose_graph.h"
 #include "scan_filter.h"
 #include "testing/analytic_world.h"
@@ -39,8 +40,8 @@ TEST(Matcher, FindsThePoseThatTheScanWasTakenFrom) {
     matcher.start({truth.x + 0.15, truth.y - 0.11, truth.heading + 0.1});  // what odometry says
     matcher.add(before, points_seen_from(before));
     const Matcher::Match match = matcher.match(points_seen_from(truth), {});
-    EXPECT_NEAR(match.pose.x, truth.x, 0.03);
-    EXPECT_NEAR(match.pose.y, truth.y, 0.03);
+    EXPECT_NEAR(match.pose.x, truth.x, kCell);
+    EXPECT_NEAR(match.pose.y, truth.y, kCell);
     EXPECT_NEAR(match.pose.heading, truth.heading, 0.01);
     EXPECT_GT(match.score, 0.5);
   }
