@@ -95,6 +95,4 @@ Status Session::save_flight(const std::string& path, const std::string& why) con
   return impl_->engine().save_flight(path, why);
 }
 
-Result<os::Descriptor> SessionAccess::flight(const Session& session) { return session.impl_->engine().flight(); }
-
 }  // namespace ctn

@@ -4,7 +4,6 @@
 #include "catan/result.h"
 #include "catan/session.h"
 #include "graph/app.h"
-#include "os/linux/descriptor.h"
 
 namespace ctn {
 
@@ -12,8 +11,6 @@ class SessionAccess {
  public:
   // Session::open() for a caller that has read the app file already, and needs the app as it was then.
   static Result<Session> open(graph::App app, const SessionOptions& options);
-  // The memory in which it keeps the last seconds (flight::Recording::open). Errors: it was not started; none is kept.
-  static Result<os::Descriptor> flight(const Session& session);
 };
 
 }  // namespace ctn

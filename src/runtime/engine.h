@@ -44,7 +44,6 @@ class Engine {
   Status tick(std::string_view node, TimePoint at) { return tell_tick(app_, memory_.region(), node, at); }
   Status change(const Changes& changes) { return scheduler_->change(changes); }
   Snapshot snapshot() const { return scheduler_->snapshot(); }
-  Result<os::Descriptor> flight() const { return scheduler_->flight(); }
   Status save_flight(const std::string& path, const std::string& why) const {
     return scheduler_->save_flight(path, why);
   }
