@@ -29,8 +29,10 @@ struct LateResponse {
   TimePoint end{};  // of the response
 };
 
-class LateWatch : public record::Sink {
+class LateWatch : public record::PartialSink {
  public:
+  using PartialSink::add;
+
   // Responses that began before `from` do not count. `app` outlives it. Precondition: the terms are response times.
   LateWatch(const graph::App& app, const std::vector<WatchedChain>& chains, TimePoint from);
 
@@ -41,13 +43,6 @@ class LateWatch : public record::Sink {
   void add(const record::PlanChange& change) override;
   void add(const record::AppChange& change) override;
   void add(const record::ClockReading& reading) override;
-  void add(const record::Trigger& /*trigger*/) override {}
-  void add(const record::SlotUse& /*slot*/) override {}
-  void add(const record::Steal& /*steal*/) override {}
-  void add(const record::Overrun& /*overrun*/) override {}
-  void add(const record::CostChange& /*change*/) override {}
-  void add(const record::Notice& /*notice*/) override {}
-  void set_totals(const record::Totals& /*totals*/) override {}
 
  private:
   struct Chain {

@@ -23,8 +23,9 @@ Error no_recording(const std::string& why) {
 }
 
 // Finds out when the first and the last event happened, before the events are read again to be saved.
-class Extent : public record::Sink {
+class Extent : public record::PartialSink {
  public:
+  using PartialSink::add;
   void add(const record::Run& run) override { take(run.begin, run.end); }
   void add(const record::Trigger& trigger) override { take(trigger.sent, trigger.sent); }
   void add(const record::SlotUse& slot) override { take(slot.begin, slot.end); }
@@ -32,11 +33,7 @@ class Extent : public record::Sink {
   void add(const record::Overrun& overrun) override { take(overrun.at, overrun.at); }
   void add(const record::CostChange& change) override { take(change.at, change.at); }
   void add(const record::Notice& notice) override { take(notice.at, notice.at); }
-  // These hold until they are replaced, and may be older than all other events.
-  void add(const record::PlanChange& /*change*/) override {}
-  void add(const record::AppChange& /*change*/) override {}
-  void add(const record::ClockReading& /*reading*/) override {}
-  void set_totals(const record::Totals& /*totals*/) override {}
+  // The rest holds until it is replaced, and may be older than all other events.
 
   std::optional<TimePoint> first() const { return first_; }
   TimePoint last_or(TimePoint otherwise) const { return std::max(last_, otherwise); }

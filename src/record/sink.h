@@ -35,4 +35,20 @@ class Sink {
   virtual void set_totals(const Totals& totals) = 0;
 };
 
+// For a sink that cares for some of it: what it does not take is passed over. It says `using PartialSink::add;`.
+class PartialSink : public Sink {
+ public:
+  void add(const Run& /*run*/) override {}
+  void add(const Trigger& /*trigger*/) override {}
+  void add(const SlotUse& /*slot*/) override {}
+  void add(const Steal& /*steal*/) override {}
+  void add(const Overrun& /*overrun*/) override {}
+  void add(const PlanChange& /*change*/) override {}
+  void add(const CostChange& /*change*/) override {}
+  void add(const AppChange& /*change*/) override {}
+  void add(const ClockReading& /*reading*/) override {}
+  void add(const Notice& /*notice*/) override {}
+  void set_totals(const Totals& /*totals*/) override {}
+};
+
 }  // namespace ctn::record

@@ -22,8 +22,10 @@
 namespace ctn::tool {
 
 // What planning needs to know of a running app. Filled from the app's recording.
-class KnownSoFar final : public record::Sink {
+class KnownSoFar final : public record::PartialSink {
  public:
+  using PartialSink::add;
+
   // Both outlive it.
   KnownSoFar(const graph::App& app, const record::Header& header);
 
@@ -31,13 +33,6 @@ class KnownSoFar final : public record::Sink {
   void add(const record::PlanChange& change) override;
   void add(const record::AppChange& change) override;
   void add(const record::ClockReading& reading) override;
-  void add(const record::Trigger& /*trigger*/) override {}
-  void add(const record::SlotUse& /*slot*/) override {}
-  void add(const record::Steal& /*steal*/) override {}
-  void add(const record::Overrun& /*overrun*/) override {}
-  void add(const record::CostChange& /*change*/) override {}
-  void add(const record::Notice& /*notice*/) override {}
-  void set_totals(const record::Totals& /*totals*/) override {}
 
   const graph::App& app() const { return app_; }  // with the weights and bounds that hold
   const record::Header& header() const { return header_; }
