@@ -10,7 +10,8 @@
 //      weighted sum of periods (`Prices`);
 //   2. under prices, what is left to the members without a whole number yet is known in closed form, by the inequality
 //      of Cauchy and Schwarz: depth-first search over whole numbers, bounded by that;
-//   3. once all are whole, each frame is as short as its core and the rate caps allow; where queue nodes leave a choice,
+//   3. once all are whole, each frame is as short as its core and the rate caps allow; where queue nodes leave a
+//   choice,
 //      the geometric program makes it.
 // Exact as long as the search is not cut short (`steps`).
 //

@@ -153,10 +153,11 @@ void Housekeeping::keep_places(TimePoint now) {
   if (moved == 0 || std::exchange(moved_told_, true)) return;
   log_.notice(
       {now, "moved",
-       fmt::format("another program has pinned {} of the app's threads to other CPUs than planned: they are moved back, "
-                   "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
-                   "main threads, or from the server or session",
-                   moved)});
+       fmt::format(
+           "another program has pinned {} of the app's threads to other CPUs than planned: they are moved back, "
+           "then and whenever it happens again. To have it use fewer CPUs, take them from its programs' "
+           "main threads, or from the server or session",
+           moved)});
 }
 
 // What is in force, without the subchains that miss a node. Nodes read from the region at which period they are to go

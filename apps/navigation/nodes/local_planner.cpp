@@ -55,7 +55,7 @@ class DynamicWindow {
       : map_(map), odometry_(odometry), carrot_(command.carrot) {}
 
   Choice choose(const Limits& limits) {
-    static const std::vector<Point> outline = make_outline();
+    static const std::vector<Point> kOutline = make_outline();
     const double speed = std::clamp(odometry_.velocity.linear, limits.slowest, limits.fastest);
     const double turn = odometry_.velocity.angular;
     const double slowest = std::max(limits.slowest, speed - LocalPlanner::kAcceleration * kWindow);
@@ -67,7 +67,7 @@ class DynamicWindow {
       for (int j = 0; j < kTurns; ++j) {
         const Velocity velocity{slowest + (fastest - slowest) * i / (kSpeeds - 1),
                                 right + (left - right) * j / (kTurns - 1)};
-        const double score = judge(velocity, limits.margin, outline);
+        const double score = judge(velocity, limits.margin, kOutline);
         if (score > best.score) best = {velocity, score};
       }
     }

@@ -45,7 +45,7 @@ void Matcher::start(const Pose& expected) {
 }
 
 void Matcher::add(const Pose& pose, const std::vector<Point>& points) {
-  static const Kernel kernel = make_kernel();
+  static const Kernel kOfPoint = make_kernel();
   const double c = std::cos(pose.heading);
   const double s = std::sin(pose.heading);
   for (const Point& point : points) {
@@ -56,9 +56,9 @@ void Matcher::add(const Pose& pose, const std::vector<Point>& points) {
     std::size_t at = 0;
     for (int y = row - kKernel; y <= row + kKernel; ++y) {
       std::uint8_t* cell = field_.data() + frame_.index(column - kKernel, y);
-      for (int x = 0; x <= 2 * kKernel; ++x, ++cell, ++at) *cell = std::max(*cell, kernel[at]);
+      for (int x = 0; x <= 2 * kKernel; ++x, ++cell, ++at) *cell = std::max(*cell, kOfPoint[at]);
     }
-    work_.cells += kernel.size();
+    work_.cells += kOfPoint.size();
   }
 }
 
@@ -109,8 +109,8 @@ Matcher::Match Matcher::best_of(const Pose& centre, double offset, double offset
       }
     }
   }
-  const auto side = static_cast<std::uint64_t>(2 * offsets + 1);
-  work_.candidates += side * side * static_cast<std::uint64_t>(2 * turns + 1) * near_.size();
+  const std::uint64_t side = 2 * static_cast<std::uint64_t>(offsets) + 1;
+  work_.candidates += side * side * (2 * static_cast<std::uint64_t>(turns) + 1) * near_.size();
   best.pose.heading = wrapped(best.pose.heading);
   return best;
 }

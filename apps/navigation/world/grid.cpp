@@ -73,8 +73,9 @@ std::optional<std::size_t> Grid::cell(Point point) const {
 }
 
 Point Grid::centre(std::size_t cell) const {
-  return origin_ +
-         Point{static_cast<double>(cell % columns_) + 0.5, static_cast<double>(cell / columns_) + 0.5} * resolution_;
+  const std::size_t row = cell / columns_;
+  const std::size_t column = cell % columns_;
+  return origin_ + Point{static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5} * resolution_;
 }
 
 double Grid::clearance(Point point) const {

@@ -74,7 +74,7 @@ class WorldReader {
     }
     for (const auto& entry : node) {
       const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      const std::string full = key.empty() ? name : key + "." + name;
+      const std::string full = key.empty() ? name : fmt::format("{}.{}", key, name);
       if (std::ranges::find(known, name) == known.end()) {
         add(entry.first, full, "there is no such key", fmt::format("the keys here are {}", fmt::join(known, ", ")));
       } else if (!result.emplace(name, entry.second).second) {
@@ -87,7 +87,7 @@ class WorldReader {
   // Returns `fallback` after a mistake.
   double number(const YAML::Node& node, const std::string& key, double least, double most, double fallback) {
     double value = 0.0;
-    const std::string& text = node.IsScalar() ? node.Scalar() : std::string();
+    const std::string text = node.IsScalar() ? node.Scalar() : "";
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (!node.IsScalar() || error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
       add(node, key, fmt::format("this should be a number, not {}", found(node)),
