@@ -40,8 +40,8 @@ TEST(ContestApps, OfASeedAreTheSameForEver) {
 TEST(ContestApps, AreAcceptedAndWithinTheirRanges) {
   std::set<std::size_t> sizes;
   std::set<std::size_t> chains;
-  double least = 1e9;
-  double most = 0.0;
+  double min = 1e9;
+  double max = 0.0;
   for (std::uint64_t seed = 1; seed <= kApps; ++seed) {
     SCOPED_TRACE(seed);
     const Case of = case_of(random_app(seed));
@@ -54,8 +54,8 @@ TEST(ContestApps, AreAcceptedAndWithinTheirRanges) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       const model::NodeWork& work = of.work[NodeId(i)];
       const double cost = work.cost.single_thread().count();
-      least = std::min(least, cost);
-      most = std::max(most, cost);
+      min = std::min(min, cost);
+      max = std::max(max, cost);
       EXPECT_LE(work.spikes.extra.count(), 150.0);
     }
     std::size_t responses = 0;
@@ -73,10 +73,10 @@ TEST(ContestApps, AreAcceptedAndWithinTheirRanges) {
   EXPECT_EQ(*sizes.rbegin(), 12U);
   EXPECT_EQ(*chains.begin(), 2U);
   EXPECT_EQ(*chains.rbegin(), 5U);
-  EXPECT_GE(least, 0.3);
-  EXPECT_LE(least, 0.33);
-  EXPECT_LE(most, 150.0);
-  EXPECT_GE(most, 140.0);
+  EXPECT_GE(min, 0.3);
+  EXPECT_LE(min, 0.33);
+  EXPECT_LE(max, 150.0);
+  EXPECT_GE(max, 140.0);
 }
 
 TEST(ContestApps, CountWithEveryNodesSubchain) {

@@ -55,7 +55,7 @@ constexpr int kTriggered = 5;      // subchains
 constexpr int kTriggersHz = 1000;  // of each
 
 // Events a second for the writer alone: at higher rates an event costs much the same.
-constexpr int kMostWritten = 200'000;
+constexpr int kMaxWritten = 200'000;
 
 struct Options {
   std::vector<int> rates;
@@ -178,7 +178,7 @@ void measure_writer(os::Os& os, const graph::App& app, const Options& options, c
   fmt::print("{:>10}  {:<10} {:>9} {:>9} {:>12} {:>17} {:>17} {:>9}\n", "events/s", "of them", "% of core", "us/event",
              "bytes/event", "longest commit ms", "% flight recorder", "us/event");
   for (const int rate : options.rates) {
-    if (rate > kMostWritten) continue;
+    if (rate > kMaxWritten) continue;
     for (const auto& [kind, name] : {std::pair{Kind::kRuns, "runs"}, std::pair{Kind::kTriggers, "triggers"},
                                      std::pair{Kind::kSlots, "slots"}, std::pair{Kind::kAll, "all three"}}) {
       std::vector<double> percent;

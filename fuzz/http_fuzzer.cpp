@@ -34,7 +34,7 @@ void try_head(std::string_view text) {
   const auto parsed = web::parse_head(text.substr(0, *length));
   const auto* head = std::get_if<web::RequestHead>(&parsed);
   if (head == nullptr) return must(std::get<web::Refusal>(parsed).status >= 400);
-  must(head->content_length <= web::kMostBody && head->target.size() <= web::kMostTarget);
+  must(head->content_length <= web::kMaxBody && head->target.size() <= web::kMaxTarget);
   must(head->method == "POST" || head->content_length == 0);
   // What is written anew is one head, which says the same.
   const std::string canonical = web::canonical(*head);

@@ -69,12 +69,12 @@ model::SubchainTiming owned(const RandomCase& any, std::size_t i, const model::C
   const SubchainId id(i);
   const plan::PeriodLimits limits = plan::period_limits(any.app.graph, id);
   model::SubchainTiming best;
-  double least = kInfinity;
+  double min = kInfinity;
   for (int q = 1; q <= cores; ++q) {
     const model::OwnedCores found = model::owned_cores_with(any.app.graph, id, costs, cores, q, any.slack);
     const Millis period = std::max(found.period, limits.min);
-    if ((period + found.execution).count() >= least) continue;
-    least = (period + found.execution).count();
+    if ((period + found.execution).count() >= min) continue;
+    min = (period + found.execution).count();
     best = {period, found.execution, {}};
   }
   return best;
@@ -176,8 +176,8 @@ class AllNumbers {
     const std::vector<plan::Slot>& slots = plan_.cores[number].slots;
     if (every.size() == slots.size()) return frame(number, every);
     const double slices = cost(slots[every.size()].subchain, number) / to_millis(any_.app.scheduler.min_slice).count();
-    const int most = std::max(1, static_cast<int>(std::floor(slices * (1.0 + 1e-12))));
-    for (int n = 1; n <= most; ++n) {
+    const int max = std::max(1, static_cast<int>(std::floor(slices * (1.0 + 1e-12))));
+    for (int n = 1; n <= max; ++n) {
       every.push_back(n);
       choose(number, every);
       every.pop_back();
@@ -187,18 +187,18 @@ class AllNumbers {
   void frame(std::size_t number, const std::vector<int>& every) {
     const std::vector<plan::Slot>& slots = plan_.cores[number].slots;
     double shortest = 0.0;
-    double least = 0.0;
+    double min = 0.0;
     std::optional<double> exact;
     for (std::size_t m = 0; m < slots.size(); ++m) {
       const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, slots[m].subchain);
       shortest += cost(slots[m].subchain, number) / every[m] / (1.0 - any_.slack);
-      least = std::max(least, limits.min.count() / every[m]);
+      min = std::max(min, limits.min.count() / every[m]);
       if (!limits.exact) continue;
       const double given = limits.exact->count() / every[m];
       if (exact && std::abs(*exact - given) > 1e-9 * given) return;
       exact = given;
     }
-    shortest = std::max(shortest, least);
+    shortest = std::max(shortest, min);
     if (exact && shortest > *exact * (1.0 + 1e-9)) return;
     for (std::size_t m = 0; m < slots.size(); ++m) {
       const Millis period{exact.value_or(shortest) * every[m]};

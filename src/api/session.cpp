@@ -36,10 +36,10 @@ Result<Session> SessionAccess::open(graph::App app, const SessionOptions& option
   const auto policy = api::live_policy(options.policy, app);
   if (!policy) return policy.error();
 
-  constexpr int kMostMib = 4096;
-  if (options.flight_recorder_mib < 0 || options.flight_recorder_mib > kMostMib) {
+  constexpr int kMaxMib = 4096;
+  if (options.flight_recorder_mib < 0 || options.flight_recorder_mib > kMaxMib) {
     return Error::caller(fmt::format("a flight recorder cannot have {} MiB", options.flight_recorder_mib),
-                         fmt::format("write 0 for none, or up to {}", kMostMib));
+                         fmt::format("write 0 for none, or up to {}", kMaxMib));
   }
 
   std::optional<graph::FrameMode> frames;

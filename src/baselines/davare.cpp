@@ -182,9 +182,9 @@ class Davare {
     });
     std::vector<double> loads(static_cast<std::size_t>(cores_), 0.0);
     for (const int i : made.order) {
-      const auto least = std::min_element(loads.begin(), loads.end());
-      made.core[static_cast<std::size_t>(i)] = static_cast<int>(least - loads.begin());
-      *least += load(static_cast<std::size_t>(i));
+      const auto lightest = std::min_element(loads.begin(), loads.end());
+      made.core[static_cast<std::size_t>(i)] = static_cast<int>(lightest - loads.begin());
+      *lightest += load(static_cast<std::size_t>(i));
     }
     std::stable_sort(made.order.begin(), made.order.end(), [&](int a, int b) {
       return likely_period(static_cast<std::size_t>(a)) < likely_period(static_cast<std::size_t>(b));

@@ -29,8 +29,8 @@ RateGraphs::RateGraphs(const graph::App& app, const model::CostTable& costs, con
   max_period_.assign(count_, kInfinity);
   for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
     if (!bound.node) continue;
-    double& most = max_period_[app.graph.node(*bound.node).subchain->index()];
-    most = std::min(most, bound.asked.count());
+    double& max = max_period_[app.graph.node(*bound.node).subchain->index()];
+    max = std::min(max, bound.asked.count());
   }
 }
 
@@ -108,9 +108,9 @@ double RateGraphs::base_of(const RateCandidate& at) const {
 
 RateValue RateGraphs::min_value(const RateCandidate& at, double base) const {
   if (base == kInfinity) return {};
-  RateValue least{1.0, 0.0};
+  RateValue lowest{1.0, 0.0};
   for (std::size_t i = 0; i < count_; ++i) {
-    least.factor = std::max(least.factor, period_at(at, base, static_cast<int>(i)) / max_period_[i]);
+    lowest.factor = std::max(lowest.factor, period_at(at, base, static_cast<int>(i)) / max_period_[i]);
   }
   for (const TermParts& term : terms_) {
     double value = term.constant;
@@ -126,10 +126,10 @@ RateValue RateGraphs::min_value(const RateCandidate& at, double base) const {
       if (term.response) value += std::max(0.0, element.emits - p) + cost(task, at.core[task]);
     }
     value += slowest;
-    least.objective += term.weight * value;
-    least.factor = std::max(least.factor, value / term.bound);
+    lowest.objective += term.weight * value;
+    lowest.factor = std::max(lowest.factor, value / term.bound);
   }
-  return least;
+  return lowest;
 }
 
 std::vector<DagTask> RateGraphs::tasks_of(const RateCandidate& at, double base) const {
@@ -138,12 +138,12 @@ std::vector<DagTask> RateGraphs::tasks_of(const RateCandidate& at, double base) 
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::pair(at.doublings[a], rank_[a]) < std::pair(at.doublings[b], rank_[b]);
   });
-  const int least = at.doublings[order.front()];
+  const int lowest = at.doublings[order.front()];
   std::vector<DagTask> tasks(count_);
   for (std::size_t place = 0; place < count_; ++place) {
     const std::size_t i = order[place];
-    const double unit = std::ldexp(base, least);
-    tasks[i] = {cost(i, at.core[i]) / unit, 1 << (at.doublings[i] - least), at.core[i],
+    const double unit = std::ldexp(base, lowest);
+    tasks[i] = {cost(i, at.core[i]) / unit, 1 << (at.doublings[i] - lowest), at.core[i],
                 static_cast<int>(count_ - place)};
   }
   return tasks;

@@ -41,9 +41,9 @@ class Verucchi {
   bool exhaustive() const { return exhaustive_; }
 
  private:
-  bool hopeless(const RateValue& least) const {
-    if (least.factor > best_.value.factor * (1.0 + 1e-9)) return true;
-    return best_.value.factor <= 1.0 && least.objective >= best_.value.objective;
+  bool hopeless(const RateValue& lowest) const {
+    if (lowest.factor > best_.value.factor * (1.0 + 1e-9)) return true;
+    return best_.value.factor <= 1.0 && lowest.objective >= best_.value.objective;
   }
 
   // Keeps the best graph of a candidate if it is the best so far.
@@ -82,17 +82,17 @@ class Verucchi {
     std::vector<double> loads(static_cast<std::size_t>(cores_), 0.0);
     made.core.assign(count_, 0);
     for (const std::size_t i : order) {
-      const auto least = std::min_element(loads.begin(), loads.end());
-      made.core[i] = static_cast<int>(least - loads.begin());
-      *least += load(i);
+      const auto lightest = std::min_element(loads.begin(), loads.end());
+      made.core[i] = static_cast<int>(lightest - loads.begin());
+      *lightest += load(i);
     }
     return made;
   }
 
   // The fastest has no doublings, the slowest no more than there may be.
   static void normalise(RateCandidate& at) {
-    const int least = *std::min_element(at.doublings.begin(), at.doublings.end());
-    for (int& doublings : at.doublings) doublings = std::min(doublings - least, kMaxDoublings);
+    const int lowest = *std::min_element(at.doublings.begin(), at.doublings.end());
+    for (int& doublings : at.doublings) doublings = std::min(doublings - lowest, kMaxDoublings);
   }
 
   // How good a candidate is to climb from, where none has been found that can be scheduled.
@@ -192,7 +192,7 @@ class Verucchi {
     place(core, 0, static_cast<std::size_t>(as_many / combinations), placements);
     if (static_cast<double>(placements.size()) * combinations > as_many) return;
     struct Entry {
-      RateValue least;
+      RateValue lowest;
       std::uint32_t placement;
       std::uint32_t rates;
     };
@@ -203,17 +203,17 @@ class Verucchi {
       at.core = placements[placement];
       for (std::uint32_t rates = 0; rates < static_cast<std::uint32_t>(combinations); ++rates) {
         if (!unpack(rates, at.doublings)) continue;
-        const RateValue least = graphs_.min_value(at, graphs_.base_of(at));
-        if (least.objective < kInfinity && !hopeless(least)) entries.push_back({least, placement, rates});
+        const RateValue lowest = graphs_.min_value(at, graphs_.base_of(at));
+        if (lowest.objective < kInfinity && !hopeless(lowest)) entries.push_back({lowest, placement, rates});
       }
     }
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-      return std::tuple(a.least.factor, a.least.objective, a.placement, a.rates) <
-             std::tuple(b.least.factor, b.least.objective, b.placement, b.rates);
+      return std::tuple(a.lowest.factor, a.lowest.objective, a.placement, a.rates) <
+             std::tuple(b.lowest.factor, b.lowest.objective, b.placement, b.rates);
     });
     exhaustive_ = true;
     for (const Entry& entry : entries) {
-      if (hopeless(entry.least)) continue;
+      if (hopeless(entry.lowest)) continue;
       if (graphs_.spent() >= effort_) {
         exhaustive_ = false;
         return;
@@ -234,9 +234,9 @@ class Verucchi {
   }
 
   // Every way to put subchains on cores, where cores of a kind are told apart only by the subchains on them; stops
-  // beyond `most`.
-  void place(std::vector<int>& core, std::size_t i, std::size_t most, std::vector<std::vector<int>>& placements) const {
-    if (placements.size() > most) return;
+  // beyond `max`.
+  void place(std::vector<int>& core, std::size_t i, std::size_t max, std::vector<std::vector<int>>& placements) const {
+    if (placements.size() > max) return;
     if (i == count_) {
       placements.push_back(core);
       return;
@@ -247,7 +247,7 @@ class Verucchi {
       const bool empty = std::find(core.begin(), end, candidate) == end;
       if (empty && !empty_of_kind.insert(app_.kind_of(candidate)).second) continue;
       core[i] = candidate;
-      place(core, i + 1, most, placements);
+      place(core, i + 1, max, placements);
     }
   }
 

@@ -162,8 +162,8 @@ TimePoint SubchainTrigger::next_by_clock(TimePoint now) {
     grid_ = wanted;
     return wanted.next(now + wanted.period / 2);
   }
-  const Nanos most = wanted.period / kSlewed;
-  grid_ = Ticks{std::max(due + std::clamp(off, -most, most), now), wanted.period};
+  const Nanos max = wanted.period / kSlewed;
+  grid_ = Ticks{std::max(due + std::clamp(off, -max, max), now), wanted.period};
   return grid_->tick;
 }
 

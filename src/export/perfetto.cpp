@@ -20,10 +20,10 @@
 namespace ctn::exports {
 namespace {
 
-constexpr std::size_t kMostLanes = 8;
-constexpr int kRowsOfCore = static_cast<int>(kMostLanes) + 2;
-constexpr std::uint64_t kMostFlows = 4096;  // of one run over one edge
-constexpr int kSteps = 3;                   // that take long
+constexpr std::size_t kMaxLanes = 8;
+constexpr int kRowsOfCore = static_cast<int>(kMaxLanes) + 2;
+constexpr std::uint64_t kMaxFlows = 4096;  // of one run over one edge
+constexpr int kSteps = 3;                  // that take long
 
 using record::Consumed;
 using record::Consumer;
@@ -57,8 +57,8 @@ class Flows {
     for (const Consumed& input : run.consumed) {
       const auto edge = find(input.predecessor, run.node);
       if (!edge) continue;
-      const std::uint64_t most = takes_all(run.node) ? kMostFlows : 1;
-      const std::uint64_t first = input.last - input.first < most ? input.first : input.last - most + 1;
+      const std::uint64_t max = takes_all(run.node) ? kMaxFlows : 1;
+      const std::uint64_t first = input.last - input.first < max ? input.first : input.last - max + 1;
       for (std::uint64_t number = first; number <= input.last; ++number) event.end_flow(id(*edge, number, run.number));
     }
   }
@@ -146,7 +146,7 @@ class Export {
     std::vector<std::optional<SliceRow>> rows(nodes.size());
     const Track subchains = trace_.add_track("subchains", root_);
     for (const graph::Subchain& subchain : app_.graph.subchains()) {
-      triggers_.emplace_back(trace_, subchain.name, subchains, kMostLanes);
+      triggers_.emplace_back(trace_, subchain.name, subchains, kMaxLanes);
       for (const NodeId node : subchain.nodes) {
         node_rows_.emplace(node, SliceRow(trace_, app_.graph.node(node).name, triggers_.back().track()));
       }
@@ -300,7 +300,7 @@ class Export {
       if (status) status = in_force->move_to(run.begin);
       if (!status || !subchain || !in_force->plan()) return;
       for (const int core : cores_by_runs(*in_force->plan(), *subchain)) {
-        SliceRow& row = row_of(core, &Core::runs, "runs", 2, kMostLanes);
+        SliceRow& row = row_of(core, &Core::runs, "runs", 2, kMaxLanes);
         Event event = row.add(run.begin, run.end, app_.graph.node(run.node).name);
         event.number("number", run.number);
       }

@@ -7,9 +7,9 @@
 
 namespace ctn::exports {
 
-SliceRow::SliceRow(TraceWriter& trace, std::string name, std::optional<Track> parent, std::size_t most_lanes,
+SliceRow::SliceRow(TraceWriter& trace, std::string name, std::optional<Track> parent, std::size_t max_lanes,
                    std::optional<int> rank)
-    : trace_(&trace), name_(std::move(name)), parent_(parent), most_lanes_(most_lanes), rank_(rank) {
+    : trace_(&trace), name_(std::move(name)), parent_(parent), max_lanes_(max_lanes), rank_(rank) {
   add_lane();
 }
 
@@ -30,7 +30,7 @@ SliceRow::Lane& SliceRow::make_room(TimePoint& begin, TimePoint& end) {
     end_slices(lane, begin);
     if (begin >= lane.last && (lane.open.empty() || end <= lane.open.back())) return lane;
   }
-  if (lanes_.size() < most_lanes_) {
+  if (lanes_.size() < max_lanes_) {
     add_lane();
     return lanes_.back();
   }

@@ -21,7 +21,7 @@ namespace ctn::exports {
 class SliceRow {
  public:
   // `trace` outlives it. Lanes are next to one another in rank.
-  SliceRow(TraceWriter& trace, std::string name, std::optional<Track> parent, std::size_t most_lanes = 1,
+  SliceRow(TraceWriter& trace, std::string name, std::optional<Track> parent, std::size_t max_lanes = 1,
            std::optional<int> rank = std::nullopt);
 
   // Precondition: begin <= end.
@@ -45,7 +45,7 @@ class SliceRow {
   TraceWriter* trace_;
   std::string name_;
   std::optional<Track> parent_;
-  std::size_t most_lanes_;
+  std::size_t max_lanes_;
   std::optional<int> rank_;
   std::vector<Lane> lanes_;
 };

@@ -18,7 +18,7 @@ namespace ctn::flight {
 namespace {
 
 constexpr std::int64_t kLongest = std::int64_t{1} << 61;  // instant or duration that a record takes, in ns
-constexpr int kMostCores = 1 << 20;
+constexpr int kMaxCores = 1 << 20;
 
 enum class Kind : Word {
   kRun = 1,
@@ -98,7 +98,7 @@ class Get {
   void operator()(bool& value) { value = number_up_to(1) != 0; }
   void operator()(int& value) {
     const auto read = static_cast<std::int64_t>(number());
-    if (read < -1 || read > kMostCores) refuse();
+    if (read < -1 || read > kMaxCores) refuse();
     value = ok_ ? static_cast<int>(read) : 0;
   }
   void operator()(Nanos& value) {

@@ -63,7 +63,7 @@ bool BatchEstimator::add(Nanos cpu, std::size_t items, std::size_t mode) {
     oldest_ = (oldest_ + 1) % kWindow;
   }
   ++since_fit_;
-  if (since_fit_ < std::clamp(runs_.size() / 2, kFewest, kWindow / 4)) return false;
+  if (since_fit_ < std::clamp(runs_.size() / 2, kMinRuns, kWindow / 4)) return false;
   since_fit_ = 0;
   return tell();
 }
@@ -74,7 +74,7 @@ Nanos BatchEstimator::without_items(Nanos cpu, std::size_t items) const {
 
 // None: the numbers of items are all the same in each mode, or there are too few runs.
 std::optional<BatchEstimator::Line> BatchEstimator::fitted(const std::vector<Run>& runs) {
-  if (runs.size() < kFewest) return std::nullopt;
+  if (runs.size() < kMinRuns) return std::nullopt;
   const auto means = means_by_mode(runs);
   double across = 0.0;
   double along = 0.0;

@@ -26,7 +26,7 @@ class BatchEstimator {
  public:
   static constexpr std::size_t kWindow = 200;
   // Fewer tell nothing.
-  static constexpr std::size_t kFewest = 10;
+  static constexpr std::size_t kMinRuns = 10;
 
   // A run took so long (>= 0) with so many items. Whether what is told has changed.
   bool add(Nanos cpu, std::size_t items, std::size_t mode);

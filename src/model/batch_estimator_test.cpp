@@ -14,14 +14,14 @@ class BatchEstimatorTest : public ::testing::Test {
     const double noise = 1.0 + 0.05 * std::normal_distribution<double>()(random);
     return to_nanos(Millis{fixed * noise + per_item * static_cast<double>(items)});
   }
-  std::size_t some(std::size_t least, std::size_t most) {
-    return std::uniform_int_distribution<std::size_t>(least, most)(random);
+  std::size_t some(std::size_t min, std::size_t max) {
+    return std::uniform_int_distribution<std::size_t>(min, max)(random);
   }
   // How often what is told has changed.
-  int run(int count, std::size_t least, std::size_t most, double fixed = 1.0, double per_item = 0.5) {
+  int run(int count, std::size_t min, std::size_t max, double fixed = 1.0, double per_item = 0.5) {
     int changes = 0;
     for (int i = 0; i < count; ++i) {
-      const std::size_t items = some(least, most);
+      const std::size_t items = some(min, max);
       changes += estimator.add(cost(items, fixed, per_item), items, 0) ? 1 : 0;
     }
     return changes;

@@ -86,7 +86,7 @@ void ClockEstimator::add(TimePoint tick) {
   told_.push_back(next);
   if (told_.size() > kWindow) told_.pop_front();
   ++since_fit_;
-  if (told_.size() >= kFewest && (told_.size() < kFitEach || since_fit_ >= kFitEvery)) fit();
+  if (told_.size() >= kMinTicks && (told_.size() < kFitEach || since_fit_ >= kFitEvery)) fit();
 }
 
 void ClockEstimator::fit() {

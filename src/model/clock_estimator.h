@@ -22,7 +22,7 @@ namespace ctn::model {
 class ClockEstimator {
  public:
   static constexpr std::size_t kWindow = 240;
-  static constexpr std::size_t kFewest = 16;  // ticks, before anything is said
+  static constexpr std::size_t kMinTicks = 16;  // ticks, before anything is said
   static constexpr int kAstray = 12;
 
   // `nominal`: about how often it ticks.

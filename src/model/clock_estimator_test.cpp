@@ -45,7 +45,7 @@ TimePoint estimator_origin(const Clock& clock) {
 TEST(ClockEstimator, SaysNothingOfFewTicks) {
   const Clock clock;
   ClockEstimator estimator(kNominal);
-  for (int number = 0; number < static_cast<int>(ClockEstimator::kFewest); ++number) {
+  for (int number = 0; number < static_cast<int>(ClockEstimator::kMinTicks); ++number) {
     EXPECT_FALSE(estimator.ticks());
     estimator.add(clock.tick(number));
   }

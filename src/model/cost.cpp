@@ -163,11 +163,11 @@ Millis CostTable::subchain_total(const graph::Graph& graph, SubchainId subchain)
 }
 
 int CostTable::max_useful_threads(const graph::Graph& graph, SubchainId subchain) const {
-  int most = 1;
+  int max = 1;
   for (const NodeId node : graph.subchain(subchain).nodes) {
-    most = std::max(most, (*this)[node].max_useful_threads(graph.node(node).max_threads));
+    max = std::max(max, (*this)[node].max_useful_threads(graph.node(node).max_threads));
   }
-  return most;
+  return max;
 }
 
 Millis CostTable::subchain_wait(const graph::Graph& graph, SubchainId subchain) const {

@@ -59,7 +59,7 @@ void OutputEstimator::add_gap(std::uint64_t runs) {
 }
 
 void OutputEstimator::tell() {
-  if (gaps_.size() < kFewest) return;
+  if (gaps_.size() < kMinGaps) return;
   const double mean = mean_of(gaps_);
   const double moved = std::abs(mean - told_);
   const bool known_better = gaps_.size() >= 2 * told_from_;

@@ -25,7 +25,7 @@ class OutputEstimator {
  public:
   static constexpr std::size_t kWindow = 200;
   // Fewer gaps tell nothing.
-  static constexpr std::size_t kFewest = 5;
+  static constexpr std::size_t kMinGaps = 5;
 
   // A run has ended that could have given an output.
   void add(bool emitted);

@@ -17,19 +17,19 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostShares = 2'000'000;  // of all lanes together
-constexpr std::size_t kMostBands = 80'000;      // of all nodes together
-constexpr std::size_t kMostPoints = 300'000;    // single responses of all chains together
-constexpr std::size_t kMostEvents = 2000;
-constexpr std::size_t kMostPlans = 2000;
+constexpr std::size_t kMaxShares = 2'000'000;  // of all lanes together
+constexpr std::size_t kMaxBands = 80'000;      // of all nodes together
+constexpr std::size_t kMaxPoints = 300'000;    // single responses of all chains together
+constexpr std::size_t kMaxEvents = 2000;
+constexpr std::size_t kMaxPlans = 2000;
 constexpr double kTenths = 1e4;  // of a microsecond in a millisecond: the unit of packed durations
 
 std::int64_t tenths(double ms) { return std::llround(ms * kTenths); }
 
-// The largest power of two that is at most `most` and `limit`; at least 64.
-std::size_t power_of_two(std::size_t most, std::size_t limit) {
+// The largest power of two that is at most `max` and `limit`; at least 64.
+std::size_t power_of_two(std::size_t max, std::size_t limit) {
   std::size_t power = 64;
-  while (2 * power <= std::min(most, limit)) power *= 2;
+  while (2 * power <= std::min(max, limit)) power *= 2;
   return power;
 }
 
@@ -46,7 +46,7 @@ class Data {
       for (const NodeId node : story_.lanes[i].nodes) lane["nodes"].push_back(node.index());
       document["lanes"].push_back(std::move(lane));
     }
-    const std::size_t buckets = power_of_two(16384, kMostShares / std::max<std::size_t>(story_.lanes.size(), 1));
+    const std::size_t buckets = power_of_two(16384, kMaxShares / std::max<std::size_t>(story_.lanes.size(), 1));
     document["share"] = json::array();
     for (const auto& shares : busy_shares(story_, buckets)) document["share"].push_back(base64(shares));
     document["buckets"] = buckets;
@@ -64,7 +64,7 @@ class Data {
     const auto nodes = story_.app.graph.nodes();
     std::vector<std::vector<const RunSpan*>> runs(nodes.size());
     for (const RunSpan& run : story_.runs) runs[run.node].push_back(&run);
-    buckets_ = power_of_two(1024, kMostBands / std::max<std::size_t>(nodes.size(), 1));
+    buckets_ = power_of_two(1024, kMaxBands / std::max<std::size_t>(nodes.size(), 1));
     document["nodes"] = json::array();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       json node{{"name", nodes[i].name}, {"modes", nodes[i].modes}};
@@ -187,7 +187,7 @@ class Data {
       Micros last = 0;
       for (const ResponsePoint& response : story_.responses[i]) {
         samples.push_back({response.end, response.response_ms});
-        if (total > kMostPoints && !detail_.has(response.end)) continue;
+        if (total > kMaxPoints && !detail_.has(response.end)) continue;
         points.add(response.end - last);
         points.add(tenths(response.response_ms));
         last = response.end;
@@ -196,7 +196,7 @@ class Data {
       chain["points"] = points.text();
       document["chains"].push_back(std::move(chain));
     }
-    document["all_points"] = total <= kMostPoints;
+    document["all_points"] = total <= kMaxPoints;
   }
 
   // Plans that change nothing of what is drawn are left out here; their marks are among the events.
@@ -206,7 +206,7 @@ class Data {
     for (const PlanSpan& plan : story_.plans) {
       if (last != nullptr && last->placements == plan.placements && last->chains == plan.chains) continue;
       last = &plan;
-      if (document["plans"].size() >= kMostPlans) break;
+      if (document["plans"].size() >= kMaxPlans) break;
       json entry{{"at", plan.at}, {"on", json::array()}, {"chains", json::array()}};
       for (const Placement& one : plan.placements) entry["on"].push_back({one.lane, one.core, one.priority});
       for (const Promise& promise : plan.chains) {
@@ -219,7 +219,7 @@ class Data {
   void put_events(json& document) const {
     document["events"] = json::array();
     for (const Event& event : story_.events) {
-      if (document["events"].size() >= kMostEvents) break;
+      if (document["events"].size() >= kMaxEvents) break;
       json entry{
           {"at", event.at}, {"kind", to_string(event.kind)}, {"text", report::cleaned(event.text.substr(0, 400))}};
       if (event.lane) entry["lane"] = *event.lane;

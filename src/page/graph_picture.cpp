@@ -81,8 +81,8 @@ class Picture {
 
  private:
   double width(std::size_t node) const {
-    const std::size_t most = std::max(letters(graph_.nodes()[node].name), letters(notes_[node]));
-    return std::max(64.0, kLetter * static_cast<double>(most) + 22.0);
+    const std::size_t max = std::max(letters(graph_.nodes()[node].name), letters(notes_[node]));
+    return std::max(64.0, kLetter * static_cast<double>(max) + 22.0);
   }
   double x(std::size_t node) const { return left_[cells_[node].column]; }
   double y(std::size_t node) const { return kMargin + 18.0 + static_cast<double>(cells_[node].row) * kRowHeight; }

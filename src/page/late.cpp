@@ -18,9 +18,9 @@ namespace {
 using report::escaped;
 
 // These limits keep pages of apps with many chains small.
-constexpr std::size_t kMostStretches = 20'000;  // of all chains together
-constexpr std::size_t kMostParts = 12;          // of the parts of a response
-constexpr std::size_t kManyChains = 50;         // more than this: each shows its longest response alone
+constexpr std::size_t kMaxStretches = 20'000;  // of all chains together
+constexpr std::size_t kMaxParts = 12;          // of the parts of a response
+constexpr std::size_t kManyChains = 50;        // more than this: each shows its longest response alone
 
 using Sums = std::vector<std::pair<std::pair<why::PartKind, NodeId>, Nanos>>;
 
@@ -41,7 +41,7 @@ class Late {
       : page_(page), story_(story), late_(late), started_(story.figures.header.started) {
     const std::size_t chains = story.responses.size();
     shown_ = std::min(late.worst.size(), chains > kManyChains ? 1 : kWorstShown);
-    columns_ = std::clamp<std::size_t>(kMostStretches / std::max<std::size_t>(chains * kWorstShown, 1), 20, 400);
+    columns_ = std::clamp<std::size_t>(kMaxStretches / std::max<std::size_t>(chains * kWorstShown, 1), 20, 400);
   }
 
   void write() {
@@ -79,7 +79,7 @@ class Late {
 
   std::string bar(const why::Response& response, const Sums& sums) {
     std::string label;
-    for (std::size_t i = 0; i < std::min(sums.size(), kMostParts); ++i) {
+    for (std::size_t i = 0; i < std::min(sums.size(), kMaxParts); ++i) {
       label += fmt::format("{}{} {} {} ms", i > 0 ? ", " : "", why::to_string(sums[i].first.first),
                            name(sums[i].first.second), ms_text(sums[i].second));
     }
@@ -101,7 +101,7 @@ class Late {
     Nanos rest{0};
     for (std::size_t i = 0; i < sums.size(); ++i) {
       const auto& [whose, length] = sums[i];
-      if (i >= kMostParts) {
+      if (i >= kMaxParts) {
         rest += length;
         continue;
       }
@@ -152,11 +152,11 @@ std::vector<Stretch> bar_of(const why::Response& response, std::size_t columns) 
     const TimePoint end = begin_of(column + 1);
     while (next->end <= begin && next + 1 != response.parts.end()) ++next;
     const why::Part* longest = &*next;
-    Nanos most{0};
+    Nanos max{0};
     for (auto part = next; part != response.parts.end() && part->begin < end; ++part) {
       const Nanos shared = std::min(part->end, end) - std::max(part->begin, begin);
-      if (shared <= most) continue;
-      most = shared;
+      if (shared <= max) continue;
+      max = shared;
       longest = &*part;
     }
     const bool goes_on = !bar.empty() && bar.back().part.kind == longest->kind &&

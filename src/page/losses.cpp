@@ -6,8 +6,8 @@
 namespace ctn::page {
 namespace {
 
-constexpr std::size_t kMostClaims = 4096;  // that are looked at for one run
-constexpr Micros kUnexplained = 20;        // so little time of a run that is not accounted for is no loss
+constexpr std::size_t kMaxClaims = 4096;  // that are looked at for one run
+constexpr Micros kUnexplained = 20;       // so little time of a run that is not accounted for is no loss
 
 // The core of a lane that has one; none: it has no core, or several.
 std::optional<Placement> only_place(const Story& story, std::size_t lane, Micros at) {
@@ -42,7 +42,7 @@ Losses::Losses(const Story& story) : story_(story), claims_(story.cores) {
     auto slot = std::upper_bound(slots[lane].begin(), slots[lane].end(), run.begin,
                                  [](Micros time, const SlotSpan& one) { return time < one.begin; });
     if (slot != slots[lane].begin()) --slot;
-    for (std::size_t looked = 0; looked < kMostClaims && slot != slots[lane].end() && slot->begin < run.end; ++looked) {
+    for (std::size_t looked = 0; looked < kMaxClaims && slot != slots[lane].end() && slot->begin < run.end; ++looked) {
       const Micros begin = std::max(run.begin, slot->begin);
       const Micros end = std::min(run.end, slot->end);
       if (slot->core == place->core && begin < end) claims_[place->core].push_back({begin, end, lane});
@@ -65,7 +65,7 @@ std::vector<Loss> Losses::of(const RunSpan& run) const {
   auto claim = std::upper_bound(claims.begin(), claims.end(), run.begin,
                                 [](Micros time, const Claim& one) { return time < one.begin; });
   Micros from = run.begin;
-  for (std::size_t looked = 0; looked < kMostClaims && losses.size() < kMost && lost > 0; ++looked, ++claim) {
+  for (std::size_t looked = 0; looked < kMaxClaims && losses.size() < kMax && lost > 0; ++looked, ++claim) {
     if (claim == claims.end() || claim->begin >= run.end) break;
     const bool pre_empts = place->priority > 0 ? claim->priority > place->priority : claim->priority == 0;
     if (claim->lane == lane || !pre_empts) continue;

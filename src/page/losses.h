@@ -23,7 +23,7 @@ struct Loss {
 
 class Losses {
  public:
-  static constexpr std::size_t kMost = 64;  // losses of one run; later ones are left out
+  static constexpr std::size_t kMax = 64;  // losses of one run; later ones are left out
 
   // `story` outlives it.
   explicit Losses(const Story& story);

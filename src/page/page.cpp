@@ -69,12 +69,12 @@ class Writer {
                                                           legend(run)};
   }
 
-  std::string write(std::size_t most_bytes) const {
+  std::string write(std::size_t max_bytes) const {
     const std::string before = head_and_pictures();
-    std::size_t detail = most_bytes / 100 * kFirstShare / runs_.size();
+    std::size_t detail = max_bytes / 100 * kFirstShare / runs_.size();
     while (true) {
       std::string html = with_data(before, detail);
-      if (html.size() <= most_bytes || detail == 0) return html;
+      if (html.size() <= max_bytes || detail == 0) return html;
       detail = detail < 1000 ? 0 : detail / 2;
     }
   }
@@ -394,17 +394,17 @@ class Writer {
   }
 
   void events(report::Page& page) const {
-    constexpr std::size_t kMostRows = 200;
+    constexpr std::size_t kMaxRows = 200;
     page.section("Events", "events");
     for (const Told& run : runs_) {
       report::Table table{.header = {"s", "kind", "what"}, .caption = "Plans, changes and notices" + of_run(run)};
       for (const Event& event : run.story.events) {
-        if (table.rows.size() == kMostRows) break;
+        if (table.rows.size() == kMaxRows) break;
         table.rows.push_back({fmt::format("{:.3f}", static_cast<double>(event.at) / 1e6), to_string(event.kind),
                               event.text.substr(0, 400)});
       }
-      if (run.story.events.size() > kMostRows) {
-        table.caption += fmt::format(": the first {} of {}", kMostRows, run.story.events.size());
+      if (run.story.events.size() > kMaxRows) {
+        table.caption += fmt::format(": the first {} of {}", kMaxRows, run.story.events.size());
       }
       if (table.rows.empty()) {
         page.paragraph("There were no events other than runs" + of_run(run) + ".");
@@ -445,15 +445,15 @@ class Writer {
 
 }  // namespace
 
-std::string to_html(const Told& run, std::size_t most_bytes) { return Writer({&run, 1}, {}).write(most_bytes); }
+std::string to_html(const Told& run, std::size_t max_bytes) { return Writer({&run, 1}, {}).write(max_bytes); }
 
 Glance glance(const Told& run) { return Writer({&run, 1}, {}).glance(); }
 
-Result<std::string> compare_html(const Told& run, const Told& other, std::size_t most_bytes) {
+Result<std::string> compare_html(const Told& run, const Told& other, std::size_t max_bytes) {
   auto differences = differences_of(run.story.app, run.name, other.story.app, other.name);
   if (!differences) return differences.error();
   const std::array<Told, 2> runs{run, other};
-  return Writer(runs, std::move(*differences)).write(most_bytes);
+  return Writer(runs, std::move(*differences)).write(max_bytes);
 }
 
 Status save(const std::string& html, const std::string& file) {

@@ -19,18 +19,18 @@
 
 namespace ctn::page {
 
-constexpr std::size_t kMostBytes = 20'000'000;
+constexpr std::size_t kMaxBytes = 20'000'000;
 
 struct Told {
   std::string name;  // of the record, as readers know it
   const Story& story;
 };
 
-// `most_bytes`: the page is no larger; detail is left out to that end, and the page says so.
-std::string to_html(const Told& run, std::size_t most_bytes = kMostBytes);
+// `max_bytes`: the page is no larger; detail is left out to that end, and the page says so.
+std::string to_html(const Told& run, std::size_t max_bytes = kMaxBytes);
 
 // Compares what both apps have, by name, and names what only one has. kCaller: they have no node in common.
-Result<std::string> compare_html(const Told& run, const Told& other, std::size_t most_bytes = kMostBytes);
+Result<std::string> compare_html(const Told& run, const Told& other, std::size_t max_bytes = kMaxBytes);
 
 // The app's graph, and which subchain used which core over the run, as pictures without a script, for the beginning of
 // another page. `head` belongs into that page's head.

@@ -293,10 +293,10 @@ TEST_F(PageTest, NoPageIsLargerThanItMayBe) {
   for (Micros at = 0; at < told.duration; at += 24'000) {
     told.runs.push_back({scan, 0, told.runs.size() + 1, at, at + 7'000, 5.5F, 0.0F});
   }
-  for (const std::size_t most : {1'500'000U, 800'000U}) {
-    const std::string html = to_html({"hour", told}, most);
-    EXPECT_LE(html.size(), most);
-    EXPECT_GE(html.size(), most / 4) << "what fits is there";
+  for (const std::size_t max : {1'500'000U, 800'000U}) {
+    const std::string html = to_html({"hour", told}, max);
+    EXPECT_LE(html.size(), max);
+    EXPECT_GE(html.size(), max / 4) << "what fits is there";
     EXPECT_THAT(html, HasSubstr("In full detail: "));
   }
 }

@@ -20,9 +20,9 @@ std::string svg_of(double width, double height, const std::string& title, const 
       height, report::escaped(title), content);
 }
 
-// Steps of 1, 2 or 5 times a power of ten, about `count` of them up to `most`.
-double step_of(double most, int count) {
-  const double rough = most / count;
+// Steps of 1, 2 or 5 times a power of ten, about `count` of them up to `max`.
+double step_of(double max, int count) {
+  const double rough = max / count;
   const double power = std::pow(10.0, std::floor(std::log10(rough)));
   for (const double factor : {1.0, 2.0, 5.0}) {
     if (factor * power >= rough) return factor * power;
@@ -38,12 +38,12 @@ std::string grid_line(double x0, double y0, double x1, double y1) {
   return fmt::format("<line class=\"grid\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", x0, y0, x1, y1);
 }
 
-// Horizontal lines with their values, from 0 to `most`.
-std::string scale(double most, double left, double right, double top, double bottom, const char* unit) {
+// Horizontal lines with their values, from 0 to `max`.
+std::string scale(double max, double left, double right, double top, double bottom, const char* unit) {
   std::string text;
-  const double step = step_of(most, 4);
-  for (double value = 0.0; value <= most * 1.0001; value += step) {
-    const double y = bottom - value / most * (bottom - top);
+  const double step = step_of(max, 4);
+  for (double value = 0.0; value <= max * 1.0001; value += step) {
+    const double y = bottom - value / max * (bottom - top);
     text += grid_line(left, y, right, y) + axis_text(left - 6, y + 4, "end", fmt::format("{:g}{}", value, unit));
   }
   return text;
@@ -64,22 +64,22 @@ std::string seconds_scale(Micros duration, double left, double right, double bot
 std::string percentile_picture(const std::string& title, const std::vector<Curve>& curves,
                                const std::vector<PlotLevel>& levels) {
   constexpr double kWidth = 430.0, kTop = 12.0, kBottom = 190.0, kRight = kWidth - 12.0;
-  double most = 0.0;
+  double max = 0.0;
   std::size_t longest = 0;
   for (const Curve& curve : curves) {
-    for (const double sample : curve.samples_ms) most = std::max(most, sample);
+    for (const double sample : curve.samples_ms) max = std::max(max, sample);
     longest = std::max(longest, curve.samples_ms.size());
   }
   if (longest == 0) return {};
-  const double largest = most;
+  const double largest = max;
   for (const PlotLevel& level : levels) {
-    if (level.value_ms < 2.5 * largest) most = std::max(most, level.value_ms);
+    if (level.value_ms < 2.5 * largest) max = std::max(max, level.value_ms);
   }
-  most = most > 0.0 ? 1.06 * most : 1.0;
+  max = max > 0.0 ? 1.06 * max : 1.0;
   const double decades = std::max(1.0, std::log10(static_cast<double>(longest)));
   const auto x = [&](double rest) { return kLeft - std::log10(rest) / decades * (kRight - kLeft); };
-  const auto y = [&](double value) { return kBottom - value / most * (kBottom - kTop); };
-  std::string text = scale(most, kLeft, kRight, kTop, kBottom, "");
+  const auto y = [&](double value) { return kBottom - value / max * (kBottom - kTop); };
+  std::string text = scale(max, kLeft, kRight, kTop, kBottom, "");
   for (int decade = 0; decade <= static_cast<int>(decades); ++decade) {
     const double at = x(std::pow(10.0, -decade));
     text += grid_line(at, kTop, at, kBottom);
@@ -88,7 +88,7 @@ std::string percentile_picture(const std::string& title, const std::vector<Curve
     text += axis_text(at, kBottom + 16, "middle", label);
   }
   for (const PlotLevel& level : levels) {
-    if (level.value_ms > most) continue;
+    if (level.value_ms > max) continue;
     text += fmt::format("<line class=\"level {}\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>",
                         level.label, kLeft, y(level.value_ms), kRight, y(level.value_ms));
     // Lines are often close together, so their names stand at different ends and sides.
@@ -181,25 +181,25 @@ std::string responses_picture(const Story& story, std::size_t chain) {
   for (const ResponsePoint& response : story.responses[chain]) samples.push_back({response.end, response.response_ms});
   const std::vector<Band> buckets = bands(samples, story.duration, kBuckets);
   if (buckets.empty()) return {};
-  double most = 0.0;
-  for (const Band& band : buckets) most = std::max(most, band.max);
-  most = most > 0.0 ? 1.06 * most : 1.0;
+  double max = 0.0;
+  for (const Band& band : buckets) max = std::max(max, band.max);
+  max = max > 0.0 ? 1.06 * max : 1.0;
   const auto path = [&](double Band::*value, const char* kind) {
     std::string line;
     for (const Band& band : buckets) {
       const double x =
           kLeft + (static_cast<double>(band.bucket) + 0.5) / static_cast<double>(kBuckets) * (kRight - kLeft);
       line +=
-          fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, kBottom - band.*value / most * (kBottom - kTop));
+          fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, kBottom - band.*value / max * (kBottom - kTop));
     }
     return fmt::format("<path class=\"curve {}\" d=\"{}\"/>", kind, line);
   };
   std::string text =
-      scale(most, kLeft, kRight, kTop, kBottom, "") + seconds_scale(story.duration, kLeft, kRight, kBottom);
+      scale(max, kLeft, kRight, kTop, kBottom, "") + seconds_scale(story.duration, kLeft, kRight, kBottom);
   text += path(&Band::max, "max") + path(&Band::p95, "p95") + path(&Band::mean, "mean");
   const std::optional<double> bound = story.figures.chains[chain].bound_ms;
-  if (bound && *bound < most) {
-    const double y = kBottom - *bound / most * (kBottom - kTop);
+  if (bound && *bound < max) {
+    const double y = kBottom - *bound / max * (kBottom - kTop);
     text += fmt::format("<line class=\"level bound\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", kLeft,
                         y, kRight, y);
   }

@@ -75,8 +75,8 @@ TEST(Paper, GivesAQueueNodeAnyFraction) {
   const Made m = made(kTwo, spec, {.cores = 1, .slack = 0.0});
   ASSERT_TRUE(m.plan.ok()) << m.plan.error().message();
   EXPECT_FALSE(m.plan->subchains[1].every);
-  const double least = 2.0 + 0.8 + 2.0 * std::sqrt(1.6);
-  EXPECT_NEAR(m.plan->objective, least, 1e-6);
+  const double min = 2.0 + 0.8 + 2.0 * std::sqrt(1.6);
+  EXPECT_NEAR(m.plan->objective, min, 1e-6);
 }
 
 // Slow takes what fast gives, and costs more with each item: it has time for as many as its own period brings.

@@ -85,10 +85,10 @@ class Formulation {
       return division_.max_every(i) <= 1.0 ? std::optional(1.0) : std::nullopt;
     };
     const auto any_every = [&](std::size_t i) {
-      const double most = division_.max_every(i);
-      const Monomial every = add_variable(division_.is_free(i) ? 0.5 * most : std::sqrt(most));
+      const double max = division_.max_every(i);
+      const Monomial every = add_variable(division_.is_free(i) ? 0.5 * max : std::sqrt(max));
       limits_[i].longest = program_.constraints.size();
-      require({1.0 / most * every});
+      require({1.0 / max * every});
       if (division_.is_free(i)) return every;
       limits_[i].shortest = program_.constraints.size();
       require({every.inverse()});

@@ -103,10 +103,10 @@ Multipliers good_multipliers(const Problem& problem, const std::vector<std::vect
       const auto cheaper = [&](const Choice& a, const Choice& b) {
         return cost_of(a, linear.coefficients[i], multipliers) < cost_of(b, linear.coefficients[i], multipliers);
       };
-      const Choice& least = *std::min_element(choices[i].begin(), choices[i].end(), cheaper);
-      lower_bound += cost_of(least, linear.coefficients[i], multipliers);
-      timings.push_back(least.timing);
-      used[static_cast<std::size_t>(least.kind)] += least.usage;
+      const Choice& cheapest = *std::min_element(choices[i].begin(), choices[i].end(), cheaper);
+      lower_bound += cost_of(cheapest, linear.coefficients[i], multipliers);
+      timings.push_back(cheapest.timing);
+      used[static_cast<std::size_t>(cheapest.kind)] += cheapest.usage;
     }
     if (lower_bound > best_lower_bound) {
       best_lower_bound = lower_bound;
@@ -179,14 +179,14 @@ class BranchAndBound {
         owned_(problem.cores.size(), 0) {
     const Linear linear = linear_of(problem, multipliers);
     const std::size_t count = choices_.size();
-    std::vector<double> least(count);
+    std::vector<double> cheapest(count);
     for (std::size_t i = 0; i < count; ++i) {
       const auto cost = [&](const Choice& choice) { return cost_of(choice, linear.coefficients[i], multipliers); };
       std::stable_sort(choices_[i].begin(), choices_[i].end(),
                        [&](const Choice& a, const Choice& b) { return cost(a) < cost(b); });
       costs_.emplace_back();
       for (const Choice& choice : choices_[i]) costs_.back().push_back(cost(choice));
-      least[i] = costs_.back().front();
+      cheapest[i] = costs_.back().front();
       Timing& timing = timings_.emplace_back(choices_[i].front().timing);
       for (const Choice& choice : choices_[i]) {
         timing.period = std::min(timing.period, choice.timing.period);
@@ -195,9 +195,10 @@ class BranchAndBound {
       order_.push_back(i);
     }
     // Those first whose choice matters most.
-    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return least[a] > least[b]; });
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](std::size_t a, std::size_t b) { return cheapest[a] > cheapest[b]; });
     rest_.assign(count + 1, 0.0);
-    for (std::size_t at = count; at-- > 0;) rest_[at] = rest_[at + 1] + least[order_[at]];
+    for (std::size_t at = count; at-- > 0;) rest_[at] = rest_[at + 1] + cheapest[order_[at]];
     chosen_.resize(count);
     root_ = value_of(problem_, timings_);
     root_.objective = linear.constant + rest_.front();
@@ -321,9 +322,9 @@ StageOne allocate_cores(const Problem& problem, std::size_t steps) {
   stage.objective = search_all.best().objective;
   if (!search_all.exhaustive()) {
     // Where a lower factor is not ruled out, nothing is said of the objective.
-    const bool least = search_all.best().same_factors(search_all.root());
+    const bool best_is_root = search_all.best().same_factors(search_all.root());
     const double lower_bound = std::max(0.0, search_all.root().objective);
-    stage.gap = !least ? 1.0 : stage.objective > 0.0 ? std::max(0.0, 1.0 - lower_bound / stage.objective) : 0.0;
+    stage.gap = !best_is_root ? 1.0 : stage.objective > 0.0 ? std::max(0.0, 1.0 - lower_bound / stage.objective) : 0.0;
   }
   return stage;
 }

@@ -131,7 +131,7 @@ class WholeNumbers {
   // it is convex.
   template <typename Limit, typename Visit>
   void for_each(const OpenCore& open, std::size_t i, const Limit& limit, const Visit& visit) {
-    const int most = static_cast<int>(division_.max_every(i));
+    const int max = static_cast<int>(division_.max_every(i));
     const auto at = [&](int n) {
       if (steps_ > 0) --steps_;
       const OpenCore next = with(open, i, n);
@@ -139,16 +139,16 @@ class WholeNumbers {
     };
     if (division_.is_exact(i)) {
       // It sets the frame, or has to fit it.
-      for (int n = 1; n <= most && steps_ > 0; ++n) {
-        const auto [next, least] = at(n);
-        if (next.shortest <= next.longest * (1.0 + kStageRounding) && least < limit()) visit(n, next, least);
+      for (int n = 1; n <= max && steps_ > 0; ++n) {
+        const auto [next, lowest] = at(n);
+        if (next.shortest <= next.longest * (1.0 + kStageRounding) && lowest < limit()) visit(n, next, lowest);
       }
       return;
     }
-    int best = guess(i, most);
+    int best = guess(i, max);
     auto found = at(best);
     for (const int side : {-1, 1}) {
-      while (best + side >= 1 && best + side <= most) {
+      while (best + side >= 1 && best + side <= max) {
         auto next = at(best + side);
         // Where nothing is possible yet, more frames a run leave more of the core.
         if (!(next.second < found.second) && !(side > 0 && !std::isfinite(next.second) && !std::isfinite(found.second)))
@@ -161,27 +161,27 @@ class WholeNumbers {
     int low = best - 1;
     int high = best + 1;
     bool down = low >= 1;
-    bool up = high <= most;
+    bool up = high <= max;
     while ((down || up) && steps_ > 0) {
       if (down) {
-        const auto [next, least] = at(low);
-        down = least < limit();
-        if (down) visit(low, next, least);
+        const auto [next, lowest] = at(low);
+        down = lowest < limit();
+        if (down) visit(low, next, lowest);
         down = down && --low >= 1;
       }
       if (up) {
-        const auto [next, least] = at(high);
-        up = least < limit();
-        if (up) visit(high, next, least);
-        up = up && ++high <= most;
+        const auto [next, lowest] = at(high);
+        up = lowest < limit();
+        if (up) visit(high, next, lowest);
+        up = up && ++high <= max;
       }
     }
   }
 
-  int guess(std::size_t i, int most) const {
+  int guess(std::size_t i, int max) const {
     const double frame = relaxed_.frames[static_cast<std::size_t>(division_.core_of[i])];
     const double every = frame > 0.0 ? relaxed_.periods[i] / frame : 1.0;
-    return static_cast<int>(std::clamp(std::round(every), 1.0, static_cast<double>(most)));
+    return static_cast<int>(std::clamp(std::round(every), 1.0, static_cast<double>(max)));
   }
 
   // The least of a core by itself, with whole numbers. Where it takes too long, without.
@@ -190,17 +190,17 @@ class WholeNumbers {
     double best = kInfinity;
     constexpr std::size_t kShare = 10;
     const std::size_t before = steps_;
-    const std::size_t most = steps_ / kShare / division_.cores.size();
-    const auto takes_too_long = [&] { return steps_ == 0 || before - steps_ > most; };
-    const auto descend = [&](const auto& self, std::size_t at, const OpenCore& open, double least) -> void {
+    const std::size_t max = steps_ / kShare / division_.cores.size();
+    const auto takes_too_long = [&] { return steps_ == 0 || before - steps_ > max; };
+    const auto descend = [&](const auto& self, std::size_t at, const OpenCore& open, double lowest) -> void {
       if (takes_too_long()) return;
       if (at == begin.whole.size()) {
-        best = std::min(best, least);
+        best = std::min(best, lowest);
         return;
       }
       for_each(
           open, begin.whole[at], [&] { return best; },
-          [&](int, const OpenCore& next, double next_least) { self(self, at + 1, next, next_least); });
+          [&](int, const OpenCore& next, double next_min) { self(self, at + 1, next, next_min); });
     };
     descend(descend, 0, begin.open, begin.open.min_total());
     return takes_too_long() ? begin.open.min_total() : best;
@@ -275,9 +275,9 @@ class WholeNumbers {
     const double left = frame > 0.0 ? open.usable - open.work / frame : open.usable;
     for (const std::size_t i : core.members) {
       if (!division_.is_free(i) || division_.is_exact(i) || !(left > 0.0)) continue;
-      const double least = std::max(division_.problem.subchains[i].min_period, 0.0);
+      const double min = std::max(division_.problem.subchains[i].min_period, 0.0);
       double& period = found.timings[i].period;
-      period = std::max(period * wanted / left, least);
+      period = std::max(period * wanted / left, min);
       found.timings[i].execution = period;
     }
     found.frames.push_back(frame);

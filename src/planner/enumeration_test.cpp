@@ -103,9 +103,9 @@ double best_of_grid(const Small& small, const Judge& judge) {
       }
     }
   }
-  double least = kInfinity;
-  for (const auto& each : best) least = std::min(least, judge(each.second, seconds{60}));
-  return least;
+  double min = kInfinity;
+  for (const auto& each : best) min = std::min(min, judge(each.second, seconds{60}));
+  return min;
 }
 
 class Enumeration : public testing::TestWithParam<Small> {};

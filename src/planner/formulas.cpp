@@ -48,9 +48,9 @@ double speed_of_all(const graph::App& app, int cores) {
 std::string hint_for(const graph::App& app, const model::CostTable& costs, const FormulaRequest& request) {
   if (!request.count_cores) return "give it more cores, lower a rate, or make its nodes cheaper";
   const std::size_t fastest = fastest_kind(app);
-  const int most = std::min(kMaxCores, request.cores + static_cast<int>(app.graph.subchains().size()));
+  const int max = std::min(kMaxCores, request.cores + static_cast<int>(app.graph.subchains().size()));
   FormulaRequest other = request;
-  for (other.cores = request.cores + 1; other.cores <= most; ++other.cores) {
+  for (other.cores = request.cores + 1; other.cores <= max; ++other.cores) {
     const int more = other.cores - request.cores;
     if (!planned(with_more_cores(app, request.cores, fastest, more), costs, other)) continue;
     const std::string give = app.core_kinds.empty()

@@ -151,12 +151,12 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
   const bool can_be_shortest = plan::ticks_of(to_millis(limits.shortest), to_millis(clock.period)).has_value();
   if (limits.exact && !can_be_shortest) return;
   const bool shortest = can_be_shortest && (limits.exact || random.once_in(2));
-  const Nanos::rep least = std::max<Nanos::rep>((limits.shortest + clock.period - Nanos{1}) / clock.period, 1);
+  const Nanos::rep min_every = std::max<Nanos::rep>((limits.shortest + clock.period - Nanos{1}) / clock.period, 1);
   const auto more = random.once_in(2) ? Nanos::rep{0} : static_cast<Nanos::rep>(random.below(kMaxTicks));
   place.pause.reset();
   place.after.reset();
   place.clock = clock.node;
-  place.period = shortest ? limits.shortest : (least + more) * clock.period;
+  place.period = shortest ? limits.shortest : (min_every + more) * clock.period;
   place.phase = std::min(to_nanos(to_millis(place.period) * random.fraction()), place.period - Nanos{1});
 }
 
@@ -351,9 +351,9 @@ void Moves::align(Schedule& schedule, std::size_t subchain, Random& random) cons
   Place& place = schedule.subchains[subchain];
   if (other.clock != place.clock && (limits.exact || (other.clock && !knows(subchain, *other.clock)))) return;
   if (!limits.exact) {
-    const Nanos::rep least = (limits.shortest + other.period - Nanos{1}) / other.period;
+    const Nanos::rep min_every = (limits.shortest + other.period - Nanos{1}) / other.period;
     const Nanos::rep more = random.once_in(4) ? 1 + static_cast<Nanos::rep>(random.below(kMaxTicks)) : 0;
-    place.period = (std::max<Nanos::rep>(least, 1) + more) * other.period;
+    place.period = (std::max<Nanos::rep>(min_every, 1) + more) * other.period;
     place.pause.reset();
     place.after.reset();
     place.clock = other.clock;
@@ -428,10 +428,10 @@ void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random)
   for (const int core : cores_for_priorities(schedule)) {
     if (core != place.core && app_.kind_of(core) == app_.kind_of(place.core)) others.push_back(core);
   }
-  const auto most = static_cast<std::size_t>(pipelines_.max_cores(SubchainId(subchain)) - 1);
-  if (others.empty() || most == 0) return;
+  const auto max = static_cast<std::size_t>(pipelines_.max_cores(SubchainId(subchain)) - 1);
+  if (others.empty() || max == 0) return;
   std::vector<int> cores{place.core};
-  for (std::size_t more = 1 + random.below(std::min(most, others.size())); more > 0; --more) {
+  for (std::size_t more = 1 + random.below(std::min(max, others.size())); more > 0; --more) {
     const auto chosen = others.begin() + static_cast<std::ptrdiff_t>(random.below(others.size()));
     cores.push_back(*chosen);
     others.erase(chosen);

@@ -34,10 +34,10 @@ double own_period(const graph::Graph& graph, NodeId node) {
 // What part of its time on one thread a run takes on so many, from 1 to as many as are of use.
 std::vector<double> parts_by_threads(const graph::Graph& graph, const model::CostTable& costs, SubchainId id) {
   const std::vector<NodeId>& nodes = graph.subchain(id).nodes;
-  const int most = costs.max_useful_threads(graph, id);
+  const int max = costs.max_useful_threads(graph, id);
   const Millis alone = costs.subchain_total(graph, id);
   std::vector<double> parts;
-  for (int threads = 1; threads <= most; ++threads) {
+  for (int threads = 1; threads <= max; ++threads) {
     Millis elapsed{0};
     for (const NodeId node : nodes) elapsed += costs[node].with_threads(threads, graph.node(node).max_threads);
     parts.push_back(alone > Millis{0} ? elapsed / alone : 1.0);
@@ -298,15 +298,14 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   const double found = found_under_way(schedule, i, above, led) + met_after_waits;
   timing.execution = led.late + (timing.cost + found) * stretch + timing.waits;
   timing.from_begin = (timing.cost + met_after_waits) * stretch + timing.waits;
-  const double least = to_millis(place.period).count();
+  const double min = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
-    timing.period = std::max(least, timing.execution + to_millis(*place.pause).count());
+    timing.period = std::max(min, timing.execution + to_millis(*place.pause).count());
     timing.wait = (timing.period + variance * stretch * stretch / timing.period) / 2.0;
     return;
   }
-  const double apart =
-      place.after ? std::max(least, outputs_apart(schedule, i) * runs_per_output(*place.after)) : least;
+  const double apart = place.after ? std::max(min, outputs_apart(schedule, i) * runs_per_output(*place.after)) : min;
   const double alone = timing.cost * stretch + timing.waits;
   double missed = 0.0;  // triggers, of each
   double squares = 0.0;
@@ -321,8 +320,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
     squares += blocked * blocked * other.rate;
     long_gaps += other.rate;
   }
-  constexpr double kFewest = 0.02;
-  const double kept = std::max(1.0 - missed, kFewest);
+  constexpr double kMinKept = 0.02;
+  const double kept = std::max(1.0 - missed, kMinKept);
   timing.period = std::max(apart / kept, alone);
   const double even = std::max(1.0 / timing.period - long_gaps, 0.0);
   timing.wait = std::max((even * apart * apart + squares) / 2.0, timing.period / 2.0);

@@ -263,10 +263,10 @@ TEST_F(NodeCostsOfThreads, OnAnotherKindTheyScaleAsWhereItWasMeasured) {
 // A queue node whose runs cost 2 ms and 0.5 ms an item, with some noise.
 class NodeCostsOfBatches : public ::testing::Test {
  protected:
-  std::optional<record::CostChange> run(int count, int least, int most, double fixed = 2.0, double per_item = 0.5) {
+  std::optional<record::CostChange> run(int count, int min, int max, double fixed = 2.0, double per_item = 0.5) {
     std::optional<record::CostChange> last;
     for (int i = 0; i < count; ++i) {
-      const int items = std::uniform_int_distribution(least, most)(random);
+      const int items = std::uniform_int_distribution(min, max)(random);
       const double noise = std::uniform_real_distribution(0.9, 1.1)(random);
       record::Run run;
       run.node = NodeId(0);

@@ -210,11 +210,11 @@ class Deciding {
   // What runs typically take on several threads, where that was measured.
   bool threads_changed() const {
     for (std::size_t index = 0; index < with_.app.graph.nodes().size(); ++index) {
-      const int most = with_.app.graph.nodes()[index].max_threads;
+      const int max = with_.app.graph.nodes()[index].max_threads;
       const model::CostProfile& before = with_.typical[NodeId(index)];
       const model::CostProfile& after = situation_.typical[NodeId(index)];
       for (const auto& [threads, elapsed] : after.by_threads()) {
-        if (differ(before.with_threads(threads, most).count(), elapsed.count(), kMeanChanged)) return true;
+        if (differ(before.with_threads(threads, max).count(), elapsed.count(), kMeanChanged)) return true;
       }
     }
     return false;

@@ -243,7 +243,7 @@ class ConsumerCursor {
       }
       if (ended_ || std::pair(next_->input.predecessor, next_->input.first) > std::pair(run.node, run.number)) break;
       const bool takes_it = next_->from(run.node) && next_->input.last >= run.number;
-      if (takes_it && taken_.size() < kMostConsumers) taken_.push_back(*next_);
+      if (takes_it && taken_.size() < kMaxConsumers) taken_.push_back(*next_);
       next_.reset();
     }
     consumers_.clear();
@@ -254,7 +254,7 @@ class ConsumerCursor {
   std::span<const Consumer> of_run() const { return consumers_; }
 
  private:
-  static constexpr std::size_t kMostConsumers = 1 << 16;  // a record that was tampered with must not fill the memory
+  static constexpr std::size_t kMaxConsumers = 1 << 16;  // a record that was tampered with must not fill the memory
 
   struct Taken {
     Consumed input;

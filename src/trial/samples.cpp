@@ -111,9 +111,9 @@ Samples::Waits Samples::mean_wait(NodeId node) const {
 
 Samples::Split Samples::split(NodeId node, std::size_t kind, int threads) const {
   const model::CostProfile& cost = costs_[kind][node];
-  const int most = std::clamp(threads, 1, max_threads_[node.index()]);
-  const double part = proportion(cost.with_threads(most, max_threads_[node.index()]), cost.with_threads(1, 1));
-  return {cost.threads_used(most), part};
+  const int max = std::clamp(threads, 1, max_threads_[node.index()]);
+  const double part = proportion(cost.with_threads(max, max_threads_[node.index()]), cost.with_threads(1, 1));
+  return {cost.threads_used(max), part};
 }
 
 }  // namespace ctn::trial

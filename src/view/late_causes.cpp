@@ -43,7 +43,7 @@ void LateCauses::keep(Event event) {
   const auto is_old = [&](const Event& of) {
     return std::visit([](const auto& one) { return time_of(one); }, of) < newest_ - kKept;
   };
-  while (!events_.empty() && (events_.size() > kMostKept || is_old(events_.front()))) forget_oldest();
+  while (!events_.empty() && (events_.size() > kMaxKept || is_old(events_.front()))) forget_oldest();
 }
 
 void LateCauses::forget_oldest() {
@@ -57,7 +57,7 @@ void LateCauses::forget_oldest() {
 void LateCauses::late(std::size_t chain, TimePoint begin, TimePoint end) {
   if (end <= before_[chain]) return;
   waiting_.push_back({chain, begin, end});
-  if (waiting_.size() <= kMostWaiting) return;
+  if (waiting_.size() <= kMaxWaiting) return;
   tell(waiting_.front().chain, waiting_.front().end, why::CauseKind::kUnexplained);
   waiting_.pop_front();
 }
@@ -115,7 +115,7 @@ void LateCauses::tell(std::size_t chain, TimePoint end, why::CauseKind cause) {
   so_far.until = std::max(so_far.until, end);
   std::deque<Told>& told = told_[chain];
   told.push_back({end, cause});
-  while (!told.empty() && (told.front().end < newest_ - kKept || told.size() > kMostWaiting)) told.pop_front();
+  while (!told.empty() && (told.front().end < newest_ - kKept || told.size() > kMaxWaiting)) told.pop_front();
 }
 
 }  // namespace ctn::view

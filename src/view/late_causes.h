@@ -6,7 +6,7 @@
 // kept seconds.
 //
 // Units: instants of the monotonic clock. Thread safety: none; one owner. Memory: the events of kKept, and at most
-// kMostKept of them.
+// kMaxKept of them.
 #pragma once
 
 #include <array>
@@ -30,8 +30,8 @@ class LateCauses {
  public:
   static constexpr Nanos kEvery = std::chrono::seconds{5};
   static constexpr Nanos kKept = std::chrono::seconds{15};
-  static constexpr std::size_t kMostKept = 65536;
-  static constexpr std::size_t kMostWaiting = 16384;
+  static constexpr std::size_t kMaxKept = 65536;
+  static constexpr std::size_t kMaxWaiting = 16384;
   // Events that belong to a response may be reported this long after its end.
   static constexpr Nanos kSettled = std::chrono::seconds{1};
 

@@ -32,8 +32,8 @@ double part_within(TimePoint begin, TimePoint end, const Window& window) {
 
 Distribution distribution_of(const std::vector<double>& samples) {
   if (samples.empty()) return {};
-  const auto [least, largest] = std::minmax_element(samples.begin(), samples.end());
-  Distribution result{*least, (*largest - *least) / kDistributionParts, std::vector<std::uint64_t>(kDistributionParts)};
+  const auto [min, largest] = std::minmax_element(samples.begin(), samples.end());
+  Distribution result{*min, (*largest - *min) / kDistributionParts, std::vector<std::uint64_t>(kDistributionParts)};
   for (const double sample : samples) {
     const double part = result.width_ms > 0.0 ? (sample - result.from_ms) / result.width_ms : 0.0;
     ++result.counts[std::min(static_cast<std::size_t>(part), kDistributionParts - 1)];
@@ -301,9 +301,9 @@ std::optional<int> LiveView::cpu_of(int core) const {
       }
     }
   }
-  const auto most =
+  const auto max =
       std::max_element(ended.begin(), ended.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == ended.end() ? std::nullopt : std::optional(most->first);
+  return max == ended.end() ? std::nullopt : std::optional(max->first);
 }
 
 std::vector<Core> LiveView::planned_cores() const {

@@ -17,7 +17,7 @@ constexpr std::size_t kRememberedRuns = 2048;
 
 template <class Sample>
 void keep(std::deque<Sample>& series, Sample sample, TimePoint newest) {
-  while (!series.empty() && (series.front().end <= newest - kWindow || series.size() >= kMostSamples)) {
+  while (!series.empty() && (series.front().end <= newest - kWindow || series.size() >= kMaxSamples)) {
     series.pop_front();
   }
   series.push_back(std::move(sample));
@@ -238,7 +238,7 @@ void LiveView::note(TimePoint at, std::string kind, std::string detail) {
   Event event{since_start(at), std::move(kind), std::move(detail)};
   if (std::find(events_.begin(), events_.end(), event) != events_.end()) return;
   events_.push_back(std::move(event));
-  if (events_.size() > kMostEvents) events_.pop_front();
+  if (events_.size() > kMaxEvents) events_.pop_front();
 }
 
 double LiveView::since_start(TimePoint at) const { return std::chrono::duration<double>(at - header_.started).count(); }

@@ -6,7 +6,7 @@
 // newest notices. Late responses are counted by their causes (late_causes.h), some seconds after they ended.
 //
 // Units: Nanos and instants of the monotonic clock in, milliseconds out. Thread safety: none; one owner. Memory: at
-// most kMostSamples of each node, chain and subchain, the oldest of which go first, and that of record/lineage.h.
+// most kMaxSamples of each node, chain and subchain, the oldest of which go first, and that of record/lineage.h.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ namespace ctn::view {
 constexpr Nanos kWindow = std::chrono::seconds{10};
 constexpr Nanos kHistory = std::chrono::seconds{60};
 constexpr Nanos kHistoryStep = std::chrono::seconds{1};
-constexpr std::size_t kMostSamples = 32768;
-constexpr std::size_t kMostEvents = 200;
+constexpr std::size_t kMaxSamples = 32768;
+constexpr std::size_t kMaxEvents = 200;
 // A session shows that it lives every 50 ms, from an ordinary thread.
 constexpr Nanos kStalledAfter = std::chrono::seconds{1};
 

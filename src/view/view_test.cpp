@@ -292,9 +292,9 @@ TEST_F(LiveViewTest, NeverKeepsMoreThanItMay) {
     view.add(record::Run{
         id("scan"), k, begin, begin + std::chrono::microseconds{5}, std::chrono::microseconds{5}, 0, true, {}, 2});
   }
-  EXPECT_EQ(picture(500).nodes[0].runs, kMostSamples);
+  EXPECT_EQ(picture(500).nodes[0].runs, kMaxSamples);
   for (int k = 0; k < 1000; ++k) view.add(record::Notice{at_ms(k), "n", std::to_string(k)});
-  EXPECT_EQ(picture(1000).events.size(), kMostEvents);
+  EXPECT_EQ(picture(1000).events.size(), kMaxEvents);
   EXPECT_EQ(picture(1000).events.back().detail, "999");
 }
 

@@ -61,11 +61,11 @@ bool same_secret(std::string_view a, std::string_view b) {
 }
 
 Result<std::string> token_from(std::string_view text) {
-  constexpr std::size_t kFewest = 16;
-  constexpr std::size_t kMost = 256;
+  constexpr std::size_t kMin = 16;
+  constexpr std::size_t kMax = 256;
   const std::string_view token = trimmed(text);
   const bool plain = std::all_of(token.begin(), token.end(), [](char c) { return c > ' ' && c <= '~'; });
-  if (token.size() >= kFewest && token.size() <= kMost && plain) return std::string(token);
+  if (token.size() >= kMin && token.size() <= kMax && plain) return std::string(token);
   return Error::caller("the token is not 16 to 256 printable characters without blanks",
                        "make one with `openssl rand -hex 16`");
 }

@@ -78,8 +78,8 @@ Result<WhatIf> parse_what_if(std::string_view body) {
   }
   const OrderedJson cores = taken_out(*fields, "cores");
   if (!cores.is_null()) {
-    if (!cores.is_number_integer() || cores < 1 || cores > kMostCoresAsked) {
-      return not_a_question(fmt::format("`cores` is not a number from 1 to {}", kMostCoresAsked));
+    if (!cores.is_number_integer() || cores < 1 || cores > kMaxCoresAsked) {
+      return not_a_question(fmt::format("`cores` is not a number from 1 to {}", kMaxCoresAsked));
     }
     asked.cores = cores.get<int>();
   }

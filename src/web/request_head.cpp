@@ -70,7 +70,7 @@ std::optional<Refusal> read_request_line(std::string_view line, RequestHead& hea
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
     return Refusal{505, "only HTTP/1.1 is spoken here", "use a client that speaks it"};
   }
-  if (target.size() > kMostTarget) return Refusal{414, "the address is too long", "shorten it"};
+  if (target.size() > kMaxTarget) return Refusal{414, "the address is too long", "shorten it"};
   if (target.empty() || target.front() != '/' || !is_printable_ascii(target)) {
     return bad("the first line names no path");
   }
@@ -88,8 +88,8 @@ std::optional<Refusal> read_length(std::string_view value, std::size_t& length) 
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   const bool all = end == value.data() + value.size() && !value.empty();
   if (!all || error == std::errc::invalid_argument) return bad("Content-Length is no number");
-  if (error == std::errc::result_out_of_range || number > kMostBody) {
-    return Refusal{413, fmt::format("the body is longer than {} bytes", kMostBody), "send less"};
+  if (error == std::errc::result_out_of_range || number > kMaxBody) {
+    return Refusal{413, fmt::format("the body is longer than {} bytes", kMaxBody), "send less"};
   }
   length = static_cast<std::size_t>(number);
   return std::nullopt;
@@ -154,7 +154,7 @@ std::variant<RequestHead, Refusal> parse_head(std::string_view text) {
     const auto line = next_line(text);
     if (!line) return bad("the head does not end");
     if (line->empty()) break;
-    if (++count > kMostHeaders) return Refusal{431, "there are too many headers", "send fewer"};
+    if (++count > kMaxHeaders) return Refusal{431, "there are too many headers", "send fewer"};
     const std::size_t colon = line->find(':');
     if (colon == std::string_view::npos) return bad("a header has no colon");
     const std::string_view name = line->substr(0, colon);

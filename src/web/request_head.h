@@ -14,10 +14,10 @@
 
 namespace ctn::web {
 
-constexpr std::size_t kMostHead = 16 * 1024;  // bytes, the empty line included
-constexpr std::size_t kMostHeaders = 64;      // lines
-constexpr std::size_t kMostTarget = 1024;     // bytes
-constexpr std::size_t kMostBody = 64 * 1024;  // bytes
+constexpr std::size_t kMaxHead = 16 * 1024;  // bytes, the empty line included
+constexpr std::size_t kMaxHeaders = 64;      // lines
+constexpr std::size_t kMaxTarget = 1024;     // bytes
+constexpr std::size_t kMaxBody = 64 * 1024;  // bytes
 
 // Why a request is not served.
 struct Refusal {
@@ -33,7 +33,7 @@ struct RequestHead {
   std::optional<std::string> host{};
   std::optional<std::string> origin{};
   std::optional<std::string> authorization{};
-  std::size_t content_length = 0;  // at most kMostBody; 0 unless POST
+  std::size_t content_length = 0;  // at most kMaxBody; 0 unless POST
   bool keep_alive = true;          // as the client wants it
   bool expects_continue = false;   // the client waits for 100 Continue before it sends the body
 

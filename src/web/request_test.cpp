@@ -82,8 +82,8 @@ TEST(RequestHeadTest, WhatIsNoPlainRequestIsRefused) {
   for (const char* line : {"PUT / HTTP/1.1", "OPTIONS / HTTP/1.1", "get / HTTP/1.1", "CONNECT / HTTP/1.1"}) {
     EXPECT_EQ(refused(std::string(line) + "\r\n\r\n"), 405) << line;
   }
-  EXPECT_EQ(refused("GET /" + std::string(kMostTarget, 'a') + " HTTP/1.1\r\n\r\n"), 414);
-  EXPECT_EQ(refused("GET /" + std::string(kMostTarget - 1, 'a') + " HTTP/1.1\r\n\r\n"), 0);
+  EXPECT_EQ(refused("GET /" + std::string(kMaxTarget, 'a') + " HTTP/1.1\r\n\r\n"), 414);
+  EXPECT_EQ(refused("GET /" + std::string(kMaxTarget - 1, 'a') + " HTTP/1.1\r\n\r\n"), 0);
 }
 
 TEST(RequestHeadTest, WrongHeadersAreRefused) {
@@ -106,7 +106,7 @@ TEST(RequestHeadTest, WrongHeadersAreRefused) {
   EXPECT_EQ(refused(post + "Content-Length: 1\r\nContent-Encoding: gzip\r\n\r\n"), 415);
   EXPECT_EQ(refused(post + "Content-Length: 1\r\nExpect: tea\r\n\r\n"), 417);
   std::string many = get;
-  for (std::size_t i = 0; i < kMostHeaders; ++i) many += "a: b\r\n";
+  for (std::size_t i = 0; i < kMaxHeaders; ++i) many += "a: b\r\n";
   EXPECT_EQ(refused(many + "\r\n"), 0);
   EXPECT_EQ(refused(many + "a: b\r\n\r\n"), 431);
 }

@@ -222,17 +222,17 @@ struct Server::Impl {
 
   static constexpr os::Poller::Key kListener = 0;
   static constexpr os::Poller::Key kFirstLeaving = 1U << 20U;
-  static constexpr std::size_t kMostLeaving = 64;
-  static constexpr std::size_t kMostHeard = std::size_t{64} * 1024;
+  static constexpr std::size_t kMaxLeaving = 64;
+  static constexpr std::size_t kMaxHeard = std::size_t{64} * 1024;
   static constexpr Nanos kLeaveWithin = std::chrono::seconds{1};
 
   Impl(os::Os& system, Source& shown, os::TcpListener listening, std::unique_ptr<os::Poller> waits,
-       std::optional<std::string> token, const Limits& most)
+       std::optional<std::string> token, const Limits& max)
       : os(system),
         source(shown),
         listener(std::move(listening)),
         poller(std::move(waits)),
-        limits(most),
+        limits(max),
         rules{os::is_loopback_host(listener.address().host), std::move(token)},
         live(os, limits.step * 9 / 10, [this] { return source.live(); }),
         timeline(os, limits.step * 9 / 10, [this] { return source.timeline(); }),
@@ -251,7 +251,7 @@ struct Server::Impl {
     library.set_default_headers(headers);
     library.set_keep_alive_max_count(limits.requests);
     library.set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(limits.idle).count());
-    library.set_payload_max_length(kMostBody);
+    library.set_payload_max_length(kMaxBody);
     show("/", kPage, "text/html; charset=utf-8");
     show("/style.css", kPageStyle, "text/css; charset=utf-8");
     show("/page.js", kPageScript, "text/javascript; charset=utf-8");
@@ -371,12 +371,12 @@ struct Server::Impl {
                                                                  std::string& received) {
     TimePoint deadline = os.now() + (received.empty() ? limits.idle : limits.request);
     while (true) {
-      if (const auto length = head_length(received); length && *length <= kMostHead) {
+      if (const auto length = head_length(received); length && *length <= kMaxHead) {
         auto head = parse_head(std::string_view(received).substr(0, *length));
         received.erase(0, *length);
         return head;
       }
-      if (received.size() >= kMostHead) return Refusal{431, "the head of the request is too long", "send less"};
+      if (received.size() >= kMaxHead) return Refusal{431, "the head of the request is too long", "send less"};
       std::array<char, 4096> buffer;
       const bool first = received.empty();
       const auto got = client.receive(buffer.data(), buffer.size(), deadline);
@@ -395,7 +395,7 @@ struct Server::Impl {
     client.finish();
     const TimePoint deadline = os.now() + std::min(kLeaveWithin, limits.answer);
     std::array<char, 4096> buffer;
-    for (std::size_t heard = 0; heard < kMostHeard;) {
+    for (std::size_t heard = 0; heard < kMaxHeard;) {
       const auto got = client.receive(buffer.data(), buffer.size(), deadline);
       if (got.outcome != Outcome::kDone) return;
       heard += got.bytes;
@@ -478,7 +478,7 @@ struct Server::Impl {
         answer_of({503, "as many clients are served as can be", "close one, or try again"});
     if (client.send_now(kAnswer) < kAnswer.size()) return;
     client.finish();
-    if (leaving.size() >= kMostLeaving) drop(leaving.begin());
+    if (leaving.size() >= kMaxLeaving) drop(leaving.begin());
     const auto it = leaving.emplace(next_key++, Leaving{std::move(client), os.now() + kLeaveWithin}).first;
     if (!poller->add(it->second.client.socket(), it->first)) leaving.erase(it);
   }
@@ -489,7 +489,7 @@ struct Server::Impl {
     std::array<char, 4096> buffer;
     const auto got = it->second.client.receive(buffer.data(), buffer.size(), TimePoint{});
     it->second.heard += got.bytes;
-    if (got.outcome != Outcome::kDone || it->second.heard >= kMostHeard) drop(it);
+    if (got.outcome != Outcome::kDone || it->second.heard >= kMaxHeard) drop(it);
   }
 
   std::map<os::Poller::Key, Leaving>::iterator drop(std::map<os::Poller::Key, Leaving>::iterator it) {

@@ -20,7 +20,7 @@ void Timeline::add(const record::Run& run) {
   if (run.node.index() >= lane_of_.size() || run.end <= run.begin || run.begin < started_) return;
   const std::size_t lane = lane_of_[run.node.index()];
   const int cpu = std::max(run.on_cpu, -1);
-  if (lane >= names_.size() || (!of_.contains(cpu) && of_.size() >= kMostCpus)) return;
+  if (lane >= names_.size() || (!of_.contains(cpu) && of_.size() >= kMaxCpus)) return;
   Busy& busy = of_[cpu].try_emplace(lane).first->second;
   const std::int64_t last = step_of(run.end - Nanos{1});
   const std::int64_t first = std::max(step_of(run.begin), last - static_cast<std::int64_t>(kSteps) + 1);

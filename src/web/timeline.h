@@ -5,7 +5,7 @@
 // The CPU time of a run counts evenly between its begin and its end, on the CPU on which it ended. Unscheduled nodes
 // are shown like subchains, after these.
 //
-// Units: instants of the monotonic clock. Thread safety: none; one owner. Memory: at most kMostCpus CPUs, each with
+// Units: instants of the monotonic clock. Thread safety: none; one owner. Memory: at most kMaxCpus CPUs, each with
 // kSteps steps for each subchain that used it. No event is trusted.
 #pragma once
 
@@ -27,7 +27,7 @@ class Timeline final : public record::Sink {
  public:
   static constexpr Nanos kStep = std::chrono::milliseconds{100};
   static constexpr std::size_t kSteps = 300;
-  static constexpr std::size_t kMostCpus = 256;
+  static constexpr std::size_t kMaxCpus = 256;
 
   Timeline(const graph::App& app, TimePoint started);
 

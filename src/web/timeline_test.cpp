@@ -101,7 +101,7 @@ TEST_F(TimelineTest, OddRunsAreLeftOut) {
 
 TEST_F(TimelineTest, CpusAreBounded) {
   for (int cpu = 0; cpu < 1000; ++cpu) ran("see", 0, 100, 100, cpu);
-  EXPECT_EQ(shown(100)["cpus"].size(), Timeline::kMostCpus);
+  EXPECT_EQ(shown(100)["cpus"].size(), Timeline::kMaxCpus);
 }
 
 TEST_F(TimelineTest, KeepsThePlanInForce) {

@@ -11,7 +11,7 @@
 
 namespace ctn::web {
 
-constexpr int kMostCoresAsked = 64;
+constexpr int kMaxCoresAsked = 64;
 
 struct WhatIf {
   // `text` is as the client wrote it: "5ms", what a run of the node would cost at the percentile that is planned with;
@@ -23,7 +23,7 @@ struct WhatIf {
   };
   Changes changes{};
   std::vector<Cost> costs{};
-  std::optional<int> cores{};  // 1 to kMostCoresAsked; none: as many as there are
+  std::optional<int> cores{};  // 1 to kMaxCoresAsked; none: as many as there are
   friend bool operator==(const WhatIf&, const WhatIf&) = default;
 };
 

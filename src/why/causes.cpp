@@ -121,7 +121,7 @@ Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool
     }
     return sum;
   };
-  Key most{PartKind::kUnexplained, parts.empty() ? NodeId{} : parts.front().node};
+  Key max{PartKind::kUnexplained, parts.empty() ? NodeId{} : parts.front().node};
   Nanos exceeded{0};
   for (const auto& [key, length] : lengths) {
     Nanos excess = beyond(key);
@@ -140,20 +140,20 @@ Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool
     }
     if (excess > exceeded) {
       exceeded = excess;
-      most = key;
+      max = key;
     }
   }
-  Cause cause{cause_by(most.first), most.second, {}, exceeded};
-  if (usually_late && most.first == PartKind::kRunning) cause.kind = CauseKind::kLongRun;
+  Cause cause{cause_by(max.first), max.second, {}, exceeded};
+  if (usually_late && max.first == PartKind::kRunning) cause.kind = CauseKind::kLongRun;
   Nanos longest{0};
   for (const Part& part : parts) {
-    if (part.kind != most.first) continue;
-    if (is_by_another(most.first) && part.by == most.second && part.length() > longest) {
+    if (part.kind != max.first) continue;
+    if (is_by_another(max.first) && part.by == max.second && part.length() > longest) {
       longest = part.length();
       cause.node = part.node;
       cause.by = part.by;
     }
-    if (most.first != PartKind::kOwnPreviousRun || part.node != most.second) continue;
+    if (max.first != PartKind::kOwnPreviousRun || part.node != max.second) continue;
     const auto [node, excess] = longest_excess(part, history);
     if (2 * excess >= exceeded) {
       cause.kind = CauseKind::kLongRun;

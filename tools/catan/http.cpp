@@ -29,8 +29,8 @@
 namespace ctn::tool {
 namespace {
 
-constexpr std::uint64_t kMostFiles = 256;
-constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 30U;
+constexpr std::uint64_t kMaxFiles = 256;
+constexpr std::uint64_t kMaxMemory = std::uint64_t{1} << 30U;
 constexpr std::size_t kTokenBytes = 16;
 
 struct HttpCommand {
@@ -96,7 +96,7 @@ Status serve_page(const HttpCommand& command) {
   auto signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});
   if (!signals) return signals.error();
   os::yield_to_others();
-  os::limit_resources(kMostFiles, kMostMemory);
+  os::limit_resources(kMaxFiles, kMaxMemory);
   const std::unique_ptr<os::Os> os = os::make_linux_os();
   HttpSource source(*os, command.target);
   // A server that starts this process may not listen yet, so that not finding it is no error.

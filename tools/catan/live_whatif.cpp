@@ -34,8 +34,8 @@ using AnswerJson = nlohmann::ordered_json;
 // CPUs.
 constexpr Nanos kSearchWork = std::chrono::seconds{1};
 constexpr Nanos kSearchWithin = std::chrono::seconds{3};
-constexpr int kMostTurns = 2000;
-constexpr double kMostTimes = 1000.0;
+constexpr int kMaxTurns = 2000;
+constexpr double kMaxTimes = 1000.0;
 constexpr Nanos kLongest = std::chrono::hours{240};  // as in all other durations that users write
 constexpr auto kLongestNanos = static_cast<double>(kLongest.count());
 
@@ -90,9 +90,9 @@ Result<double> factor_of(const web::WhatIf::Cost& cost, Millis now) {
     double factor = 0.0;
     const char* const text_end = cost.text.data() + cost.text.size();
     const auto [end, error] = std::from_chars(cost.text.data() + 1, text_end, factor);
-    if (error == std::errc() && end == text_end && factor > 0.0 && factor <= kMostTimes) return factor;
+    if (error == std::errc() && end == text_end && factor > 0.0 && factor <= kMaxTimes) return factor;
     return Error::caller(fmt::format("costs.{}: {} is not a factor above 0, up to {}", printable(cost.node),
-                                     quote(cost.text), kMostTimes),
+                                     quote(cost.text), kMaxTimes),
                          hint);
   }
   const Result<Nanos> duration = config::parse_duration(cost.text);
@@ -156,7 +156,7 @@ Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation s
     return Error::caller("no plan was found for that", "loosen bounds, lower costs or rates, or ask for more cores");
   policy::Decision decision = std::move(**first);
   situation.why = policy::PlanReason::kPeriodic;
-  for (int turn = 1; memory && turn <= kMostTurns && memory->work() < kSearchWork && clock.now() < until; ++turn) {
+  for (int turn = 1; memory && turn <= kMaxTurns && memory->work() < kSearchWork && clock.now() < until; ++turn) {
     if (!memory->more_to_do(situation.fewest_runs)) break;
     situation.periodic = turn;
     Result<std::optional<policy::Decision>> better = policy::replacement(policy, situation, decision);

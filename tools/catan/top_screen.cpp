@@ -141,7 +141,7 @@ std::vector<ScreenLine> top_lines(const Picture& picture, const ScreenState& sta
 // Sections stand one below the other. Each begins with a line of headings.
 struct Section {
   std::vector<ScreenLine> lines;
-  std::size_t least = 0;     // lines that it gets before any section gets more
+  std::size_t min = 0;       // lines that it gets before any section gets more
   std::size_t selected = 0;  // row that must be visible
 };
 
@@ -211,7 +211,7 @@ Section cause_section(const Picture& picture, const ScreenState& state, std::siz
                  {causes_text(chain.late_by), chain.bound_ms ? Style::kBad : Style::kWarning}},
                 width));
   }
-  section.least = std::min<std::size_t>(section.lines.size(), 3);
+  section.min = std::min<std::size_t>(section.lines.size(), 3);
   return section;
 }
 
@@ -425,7 +425,7 @@ void place(std::vector<Section> sections, std::size_t rows, bool unicode, std::v
   std::vector<std::size_t> given;
   std::size_t left = rows;
   for (const Section& section : sections) {
-    given.push_back(std::min({section.lines.size(), section.least, left}));
+    given.push_back(std::min({section.lines.size(), section.min, left}));
     left -= given.back();
   }
   for (std::size_t index = 0; index < sections.size(); ++index) {
@@ -481,10 +481,10 @@ Section distribution_section(const view::Distribution& distribution, std::size_t
     const auto first = counts.begin() + static_cast<std::ptrdiff_t>(at);
     sums.push_back(std::accumulate(first, first + static_cast<std::ptrdiff_t>(together), std::uint64_t{0}));
   }
-  const std::uint64_t most = *std::max_element(sums.begin(), sums.end());
+  const std::uint64_t max = *std::max_element(sums.begin(), sums.end());
   for (std::size_t index = 0; index < sums.size(); ++index) {
     const double from = distribution.from_ms + distribution.width_ms * static_cast<double>(index * together);
-    const double part = most > 0 ? static_cast<double>(sums[index]) / static_cast<double>(most) : 0.0;
+    const double part = max > 0 ? static_cast<double>(sums[index]) / static_cast<double>(max) : 0.0;
     section.lines.push_back(
         {{fmt::format("{:>9} ms ", figure(from)), Style::kPlain},
          {bar(part, width > 40 ? std::min<std::size_t>(width - 30, 100) : 10, unicode), Style::kGood},
@@ -518,13 +518,13 @@ void open_chain(const Picture& picture, const ScreenState& state, ScreenSize siz
   }
   std::vector<Section> sections{summaries(chain, state, size.columns),
                                 node_section(nodes, picture, state, size.columns)};
-  sections[1].least = sections[1].lines.size();
+  sections[1].min = sections[1].lines.size();
   if (!state.causes.empty()) {
     Section causes{{}, 0, 0};
     for (const std::string& line : state.causes) {
       causes.lines.push_back({{line, causes.lines.empty() ? Style::kHeading : Style::kPlain}});
     }
-    causes.least = causes.lines.size();
+    causes.min = causes.lines.size();
     sections.push_back(std::move(causes));
   }
   std::size_t taken = lines.size();

@@ -5,7 +5,7 @@
 namespace ctn::tool {
 namespace {
 
-constexpr std::size_t kLeastName = 24;
+constexpr std::size_t kMinName = 24;
 
 // Where each character begins, and where the text ends.
 std::vector<std::size_t> character_starts(const std::string& text) {
@@ -66,13 +66,13 @@ std::vector<ScreenLine> ScreenTable::lines(std::size_t width, bool unicode) cons
     for (const std::size_t column : shown) sum += column == 0 ? 0 : widths[column] + gap;
     return sum;
   };
-  const std::size_t least_name = std::min(widths[0], kLeastName);
+  const std::size_t min_name = std::min(widths[0], kMinName);
   if (figures() + widths[0] > width) gap = 1;
-  while (figures() + least_name > width) {
-    const auto least = std::max_element(
+  while (figures() + min_name > width) {
+    const auto min = std::max_element(
         shown.begin(), shown.end(), [&](std::size_t a, std::size_t b) { return columns_[a].rank < columns_[b].rank; });
-    if (columns_[*least].rank == 0) break;
-    shown.erase(least);
+    if (columns_[*min].rank == 0) break;
+    shown.erase(min);
   }
   const std::size_t taken = std::min(figures(), width);
   widths[0] = std::min(widths[0], std::max(width - taken, std::min<std::size_t>(width, 4)));

@@ -197,12 +197,12 @@ std::string whatif_json(const WhatIf& result) {
   const Answer* min = result.app.has_bounds() ? sim::cheapest(result.hardware) : nullptr;
   Json limits = Json::array();
   for (const auto& [cores, speed] : result.limits) {
-    limits.push_back({{"cores", cores}, {"least_speed", speed ? Json(*speed) : Json(nullptr)}});
+    limits.push_back({{"cores", cores}, {"min_speed", speed ? Json(*speed) : Json(nullptr)}});
   }
   Json node_limits = Json::array();
   for (const auto& [node, factor] : result.node_limits) {
     node_limits.push_back(
-        {{"node", result.app.graph.node(node).name}, {"most_factor", factor ? Json(*factor) : Json(nullptr)}});
+        {{"node", result.app.graph.node(node).name}, {"max_factor", factor ? Json(*factor) : Json(nullptr)}});
   }
   Json json{{"app", result.app.name},
             {"scheduler", result.scheduler},

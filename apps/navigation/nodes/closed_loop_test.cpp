@@ -73,9 +73,9 @@ TEST(ClosedLoop, ExploresTwoRooms) {
   EXPECT_GT(exploration.known, 0.95);
 
   const std::vector<Work>& mapping = exploration.work.at("GM");
-  std::uint64_t most = 0;
-  for (const Work& work : mapping) most = std::max(most, work.cells);
-  EXPECT_GT(most, 5 * mapping.front().cells);  // grows with the map
+  std::uint64_t max = 0;
+  for (const Work& work : mapping) max = std::max(max, work.cells);
+  EXPECT_GT(max, 5 * mapping.front().cells);  // grows with the map
   const std::vector<Work>& planning = exploration.work.at("GP");
   EXPECT_GT(planning.back().cells, planning.front().cells);
 }

@@ -16,10 +16,10 @@ inline double units(const Work& work) {
          kExpanded * static_cast<double>(work.expanded);
 }
 
-// `nanoseconds`: the time that a unit of this node takes. `slowdown`: how many times as long the board takes. `least`:
+// `nanoseconds`: the time that a unit of this node takes. `slowdown`: how many times as long the board takes. `min`:
 // the cost, in seconds, of a run that has nothing to do but to take its inputs.
-inline double cost(const Work& work, double nanoseconds, double slowdown, double least = 10e-6) {
-  return slowdown * (least + units(work) * nanoseconds * 1e-9);
+inline double cost(const Work& work, double nanoseconds, double slowdown, double min = 10e-6) {
+  return slowdown * (min + units(work) * nanoseconds * 1e-9);
 }
 
 }  // namespace ctn::navigation

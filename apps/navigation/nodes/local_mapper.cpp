@@ -8,9 +8,9 @@ namespace {
 
 constexpr float kHit = 1.0F;
 constexpr float kPassed = -0.6F;
-constexpr float kMost = 2.0F;      // evidence for an obstacle
-constexpr float kLeast = -1.0F;    // for a free cell
-constexpr float kObstacle = 0.5F;  // from here on
+constexpr float kMaxEvidence = 2.0F;   // evidence for an obstacle
+constexpr float kMinEvidence = -1.0F;  // for a free cell
+constexpr float kObstacle = 0.5F;      // from here on
 
 float towards_nothing(float evidence, float step) {
   return evidence > 0.0F ? std::max(0.0F, evidence - step) : std::min(0.0F, evidence + step);
@@ -45,7 +45,7 @@ void LocalMapper::move_to(const Pose& pose) {
 }
 
 void LocalMapper::fade(double seconds) {
-  const auto step = static_cast<float>(std::clamp(seconds / kMemory, 0.0, 1.0)) * kMost;
+  const auto step = static_cast<float>(std::clamp(seconds / kMemory, 0.0, 1.0)) * kMaxEvidence;
   for (float& evidence : evidence_) evidence = towards_nothing(evidence, step);
 }
 
@@ -67,7 +67,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     const std::size_t cell = frame_.index(column, row);
     if (marked_[cell] == runs_) continue;
     marked_[cell] = runs_;
-    evidence_[cell] = std::min(kMost, evidence_[cell] + kHit);
+    evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const double angle = pose.heading + beam_angle(beam);
@@ -82,7 +82,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
       const std::size_t cell = frame_.index(column, row);
       if (marked_[cell] == runs_) continue;
       marked_[cell] = runs_;
-      evidence_[cell] = std::max(kLeast, evidence_[cell] + kPassed);
+      evidence_[cell] = std::max(kMinEvidence, evidence_[cell] + kPassed);
     }
   }
 

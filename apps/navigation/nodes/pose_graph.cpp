@@ -6,7 +6,7 @@
 namespace ctn::navigation {
 namespace {
 
-constexpr int kMostSteps = 10;
+constexpr int kMaxSteps = 10;
 constexpr double kSmallStep = 1e-6;
 constexpr double kTurnWeight = 10.0;  // a radian counts as much as this squared number of metres does
 
@@ -57,7 +57,7 @@ double relax(std::vector<Pose>& poses, const std::vector<Constraint>& constraint
   if (poses.size() < 2) return error_of();
 
   const auto size = static_cast<Eigen::Index>(3 * (poses.size() - 1));
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     Triplets triplets;
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
     for (const Constraint& constraint : constraints) {

@@ -17,10 +17,10 @@ bool crosses(const Segment& segment, Point low, Point high) {
   double from = 0.0;
   double to = 1.0;
   const Point along = segment.to - segment.from;
-  const auto clip = [&](double begin, double step, double least, double most) {
-    if (step == 0.0) return begin >= least && begin <= most;
-    double one = (least - begin) / step;
-    double other = (most - begin) / step;
+  const auto clip = [&](double begin, double step, double min, double max) {
+    if (step == 0.0) return begin >= min && begin <= max;
+    double one = (min - begin) / step;
+    double other = (max - begin) / step;
     if (one > other) std::swap(one, other);
     from = std::max(from, one);
     to = std::min(to, other);

@@ -85,7 +85,7 @@ class WorldReader {
   }
 
   // Returns `fallback` after a mistake.
-  double number(const YAML::Node& node, const std::string& key, double least, double most, double fallback) {
+  double number(const YAML::Node& node, const std::string& key, double min, double max, double fallback) {
     double value = 0.0;
     const std::string text = node.IsScalar() ? node.Scalar() : "";
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -94,8 +94,8 @@ class WorldReader {
           "write metres, m/s, seconds or degrees, without a unit");
       return fallback;
     }
-    if (value < least || value > most) {
-      add(node, key, fmt::format("{} is out of range", text), fmt::format("write {} to {}", least, most));
+    if (value < min || value > max) {
+      add(node, key, fmt::format("{} is out of range", text), fmt::format("write {} to {}", min, max));
       return fallback;
     }
     return value;
@@ -120,10 +120,10 @@ class WorldReader {
     return Point{values[0], values[1]};
   }
 
-  std::vector<Point> points(const YAML::Node& node, const std::string& key, std::size_t least) {
+  std::vector<Point> points(const YAML::Node& node, const std::string& key, std::size_t min) {
     std::vector<Point> result;
-    if (!node.IsSequence() || node.size() < least) {
-      add(node, key, fmt::format("this should be a list of {} points or more", least), "write [[x, y], [x, y], ...]");
+    if (!node.IsSequence() || node.size() < min) {
+      add(node, key, fmt::format("this should be a list of {} points or more", min), "write [[x, y], [x, y], ...]");
       return result;
     }
     const std::size_t before = problems_.size();
@@ -237,10 +237,9 @@ class WorldReader {
       if (at != keys.end()) read(at->second, key + "." + name);
       return at != keys.end();
     };
-    const auto value = [&](const char* name, double least, double most, double fallback) {
+    const auto value = [&](const char* name, double min, double max, double fallback) {
       double read = fallback;
-      with(name,
-           [&](const YAML::Node& at, const std::string& full) { read = number(at, full, least, most, fallback); });
+      with(name, [&](const YAML::Node& at, const std::string& full) { read = number(at, full, min, max, fallback); });
       return read;
     };
     for (const char* needed : {"path", "speed"}) {

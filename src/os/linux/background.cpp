@@ -24,13 +24,13 @@ void raise_nice(int to) {
   if (::getpriority(PRIO_PROCESS, 0) < to) static_cast<void>(::setpriority(PRIO_PROCESS, 0, to));  // always allowed
 }
 
-void lower_limit(int resource, std::uint64_t most) {
+void lower_limit(int resource, std::uint64_t max) {
   rlimit limit{};
   // glibc gives the resources a type of their own.
   const auto which = static_cast<decltype(RLIMIT_NOFILE)>(resource);
   if (::getrlimit(which, &limit) != 0) return;
-  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, most);
-  limit.rlim_max = std::min<rlim_t>(limit.rlim_max, most);
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, max);
+  limit.rlim_max = std::min<rlim_t>(limit.rlim_max, max);
   static_cast<void>(::setrlimit(which, &limit));
 }
 

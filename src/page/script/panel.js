@@ -2,7 +2,7 @@
 // that says what is under the pointer.
 
 const duration = Math.max(...runs.map((run) => run.duration));
-const kLeast = 50; // microseconds
+const kMin = 50; // microseconds
 const view = { from: 0, to: duration };
 const panels = [];
 let colours = {};
@@ -15,7 +15,7 @@ function readColours() {
 }
 
 function show(from, to) {
-  const length = Math.min(Math.max(to - from, kLeast), duration);
+  const length = Math.min(Math.max(to - from, kMin), duration);
   view.from = Math.min(Math.max(from, 0), duration - length);
   view.to = view.from + length;
   redraw();

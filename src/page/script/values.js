@@ -46,18 +46,18 @@ class Values extends Panel {
       const last = Math.min(one.band.bucket.length, above(one.band.bucket, view.to / one.size) + 1);
       return { one, points, first, last };
     });
-    let most = 0;
+    let max = 0;
     for (const { one, points, first, last } of drawn) {
-      if (points) for (const point of points) most = Math.max(most, point[1]);
-      else for (let i = first; i < last; i++) most = Math.max(most, one.band.max[i]);
+      if (points) for (const point of points) max = Math.max(max, point[1]);
+      else for (let i = first; i < last; i++) max = Math.max(max, one.band.max[i]);
     }
-    for (const level of this.levels()) if (level.most < 1.8 * most) most = Math.max(most, level.most);
-    most = most > 0 ? 1.08 * most : 1;
-    this.y = (ms) => bottom - (ms / most) * (bottom - top);
+    for (const level of this.levels()) if (level.max < 1.8 * max) max = Math.max(max, level.max);
+    max = max > 0 ? 1.08 * max : 1;
+    this.y = (ms) => bottom - (ms / max) * (bottom - top);
     this.timeAxis(g, height - 9, top, bottom);
-    const step = niceStep(most, 4);
+    const step = niceStep(max, 4);
     g.textAlign = 'right';
-    for (let value = 0; value <= most; value += step) {
+    for (let value = 0; value <= max; value += step) {
       const y = Math.round(this.y(value)) + 0.5;
       g.strokeStyle = colours.line;
       g.beginPath();
@@ -142,12 +142,12 @@ class Values extends Panel {
 
   what(x, y) {
     let best = null;
-    let least = 30 * 30;
+    let min = 30 * 30;
     for (const point of this.drawn || []) {
       const dx = this.x(point[0]) - x;
       const dy = (this.y(point[1]) - y) / 3;
       const apart = dx * dx + dy * dy;
-      if (apart < least) [least, best] = [apart, point];
+      if (apart < min) [min, best] = [apart, point];
     }
     if (!best) return '';
     const [at, ms, one, i] = best;
@@ -160,7 +160,7 @@ class Values extends Panel {
 }
 
 const runColour = (index) => () => colours[index ? 'run-b' : 'accent'];
-const kMostPoints = 2500;
+const kMaxPoints = 2500;
 
 class Responses extends Values {
   constructor(place) {
@@ -178,7 +178,7 @@ class Responses extends Values {
           const first = Math.max(0, above(at, from) - 1);
           const last = Math.min(at.length, above(at, to) + 1);
           const there = run.all_points || covered(run, from, Math.min(to, run.duration));
-          if (!there || last - first > kMostPoints) return null;
+          if (!there || last - first > kMaxPoints) return null;
           const points = [];
           for (let i = first; i < last; i++) points.push([at[i], ms[i]]);
           return points;
@@ -192,19 +192,19 @@ class Responses extends Values {
     const { run, chain } = this.series[0];
     const levels = [];
     if (chain.bound !== null) {
-      levels.push({ name: 'bound', most: chain.bound, steps: [[0, run.duration, chain.bound]] });
+      levels.push({ name: 'bound', max: chain.bound, steps: [[0, run.duration, chain.bound]] });
     }
     ['promised', 'expected'].forEach((name, which) => {
       const steps = [];
-      let most = 0;
+      let max = 0;
       run.plans.forEach((plan, i) => {
         const ms = plan.chains.length ? plan.chains[this.index][which] : null;
         if (ms === null) return;
         const end = i + 1 < run.plans.length ? run.plans[i + 1].at : run.duration;
         steps.push([plan.at, end, ms]);
-        if (end >= view.from && plan.at <= view.to) most = Math.max(most, ms);
+        if (end >= view.from && plan.at <= view.to) max = Math.max(max, ms);
       });
-      if (steps.length) levels.push({ name, most, steps });
+      if (steps.length) levels.push({ name, max, steps });
     });
     return levels;
   }
@@ -232,7 +232,7 @@ class Compute extends Values {
             const data = node.runs;
             const first = Math.max(0, above(data.begin, from) - 1);
             const last = Math.min(data.count, above(data.begin, to) + 1);
-            if (last - first > kMostPoints || !covered(run, from, Math.min(to, run.duration))) return null;
+            if (last - first > kMaxPoints || !covered(run, from, Math.min(to, run.duration))) return null;
             const points = [];
             for (let i = first; i < last; i++) {
               if (!several || data.mode[i] === mode) points.push([data.end[i], data.cpu[i]]);

@@ -283,16 +283,16 @@ class BruteForce {
     if (at == all.size()) return frame(g, all, every);
     const double c = cost(all[at]);
     const double min_slice = to_millis(any_.app.scheduler.min_slice).count();
-    const int most = plan::takes_batches(any_.app.graph, id(all[at])) || c < min_slice
-                         ? 1
-                         : static_cast<int>(std::floor(c / min_slice * (1.0 + 1e-12)));
-    for (every[at] = 1; every[at] <= most; ++every[at]) choose(g, all, every, at + 1);
+    const int max = plan::takes_batches(any_.app.graph, id(all[at])) || c < min_slice
+                        ? 1
+                        : static_cast<int>(std::floor(c / min_slice * (1.0 + 1e-12)));
+    for (every[at] = 1; every[at] <= max; ++every[at]) choose(g, all, every, at + 1);
   }
 
   void frame(int g, const std::vector<std::size_t>& all, const std::vector<int>& every) {
     const double usable = 1.0 - any_.slack;
     double busy = 0.0;
-    double least = 0.0;
+    double min = 0.0;
     std::optional<double> exact;
     std::optional<std::size_t> queue;
     for (std::size_t m = 0; m < all.size(); ++m) {
@@ -302,7 +302,7 @@ class BruteForce {
       }
       const plan::PeriodLimits limits = plan::period_limits(any_.app.graph, id(all[m]));
       busy += cost(all[m]) / every[m];
-      least = std::max(least, limits.min.count() / every[m]);
+      min = std::max(min, limits.min.count() / every[m]);
       if (limits.exact) {
         const double given = limits.exact->count() / every[m];
         if (exact && std::abs(*exact - given) > kRounding * given) return;
@@ -320,7 +320,7 @@ class BruteForce {
       }
     };
     if (!queue) {
-      const double shortest = std::max(busy / usable, least);
+      const double shortest = std::max(busy / usable, min);
       if (exact && shortest > *exact * (1.0 + kRounding)) return;
       set(exact ? *exact : shortest, 0.0);
       return share(g + 1);
@@ -328,9 +328,9 @@ class BruteForce {
     // One free share: convex in the frame, which is narrowed down by thirds (the rest of the app given).
     const double c = cost(*queue);
     const double min_slice = to_millis(any_.app.scheduler.min_slice).count();
-    const double most = c < min_slice ? 1.0 : c / min_slice;
+    const double max = c < min_slice ? 1.0 : c / min_slice;
     const double cap = plan::period_limits(any_.app.graph, id(*queue)).min.count();
-    double low = std::max({(busy + c / most) / usable, least, cap / most});
+    double low = std::max({(busy + c / max) / usable, min, cap / max});
     double high = std::max(low, 60.0 * (busy + c) / usable);
     const auto at = [&](double frame) {
       const double room = usable - busy / frame;

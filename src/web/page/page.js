@@ -8,7 +8,7 @@
   const kWindow = 30; // seconds of the timeline
   const kAgain = 3000; // ms until the next try, if the browser has given up
   const kBusy = 1000; // ms until the next try, if another question is being answered
-  const kMostTries = 10;
+  const kMaxTries = 10;
 
   const at = (id) => document.getElementById(id);
   let live = null;
@@ -558,7 +558,7 @@
       const { said, why, busy } = await post('whatif', asked(supposed), {});
       if (mine !== asking) return;
       if (said) return showAnswer(said);
-      if (!busy || tries === kMostTries) return answer(at('if-answer'), why, true);
+      if (!busy || tries === kMaxTries) return answer(at('if-answer'), why, true);
       await new Promise((resolve) => setTimeout(resolve, kBusy));
     }
   }
