@@ -192,7 +192,11 @@ TEST_P(OsConformance, ReadyTimeIsPartOfTheTimeThatPasses) {
   ASSERT_EQ(before.has_value(), after.has_value());
   if (!before) GTEST_SKIP() << "this system does not tell";
   EXPECT_GE(*after, *before);
-  EXPECT_LE(*after - *before + (os().thread_cpu_time() - cpu_before), os().now() - begin + 1ms);
+  const Nanos worked = os().thread_cpu_time() - cpu_before;
+  const Nanos passed = os().now() - begin;
+  // The kernel takes both from clocks of CPUs, and those of two CPUs may be a tick apart (10 ms at 100 Hz) where a
+  // thread moves from one to the other.
+  EXPECT_LE(*after - *before + worked, passed + 10ms);
 }
 
 // ---- Waiting
