@@ -266,6 +266,59 @@ TEST_F(SimulationApi, AQueueThatIsReadLosesNothing) {
   EXPECT_TRUE(simulation->snapshot().notices.empty());
 }
 
+// Run k of think is worth k ms, of look 2 and of push 2: what the file says of push alone.
+TEST_F(SimulationApi, RunsThatAreChargedCostThatAndNeedNoCostFile) {
+  write(costs_, "push: 2ms\n");
+  for (const double slowdown : {1.0, 1.5}) {
+    SimulationOptions chosen = options();
+    chosen.slowdown = slowdown;
+    auto simulation = Simulation::open(app_, chosen);
+    ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+    std::vector<nanoseconds> looks;
+    std::vector<nanoseconds> pushes;
+    simulation->node("look", [&](ctn::Run& run) {
+      looks.push_back(simulation->now());
+      run.charge(milliseconds{2});
+    });
+    simulation->node("think", [&](ctn::Run& run) { run.charge(milliseconds{1} * run.number()); });
+    simulation->on_effect("push", [&](ctn::Run&) { pushes.push_back(simulation->now()); });
+    ASSERT_TRUE(simulation->run_for(milliseconds{100}).ok());
+    ASSERT_GE(pushes.size(), 4U);
+    for (std::size_t k = 0; k < 4; ++k) {
+      EXPECT_EQ(pushes[k] - looks[k],
+                nanoseconds{static_cast<std::int64_t>(slowdown * 1e6 * (5.0 + 1.0 * static_cast<double>(k)))});
+    }
+  }
+  SimulationOptions without = options();
+  without.costs.clear();
+  auto simulation = Simulation::open(app_, without);
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  for (const char* const node : {"look", "think", "push"}) {
+    simulation->node(node, [](ctn::Run& run) { run.charge(milliseconds{3}); });
+  }
+  ASSERT_TRUE(simulation->run_for(seconds{4}).ok());
+  EXPECT_NEAR(simulation->snapshot().chains[0].latency_ms.mean, 9.0, 1e-9);
+}
+
+TEST_F(SimulationApi, NodesOfWhichNothingSaysWhatTheyCostAreNamed) {
+  write(costs_, "look: 2ms\n");
+  auto simulation = open();
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  const Status without_functions = simulation->run_for(seconds{1});
+  ASSERT_FALSE(without_functions.ok());
+  EXPECT_EQ(without_functions.error().problems().size(), 2U) << without_functions.error().message();
+  EXPECT_EQ(simulation->now(), nanoseconds{0});
+  simulation->node("think", [](ctn::Run&) {});
+  simulation->node("push", [](ctn::Run& run) { run.charge(milliseconds{1}); });
+  for (int call = 0; call < 2; ++call) {
+    const Status uncharged = simulation->run_for(seconds{1});
+    ASSERT_FALSE(uncharged.ok());
+    EXPECT_EQ(uncharged.error().kind(), ErrorKind::kCaller);
+    EXPECT_NE(uncharged.error().message().find("node think"), std::string::npos) << uncharged.error().message();
+    EXPECT_EQ(simulation->now(), nanoseconds{milliseconds{2}}) << "its first run begins then";
+  }
+}
+
 TEST_F(SimulationApi, MistakesAreToldAllAtOnce) {
   auto simulation = open();
   ASSERT_TRUE(simulation.ok());
@@ -301,7 +354,7 @@ TEST_F(SimulationApi, OpenRefusesWhatCannotBe) {
     const auto simulation = Simulation::open(app_, changed);
     return !simulation.ok() && simulation.error().kind() == ErrorKind::kCaller;
   };
-  EXPECT_TRUE(refused([](SimulationOptions& o) { o.costs.clear(); }));
+  EXPECT_TRUE(refused([](SimulationOptions& o) { o.costs = "no_such_file.yaml"; }));
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.policy = "fastest"; }));
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.cores = -1; }));
   EXPECT_TRUE(refused([](SimulationOptions& o) { o.cores = 1000; }));

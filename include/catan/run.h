@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,10 @@ class Run {
 
   // The node's mode in this run, an index into `modes` of the app file. Default 0.
   void set_mode(std::uint32_t mode) { mode_ = mode; }
+  // In a virtual run (catan/simulation.h): what the run's work was worth, in CPU time on a core of speed 1, all of its
+  // threads added up. It is taken in place of what the cost file says; several calls add up. In a session it does
+  // nothing: there the CPU time counts that the run really uses.
+  void charge(std::chrono::nanoseconds cpu);
   // This run gives no output: successors are not triggered, and what it wrote is discarded.
   void skip_output() { emits_ = false; }
 
@@ -68,6 +73,8 @@ class Run {
   std::uint32_t mode_ = 0;
   int threads_ = 1;
   bool emits_ = true;
+  std::optional<std::chrono::nanoseconds> charged_;  // so far; none: nothing was
+  std::chrono::nanoseconds refused_charge_{0};       // below 0: the first that was
   std::chrono::nanoseconds begin_{0};
   const std::vector<InputEdge>* edges_ = nullptr;  // one a predecessor; null: not known
   std::vector<Input> inputs_;                      // one a predecessor; sized once, reused

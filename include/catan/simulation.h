@@ -1,7 +1,7 @@
 // An application in virtual time: the same functions as in a session, the same policies, planner and dispatchers, on a
-// machine that is a model. What a run costs is drawn from a cost file, whatever its function takes to compute, so that
-// a whole closed loop (robot, world, collisions) can be tried in any number of cores, slower or faster than real time,
-// with the same result each time.
+// machine that is a model. What a run costs is what its function charges for the work that it did, or else is drawn
+// from a cost file, whatever the function takes to compute, so that a whole closed loop (robot, world, collisions) can
+// be tried in any number of cores, slower or faster than real time, with the same result each time.
 //
 //   auto simulation = ctn::Simulation::open("app.yaml", {.costs = "costs.yaml", .cores = 2});
 //   auto& sights = simulation->channel<double>("look", "steer");
@@ -14,6 +14,20 @@
 // world as they are then. What it writes reaches other nodes when the run ends, which is when on_effect's function is
 // called: there belongs what a run does to the world, as a motor's command. No time passes while either is called. A
 // world that moves by itself is advanced to now() by the functions that look at it or act on it.
+//
+// Costs. A function that calls Run::charge() says what its run costs: how much work there was (cells, particles,
+// candidates: counted) times a factor that was measured once. So costs come out of the world, and grow as it does.
+//
+//   simulation->node("map", [&](ctn::Run& run) { run.charge(map.add(*scans.read(run)) * 12ns); });    // cells touched
+//
+// That is CPU time on a core of speed 1, all threads of the run added up: it is multiplied by `slowdown`, divided by
+// the speed of the core's kind where the app file gives one, and shared evenly by the threads that the run works on.
+// What Catan itself costs (SimulationOptions::ideal) comes on top, and so does a wait that the cost file says. The run
+// is in the mode that Run::set_mode() says, or in the first. A run that is not charged costs what the cost file says,
+// with all that this has (modes, spikes, growth, what items of batches add), in a mode that is drawn, whatever
+// set_mode() says; a node may charge in some runs only. Of nodes that charge each of their runs nothing need be in the
+// file, and where all do, none is needed. To be charged in the function of node(), since the cost has to be known when
+// the run begins.
 //
 // The policies are those of session.h. The same app, costs and options give the same result to the bit, on every
 // machine, as far as the functions themselves do. How far the model is from real runs: docs/plants-in-the-loop.md.
@@ -39,8 +53,9 @@
 namespace ctn {
 
 struct SimulationOptions {
-  std::string costs;                   // path of the cost file (docs/cost-file.md): what each node's runs cost
-  double slowdown = 1.0;               // every run costs so many times what the file says, as on a slower machine
+  std::string costs;                   // path of the cost file (docs/cost-file.md): what runs cost that are not
+                                       // charged; empty: all are
+  double slowdown = 1.0;               // every run costs so many times as much, as on a slower machine
   std::string policy = "catan";        // as in SessionOptions
   int cores = 0;                       // that nodes may use; 0: those that the app file lists, else 1
   std::uint64_t seed = 1;              // of the costs' draws
@@ -64,9 +79,8 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  // What `name` does in a run. A node that is given none does nothing but take its time. The mode of a run is drawn
-  // from the cost file: Run::set_mode() has no effect. A name that the app has not, an external node, a second
-  // function, or a call after the first run_for() are reported by the next run_for().
+  // What `name` does in a run. A node that is given none does nothing but take its time. A name that the app has not,
+  // an external node, a second function, or a call after the first run_for() are reported by the next run_for().
   void node(std::string_view name, std::function<void(Run&)> body);
   // What `name` does to the world when a run ends, with the same Run as in its function, which is where channels are
   // read. Mistakes as with node().
@@ -89,7 +103,10 @@ class Simulation {
   std::chrono::nanoseconds warm_from() const;
 
   // Lets so much more time pass. Many short calls come to the same as a long one. Errors (kCaller): everything that was
-  // wrong with the calls above; a duration below 0; a call from within a node's function.
+  // wrong with the calls above; a duration below 0; a call from within a node's function; a node of which neither a
+  // function nor the cost file says what its runs cost. From runs, where time then stops: one that was not charged, of
+  // a node that the cost file does not have; a charge below 0, or in the function of on_effect(); a mode that the app
+  // has not.
   Status run_for(std::chrono::nanoseconds duration);
 
   // Closes the record. May be called twice; what comes later is not recorded. Errors: what could not be written.

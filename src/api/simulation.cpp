@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "api/policies.h"
 #include "config/app_file.h"
@@ -34,12 +35,20 @@ sim::Options simulator_options(const SimulationOptions& options, const graph::Ap
   return chosen;
 }
 
+// Of a cost file, if there is one.
+Result<config::PartialWorkload> load_costs(const std::string& file, const graph::App& app) {
+  if (!file.empty()) return config::load_partial_workload(file, app);
+  return config::PartialWorkload{model::Workload(app.graph), std::vector<bool>(app.graph.nodes().size(), false)};
+}
+
 }  // namespace
 
 class Simulation::Impl {
  public:
-  Impl(graph::App app, std::unique_ptr<sim::Simulation> simulation)
+  // `costs_given`: by NodeId, for which nodes a cost file says something.
+  Impl(graph::App app, std::unique_ptr<sim::Simulation> simulation, std::vector<bool> costs_given)
       : app_(std::move(app)),
+        costs_given_(std::move(costs_given)),
         simulation_(std::move(simulation)),
         connections_(app_, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
           simulation_->use_channel(consumer, slot, channel);
@@ -67,11 +76,15 @@ class Simulation::Impl {
       return Error::caller(fmt::format("time cannot go back ({} ns)", duration.count()), "give a duration from 0 on");
     }
     if (Status checked = connections_.check(false); !checked) return checked;
-    if (!std::exchange(started_, true)) hand_over();
+    if (!started_) {
+      if (Status known = check_costs(); !known) return known;
+      hand_over();
+      started_ = true;
+    }
     running_ = true;
     simulation_->run_for(duration);
     running_ = false;
-    return Done{};
+    return simulation_->status();
   }
 
   Status finish() { return simulation_->finish(); }
@@ -91,6 +104,21 @@ class Simulation::Impl {
     return false;
   }
 
+  // A node without a function cannot charge its runs.
+  Status check_costs() const {
+    std::vector<Problem> problems;
+    for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
+      const graph::Node& node = app_.graph.nodes()[index];
+      if (node.external || node.unscheduled || costs_given_[index] || connections_.body(NodeId(index))) continue;
+      problems.push_back({{},
+                          {},
+                          fmt::format("node {} has neither a cost nor a function that could charge one", node.name),
+                          fmt::format("say in a cost file what its runs cost, as in {}: 1.2ms", node.name)});
+    }
+    if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+    return Done{};
+  }
+
   void hand_over() {
     for (std::size_t index = 0; index < app_.graph.nodes().size(); ++index) {
       const NodeId node(index);
@@ -100,6 +128,7 @@ class Simulation::Impl {
   }
 
   graph::App app_;
+  std::vector<bool> costs_given_;
   std::unique_ptr<sim::Simulation> simulation_;
   runtime::Connections connections_;
   bool started_ = false;
@@ -109,8 +138,8 @@ class Simulation::Impl {
 Result<Simulation> Simulation::open(const std::string& app_file, const SimulationOptions& options) {
   Result<graph::App> app = config::load_app(app_file);
   if (!app) return app.error();
-  const Result<model::Workload> work = config::load_workload(options.costs, *app);
-  if (!work) return work.error();
+  Result<config::PartialWorkload> costs = load_costs(options.costs, *app);
+  if (!costs) return costs.error();
   Result<api::SimulatedPolicy> policy = api::simulated_policy(options.policy, *app);
   if (!policy) return policy.error();
   if (!(options.slowdown > 0.0) || !std::isfinite(options.slowdown)) {
@@ -118,9 +147,9 @@ Result<Simulation> Simulation::open(const std::string& app_file, const Simulatio
   }
   const sim::Options chosen = simulator_options(options, *app, std::move(*policy));
   auto simulation = sim::Simulation::create(
-      *app, std::make_unique<sim::DrawnCosts>(*app, *work, options.seed, options.slowdown), chosen);
+      *app, std::make_unique<sim::DrawnCosts>(*app, costs->work, options.seed, options.slowdown, costs->given), chosen);
   if (!simulation) return simulation.error();
-  return Simulation(std::make_unique<Impl>(std::move(*app), std::move(*simulation)));
+  return Simulation(std::make_unique<Impl>(std::move(*app), std::move(*simulation), std::move(costs->given)));
 }
 
 Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

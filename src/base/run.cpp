@@ -1,4 +1,4 @@
-// The age of a run's inputs (include/catan/run.h).
+// What a run is charged, and the age of its inputs (include/catan/run.h).
 #include "catan/run.h"
 
 #include <algorithm>
@@ -6,6 +6,15 @@
 #include "catan/channel.h"
 
 namespace ctn {
+
+void Run::charge(std::chrono::nanoseconds cpu) {
+  if (cpu < std::chrono::nanoseconds{0}) {
+    if (refused_charge_ == std::chrono::nanoseconds{0}) refused_charge_ = cpu;
+    return;
+  }
+  const std::chrono::nanoseconds before = charged_.value_or(std::chrono::nanoseconds{0});
+  charged_ = before + std::min(cpu, std::chrono::nanoseconds::max() - before);
+}
 
 // Origins that other processes tell may be anything from 0 up.
 std::chrono::nanoseconds Run::age_of(const Input& input) const {

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/time.h"
@@ -25,6 +27,7 @@ class RunAccess {
     run.number_ = number;
     run.mode_ = 0;
     run.emits_ = true;
+    static_cast<void>(take_charge(run));
     run.inputs_.assign(inputs, Input{});
   }
 
@@ -47,6 +50,15 @@ class RunAccess {
 
   static void consume(Run& run, std::size_t slot, std::uint64_t first, std::uint64_t last, Origin origin) {
     run.inputs_[slot] = {first, last, origin};
+  }
+
+  // What the run was charged since this was last asked; none: nothing.
+  struct Charge {
+    std::optional<Nanos> cpu;  // >= 0
+    Nanos refused{0};          // below 0: the first charge that was
+  };
+  static Charge take_charge(Run& run) {
+    return {std::exchange(run.charged_, std::nullopt), std::exchange(run.refused_charge_, Nanos{0})};
   }
 
   static std::uint32_t mode(const Run& run) { return run.mode_; }

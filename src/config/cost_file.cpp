@@ -46,7 +46,9 @@ class CostReader {
   CostReader(const Value& root, const graph::App& app, Problems& problems)
       : root_(root), app_(app), graph_(app.graph), problems_(problems), work_(app.graph) {}
 
-  model::Workload read();
+  // `all`: it is to name every node that is scheduled.
+  model::Workload read(bool all);
+  const std::vector<bool>& given() const { return given_; }
 
  private:
   struct Mode {
@@ -80,11 +82,11 @@ class CostReader {
   std::vector<bool> given_;  // by NodeId
 };
 
-model::Workload CostReader::read() {
+model::Workload CostReader::read(bool all) {
   given_.assign(graph_.nodes().size(), false);
   if (!expect(root_, ValueKind::kMap, "", "write one line a node, as in LM: 1.2ms", problems_)) return work_;
   for (const Entry* entry : read_entries(root_, "", problems_)) read_node(*entry);
-  report_missing_nodes();
+  if (all) report_missing_nodes();
   return work_;
 }
 
@@ -432,7 +434,7 @@ Result<model::Workload> parse_workload(std::string_view text, std::string_view f
   const auto root = parse_yaml(text, file, "docs/cost-file.md");
   if (!root) return root.error();
   Problems problems;
-  model::Workload work = CostReader(*root, app, problems).read();
+  model::Workload work = CostReader(*root, app, problems).read(true);
   if (!problems.empty()) return std::move(problems).to_error();
   return work;
 }
@@ -441,6 +443,18 @@ Result<model::Workload> load_workload(const std::string& path, const graph::App&
   const auto text = read_text(path);
   if (!text) return text.error();
   return parse_workload(*text, path, app);
+}
+
+Result<PartialWorkload> load_partial_workload(const std::string& path, const graph::App& app) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  const auto root = parse_yaml(*text, path, "docs/cost-file.md");
+  if (!root) return root.error();
+  Problems problems;
+  CostReader reader(*root, app, problems);
+  PartialWorkload read{reader.read(false), reader.given()};
+  if (!problems.empty()) return std::move(problems).to_error();
+  return read;
 }
 
 Result<model::CostTable> parse_costs(std::string_view text, std::string_view file, const graph::App& app) {

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
 
 #include "config/app_file.h"
 
@@ -126,6 +132,22 @@ TEST(CostFile, UnscheduledNodesAndZeroAreOptionalAndAllowed) {
   ASSERT_TRUE(costs.ok()) << costs.error().message();
   EXPECT_EQ(cost(*costs, "camera"), 0.0);
   EXPECT_EQ(cost(*costs, "imu"), 0.0);
+}
+
+TEST(CostFile, NeedNotNameNodesThatSayThemselvesWhatTheyCost) {
+  const std::string path = testing::TempDir() + "partial_" + std::to_string(getpid()) + ".costs.yaml";
+  const auto load = [&](const char* text) {
+    std::ofstream(path) << text;
+    return load_partial_workload(path, app());
+  };
+  const auto partial = load("camera: 2ms\n");
+  ASSERT_TRUE(partial.ok()) << partial.error().message();
+  EXPECT_EQ(partial->given, (std::vector<bool>{true, false, false, false}));
+  EXPECT_EQ(partial->work[NodeId(0)], model::NodeWork::constant(Millis{2}));
+  EXPECT_FALSE(load("camara: 2ms\n").ok()) << "as strict as ever with what it names";
+  EXPECT_FALSE(load_workload(path, app()).ok());
+  EXPECT_FALSE(load_partial_workload(path + ".not", app()).ok());
+  static_cast<void>(std::remove(path.c_str()));
 }
 
 TEST(CostFile, ReadsCostsOfEachKindOfCores) {

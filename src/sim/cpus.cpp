@@ -43,7 +43,7 @@ Cpus::Cpus(const Machine& machine, std::vector<double> speeds, std::size_t threa
 
 void Cpus::run_until(TimePoint end) {
   settle();
-  while (events_due_.next() <= end) {
+  while (!stopped_ && events_due_.next() <= end) {
     now_ = std::max(now_, events_due_.next());
     const EventQueue::Source source = events_due_.pop();
     ++events_;
@@ -54,7 +54,7 @@ void Cpus::run_until(TimePoint end) {
     }
     settle();
   }
-  now_ = std::max(now_, end);
+  if (!stopped_) now_ = std::max(now_, end);
 }
 
 // --- Which thread runs ---

@@ -64,6 +64,8 @@ class Cpus {
   TimePoint now() const { return now_; }
   // Lets everything happen that is due by then.
   void run_until(TimePoint end);
+  // run_until() returns once all that happens at this instant has, and does nothing from then on.
+  void stop() { stopped_ = true; }
 
   // Ends its reservation, if it has one. Precondition: below kReserved.
   void set_level(Thread thread, Level level);
@@ -184,6 +186,7 @@ class Cpus {
   std::int64_t last_order_ = 0;
   std::uint64_t events_ = 0;
   std::uint64_t throttled_ = 0;
+  bool stopped_ = false;
 };
 
 }  // namespace ctn::sim

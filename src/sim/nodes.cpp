@@ -1,5 +1,7 @@
 #include "sim/nodes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <variant>
 
@@ -243,13 +245,42 @@ void Nodes::begin_run(Node& node, int cpu) {
   node.wait = node.run.wait = draw.wait;
   node.working = node.threads;
   consume(node);
-  node.share = draw.cpu_with(batches_.taken_by(node.run)) + overhead_ + jitter_of(node.run);
+  node.share = share_of(node, draw, cpu) + overhead_ + jitter_of(node.run);
   node.run.elapsed = node.run.threads > 1 ? node.share : Nanos{0};
   for (int helper = 0; helper < node.threads; ++helper) {
     const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
     node.used_before[static_cast<std::size_t>(helper)] = cpus_.used_by(thread);
     if (helper > 0) cpus_.wake(thread, cpu);
   }
+}
+
+Nanos Nodes::share_of(Node& node, const model::RunDraw& draw, int cpu) {
+  const RunAccess::Charge charge = node.body ? RunAccess::take_charge(node.seen) : RunAccess::Charge{};
+  check_charge(node, charge);
+  if (!charge.cpu) return draw.cpu_with(batches_.taken_by(node.run));
+  node.run.mode = RunAccess::mode(node.seen);
+  return costs_.share_of_charge(*charge.cpu, node.threads, kinds_.of(cpu));
+}
+
+void Nodes::check_charge(const Node& node, const RunAccess::Charge& charge) {
+  if (charge.refused < Nanos{0}) {
+    tell_mistake(node, fmt::format("charged {} ns", charge.refused.count()), "charge CPU time from 0 up");
+  } else if (!charge.cpu && !costs_.knows(node.id)) {
+    tell_mistake(node, "has no cost",
+                 fmt::format("call Run::charge() in each run of {0}, or say in a cost file what they cost, as in {0}: "
+                             "1.2ms",
+                             node.described->name));
+  }
+  const std::size_t modes = std::max<std::size_t>(node.described->modes.size(), 1);
+  if (charge.cpu && RunAccess::mode(node.seen) >= modes) {
+    tell_mistake(node, fmt::format("is in mode {}, which the app does not have", RunAccess::mode(node.seen)),
+                 fmt::format("call set_mode() with a number below {}, or add modes to the node", modes));
+  }
+}
+
+void Nodes::tell_mistake(const Node& node, std::string_view what, std::string hint) {
+  client_.mistaken(
+      {{}, {}, fmt::format("run {} of node {} {}", node.run.number, node.described->name, what), std::move(hint)});
 }
 
 // Evenly spread, and the same for equal runs of equal nodes.
@@ -262,7 +293,6 @@ void Nodes::consume(Node& node) {
   if (has_code) {
     RunAccess::reset(node.seen, node.run.number, node.inputs.size());
     RunAccess::set_threads(node.seen, node.working);
-    node.seen.set_mode(node.run.mode);
     RunAccess::begin(node.seen, node.run.begin, node.edges);
     for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
       const std::optional<TimePoint> taken = ages_.taken(node.id, slot);
@@ -326,7 +356,13 @@ void Nodes::end_run(Node& node, int cpu) {
     node.run.cpu += cpus_.used_by(thread) - node.used_before[static_cast<std::size_t>(helper)];
   }
   node.run.on_cpu = cpu;
-  if (node.effect) node.effect(node.seen);
+  if (node.effect) {
+    node.effect(node.seen);
+    const RunAccess::Charge late = RunAccess::take_charge(node.seen);
+    if (late.cpu || late.refused < Nanos{0}) {
+      tell_mistake(node, "was charged in on_effect()'s function, when it had ended", "charge it in node()'s function");
+    }
+  }
   const bool has_code = node.body || node.effect;
   const bool skips = is_stale(node) || (has_code && !RunAccess::emits(node.seen));
   node.run.emitted = !skips && output_due(node);

@@ -6,7 +6,9 @@
 //
 // Each run says how old its inputs are (record/ages.h), and gives no output where it says so in the app.
 //
-// A run of a queue node costs what its batch adds, by the items that it consumed when it began.
+// A run of a queue node costs what its batch adds, by the items that it consumed when it began. A run that its function
+// charges (Run::charge()) costs that alone, shared evenly by its threads, and is in the mode that the function says;
+// what it waits is drawn all the same.
 //
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
 // with the last of them. A run that waits has its first thread sleep in the middle of its work.
@@ -19,9 +21,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "base/run_access.h"
 #include "catan/channel.h"
 #include "catan/run.h"
@@ -63,6 +68,8 @@ class Nodes {
    public:
     virtual ~Client() = default;
     virtual void run_ended(const record::Run& run) = 0;  // good for the call
+    // A function made a mistake, so that nothing of what follows would be right. There may be more at the same time.
+    virtual void mistaken(Problem problem) = 0;
     virtual void wake(std::size_t controller, int from_cpu) = 0;
   };
 
@@ -164,6 +171,10 @@ class Nodes {
   void consume(Node& node);
   void consume_newest(Node& node, std::size_t slot);
   static bool is_stale(const Node& node);
+  // What each of the run's threads works.
+  Nanos share_of(Node& node, const model::RunDraw& draw, int cpu);
+  void check_charge(const Node& node, const RunAccess::Charge& charge);
+  void tell_mistake(const Node& node, std::string_view what, std::string hint);
   Nanos jitter_of(const record::Run& run) const;
   void end_run(Node& node, int cpu);
   bool output_due(Node& node);

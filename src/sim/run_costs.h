@@ -1,8 +1,10 @@
-// What each run costs, as the simulation asks for it run by run.
+// What each run costs, as the simulation asks for it run by run. A run whose function says itself what its work was
+// worth (Run::charge()) costs that, in place of what was drawn for it.
 //
 // Units: in the types. Thread safety: none; one owner. The same questions in the same order get the same answers.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,16 +23,27 @@ class RunCosts {
   // Run `number` (from 1) of the node, begun `since_start` after the start on a core of that kind, on `threads`
   // threads. Each run is asked for once, when it begins.
   virtual model::RunDraw draw(NodeId node, std::uint64_t number, Nanos since_start, int threads, std::size_t kind) = 0;
+
+  // Whether draw() says what the node's runs cost; else these must charge it themselves.
+  virtual bool knows(NodeId /*node*/) const { return true; }
+  // What each of its `threads` threads burns in a run that was charged so much (>= 0), begun on a core of that kind.
+  virtual Nanos share_of_charge(Nanos charged, int threads, std::size_t /*kind*/) const { return charged / threads; }
 };
 
 // Drawn from a cost file's distributions: what `catan run --synthetic` with the same seed burns. On a machine that is
-// `slowdown` times as slow (> 0), each run costs so many times as much.
+// `slowdown` times as slow (> 0), each run costs so many times as much, also where it was charged. `given`: by NodeId,
+// for which nodes the file says anything; empty: for all. An unscheduled node that it leaves out costs nothing.
 class DrawnCosts : public RunCosts {
  public:
-  DrawnCosts(const graph::App& app, const model::Workload& work, std::uint64_t seed, double slowdown = 1.0)
-      : seed_(seed) {
+  DrawnCosts(const graph::App& app, const model::Workload& work, std::uint64_t seed, double slowdown = 1.0,
+             const std::vector<bool>& given = {})
+      : seed_(seed), known_(app.graph.nodes().size(), true) {
+    for (std::size_t node = 0; node < given.size(); ++node) {
+      known_[node] = given[node] || app.graph.nodes()[node].unscheduled;
+    }
     for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
       model::Workload& there = by_kind_.emplace_back(work.on(app, kind));
+      charge_factors_.push_back(app.core_kinds.empty() ? slowdown : slowdown / app.core_kinds[kind].speed);
       if (slowdown == 1.0) continue;
       for (std::size_t node = 0; node < app.graph.nodes().size(); ++node) {
         there.set(NodeId(node), there[NodeId(node)].times(slowdown));
@@ -42,10 +55,16 @@ class DrawnCosts : public RunCosts {
   model::RunDraw draw(NodeId node, std::uint64_t number, Nanos since_start, int threads, std::size_t kind) override {
     return by_kind_[kind].draw(seed_, node, number, since_start, threads);
   }
+  bool knows(NodeId node) const override { return known_[node.index()]; }
+  Nanos share_of_charge(Nanos charged, int threads, std::size_t kind) const override {
+    return to_nanos(std::min(to_millis(charged) * charge_factors_[kind] / threads, model::kLongestRun));
+  }
 
  private:
   std::vector<model::Workload> by_kind_;
+  std::vector<double> charge_factors_;  // by kind
   std::uint64_t seed_;
+  std::vector<bool> known_;  // by NodeId
 };
 
 }  // namespace ctn::sim

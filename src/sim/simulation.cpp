@@ -113,6 +113,11 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
     return Done{};
   }
 
+  Status status() const {
+    if (mistakes_.empty()) return Done{};
+    return Error(ErrorKind::kCaller, mistakes_);
+  }
+
   Status finish() {
     measure_totals();
     return event_log_.close(cpus_.now(), host_facts());
@@ -223,6 +228,11 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
 
   void run_ended(const record::Run& run) override { event_log_.ran(run); }
 
+  void mistaken(Problem problem) override {
+    mistakes_.push_back(std::move(problem));
+    cpus_.stop();
+  }
+
   void wake(std::size_t controller, int from_cpu) override { controllers_.wake(controller, from_cpu); }
 
   // --- Re-planning: the loop is turned in the housekeeping thread ---
@@ -312,6 +322,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
   Clocks clocks_;
   std::vector<BackgroundState> background_;
   bool started_ = false;
+  std::vector<Problem> mistakes_;  // of functions
 
   std::size_t plans_followed_ = 0;       // of those that are given
   std::optional<driver::Planned> next_;  // in force once the housekeeping thread's turn has ended
@@ -344,6 +355,7 @@ void Simulation::use_channel(NodeId consumer, std::size_t slot, ChannelBase& cha
 TimePoint Simulation::now() const { return impl_->cpus().now(); }
 TimePoint Simulation::warm_from() const { return impl_->warm_from(); }
 void Simulation::run_for(Nanos duration) { impl_->run_for(duration); }
+Status Simulation::status() const { return impl_->status(); }
 Outcome Simulation::outcome() { return impl_->outcome(); }
 Snapshot Simulation::snapshot() { return impl_->snapshot(); }
 const std::optional<plan::Plan>& Simulation::plan() const { return impl_->plan(); }
@@ -355,6 +367,7 @@ Result<Outcome> simulate(const graph::App& app, std::unique_ptr<RunCosts> costs,
   auto simulation = Simulation::create(app, std::move(costs), std::move(options));
   if (!simulation) return simulation.error();
   (*simulation)->run_for((*simulation)->warm_from() - TimePoint{} + measured);
+  if (Status ran = (*simulation)->status(); !ran) return ran.error();
   if (Status finished = (*simulation)->finish(); !finished) return finished.error();
   return (*simulation)->outcome();
 }

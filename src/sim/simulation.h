@@ -97,7 +97,8 @@ class Simulation {
   Simulation& operator=(const Simulation&) = delete;
 
   // What a node does, called when a run of it begins, at that instant: it reads its channels, and what it writes
-  // reaches others when the run ends. What the run costs is not what the function takes, but what the costs say. Before
+  // reaches others when the run ends. What the run costs is not what the function takes, but what it charges
+  // (Run::charge()), or else what the costs say. Before
   // the first run_for(). Precondition: the node is not external.
   void set_body(NodeId node, Body body);
   // What reaches the world when a run of the node ends, as a motor's command does. The same Run as in the body.
@@ -120,8 +121,11 @@ class Simulation {
   TimePoint now() const;
   // When what is measured begins: after the bootstrap and a little more, as in a real run.
   TimePoint warm_from() const;
-  // Simulates so much more.
+  // Simulates so much more, unless status() is an error.
   void run_for(Nanos duration);
+  // Errors (kCaller): what functions have done wrong: charges that cannot be, a node that charges nothing where no cost
+  // is known of it. Time stopped there.
+  Status status() const;
 
   // Closes the record, if one is written; what comes later is not in it. Errors: what could not be written.
   Status finish();
