@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <fstream>
 #include <string>
 #include <tuple>
 
@@ -64,6 +65,36 @@ TEST(SimCommand, NodesWorkOnAsManyThreadsAsPlanned) {
     EXPECT_NEAR(run["chains"][0]["response_ms"]["mean"], 20.0 + wall, learning);
     EXPECT_NEAR(run["chains"][0]["predicted_response_ms"], 20.0 + wall, learning);
   }
+}
+
+// LM takes, at 400 ms, the scan of 350 ms, which LP takes at 500: it is done with it at 503. The scan before that came
+// so far was that of 150 ms.
+TEST(SimCommand, NodesWithinASubchainRunAtTheirOwnHandSetRates) {
+  const std::string app = testing::TempDir() + "own_rates_" + std::to_string(getpid());
+  std::ofstream(app + ".yaml") << R"(
+catan: 1
+app: own_rates
+nodes: { scan: { fallback_rate: 20Hz }, LM: { fallback_rate: 5Hz }, LP: { fallback_rate: 10Hz } }
+edges: [ scan -> LM -> LP ]
+subchains: { local: [scan, LM, LP] }
+objective: [ { response_time: [scan, LM, LP], weight: 1 } ]
+scheduler: { bootstrap: 1s }
+)";
+  std::ofstream(app + ".costs.yaml") << "scan: 2ms\nLM: 4ms\nLP: 3ms\n";
+  const auto simulated = [&](const std::string& scheduler) {
+    const Outcome outcome = run_catan("sim " + app + ".yaml --costs " + app +
+                                          ".costs.yaml --cores 3 --ideal --seconds 20 --json --scheduler " + scheduler,
+                                      kTestApps);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(outcome.out)["runs"][0];
+  };
+  const Json by_hand = simulated("default");
+  const double hertz[] = {20.0, 5.0, 10.0};
+  for (const std::size_t node : {0U, 1U, 2U}) EXPECT_NEAR(by_hand["nodes"][node]["rate_hz"], hertz[node], 0.06);
+  EXPECT_DOUBLE_EQ(by_hand["chains"][0]["response_ms"]["max"], 353.0);
+  const Json whole = simulated("rate:20");
+  for (const std::size_t node : {0U, 1U, 2U}) EXPECT_NEAR(whole["nodes"][node]["rate_hz"], 20.0, 0.06);
+  for (const char* const file : {".yaml", ".costs.yaml"}) std::remove((app + file).c_str());
 }
 
 // A map of twice a second is up to a second old before the next one is used.

@@ -14,8 +14,9 @@
 // Policies:
 //   "catan"          plans rates, cores, shares of cores and levels from measured compute times, again and again
 //   "static:FILE"    follows a plan that `catan plan --json` made, and never revises it
-//   "default"        triggers each subchain at its head's `fallback_rate`, under ordinary scheduling
-//   "rate:HZ"        as "default", but subchains that begin with a source at a given rate
+//   "default"        triggers nodes at their `fallback_rate`, under ordinary scheduling; a node of a subchain that has
+//                    none is triggered by the one before it
+//   "rate:HZ"        whole subchains at the `fallback_rate` of their heads, but at a given rate where these are sources
 //   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
 //   "picas:COSTS"    as "default", but each subchain on one core, at chain-aware fixed priorities
 //   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file

@@ -1,6 +1,7 @@
 #include "graph/app.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ctn::graph {
 
@@ -61,6 +62,15 @@ Graph Graph::with_min_rate(NodeId id, std::optional<Rate> min_rate) const {
 Graph Graph::relaxing_exact_rates() const {
   Graph graph = *this;
   for (Node& node : graph.nodes_) node.relaxes_exact_rate = true;
+  return graph;
+}
+
+Graph Graph::with_subchains(std::vector<Subchain> subchains) const {
+  Graph graph = *this;
+  graph.subchains_ = std::move(subchains);
+  for (std::size_t index = 0; index < graph.subchains_.size(); ++index) {
+    for (const NodeId id : graph.subchains_[index].nodes) graph.nodes_[id.index()].subchain = SubchainId(index);
+  }
   return graph;
 }
 

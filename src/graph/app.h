@@ -46,7 +46,7 @@ struct Node {
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
   bool relaxes_exact_rate = false;      // where min_rate is max_rate: the first may be relaxed like any other
-  std::optional<Rate> fallback_rate;    // hand-set rate of its subchain's head
+  std::optional<Rate> fallback_rate;    // set by hand, for where Catan sets none (cut.h)
   int max_threads = 1;                  // how many cores one run can use
   TriggerBy trigger = TriggerBy::kAny;  // heads of subchains: theirs
   std::optional<SubchainId> subchain;   // none: external or unscheduled
@@ -142,6 +142,9 @@ class Graph {
   // The same graph but that exact rates (min_rate = max_rate) may be relaxed, as any min_rate may: to plan where they
   // cannot be met.
   Graph relaxing_exact_rates() const;
+
+  // The same graph in other subchains. Precondition: they keep the invariants above, and the same nodes are in them.
+  Graph with_subchains(std::vector<Subchain> subchains) const;
 
   // "scan -> LM -> LP".
   std::string path_name(std::span<const NodeId> path) const;

@@ -63,8 +63,8 @@ class AppBuilder {
   void add_implicit_subchains();
   void check_rates(const Subchain& subchain);
   void check_fallback_rates(const Subchain& subchain);
-  bool is_of_head(const Subchain& subchain, const NodeSpec& spec, std::string_view name, const Place& place,
-                  std::string_view head);
+  void check_name_of_part(const NodeSpec& spec);
+  void report_fallback_above_max(const NodeSpec& sets_rate, const NodeSpec& bounded);
   void check_triggers(const Subchain& subchain);
 
   // build_objective.cpp

@@ -116,30 +116,42 @@ void AppBuilder::check_rates(const Subchain& subchain) {
           "lower one, raise the other, or split the subchain");
 }
 
-// A key that only the head of a subchain may have, since that `head`. False: the node is another one, and told so.
-bool AppBuilder::is_of_head(const Subchain& subchain, const NodeSpec& spec, std::string_view name, const Place& place,
-                            std::string_view head) {
-  if (spec.name.value == name_of(subchain.head())) return true;
-  problem(place, fmt::format("nodes.{}.{}", spec.name.value, name),
-          fmt::format("only the head of a subchain {}; {} runs with {} in subchain {}", head, quote(spec.name.value),
-                      quote(name_of(subchain.head())), quote(subchain.name)),
-          fmt::format("move it to nodes.{}", name_of(subchain.head())));
-  return false;
-}
-
+// Each such rate is that of the nodes from its own on, up to the next that has one (cut.h).
 void AppBuilder::check_fallback_rates(const Subchain& subchain) {
+  const NodeSpec* sets_rate = nullptr;
   for (const NodeId id : subchain.nodes) {
     const NodeSpec& spec = *node_specs_[id.index()];
-    if (!spec.fallback_rate) continue;
-    const Place& place = spec.fallback_rate->place;
-    if (!is_of_head(subchain, spec, "fallback_rate", place, "has a rate of its own")) continue;
-    if (spec.max_rate && spec.fallback_rate->value > spec.max_rate->value) {
-      problem(place, fmt::format("nodes.{}.fallback_rate", spec.name.value),
-              fmt::format("fallback_rate ({}Hz) is above max_rate ({}Hz)", spec.fallback_rate->value.hertz(),
-                          spec.max_rate->value.hertz()),
-              "lower it, or raise max_rate");
+    if (spec.fallback_rate) {
+      sets_rate = &spec;
+      if (id != subchain.head()) check_name_of_part(spec);
+    }
+    if (sets_rate != nullptr && spec.max_rate && sets_rate->fallback_rate->value > spec.max_rate->value) {
+      report_fallback_above_max(*sets_rate, spec);
     }
   }
+}
+
+// Where rates are set by hand, the node begins a subchain under its own name.
+void AppBuilder::check_name_of_part(const NodeSpec& spec) {
+  const auto taken = subchain_index_.find(spec.name.value);
+  if (taken == subchain_index_.end()) return;
+  problem(spec.fallback_rate->place, fmt::format("nodes.{}.fallback_rate", spec.name.value),
+          fmt::format("with a rate of its own, {0} begins a subchain {0} where rates are set by hand, but there is one "
+                      "of that name",
+                      quote(spec.name.value)),
+          fmt::format("rename subchains.{}", spec.name.value));
+}
+
+void AppBuilder::report_fallback_above_max(const NodeSpec& sets_rate, const NodeSpec& bounded) {
+  const double rate = sets_rate.fallback_rate->value.hertz();
+  const double max = bounded.max_rate->value.hertz();
+  const bool own = &sets_rate == &bounded;
+  problem(sets_rate.fallback_rate->place, fmt::format("nodes.{}.fallback_rate", sets_rate.name.value),
+          own ? fmt::format("fallback_rate ({}Hz) is above max_rate ({}Hz)", rate, max)
+              : fmt::format("fallback_rate ({}Hz) is above the max_rate of {} ({}Hz), which runs at it", rate,
+                            quote(bounded.name.value), max),
+          own ? std::string("lower it, or raise max_rate")
+              : fmt::format("lower it, raise that max_rate, or give {} a fallback_rate, too", bounded.name.value));
 }
 
 void AppBuilder::check_triggers(const Subchain& subchain) {
@@ -147,7 +159,13 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
     const NodeSpec& spec = *node_specs_[id.index()];
     if (!spec.trigger) continue;
     const std::string key = fmt::format("nodes.{}.trigger", spec.name.value);
-    if (!is_of_head(subchain, spec, "trigger", spec.trigger->place, "is triggered by Catan")) continue;
+    if (id != subchain.head()) {
+      problem(spec.trigger->place, key,
+              fmt::format("only the head of a subchain is triggered by Catan; {} runs with {} in subchain {}",
+                          quote(spec.name.value), quote(name_of(subchain.head())), quote(subchain.name)),
+              fmt::format("move it to nodes.{}", name_of(subchain.head())));
+      continue;
+    }
     if (spec.trigger->value != TriggerBy::kArrival) continue;
     const auto& inputs = app_.graph.node(id).predecessors;
     if (std::none_of(inputs.begin(), inputs.end(), [&](NodeId input) { return app_.graph.node(input).unscheduled; })) {

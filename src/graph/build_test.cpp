@@ -256,16 +256,29 @@ TEST(BuildSubchains, RatesOfOneSubchainMustAgree) {
   EXPECT_THAT(errors_of(spec), HasSubstr("nodes.LM.min_rate: 51Hz is above the max_rate of 'LP' (50Hz)"));
 }
 
-TEST(BuildSubchains, FallbackRatesBelongToHeads) {
+TEST(BuildSubchains, FallbackRatesAreBoundByEachNodeThatRunsAtThem) {
   AppSpec spec = good_spec();
   node(spec, "scan").fallback_rate = hertz(30);
+  node(spec, "LP").max_rate = hertz(20);
+  EXPECT_EQ(errors_of(spec),
+            "nodes.scan.fallback_rate: fallback_rate (30Hz) is above the max_rate of 'LP' (20Hz), which runs at it; "
+            "lower it, raise that max_rate, or give LP a fallback_rate, too");
+  node(spec, "LM").fallback_rate = hertz(20);
+  EXPECT_EQ(errors_of(spec), "") << "LP runs with LM";
+  node(spec, "LM").max_rate = hertz(10);
+  EXPECT_EQ(errors_of(spec),
+            "nodes.LM.fallback_rate: fallback_rate (20Hz) is above max_rate (10Hz); lower it, or raise max_rate");
+}
+
+TEST(BuildSubchains, AFallbackRateWithinOneNeedsTheNodesName) {
+  AppSpec spec = good_spec();
+  node(spec, "LM").fallback_rate = hertz(20);
+  spec.subchains[0].name.value = "scan";
   EXPECT_EQ(errors_of(spec), "");
-  node(spec, "LM").fallback_rate = hertz(30);
-  EXPECT_THAT(errors_of(spec), HasSubstr("only the head of a subchain has a rate of its own; 'LM' runs with 'scan' in "
-                                         "subchain 'local'; move it to nodes.scan"));
-  node(spec, "LM").fallback_rate.reset();
-  node(spec, "scan").max_rate = hertz(20);
-  EXPECT_THAT(errors_of(spec), HasSubstr("fallback_rate (30Hz) is above max_rate (20Hz)"));
+  spec.subchains[0].name.value = "LM";
+  EXPECT_EQ(errors_of(spec),
+            "nodes.LM.fallback_rate: with a rate of its own, 'LM' begins a subchain 'LM' where rates are set by hand, "
+            "but there is one of that name; rename subchains.LM");
 }
 
 TEST(BuildSubchains, TriggersByArrivalNeedSomethingThatArrives) {

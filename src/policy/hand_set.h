@@ -1,4 +1,5 @@
-// Policies whose rates were set by hand, in the app file or on the command line.
+// Policies whose rates were set by hand, in the app file or on the command line. Where they were set for nodes within a
+// subchain, it is cut there, so that each subchain has one rate, its head's.
 //
 // Units: in the types. Thread safety: as policy.h says.
 #pragma once
@@ -15,6 +16,7 @@ namespace ctn::policy {
 class HandSetPolicy : public Policy {
  public:
   bool follows_plan() const override { return false; }
+  bool cuts_subchains() const override { return true; }
 
  protected:
   using Policy::Policy;
@@ -34,10 +36,11 @@ class DefaultPolicy : public HandSetPolicy {
   Result<Decision> decide(const Situation& situation) const override;
 };
 
-// The same, with one rate for all sources: for sweeps.
+// The same, with one rate for all sources, which is that of their whole subchains: for sweeps.
 class RatePolicy : public HandSetPolicy {
  public:
   RatePolicy(Rate rate, std::string name) : HandSetPolicy(std::move(name)), rate_(rate) {}
+  bool cuts_subchains() const override { return false; }
   bool raises() const override { return false; }
   Result<Decision> decide(const Situation& situation) const override;
 

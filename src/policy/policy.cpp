@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/quantity.h"
+#include "graph/cut.h"
 #include "policy/hand_set.h"
 #include "policy/paper.h"
 #include "policy/planned.h"
@@ -24,6 +25,10 @@ Result<std::optional<Decision>> Policy::decide_again(const Situation& situation,
   Result<Decision> decision = decide(situation);
   if (!decision) return decision.error();
   return std::optional(std::move(*decision));
+}
+
+graph::App as_run_by(const Policy& policy, graph::App app) {
+  return policy.cuts_subchains() ? graph::cut_at_fallback_rates(app) : std::move(app);
 }
 
 Error costs_missing(const Policy& policy) {

@@ -4,8 +4,9 @@
 //                   time; made again as costs change (search_policy.h)
 //   "catan"         what sessions use if nothing is said: the planner that the app file names, "auto" if none is
 //   "paper"         the paper's Catan (paper.h)
-//   "default"       each subchain at its head's fallback_rate, under ordinary scheduling
-//   "rate:HZ"       as "default", but subchains that begin with a source at a given rate
+//   "default"       nodes at their fallback_rate, under ordinary scheduling; those without one in a subchain are
+//                   triggered by the node before
+//   "rate:HZ"       whole subchains at the fallback_rate of their heads, but at a given rate where these are sources
 //   "fifo"          as "default", but at fixed real-time priorities in the order of stealing (by weight)
 // and StaticPolicy (planned.h), which follows a plan that it is given and never revises it. Policies of others are in
 // baselines/; api/policies.h knows all names, and reads the files that some name.
@@ -57,7 +58,7 @@ class Memory {
 
 // What is decided upon. References are good for the call.
 struct Situation {
-  const graph::App& app;                     // its cores, where it lists them, are those of `cpus`
+  const graph::App& app;                     // as the policy runs it; its cores, where it lists them, are `cpus`
   const os::CpuSet& cpus;                    // that nodes may use; not empty. Core k of a plan is the k-th of them
   const model::CostTable& costs;             // to plan with
   const model::CostTable& typical;           // what runs typically cost
@@ -98,6 +99,9 @@ class Policy {
   virtual Nanos replan_every(const graph::SchedulerOptions& options) const { return options.replan; }
   // Needs real-time levels.
   virtual bool raises() const = 0;
+  // What it decides upon is the app with its subchains cut where nodes have rates of their own (graph/cut.h); who runs
+  // an app by it cuts them.
+  virtual bool cuts_subchains() const { return false; }
   // Decides itself whether what is in force is to be replaced.
   virtual bool judges() const { return false; }
   // Null: it remembers nothing.
@@ -119,6 +123,9 @@ class Policy {
  private:
   std::string name_;
 };
+
+// The app as it runs by the policy.
+graph::App as_run_by(const Policy& policy, graph::App app);
 
 // Of a policy that needs costs where there are none (kCaller).
 Error costs_missing(const Policy& policy);

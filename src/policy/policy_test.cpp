@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,8 @@
 
 namespace ctn::policy {
 namespace {
+
+using std::chrono::milliseconds;
 
 Result<Decision> decided(const char* policy, const graph::App& app) {
   const model::CostTable costs(app.graph, Millis{5});
@@ -162,6 +165,34 @@ objective: [ { response_time: [a, b], weight: 1 } ]
   EXPECT_EQ(all.error().problems().size(), 2U);
   EXPECT_EQ(all.error().problems()[1].key, "nodes.b.fallback_rate");
   EXPECT_EQ(decided("rate:8", app).error().problems().size(), 1U) << "a is a source";
+}
+
+TEST(HandSetRates, AreThoseOfNodesWithinSubchainsToo) {
+  const graph::App app = own_rates_app();
+  for (const char* const name : {"default", "fifo"}) {
+    const auto policy = *make_policy(name);
+    const graph::App cut = as_run_by(*policy, app);
+    const Decision decision = *decided(name, cut);
+    ASSERT_EQ(decision.assignment.places.size(), 3U) << "scan; LP and push; LM";
+    const auto period = [&](const char* subchain) {
+      return decision.assignment.places[cut.graph.find_subchain(subchain)->index()].pacing.period;
+    };
+    EXPECT_EQ(period("local"), milliseconds{50});
+    EXPECT_EQ(period("LM"), milliseconds{200});
+    EXPECT_EQ(period("LP"), milliseconds{100});
+  }
+  const Decision fifo = *decided("fifo", as_run_by(**make_policy("fifo"), app));
+  EXPECT_EQ(fifo.assignment.places[0].level, os::fixed_level(2)) << "scan above LM above LP";
+  EXPECT_EQ(fifo.assignment.places[1].level, os::fixed_level(0));
+  EXPECT_EQ(fifo.assignment.places[2].level, os::fixed_level(1));
+}
+
+TEST(HandSetRates, LeaveSubchainsWholeUnderOtherPolicies) {
+  const graph::App app = own_rates_app();
+  for (const char* const name : {"catan", "paper", "rate:8"}) {
+    EXPECT_EQ(as_run_by(**make_policy(name), app).graph.subchains().size(), 1U) << name;
+  }
+  EXPECT_NEAR(rate(*decided("rate:8", app)), 8.0, 1e-6);
 }
 
 TEST(FixedPriorities, FollowTheOrderOfStealing) {

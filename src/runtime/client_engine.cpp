@@ -70,7 +70,7 @@ Status ClientEngine::take_first(os::SharedMemory memory, std::optional<ServerWat
   app_ = std::make_unique<graph::App>(std::move(*app));
   ServedRegions regions(*app_, *text);
   if (Status added = regions.add(std::move(memory)); !added) return added;
-  wiring_ = std::make_unique<Wiring>(*app_, os_, regions.newest());
+  wiring_ = std::make_unique<Wiring>(regions.newest_app(), os_, regions.newest());
   nodes_ = std::make_unique<NodeThreads>(*app_, os_, *wiring_);
   watch.emplace(ServerWatch::Program{.os = os_,
                                      .app = *app_,

@@ -9,6 +9,7 @@ namespace ctn::runtime {
 Result<std::unique_ptr<Engine>> Engine::create(graph::App app, os::Os& os, EngineOptions options) {
   Result<os::CpuSet> cpus = choose_cpus(os, options.cpus);
   if (!cpus) return cpus.error();
+  app = policy::as_run_by(*options.policy, std::move(app));
   std::unique_ptr<Engine> engine(new Engine(std::move(app), os, cpus->size()));
   Result<std::unique_ptr<Scheduler>> scheduler =
       Scheduler::create(engine->app_, os, std::move(options), std::move(*cpus), engine->memory_.region());

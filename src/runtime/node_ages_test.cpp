@@ -215,7 +215,7 @@ TEST_F(NodeAgesTest, GoOnInAnotherRegion) {
   run(scan);
   run(lm);
   LocalRegion other(app.graph, 1);
-  lm.port.bind_to(other.region());
+  lm.port.bind_to(other.region(), app.graph);
   NodeLink link(fake, app.graph, id("LM"), other.region());
   pass(milliseconds{30});
   lm.port.begin(lm.run);

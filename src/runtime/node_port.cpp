@@ -54,13 +54,13 @@ NodePort::Binding::Binding(const graph::Graph& graph, NodeId node, const Region&
 // --- Any thread ---
 
 NodePort::NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region)
-    : os_(os), graph_(graph), node_(node), runs_(os, graph, node, shared_) {
-  add_binding(region);
+    : os_(os), node_(node), runs_(os, graph, node, shared_) {
+  add_binding(region, graph);
   runs_.follow_move();
 }
 
-void NodePort::move_to(const Region& region) {
-  add_binding(region);
+void NodePort::move_to(const Region& region, const graph::Graph& graph) {
+  add_binding(region, graph);
   wake_if_moved();
 }
 
@@ -79,17 +79,17 @@ const NodePort::Binding* NodePort::in_use() const {
   return std::any_of(bindings_.begin(), bindings_.end(), is_named) ? named : nullptr;
 }
 
-void NodePort::add_binding(const Region& region) {
+void NodePort::add_binding(const Region& region, const graph::Graph& graph) {
   const Binding* const before = shared_.newest.load(std::memory_order_relaxed);
   const Binding* const in_use = shared_.in_use.load(std::memory_order_seq_cst);
   std::erase_if(bindings_, [&](const auto& binding) { return binding.get() != before && binding.get() != in_use; });
-  bindings_.push_back(std::make_unique<const Binding>(graph_, node_, region, ++made_));
+  bindings_.push_back(std::make_unique<const Binding>(graph, node_, region, ++made_));
   shared_.newest.store(bindings_.back().get(), std::memory_order_seq_cst);
 }
 
 // In the old region, the node may belong to another process, which must not be woken.
-void NodePort::bind_to(const Region& region) {
-  add_binding(region);
+void NodePort::bind_to(const Region& region, const graph::Graph& graph) {
+  add_binding(region, graph);
   shared_.in_use.store(&newest(), std::memory_order_release);
 }
 

@@ -76,13 +76,14 @@ class NodePort {
   // --- without a scheduler: for one thread that is not the node's ---
   // Moves the node to `region` at its next trigger: another scheduler has taken over from one that is gone. The old
   // region is in use until the node has moved, see uses().
-  void move_to(const Region& region);
+  // Its app is the node's own, maybe in other subchains; it outlives the use.
+  void move_to(const Region& region, const graph::Graph& graph);
   bool uses(const Region& region) const;
   // Wakes the node if it has not noticed yet that it was moved: a write by another process at the same moment can make
   // it miss the wake. To be called now and then.
   void wake_if_moved() const;
   // The same at once, while no thread runs the node.
-  void bind_to(const Region& region);
+  void bind_to(const Region& region, const graph::Graph& graph);
   // Triggers the node, which is its subchain's head. False: the run before has not ended yet; the node is woken all the
   // same, in case that the process that triggered that run is gone and did not wake it.
   bool trigger_locally();
@@ -162,12 +163,11 @@ class NodePort {
     std::optional<Nanos> own_cpu_;  // of its own thread, where the next run is counted from; none: from its begin
   };
 
-  void add_binding(const Region& region);
+  void add_binding(const Region& region, const graph::Graph& graph);
   const Binding* in_use() const;
   const Binding& newest() const { return *shared_.newest.load(std::memory_order_acquire); }
 
   os::Os& os_;
-  const graph::Graph& graph_;
   const NodeId node_;
   std::vector<std::unique_ptr<const Binding>> bindings_;  // all that are in use, and the newest
   std::uint64_t made_ = 0;

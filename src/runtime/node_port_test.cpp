@@ -281,8 +281,8 @@ TEST_F(FollowerTest, MovesToAnotherRegionWithItsLeader) {
   const auto thread = follow(milliseconds{10});
   give();
   pass(milliseconds{1});  // busy
-  port.move_to(other.region());
-  leader.move_to(other.region());
+  port.move_to(other.region(), app.graph);
+  leader.move_to(other.region(), app.graph);
   give();
   pass(milliseconds{50});
   EXPECT_EQ(consumed, (Numbers{1, 2}));
@@ -309,8 +309,8 @@ TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
       for (ctn::Run run; port.wait_for_trigger(); port.end(run)) port.begin(run);
     });
     for (int times = 0; times < 20 * (round % 5); ++times) {
-      port.move_to(other.region());
-      port.move_to(one.region());
+      port.move_to(other.region(), app.graph);
+      port.move_to(one.region(), app.graph);
     }
     if (round % 2 == 0) {
       while (port.uses(other.region())) linux_os->sleep_until(linux_os->now() + microseconds{10});

@@ -166,14 +166,15 @@ Region::Region(const graph::Graph& graph, const Layout& layout, std::span<std::b
   }
 }
 
-Region Region::create(const graph::Graph& graph, std::size_t cores, std::string_view text,
-                      std::span<std::byte> memory) {
+Region Region::create(const graph::Graph& graph, std::size_t cores, std::string_view text, std::span<std::byte> memory,
+                      bool cut) {
   const Layout layout(graph, cores, text.size());
   assert(memory.size() == layout.size);
   RegionHeader header;
   header.cores = static_cast<std::uint32_t>(cores);
   header.size = layout.size;
   header.text_size = text.size();
+  header.cut = cut ? 1 : 0;
   std::memcpy(memory.data(), &header, sizeof header);
   if (!text.empty()) std::memcpy(memory.data() + sizeof header, text.data(), text.size());
   construct<Heartbeat>(memory, layout.heartbeat, 1);
@@ -190,6 +191,12 @@ Result<std::string> Region::text(std::span<const std::byte> memory) {
   const Result<RegionHeader> header = read_header(memory);
   if (!header) return header.error();
   return std::string(reinterpret_cast<const char*>(memory.data()) + sizeof(RegionHeader), header->text_size);
+}
+
+Result<bool> Region::is_cut(std::span<const std::byte> memory) {
+  const Result<RegionHeader> header = read_header(memory);
+  if (!header) return header.error();
+  return header->cut != 0;
 }
 
 Result<Region> Region::open(const graph::Graph& graph, std::span<std::byte> memory) {

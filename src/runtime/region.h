@@ -3,7 +3,8 @@
 // communication goes through it, with no system call but the futex.
 //
 // One block, laid out in this order by rules that depend on the app alone, so that every process that has read the app
-// knows where everything is:
+// knows where everything is. Where the policy has subchains cut, the header says so, and what is said of the app is
+// said of the app so cut:
 //   RegionHeader
 //   the app file's text
 //   Heartbeat
@@ -40,13 +41,14 @@ class Region;
 
 struct RegionHeader {
   static constexpr std::uint64_t kMagic = 0x6e61746163ULL;  // "catan"
-  static constexpr std::uint32_t kVersion = 6;
+  static constexpr std::uint32_t kVersion = 7;
 
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
   std::uint32_t cores = 0;
   std::uint64_t size = 0;  // of all
   std::uint64_t text_size = 0;
+  std::uint64_t cut = 0;  // 1: for the app with its subchains cut (graph/cut.h)
 };
 
 // The server's heartbeat: programs tell by it that a server still exists but does nothing, as when it was stopped.
@@ -135,12 +137,15 @@ class Region {
   static std::size_t size_for(const graph::Graph& graph, std::size_t cores, std::string_view text);
 
   // Lays out memory that is all zero, of size_for() bytes, aligned to 64. The memory outlives the region.
-  static Region create(const graph::Graph& graph, std::size_t cores, std::string_view text,
-                       std::span<std::byte> memory);
+  // `cut`: the graph is that of the text's app with its subchains cut.
+  static Region create(const graph::Graph& graph, std::size_t cores, std::string_view text, std::span<std::byte> memory,
+                       bool cut = false);
 
   // Memory that another process has laid out. Errors (kEnvironment): it is not a region, or of another version, or not
-  // of the size that it says. First read the app from text(), then open() with its graph.
+  // of the size that it says. First read the app from text(), and cut it where is_cut() says so, then open() with its
+  // graph.
   static Result<std::string> text(std::span<const std::byte> memory);
+  static Result<bool> is_cut(std::span<const std::byte> memory);
   static Result<Region> open(const graph::Graph& graph, std::span<std::byte> memory);
 
   Heartbeat& heartbeat() const { return *heartbeat_; }

@@ -70,8 +70,8 @@ Result<os::CpuSet> choose_cpus(os::Os& os, const os::CpuSet& asked);
 
 class Scheduler {
  public:
-  // `region` was laid out for the app and as many cores as there are `cpus`, which are not empty. References outlive
-  // it.
+  // `app` is as it runs by the policy (policy::as_run_by()). `region` was laid out for it and as many cores as there
+  // are `cpus`, which are not empty. References outlive it.
   static Result<std::unique_ptr<Scheduler>> create(const graph::App& app, os::Os& os, SchedulerOptions options,
                                                    os::CpuSet cpus, const Region& region);
   ~Scheduler();

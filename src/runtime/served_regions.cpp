@@ -13,9 +13,12 @@ Status ServedRegions::add(os::SharedMemory memory) {
     return Error::environment(fmt::format("the server schedules app of another file, not {}", app_.name),
                               "connect to the server of the app, or start one");
   }
-  Result<Region> region = Region::open(app_.graph, memory.bytes());
+  const Result<bool> cut = Region::is_cut(memory.bytes());
+  if (!cut) return cut.error();
+  const graph::App& app = *cut ? *cut_ : app_;
+  Result<Region> region = Region::open(app.graph, memory.bytes());
   if (!region) return region.error();
-  regions_.push_back({std::move(memory), std::move(*region)});
+  regions_.push_back({std::move(memory), std::move(*region), &app});
   return Done{};
 }
 
@@ -24,7 +27,7 @@ void ServedRegions::move_nodes(Wiring& wiring, std::span<const NodeId> running) 
     NodePort* const port = wiring.port(NodeId(index));
     if (port == nullptr || port->uses(newest())) continue;
     const bool runs = std::find(running.begin(), running.end(), NodeId(index)) != running.end();
-    runs ? port->move_to(newest()) : port->bind_to(newest());
+    runs ? port->move_to(newest(), newest_app().graph) : port->bind_to(newest(), newest_app().graph);
   }
 }
 

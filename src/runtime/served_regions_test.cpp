@@ -74,5 +74,45 @@ TEST_F(ServedRegionsTest, TheSameServerIsKnownByItsMemory) {
   EXPECT_FALSE(regions.is_newest(of_server(kText)));
 }
 
+// Of a server that has the subchain cut, `there` is by itself: `here` does not trigger it, and gives the output that
+// the subchain ends with.
+TEST(ServedRegions, MayDifferInWhetherSubchainsAreCut) {
+  const std::string text =
+      "catan: 1\napp: two\nnodes: { here: { fallback_rate: 20Hz }, there: { fallback_rate: 5Hz } }\n"
+      "edges: [ here -> there ]\nsubchains: { both: [here, there] }\nobjective: [ { period: here, weight: 1 } ]\n";
+  os::FakeOs fake;
+  const graph::App app = parse(text);
+  const NodeId here{std::size_t{0}};
+  const NodeId there{std::size_t{1}};
+  ServedRegions regions(app, text);
+  const auto add = [&](bool cut) {
+    const graph::App laid_out = cut ? graph::cut_at_fallback_rates(app) : app;
+    os::SharedMemory memory = *os::SharedMemory::create("regions-test", Region::size_for(laid_out.graph, 1, text));
+    Region::create(laid_out.graph, 1, text, memory.bytes(), cut);
+    ASSERT_TRUE(regions.add(std::move(memory)).ok());
+    EXPECT_EQ(regions.newest_app().graph.subchains().size(), cut ? 2U : 1U);
+  };
+  add(false);
+  Wiring wiring(regions.newest_app(), fake, regions.newest());
+  const std::vector<NodeId> running{here};
+  std::uint32_t triggers = 0;
+  for (const bool cut : {false, true, false, true}) {
+    if (triggers > 0) {
+      add(cut);
+      regions.move_nodes(wiring, running);
+    }
+    const Region& region = regions.newest();
+    region.node(here).word.store(++triggers);
+    NodePort& port = *wiring.port(here);
+    ASSERT_TRUE(port.wait_for_trigger());
+    ctn::Run run;
+    port.begin(run);
+    port.end(run);
+    EXPECT_EQ(region.node(there).word.load(), cut ? 0U : triggers);
+    EXPECT_EQ(region.signal(SubchainId(0)).completed.load(), cut ? triggers : 0U);
+    EXPECT_EQ(region.signal(SubchainId(0)).outputs.load(), cut ? 1U : 0U);
+  }
+}
+
 }  // namespace
 }  // namespace ctn::runtime

@@ -47,10 +47,12 @@ Result<std::unique_ptr<Server>> Server::open(config::AppFile file, os::Os& os, S
   if (!listener) return listener.error();
   Result<std::unique_ptr<os::Poller>> poller = os::Poller::make();
   if (!poller) return poller.error();
+  const bool cut = options.scheduler.policy->cuts_subchains();
+  file.app = policy::as_run_by(*options.scheduler.policy, std::move(file.app));
   Result<os::SharedMemory> memory =
       os::SharedMemory::create("catan", Region::size_for(file.app.graph, cpus->size(), file.text));
   if (!memory) return memory.error();
-  Region region = Region::create(file.app.graph, cpus->size(), file.text, memory->bytes());
+  Region region = Region::create(file.app.graph, cpus->size(), file.text, memory->bytes(), cut);
 
   std::unique_ptr<Server> server(new Server(std::move(file.app), os, options, std::move(*memory), std::move(region),
                                             std::move(*listener), std::move(*poller)));

@@ -73,7 +73,7 @@ void ServerWatch::lose_server(TimePoint now, bool gone) {
 }
 
 void ServerWatch::begin_pacing(TimePoint now) {
-  const graph::Graph& graph = program_.app.graph;
+  const graph::Graph& graph = regions_.newest_app().graph;
   std::vector<UnservedPacer::Head> heads;
   for (const NodeId node : running()) {
     const std::optional<SubchainId> id = graph.node(node).subchain;

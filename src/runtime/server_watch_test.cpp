@@ -26,6 +26,17 @@ constexpr const char* kWatchedApp =
     "catan: 1\napp: two\nnodes: { eye: {}, map: {} }\nedges: []\n"
     "objective: [ { period: eye, weight: 1 }, { period: map, weight: 1 } ]\n";
 
+// What the server schedules.
+struct Watched {
+  const char* text = kWatchedApp;
+  bool cut = false;  // by a policy with rates set by hand
+
+  graph::App app() const {
+    graph::App app = parse(text);
+    return cut ? graph::cut_at_fallback_rates(app) : app;
+  }
+};
+
 class VirtualServer : public ServerLink {
  public:
   struct Heard {
@@ -34,13 +45,14 @@ class VirtualServer : public ServerLink {
     friend bool operator==(const Heard&, const Heard&) = default;
   };
 
-  VirtualServer(os::FakeOs& fake, const graph::App& app) : fake_(fake), app_(app) { start(); }
+  VirtualServer(os::FakeOs& fake, Watched of) : watched(of), fake_(fake) { start(); }
 
   // A new server, with a region of its own.
   void start() {
     there = true;
-    memory_.emplace(*os::SharedMemory::create("watch-test", Region::size_for(app_.graph, 1, kWatchedApp)));
-    region_.emplace(Region::create(app_.graph, 1, kWatchedApp, memory_->bytes()));
+    const graph::App app = watched.app();
+    memory_.emplace(*os::SharedMemory::create("watch-test", Region::size_for(app.graph, 1, watched.text)));
+    region_.emplace(Region::create(app.graph, 1, watched.text, memory_->bytes(), watched.cut));
     region_->heartbeat().max_heartbeat_gap = Nanos{milliseconds{100}}.count();
   }
   os::SharedMemory shared() const {
@@ -55,6 +67,7 @@ class VirtualServer : public ServerLink {
   }
   void hang_up() override { hear("hang up"); }
 
+  Watched watched;  // from the next start() on
   bool there = false;
   bool gone = false;    // for the next wait()
   std::string refused;  // a node, or "hello"
@@ -89,7 +102,6 @@ class VirtualServer : public ServerLink {
   void hear(const std::string& what) { heard.push_back({fake_.now().time_since_epoch(), what}); }
 
   os::FakeOs& fake_;
-  const graph::App& app_;
   std::optional<os::SharedMemory> memory_;
   std::optional<Region> region_;
 };
@@ -98,7 +110,7 @@ class ServerWatchTest : public ::testing::Test {
  protected:
   using Heard = std::vector<VirtualServer::Heard>;
 
-  ServerWatchTest() {
+  explicit ServerWatchTest(Watched of = {}) : watched(of) {
     notices.start();
     for (const NodeId node : {eye, map}) {
       threads.push_back(fake.spawn("node", [this, node] {
@@ -121,7 +133,7 @@ class ServerWatchTest : public ::testing::Test {
   }
 
   ServedRegions first_region() {
-    ServedRegions made(app, kWatchedApp);
+    ServedRegions made(app, watched.text);
     EXPECT_TRUE(made.add(server.shared()).ok());
     return made;
   }
@@ -158,13 +170,14 @@ class ServerWatchTest : public ::testing::Test {
       "server: it does nothing any more; nodes go on at the rates that were planned last";
   static constexpr const char* kBack = "server: there is one again, and it schedules the nodes";
 
+  const Watched watched;
   os::FakeOs fake;
-  graph::App app = parse(kWatchedApp);
+  graph::App app = parse(watched.text);
   NodeId eye = *app.graph.find_node("eye");
   NodeId map = *app.graph.find_node("map");
-  VirtualServer server{fake, app};
+  VirtualServer server{fake, watched};
   ServedRegions regions = first_region();
-  Wiring wiring{app, fake, regions.newest()};
+  Wiring wiring{regions.newest_app(), fake, regions.newest()};
   ClientNodes registered{fake};
   std::vector<std::pair<Nanos, std::string>> told;
   std::function<void(const std::string&)> on_notice = [](const std::string&) {};
@@ -233,6 +246,30 @@ TEST_F(ServerWatchTest, TheNextServerIsTriedTenTimesASecondAndGetsAllNodes) {
   for (const char* what : {"hello", "join eye", "join map"}) expected.push_back({milliseconds{1300}, what});
   EXPECT_EQ(server.heard, expected);
   EXPECT_EQ(told, (std::vector<std::pair<Nanos, std::string>>{{seconds{1}, kGone}, {milliseconds{1300}, kBack}}));
+}
+
+constexpr const char* kRow =
+    "catan: 1\napp: two\nnodes: { eye: { fallback_rate: 50Hz }, map: { fallback_rate: 20Hz } }\nedges: [ eye -> map ]\n"
+    "subchains: { row: [eye, map] }\nobjective: [ { period: eye, weight: 1 } ]\n";
+
+class CutSubchainTest : public ServerWatchTest {
+ protected:
+  CutSubchainTest() : ServerWatchTest({.text = kRow, .cut = true}) {}
+};
+
+TEST_F(CutSubchainTest, GoesOnAtTheRatesOfItsNodesUntilAServerHasItWhole) {
+  pass(seconds{1});
+  lose();
+  pass(milliseconds{250});
+  EXPECT_EQ(runs[eye], 13) << "every 20 ms";
+  EXPECT_EQ(runs[map], 6) << "every 50 ms, and not after each of these";
+  server.watched.cut = false;
+  server.start();
+  server.region().node(eye).word = 1;
+  pass(milliseconds{50});
+  EXPECT_TRUE(served);
+  EXPECT_EQ(runs[eye], 16) << "15 by itself, and one that was triggered in the new region";
+  EXPECT_EQ(runs[map], 7) << "triggered by that one";
 }
 
 TEST_F(ServerWatchTest, AServerThatRefusesTheProgramIsTriedMoreAndMoreSeldomAndToldOnce) {

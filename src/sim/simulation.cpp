@@ -337,7 +337,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const graph::App& app, st
   }
   const os::CpuSet cpus = first_cpus(machine.cores);
   if (Status fits = policy::CpuKinds::fits(app, cpus); !fits) return fits.error();
-  Setting setting{app, cpus, policy::CpuKinds(app, cpus)};
+  Setting setting{policy::as_run_by(*options.policy, app), cpus, policy::CpuKinds(app, cpus)};
   setting.app.scheduler.frames = options.frames.value_or(app.scheduler.frames);
   auto impl = std::make_unique<Impl>(std::move(setting), std::move(costs), std::move(options));
   if (Status prepared = impl->prepare(); !prepared) return prepared.error();

@@ -89,7 +89,8 @@ class Simulation {
  public:
   // Errors (kCaller): another number of cores than the app lists, or more than can be simulated; what the policy cannot
   // decide or reserve; costs that it needs and are not given; those of a record's writer. Precondition: plans that are
-  // given are valid for the app on so many cores, and `policy` follows plans and adapts.
+  // given are valid for the app on so many cores, and `policy` follows plans and adapts; subchains that `options` has
+  // something to say of are those of the app as it runs by the policy (policy::as_run_by()).
   static Result<std::unique_ptr<Simulation>> create(const graph::App& app, std::unique_ptr<RunCosts> costs,
                                                     Options options);
   ~Simulation();

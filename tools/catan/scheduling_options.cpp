@@ -43,7 +43,7 @@ void SchedulingOptions::add_to(CLI::App& command) {
       .add_option("--scheduler", scheduler,
                   "catan; auto (the same, whatever planner the app file names); paper (the paper's two stages, fixed "
                   "frames); static:PLAN.json (a plan that is never "
-                  "revised); default (each subchain at its "
+                  "revised); default (nodes at their "
                   "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
                   "real-time priorities); picas:COSTS (as default, at chain-aware priorities), davare:COSTS and "
                   "verucchi:COSTS (rates by published methods, for the compute times in a cost file)")

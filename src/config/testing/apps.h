@@ -87,4 +87,18 @@ scheduler: { slack: 0%, bootstrap: 1s }
 )");
 }
 
+// One subchain of four nodes, of which three have rates of their own.
+inline graph::App own_rates_app() {
+  return parse(R"(
+catan: 1
+app: own_rates
+nodes: { scan: { fallback_rate: 20Hz }, LM: { fallback_rate: 5Hz }, LP: { fallback_rate: 10Hz }, push: {} }
+edges: [ scan -> LM -> LP -> push ]
+subchains: { local: [scan, LM, LP, push] }
+objective: [ { response_time: [scan, LM, LP, push], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+}
+constexpr const char* kOwnRatesCosts = "scan: 2ms\nLM: 4ms\nLP: 3ms\npush: 1ms\n";
+
 }  // namespace ctn
