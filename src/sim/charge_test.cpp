@@ -116,6 +116,25 @@ TEST(Charge, LeavesWhatTheRunWaits) {
   EXPECT_DOUBLE_EQ(outcome.chains.front().latency_ms.mean, 6.0);
 }
 
+// Every second run is charged; the others take four items each at 1 ms, not those of the run before, too.
+TEST(Charge, TakesTheBatchOfTheRun) {
+  const graph::App app = parse(R"(
+catan: 1
+app: two
+nodes: { fast: { fallback_rate: 40Hz }, slow: { input: queue, fallback_rate: 10Hz } }
+edges: [ fast -> slow ]
+objective: [ { response_time: [fast, slow], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  auto simulation = simulation_of(app, "fast: 0ms\nslow: { cost: 2ms, per_item: 1ms }\n", "default", 2);
+  simulation->set_body(NodeId(1), [](ctn::Run& run) {
+    if (run.number() % 2 == 0) run.charge(milliseconds{3});
+  });
+  const Outcome outcome = after_ten_seconds(*simulation);
+  EXPECT_DOUBLE_EQ(node(outcome, "slow").compute_ms.max, 6.0);
+  EXPECT_DOUBLE_EQ(node(outcome, "slow").compute_ms.mean, 4.5);
+}
+
 // In a run that is not charged the mode is drawn: the file says that it is always `match`.
 TEST(Charge, MakesTheModeTheFunctions) {
   const std::string path = testing::TempDir() + fmt::format("charged_modes_{}.catan", getpid());

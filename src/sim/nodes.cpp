@@ -257,7 +257,8 @@ void Nodes::begin_run(Node& node, int cpu) {
 Nanos Nodes::share_of(Node& node, const model::RunDraw& draw, int cpu) {
   const RunAccess::Charge charge = node.body ? RunAccess::take_charge(node.seen) : RunAccess::Charge{};
   check_charge(node, charge);
-  if (!charge.cpu) return draw.cpu_with(batches_.taken_by(node.run));
+  const std::size_t items = batches_.taken_by(node.run);
+  if (!charge.cpu) return draw.cpu_with(items);
   node.run.mode = RunAccess::mode(node.seen);
   return costs_.share_of_charge(*charge.cpu, node.threads, kinds_.of(cpu));
 }
