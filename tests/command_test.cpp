@@ -212,8 +212,10 @@ TEST(Plan, ExplainsItselfToPrograms) {
   EXPECT_EQ(why["bounds"][0]["binds"], false);
   EXPECT_LE(why["objective"], plan["expected"]["objective"]);
   EXPECT_GE(why["noise"], 0.01);
-  EXPECT_LT(why["one_core_more"]["objective"], why["objective"]);
-  EXPECT_GT(why["one_core_fewer"]["objective"], why["objective"]);
+  // GL may not run more often, so a third core gains next to nothing; a second one does.
+  const double by_noise = why["objective"].get<double>() * (1.0 + why["noise"].get<double>());
+  EXPECT_LT(why["one_core_more"]["objective"], by_noise);
+  EXPECT_GT(why["one_core_fewer"]["objective"], by_noise);
   ASSERT_EQ(why["weight_doubled"].size(), 5U);
   for (std::size_t term = 0; term < 5; ++term) {
     EXPECT_LE(why["weight_doubled"][term]["terms_ms"][term].get<double>(), why["terms_ms"][term].get<double>() + 1e-6)
