@@ -35,7 +35,7 @@ std::size_t power_of_two(std::size_t max, std::size_t limit) {
 
 class Data {
  public:
-  Data(const Story& story, const Detail& detail) : story_(story), detail_(detail), losses_(story) {}
+  Data(const Story& story, const Detail& detail) : story_(story), detail_(detail) {}
 
   json document(const std::string& name, const std::vector<std::string>& colours) {
     json document{
@@ -91,7 +91,7 @@ class Data {
       packed.add(tenths(static_cast<double>(run->wait_ms)));
       packed.add(static_cast<std::int64_t>(run->number - number));
       packed.add(run->mode);
-      const std::vector<Loss> losses = losses_.of(*run);
+      const std::vector<Loss> losses = losses_of(story_, *run);
       packed.add(static_cast<std::int64_t>(losses.size()));
       Micros from = run->begin;
       for (const Loss& loss : losses) {
@@ -230,7 +230,6 @@ class Data {
 
   const Story& story_;
   const Detail& detail_;
-  Losses losses_;
   std::size_t buckets_ = 64;  // of bands, at most
 };
 

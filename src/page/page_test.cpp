@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -15,7 +16,9 @@
 #include "page/late.h"
 #include "page/losses.h"
 #include "page/pack.h"
+#include "plan/json.h"
 #include "record/testing/record_fixture.h"
+#include "why/history.h"
 
 namespace ctn::page {
 namespace {
@@ -85,6 +88,47 @@ class StoryTest : public testing::Test {
     return story_.runs.emplace_back(
         RunSpan{static_cast<std::uint32_t>(node(name)), 0, story_.runs.size() + 1, begin, end, cpu_ms, 0.0F});
   }
+  // The runs, on one CPU; where `turns`, local and GL took turns there in these slots.
+  void happened(const std::vector<SlotSpan>& turns = {}) {
+    auto history = std::make_shared<why::History>(story_.app, 1);
+    for (const SlotSpan& slot : turns) {
+      history->add(record::SlotUse{0, SubchainId(slot.lane), at(microseconds{slot.begin}), at(microseconds{slot.begin}),
+                                   at(microseconds{slot.end})});
+    }
+    if (!turns.empty()) {
+      EXPECT_TRUE(history->add(in_turns()).ok());
+    }
+    for (const RunSpan& run : story_.runs) {
+      record::Run of;
+      of.node = NodeId(run.node);
+      of.number = run.number;
+      of.begin = at(microseconds{run.begin});
+      of.end = at(microseconds{run.end});
+      of.cpu = to_nanos(Millis{run.cpu_ms});
+      of.wait = to_nanos(Millis{run.wait_ms});
+      history->add(of);
+    }
+    history->sort();
+    story_.figures.header.started = at(Nanos{0});
+    story_.figures.history = std::move(history);
+  }
+  record::PlanChange in_turns() const {
+    plan::Plan plan;
+    plan.planner = "by hand";
+    plan.cores.resize(1);
+    for (std::size_t id = 0; id < story_.app.graph.subchains().size(); ++id) {
+      plan.subchains.push_back({{0}, Millis{20}, Millis{9}, 1, 1.0, Millis{9}, 1});
+      plan.cores.front().slots.push_back({SubchainId(id), Millis{0}, Millis{9}, 1, 0});
+    }
+    for (const graph::Term& term : story_.app.objective) {
+      if (term.metric == graph::Metric::kPeriod) {
+        plan.nodes.push_back({term.path.front(), Millis{20}, term.weight});
+      } else {
+        plan.chains.push_back({term.path, Millis{29}, Millis{9}, Millis{20}, term.weight});
+      }
+    }
+    return {at(Nanos{0}), "static", plan::to_json(plan, story_.app)};
+  }
   void plan(std::vector<Placement> placements) { story_.plans.push_back({0, "static", std::move(placements), {}}); }
 
   Story story_;
@@ -100,35 +144,42 @@ TEST_F(StoryTest, SharesSpreadCpuTimeOverTheRun) {
   EXPECT_THAT(busy_shares(story_, 4)[1], ElementsAre(0, 0, 0, 255)) << "two cores, both busy";
 }
 
-TEST_F(StoryTest, HigherPrioritiesTakeTheCore) {
-  plan({{0, 0, 2}, {1, 0, 1}});
+TEST_F(StoryTest, RunsThatBeganMeanwhileTookTheCore) {
   add("scan", 2'000, 4'000, 2.0F);
   add("LM", 4'000, 5'000, 1.0F);
   add("scan", 8'000, 9'000, 1.0F);
   const RunSpan low = add("GL", 1'000, 11'000, 6.0F);
-  EXPECT_THAT(Losses(story_).of(low), ElementsAre(Loss{2'000, 5'000, 0}, Loss{8'000, 9'000, 0}));
-  const RunSpan high = add("scan", 12'000, 22'000, 5.0F);
-  add("GL", 13'000, 14'000, 1.0F);
-  EXPECT_THAT(Losses(story_).of(high), IsEmpty()) << "a lower one takes nothing";
+  add("LP", 20'000, 30'000, 9.99F);
+  const RunSpan high = add("LP", 30'000, 40'000, 9.99F);
+  happened();
+  EXPECT_THAT(losses_of(story_, low), ElementsAre(Loss{2'000, 5'000, 0}, Loss{8'000, 9'000, 0}));
+  EXPECT_THAT(losses_of(story_, high), IsEmpty()) << "so little is no loss";
 }
 
 TEST_F(StoryTest, NoMoreIsLostThanIsUnexplained) {
-  plan({{0, 0, 2}, {1, 0, 1}});
-  add("scan", 2'000, 6'000, 2.0F);
-  EXPECT_THAT(Losses(story_).of(add("GL", 1'000, 11'000, 8.0F)), ElementsAre(Loss{2'000, 4'000, 0}));
+  add("scan", 2'000, 6'000, 4.0F);
+  const RunSpan lost_two = add("GL", 1'000, 11'000, 8.0F);
   RunSpan waits = add("GL", 1'000, 11'000, 8.0F);
   waits.wait_ms = 2.0F;
-  EXPECT_THAT(Losses(story_).of(waits), IsEmpty());
+  happened();
+  EXPECT_THAT(losses_of(story_, lost_two), ElementsAre(Loss{2'000, 4'000, 0}));
+  EXPECT_THAT(losses_of(story_, waits), IsEmpty());
 }
 
-TEST_F(StoryTest, WhatOthersRunInTheirSlotsTakesTheCoreInFrames) {
-  plan({{0, 0, 0}, {1, 0, 0}});
-  story_.slots = {{0, 1, 500, 2'000}, {0, 0, 2'000, 4'000}, {0, 1, 4'000, 6'000}, {0, 0, 6'000, 7'000}};
-  story_.steals = {{{0, 0, 7'500, 8'000}, 1}};
-  add("scan", 2'500, 4'500, 1.5F);  // its slot begins with nothing to do
-  add("LM", 6'000, 8'000, 1.5F);    // goes on in a slot that it steals
-  EXPECT_THAT(Losses(story_).of(add("GL", 1'000, 9'000, 5.0F)),
-              ElementsAre(Loss{2'500, 4'000, 0}, Loss{6'000, 7'000, 0}, Loss{7'500, 8'000, 0}));
+TEST_F(StoryTest, WhatOthersRunBetweenItsSlotsTakesTheCore) {
+  add("scan", 2'500, 4'500, 2.0F);
+  add("LM", 6'000, 7'000, 1.0F);
+  const RunSpan low = add("GL", 1'000, 9'000, 5.0F);
+  happened(
+      {{0, 1, 500, 2'000}, {0, 0, 2'000, 4'500}, {0, 1, 4'500, 6'000}, {0, 0, 6'000, 7'000}, {0, 1, 7'000, 9'000}});
+  EXPECT_THAT(losses_of(story_, low), ElementsAre(Loss{2'500, 4'500, 0}, Loss{6'000, 7'000, 0}));
+}
+
+TEST_F(StoryTest, WhatTheLaneItselfRunsIsNoLoss) {
+  const RunSpan before = add("scan", 1'000, 6'000, 3.0F);
+  add("LM", 2'000, 4'000, 2.0F);
+  happened();
+  EXPECT_THAT(losses_of(story_, before), IsEmpty());
 }
 
 TEST_F(StoryTest, TheBeginningAndTheWorstAreInDetail) {

@@ -15,6 +15,8 @@ namespace {
 // A damaged record may name any number of cores; a page has rows for at most this many.
 constexpr std::size_t kMaxCores = 1024;
 
+Micros micros(Nanos duration) { return std::chrono::floor<std::chrono::microseconds>(duration).count(); }
+
 class Teller {
  public:
   Teller(const record::Reader& record, Story& story) : record_(record), story_(story) {
@@ -52,7 +54,6 @@ class Teller {
   }
 
  private:
-  static Micros micros(Nanos duration) { return std::chrono::floor<std::chrono::microseconds>(duration).count(); }
   Micros when(TimePoint time) const { return std::clamp<Micros>(micros(time - started_), 0, story_.duration); }
 
   void add_lanes() {
@@ -224,6 +225,10 @@ Result<Story> tell(const record::Reader& record, bool whole) {
   Story story;
   if (auto done = Teller(record, story).tell(whole); !done) return done.error();
   return story;
+}
+
+Micros when(const Story& story, TimePoint time) {
+  return std::clamp<Micros>(micros(time - story.figures.header.started), 0, story.duration);
 }
 
 const PlanSpan* plan_at(const Story& story, Micros at) {

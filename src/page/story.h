@@ -2,7 +2,7 @@
 // needs.
 //
 // A lane is a subchain or an unscheduled node: it has a row in the timeline, on the cores that the plan in force gave
-// it. Where subchains share a core, the time that they lost to each other is inferred (losses.h).
+// it. What runs lost to others on their cores is inferred (losses.h).
 //
 // Units: Micros are microseconds since the run's start, clamped to the run; names that end in _ms: milliseconds. Thread
 // safety: plain values.
@@ -117,6 +117,9 @@ constexpr std::size_t kNoLane = static_cast<std::size_t>(-1);
 
 // `whole`: figures include the warm-up (the timelines always do). Errors: as report::measure().
 Result<Story> tell(const record::Reader& record, bool whole = false);
+
+// Clamped to the run.
+Micros when(const Story& story, TimePoint time);
 
 // The plan in force at that time; null: before the first plan.
 const PlanSpan* plan_at(const Story& story, Micros at);

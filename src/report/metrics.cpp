@@ -84,6 +84,7 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
   if (late) {
     std::vector<why::Analysis> analyses = late->finish(*asked.worst);
     for (std::size_t i = 0; i < analyses.size(); ++i) metrics.chains[i].late = std::move(analyses[i]);
+    metrics.history = late->history();
   }
   for (std::size_t i = 0; i < wall.size(); ++i) {
     const graph::Node& node = app.graph.nodes()[i];

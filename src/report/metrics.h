@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@
 #include "record/events.h"
 #include "record/reader.h"
 #include "why/analysis.h"
+
+namespace ctn::why {
+class History;
+}
 
 namespace ctn::report {
 
@@ -81,13 +86,14 @@ struct RunFigures {
   double relax_factor = 1.0;  // the largest among them
   bool for_typical = false;   // what some of them promise is for typical compute times
   ObjectiveMetrics objective;
-  std::vector<ChainMetrics> chains;       // in the order of the objective
-  std::vector<NodeMetrics> nodes;         // in the order of the app
-  std::vector<AgeSnapshot> ages;          // edges with an age limit
-  std::vector<TriggerMetrics> triggers;   // those that were sent any
-  double cores_used = 0.0;                // by all nodes together; of header.cpus.size()
-  std::vector<AppChangeMetrics> changes;  // of the whole run: figures are by what was in force at its end
-  std::vector<record::Notice> notices;    // of the whole run
+  std::vector<ChainMetrics> chains;             // in the order of the objective
+  std::vector<NodeMetrics> nodes;               // in the order of the app
+  std::vector<AgeSnapshot> ages;                // edges with an age limit
+  std::vector<TriggerMetrics> triggers;         // those that were sent any
+  double cores_used = 0.0;                      // by all nodes together; of header.cpus.size()
+  std::vector<AppChangeMetrics> changes;        // of the whole run: figures are by what was in force at its end
+  std::vector<record::Notice> notices;          // of the whole run
+  std::shared_ptr<const why::History> history;  // if it was asked what made responses late: what happened
 };
 
 struct Asked {

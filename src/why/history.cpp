@@ -19,15 +19,15 @@ bool overlap(const Span& a, const Span& b) { return a.begin < b.end && b.begin <
 
 }  // namespace
 
-History::History(const graph::App& app, std::size_t cpus)
-    : app_(&app),
+History::History(graph::App app, std::size_t cpus)
+    : app_(std::move(app)),
       cpus_(cpus),
-      runs_(app.graph.nodes().size()),
-      triggers_(app.graph.subchains().size()),
-      active_(app.graph.subchains().size()),
-      thefts_(app.graph.subchains().size()),
-      clocks_(app.graph.nodes().size()),
-      usual_cpu_(app.graph.nodes().size()) {}
+      runs_(app_.graph.nodes().size()),
+      triggers_(app_.graph.subchains().size()),
+      active_(app_.graph.subchains().size()),
+      thefts_(app_.graph.subchains().size()),
+      clocks_(app_.graph.nodes().size()),
+      usual_cpu_(app_.graph.nodes().size()) {}
 
 void History::add(const record::Run& run) {
   knows_cpus_ = knows_cpus_ || run.on_cpu >= 0;
@@ -59,7 +59,7 @@ void History::add(const record::ClockReading& reading) {
 }
 
 Status History::add(const record::PlanChange& change) {
-  auto plan = plan::from_json(change.json, *app_, fmt::format("plan {} of the record", plans_.size() + 1));
+  auto plan = plan::from_json(change.json, app_, fmt::format("plan {} of the record", plans_.size() + 1));
   if (!plan) return plan.error();
   for (const plan::SubchainPlan& subchain : plan->subchains) {
     for (const int core : subchain.cores) {
@@ -76,7 +76,7 @@ Status History::add(const record::PlanChange& change) {
 // For records that do not say on which CPU runs ended.
 void History::place_by_plans() {
   for (std::size_t node = 0; node < runs_.size(); ++node) {
-    const std::optional<SubchainId> subchain = app_->graph.nodes()[node].subchain;
+    const std::optional<SubchainId> subchain = app_.graph.nodes()[node].subchain;
     for (RunTimes& run : runs_[node]) {
       if (cpus_ == 1) {
         run.core = 0;
@@ -143,7 +143,7 @@ std::optional<RunRef> History::last_ended(NodeId node, TimePoint by, bool emitte
 
 std::optional<TimePoint> History::last_end(SubchainId subchain, TimePoint after, TimePoint by) const {
   std::optional<TimePoint> last;
-  for (const NodeId node : app_->graph.subchain(subchain).nodes) {
+  for (const NodeId node : app_.graph.subchain(subchain).nodes) {
     const std::optional<RunRef> ended = last_ended(node, by, false);
     if (ended && run(*ended).end > after) last = std::max(last.value_or(run(*ended).end), run(*ended).end);
   }

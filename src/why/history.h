@@ -65,8 +65,8 @@ struct Holder {
 
 class History {
  public:
-  // `app` outlives it. `cpus`: how many the app could use.
-  History(const graph::App& app, std::size_t cpus);
+  // `cpus`: how many the app could use.
+  History(graph::App app, std::size_t cpus);
 
   void add(const record::Run& run);
   void add(const record::Trigger& trigger);
@@ -76,7 +76,7 @@ class History {
   Status add(const record::PlanChange& change);  // kCaller: a plan that cannot be read
   void sort();
 
-  const graph::App& app() const { return *app_; }
+  const graph::App& app() const { return app_; }
   std::span<const RunTimes> runs(NodeId node) const { return runs_[node.index()]; }
   const RunTimes& run(const RunRef& ref) const { return runs_[ref.node.index()][ref.index]; }
   std::optional<RunRef> find(NodeId node, std::uint64_t number) const;
@@ -130,7 +130,7 @@ class History {
   template <class Take>
   void each_in(const std::vector<Busy>& busy, Span span, NodeId but, Take take) const;
 
-  const graph::App* app_;
+  graph::App app_;
   std::size_t cpus_;
   bool knows_cpus_ = false;
   std::vector<std::vector<RunTimes>> runs_;         // by NodeId, by number

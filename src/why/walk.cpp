@@ -3,23 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "why/run_parts.h"
+
 namespace ctn::why {
 namespace {
 
 constexpr int kMaxSteps = 4096;  // runs on the path of one response: a damaged record may lead in circles
-
-Nanos overlap_of(const RunTimes& run, Span span) {
-  return std::max(std::min(run.end, span.end) - std::max(run.begin, span.begin), Nanos{0});
-}
-
-// The CPU time that a run used in a span, taking its use to be even.
-Nanos used_in(const RunTimes& run, Span span) {
-  const Nanos wall = run.end - run.begin;
-  const Nanos shared = overlap_of(run, span);
-  if (shared >= wall || wall <= Nanos{0}) return std::min(run.cpu, shared);
-  const double part = static_cast<double>(shared.count()) / static_cast<double>(wall.count());
-  return std::min(Nanos{static_cast<Nanos::rep>(part * static_cast<double>(run.cpu.count()))}, shared);
-}
 
 }  // namespace
 
@@ -56,106 +45,15 @@ void Walk::emit(TimePoint from, PartKind kind, NodeId node, std::optional<NodeId
   cursor_ = from;
 }
 
-void Walk::emit(const std::vector<Held>& held, NodeId node) {
-  for (auto each = held.rbegin(); each != held.rend(); ++each) emit(each->time.begin, each->kind, node, each->by);
+void Walk::emit(const std::vector<Delay>& delays, NodeId node) {
+  for (auto each = delays.rbegin(); each != delays.rend(); ++each) emit(each->time.begin, each->kind, node, each->by);
 }
 
 // --- In a run ---
 
 void Walk::in_run(const RunRef& ref) {
-  const std::vector<Piece> all = pieces(ref);
-  TimePoint begin = history_.run(ref).end;
-  for (auto piece = all.rbegin(); piece != all.rend(); ++piece) {
-    begin -= piece->length;
-    emit(begin, piece->kind, ref.node, piece->by);
-  }
-}
-
-// The pieces of a run, in order of time. Of the time in which it did not run, only the length is known, and when it can
-// have begun. The wait for a device is taken to lie in the middle of the run's computing, and what the kernel took at
-// the end.
-std::vector<Walk::Piece> Walk::pieces(const RunRef& ref) const {
-  const RunTimes& run = history_.run(ref);
-  const Nanos wall = run.end - run.begin;
-  const Nanos wait = std::min(run.wait, wall);
-  const Nanos running = std::min(run.cpu, wall - wait);
-  const Nanos usual = history_.usual_cpu(ref.node);
-  std::vector<Piece> pieces;
-  TimePoint now = run.begin;
-  Nanos ran{0};
-  bool waited = wait == Nanos{0};
-  const auto put = [&](PartKind kind, Nanos length, std::optional<NodeId> by = {}) {
-    if (length <= Nanos{0}) return;
-    pieces.push_back({kind, length, by});
-    now += length;
-  };
-  // Computing or waiting until then, but no longer than there is of both.
-  const auto go_on = [&](TimePoint until) {
-    while (now < until) {
-      if (!waited && ran >= running / 2) {
-        put(PartKind::kDevice, wait);
-        waited = true;
-        continue;
-      }
-      const Nanos before_wait = waited ? running - ran : running / 2 - ran;
-      const Nanos before_longer = ran < usual ? usual - ran : running;
-      const Nanos step = std::min({before_wait, before_longer, until - now, running - ran});
-      if (step <= Nanos{0}) return;
-      put(ran < usual ? PartKind::kRunning : PartKind::kRunningLonger, step);
-      ran += step;
-    }
-  };
-  Nanos held{0};
-  for (const Held& claim : claims(ref, wall - wait - running)) {
-    go_on(claim.time.begin);
-    put(claim.kind, claim.time.end - claim.time.begin, claim.by);
-    held += claim.time.end - claim.time.begin;
-  }
-  go_on(kNever);
-  put(PartKind::kKernel, wall - wait - running - held);
-  return pieces;
-}
-
-// What kept the run from its core, `not_running` in all, by begin. Less if no other run accounts for some of it.
-std::vector<Walk::Held> Walk::claims(const RunRef& ref, Nanos not_running) const {
-  const RunTimes& run = history_.run(ref);
-  const Span whole{run.begin, run.end};
-  std::vector<Held> claims;
-  const auto claim = [&](TimePoint begin, Nanos length, PartKind kind, std::optional<NodeId> by) {
-    length = std::min(length, not_running);
-    if (length <= Nanos{0}) return;
-    claims.push_back({{begin, begin + length}, kind, by});
-    not_running -= length;
-  };
-  const std::optional<SubchainId> subchain = history_.app().graph.node(ref.node).subchain;
-  if (not_running > Nanos{0} && subchain && history_.took_turns(*subchain, run.begin)) {
-    for (const Held& held : held_up(ref, whole)) {
-      if (held.kind == PartKind::kWaitingForSlot || held.kind == PartKind::kStolen) {
-        claim(held.time.begin, held.time.end - held.time.begin, held.kind, held.by);
-      }
-    }
-  }
-  if (not_running > Nanos{0}) {
-    // Runs that began meanwhile pre-empted it. Runs that had begun before may have, too, if it was demoted or the core
-    // is shared evenly.
-    std::vector<std::pair<RunRef, bool>> others;
-    history_.each_overlapping(run.core, whole, ref.node,
-                              [&](const RunRef& other, bool sure) { others.emplace_back(other, sure); });
-    const bool one = std::all_of(others.begin(), others.end(),
-                                 [&](const auto& other) { return other.first.node == others.front().first.node; });
-    for (const bool began_meanwhile : {true, false}) {
-      for (const auto& [other, sure] : others) {
-        const RunTimes& times = history_.run(other);
-        if ((times.begin >= run.begin) != began_meanwhile) continue;
-        const bool known = sure || one;
-        claim(std::max(times.begin, run.begin), used_in(times, whole),
-              known ? PartKind::kPreEmpted : PartKind::kUnexplained, known ? std::optional(other.node) : std::nullopt);
-      }
-    }
-  }
-  std::stable_sort(claims.begin(), claims.end(),
-                   [](const Held& a, const Held& b) { return a.time.begin < b.time.begin; });
-  return claims;
+  const std::vector<Part> parts = parts_of_run(history_, ref);
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part) emit(part->begin, part->kind, ref.node, part->by);
 }
 
 // --- Before a run ---
@@ -229,7 +127,7 @@ void Walk::explain_begin(RunRef ref, bool of_source) {
       if (trigger->due < trigger->sent) {
         const std::optional<TimePoint> busy = history_.last_end(*node.subchain, trigger->due, trigger->sent);
         if (history_.took_turns(*node.subchain, trigger->sent)) {
-          emit(held_up(ref, {std::max(busy.value_or(trigger->due), floor_), cursor_}), ref.node);
+          emit(delays_in(history_, ref, {std::max(busy.value_or(trigger->due), floor_), cursor_}), ref.node);
         }
         const TimePoint since = busy.value_or(trigger->due);
         if (const auto changed = history_.plan_changed(since, cursor_)) {
@@ -309,8 +207,8 @@ std::optional<RunRef> Walk::before_due(SubchainId subchain) {
     const TimePoint since = std::max(ended.value_or(floor_), floor_);
     const std::optional<RunRef> run = ended ? history_.last_ended(head, *ended, false) : std::nullopt;
     if (turns) {
-      std::vector<Held> others = held_up(run.value_or(RunRef{head, 0}), {since, cursor_});
-      for (Held& each : others) {
+      std::vector<Delay> others = delays_in(history_, run.value_or(RunRef{head, 0}), {since, cursor_});
+      for (Delay& each : others) {
         if (each.kind != PartKind::kStolen)
           each.kind = PartKind::kWaitingForSlot;  // in its own slot it had nothing to do
       }
@@ -339,59 +237,12 @@ void Walk::ready(const RunRef& ref, TimePoint since, PartKind otherwise) {
   if (since >= cursor_) return;
   TimePoint free = since;
   if (ref.index > 0) free = std::clamp(history_.run({ref.node, ref.index - 1}).end, since, cursor_);
-  std::vector<Held> held = held_up(ref, {free, cursor_});
-  for (Held& each : held) {
+  std::vector<Delay> delays = delays_in(history_, ref, {free, cursor_});
+  for (Delay& each : delays) {
     if (each.kind == PartKind::kKernel) each.kind = otherwise;
   }
-  emit(held, ref.node);
+  emit(delays, ref.node);
   emit(since, PartKind::kOwnPreviousRun, ref.node);
-}
-
-// Which runs had the core in a span in which this one did not.
-std::vector<Walk::Held> Walk::held_up(const RunRef& ref, Span span) const {
-  std::vector<Held> held;
-  if (span.begin >= span.end) return held;
-  const auto put = [&](Span time, PartKind kind, std::optional<NodeId> by) {
-    if (time.begin < time.end) held.push_back({time, kind, by});
-  };
-  const std::optional<SubchainId> subchain = history_.app().graph.node(ref.node).subchain;
-  const bool turns = subchain && history_.took_turns(*subchain, span.begin);
-  const std::vector<Span> active = turns ? history_.active(*subchain, span) : std::vector<Span>{};
-  const std::vector<History::Theft> thefts = turns ? history_.thefts(*subchain, span) : std::vector<History::Theft>{};
-  for (const Holder& holder : history_.holders(history_.run(ref).core, span, ref.node)) {
-    const PartKind in_its_slot = holder.unsure ? PartKind::kUnexplained
-                                 : holder.node ? PartKind::kPreEmpted
-                                               : PartKind::kKernel;
-    if (!turns) {
-      put(holder.time, in_its_slot, holder.node);
-      continue;
-    }
-    for (TimePoint now = holder.time.begin; now < holder.time.end;) {
-      TimePoint until = holder.time.end;
-      PartKind kind = PartKind::kWaitingForSlot;
-      std::optional<NodeId> by = holder.node;
-      for (const Span& own : active) {
-        if (own.begin <= now && now < own.end) {
-          kind = in_its_slot;
-          until = std::min(until, own.end);
-        } else if (own.begin > now) {
-          until = std::min(until, own.begin);
-        }
-      }
-      for (const History::Theft& theft : thefts) {
-        if (theft.time.begin <= now && now < theft.time.end && kind == PartKind::kWaitingForSlot) {
-          kind = PartKind::kStolen;
-          by = history_.app().graph.subchain(theft.thief).head();
-          until = std::min(until, theft.time.end);
-        } else if (theft.time.begin > now) {
-          until = std::min(until, theft.time.begin);
-        }
-      }
-      put({now, until}, kind, by);
-      now = until;
-    }
-  }
-  return held;
 }
 
 }  // namespace ctn::why

@@ -2,9 +2,9 @@
 // says of each stretch of time what it was spent on. Each step begins where the one before ended, so the parts add up.
 //
 //   in a run         when it computed, waited for a device, and did not have its core; and which node had it then
+//                    (run_parts.h)
 //   before a run     from when it could have begun (its trigger, or the end of the run that triggers it): which node
-//   had
-//                    the core, the node's previous run, slots of other subchains
+//                    had the core, the node's previous run, slots of other subchains
 //   before that      what triggered it: the run before it in its subchain, the run of its leader, or a trigger that was
 //                    due and was sent late; and before that, what the trigger was due after
 //
@@ -19,6 +19,7 @@
 #include "record/lineage.h"
 #include "why/history.h"
 #include "why/parts.h"
+#include "why/run_parts.h"
 
 namespace ctn::why {
 
@@ -45,16 +46,6 @@ class Walk {
   std::vector<Part> take_apart(const Way& before, const Way& way);
 
  private:
-  struct Piece {
-    PartKind kind;
-    Nanos length;
-    std::optional<NodeId> by{};
-  };
-  struct Held {
-    Span time;
-    PartKind kind;
-    std::optional<NodeId> by{};
-  };
   struct LeftOut {
     TimePoint end;
     NodeId node;
@@ -62,12 +53,10 @@ class Walk {
 
   void walk(const Way& way, const Way* before, TimePoint begin, TimePoint end);
   void emit(TimePoint from, PartKind kind, NodeId node, std::optional<NodeId> by = {});
-  void emit(const std::vector<Held>& held, NodeId node);
+  void emit(const std::vector<Delay>& delays, NodeId node);
   bool arrived() const { return cursor_ <= floor_; }
 
   void in_run(const RunRef& ref);
-  std::vector<Piece> pieces(const RunRef& ref) const;
-  std::vector<Held> claims(const RunRef& ref, Nanos not_running) const;
 
   void before_run(std::size_t stage, const Way& way, const Way* before);
   std::optional<LeftOut> left_out(std::size_t stage, const Way& way, const Way* before) const;
@@ -77,7 +66,6 @@ class Walk {
   std::optional<RunRef> before_due(SubchainId subchain);
   void by_timer(const RunRef& ref, bool of_source);
   void ready(const RunRef& ref, TimePoint since, PartKind otherwise = PartKind::kKernel);
-  std::vector<Held> held_up(const RunRef& ref, Span span) const;
 
   const History& history_;
   const Chain& chain_;

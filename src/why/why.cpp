@@ -61,7 +61,7 @@ std::vector<std::size_t> chains_of(const graph::App& app) {
 
 Analyser::Analyser(const graph::App& app, const std::vector<std::size_t>& terms, std::size_t cpus,
                    const record::Interval& measured)
-    : measured_(measured), history_(app, cpus) {
+    : measured_(measured), history_(std::make_shared<History>(app, cpus)) {
   for (const std::size_t term : terms) chains_.emplace_back(app, term);
 }
 
@@ -78,27 +78,27 @@ Status Analyser::add_all_but_runs(const record::Reader& record) {
 }
 
 void Analyser::add(const record::Run& run) {
-  history_.add(run);
+  history_->add(run);
   for (Responses& chain : chains_) chain.add(run);
 }
 
 void Analyser::add(const record::ClockReading& reading) {
-  history_.add(reading);
+  history_->add(reading);
   for (Responses& chain : chains_) chain.add(reading);
 }
 
 std::vector<Analysis> Analyser::finish(std::size_t worst) {
-  history_.sort();
+  history_->sort();
   std::vector<Analysis> analyses;
-  for (Responses& chain : chains_) analyses.push_back(chain.analyse(history_, measured_, worst));
+  for (Responses& chain : chains_) analyses.push_back(chain.analyse(*history_, measured_, worst));
   return analyses;
 }
 
 std::vector<std::vector<CauseKind>> Analyser::causes_of(const std::vector<std::vector<Span>>& late) {
-  history_.sort();
+  history_->sort();
   std::vector<std::vector<CauseKind>> causes;
   for (std::size_t chain = 0; chain < chains_.size(); ++chain) {
-    causes.push_back(chains_[chain].causes_of(history_, late[chain]));
+    causes.push_back(chains_[chain].causes_of(*history_, late[chain]));
   }
   return causes;
 }

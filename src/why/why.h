@@ -22,6 +22,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -62,14 +63,16 @@ class Analyser {
   // Before the runs that end later.
   void add(const record::ClockReading& reading);
   // In any order.
-  void add(const record::Trigger& trigger) { history_.add(trigger); }
-  void add(const record::SlotUse& slot) { history_.add(slot); }
-  void add(const record::Steal& steal) { history_.add(steal); }
-  Status add(const record::PlanChange& change) { return history_.add(change); }
+  void add(const record::Trigger& trigger) { history_->add(trigger); }
+  void add(const record::SlotUse& slot) { history_->add(slot); }
+  void add(const record::Steal& steal) { history_->add(steal); }
+  Status add(const record::PlanChange& change) { return history_->add(change); }
 
   // To be called once, after all events. Returns the analysis of each term, with its `worst` longest responses taken
   // apart.
   std::vector<Analysis> finish(std::size_t worst);
+  // What it was told of, after finish().
+  std::shared_ptr<const History> history() const { return history_; }
   // Instead of finish(), where a quick answer about some seconds of a run is needed: the causes of these responses of
   // each term, which the caller knows to be late, given by their begin and end as record::ChainTracker has them. What
   // is usual is taken from some hundreds of the term's responses. A response that was not found in the events is
@@ -78,7 +81,7 @@ class Analyser {
 
  private:
   record::Interval measured_;
-  History history_;
+  std::shared_ptr<History> history_;
   std::vector<Responses> chains_;
 };
 
