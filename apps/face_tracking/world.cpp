@@ -10,20 +10,20 @@ PanLog::PanLog(Pan first) { append(first); }
 
 void PanLog::append(const Pan& pan) {
   const std::uint64_t index = size_.load(std::memory_order_relaxed);
-  Slot& slot = slots_[index % kSize];
-  slot.index.store(index, std::memory_order_relaxed);
+  Entry& entry = entries_[index % kSize];
+  entry.index.store(index, std::memory_order_relaxed);
   // Release here and acquire below: a reader that sees any of the new values then sees the new index too.
-  slot.at.store(pan.at, std::memory_order_release);
-  slot.pan.store(pan.pan, std::memory_order_release);
-  slot.rate.store(pan.rate, std::memory_order_release);
+  entry.at.store(pan.at, std::memory_order_release);
+  entry.pan.store(pan.pan, std::memory_order_release);
+  entry.rate.store(pan.rate, std::memory_order_release);
   size_.store(index + 1, std::memory_order_release);
 }
 
 std::optional<Pan> PanLog::entry(std::uint64_t index) const {
-  const Slot& slot = slots_[index % kSize];
-  const Pan pan{slot.at.load(std::memory_order_acquire), slot.pan.load(std::memory_order_acquire),
-                slot.rate.load(std::memory_order_acquire)};
-  if (slot.index.load(std::memory_order_relaxed) != index) return std::nullopt;
+  const Entry& entry = entries_[index % kSize];
+  const Pan pan{entry.at.load(std::memory_order_acquire), entry.pan.load(std::memory_order_acquire),
+                entry.rate.load(std::memory_order_acquire)};
+  if (entry.index.load(std::memory_order_relaxed) != index) return std::nullopt;
   return pan;
 }
 

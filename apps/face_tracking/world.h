@@ -47,13 +47,13 @@ class PanLog {
 
  private:
   static constexpr std::uint64_t kSize = 1024;
-  struct Slot {
+  struct Entry {
     std::atomic<std::uint64_t> index = 0;
     std::atomic<double> at = 0.0;
     std::atomic<double> pan = 0.0;
     std::atomic<double> rate = 0.0;
   };
-  std::array<Slot, kSize> slots_;
+  std::array<Entry, kSize> entries_;
   std::atomic<std::uint64_t> size_ = 0;
 };
 

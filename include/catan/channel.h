@@ -26,8 +26,8 @@ namespace ctn {
 
 class ChannelBase {
  public:
-  // `slot`: which of the consumer's inputs this is.
-  explicit ChannelBase(std::uint32_t slot) : slot_(slot) {}
+  // `input`: which of the consumer's inputs this is.
+  explicit ChannelBase(std::uint32_t input) : input_(input) {}
   virtual ~ChannelBase() = default;
   ChannelBase(const ChannelBase&) = delete;
   ChannelBase& operator=(const ChannelBase&) = delete;
@@ -40,9 +40,9 @@ class ChannelBase {
   // What a value goes back to (Run::age()).
   using Origin = Run::Origin;
   void consume(Run& run, std::uint64_t first, std::uint64_t last, Origin origin) const {
-    run.inputs_[slot_] = {first, last, origin};
+    run.inputs_[input_] = {first, last, origin};
   }
-  Origin consumed_origin(const Run& run) const { return run.inputs_[slot_].origin; }
+  Origin consumed_origin(const Run& run) const { return run.inputs_[input_].origin; }
 
  private:
   friend class Run;
@@ -52,15 +52,15 @@ class ChannelBase {
   // What the run takes goes back to; Run::age() says which values those are.
   virtual Origin take_origin(Run& run) = 0;
 
-  std::uint32_t slot_;
+  std::uint32_t input_;
 };
 
 // Makes a channel of whatever type: for those who open channels by name.
-using MakeChannel = std::unique_ptr<ChannelBase> (*)(std::uint32_t slot);
+using MakeChannel = std::unique_ptr<ChannelBase> (*)(std::uint32_t input);
 
 template <class C>
-std::unique_ptr<ChannelBase> make_channel(std::uint32_t slot) {
-  return std::make_unique<C>(slot);
+std::unique_ptr<ChannelBase> make_channel(std::uint32_t input) {
+  return std::make_unique<C>(input);
 }
 
 template <class T>
@@ -70,7 +70,7 @@ class Channel final : public ChannelBase {
 
   // A second write in one run replaces the first.
   void write(Run& run, T value) {
-    slots_[back_].value = std::move(value);
+    buffers_[back_].value = std::move(value);
     if (!staged_) stage(run);
     staged_ = true;
   }
@@ -84,14 +84,14 @@ class Channel final : public ChannelBase {
         front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
       }
     }
-    const Slot& slot = slots_[front_];
-    if (slot.run == 0) return nullptr;
-    consume(run, slot.run, slot.run, slot.origin);
-    return &slot.value;
+    const Buffer& newest = buffers_[front_];
+    if (newest.run == 0) return nullptr;
+    consume(run, newest.run, newest.run, newest.origin);
+    return &newest.value;
   }
 
  private:
-  struct Slot {
+  struct Buffer {
     T value{};
     std::uint64_t run = 0;  // which run wrote it; 0: none yet
     Origin origin{0};
@@ -101,8 +101,8 @@ class Channel final : public ChannelBase {
 
   void publish(std::uint64_t run_number, Origin origin) override {
     staged_ = false;
-    slots_[back_].run = run_number;
-    slots_[back_].origin = origin;
+    buffers_[back_].run = run_number;
+    buffers_[back_].origin = origin;
     back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
   void discard() override { staged_ = false; }
@@ -111,7 +111,7 @@ class Channel final : public ChannelBase {
     return consumed_origin(run);
   }
 
-  std::array<Slot, 3> slots_{};
+  std::array<Buffer, 3> buffers_{};
   std::atomic<std::uint32_t> middle_{1};
   alignas(64) std::uint32_t back_ = 0;  // the writer's
   bool staged_ = false;
@@ -124,7 +124,7 @@ class QueueChannel final : public ChannelBase {
  public:
   static constexpr std::size_t kCapacity = 4096;
 
-  explicit QueueChannel(std::uint32_t slot) : ChannelBase(slot), slots_(kCapacity) {}
+  explicit QueueChannel(std::uint32_t input) : ChannelBase(input), items_(kCapacity) {}
 
   // May be called several times in a run; all its values are published together.
   void write(Run& run, T value) {
@@ -136,15 +136,15 @@ class QueueChannel final : public ChannelBase {
   std::optional<T> take(Run& run) {
     const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
     if (taken == published_.load(std::memory_order_acquire)) return std::nullopt;
-    Slot& slot = slots_[taken % kCapacity];
+    Item& item = items_[taken % kCapacity];
     if (taking_in_ != run.number()) {
       taking_in_ = run.number();
-      first_taken_ = slot.run;
-      oldest_taken_ = slot.origin;
+      first_taken_ = item.run;
+      oldest_taken_ = item.origin;
     }
-    oldest_taken_ = std::min(oldest_taken_, slot.origin);
-    consume(run, first_taken_, slot.run, oldest_taken_);
-    std::optional<T> value = std::move(slot.value);
+    oldest_taken_ = std::min(oldest_taken_, item.origin);
+    consume(run, first_taken_, item.run, oldest_taken_);
+    std::optional<T> value = std::move(item.value);
     taken_.store(taken + 1, std::memory_order_release);
     return value;
   }
@@ -152,7 +152,7 @@ class QueueChannel final : public ChannelBase {
   std::uint64_t dropped() const override { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  struct Slot {
+  struct Item {
     T value{};
     std::uint64_t run = 0;
     Origin origin{0};
@@ -165,7 +165,7 @@ class QueueChannel final : public ChannelBase {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         continue;
       }
-      slots_[published % kCapacity] = {std::move(value), run_number, origin};
+      items_[published % kCapacity] = {std::move(value), run_number, origin};
       published_.store(++published, std::memory_order_release);
     }
     pending_.clear();
@@ -174,10 +174,10 @@ class QueueChannel final : public ChannelBase {
   Origin take_origin(Run& run) override {
     const std::uint64_t taken = taken_.load(std::memory_order_relaxed);
     const bool waits = taken != published_.load(std::memory_order_acquire);
-    return taking_in_ != run.number() && waits ? slots_[taken % kCapacity].origin : consumed_origin(run);
+    return taking_in_ != run.number() && waits ? items_[taken % kCapacity].origin : consumed_origin(run);
   }
 
-  std::vector<Slot> slots_;
+  std::vector<Item> items_;
   std::vector<T> pending_;  // the writer's, until its run ends
   std::atomic<std::uint64_t> dropped_{0};
   alignas(64) std::atomic<std::uint64_t> published_{0};

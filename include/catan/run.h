@@ -67,7 +67,7 @@ class Run {
     ChannelBase* channel = nullptr;  // null: none, or none that this node reads
   };
   std::chrono::nanoseconds age_of(const Input& input) const;
-  std::chrono::nanoseconds age_at(std::size_t slot);
+  std::chrono::nanoseconds age_at(std::size_t input_index);
 
   std::uint64_t number_ = 0;
   std::uint32_t mode_ = 0;

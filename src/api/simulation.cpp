@@ -50,8 +50,8 @@ class Simulation::Impl {
       : app_(std::move(app)),
         costs_given_(std::move(costs_given)),
         simulation_(std::move(simulation)),
-        connections_(app_, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
-          simulation_->use_channel(consumer, slot, channel);
+        connections_(app_, [this](NodeId consumer, std::size_t input, ChannelBase& channel) {
+          simulation_->use_channel(consumer, input, channel);
         }) {}
 
   void set_body(std::string_view name, std::function<void(Run&)> body) {

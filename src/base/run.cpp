@@ -22,24 +22,24 @@ std::chrono::nanoseconds Run::age_of(const Input& input) const {
   return begin_ > input.origin ? begin_ - input.origin : std::chrono::nanoseconds{0};
 }
 
-std::chrono::nanoseconds Run::age_at(std::size_t slot) {
-  ChannelBase* const channel = (*edges_)[slot].channel;
-  if (channel == nullptr) return age_of(inputs_[slot]);
+std::chrono::nanoseconds Run::age_at(std::size_t input_index) {
+  ChannelBase* const channel = (*edges_)[input_index].channel;
+  if (channel == nullptr) return age_of(inputs_[input_index]);
   return age_of(Input{0, 0, channel->take_origin(*this)});
 }
 
 std::chrono::nanoseconds Run::age(std::string_view input) {
-  for (std::size_t slot = 0; edges_ != nullptr && slot < inputs_.size(); ++slot) {
-    if ((*edges_)[slot].from == input) return age_at(slot);
+  for (std::size_t input_index = 0; edges_ != nullptr && input_index < inputs_.size(); ++input_index) {
+    if ((*edges_)[input_index].from == input) return age_at(input_index);
   }
   return kNoInput;
 }
 
 bool Run::stale() {
-  for (std::size_t slot = 0; edges_ != nullptr && slot < inputs_.size(); ++slot) {
-    const std::chrono::nanoseconds limit = (*edges_)[slot].max_age;
+  for (std::size_t input_index = 0; edges_ != nullptr && input_index < inputs_.size(); ++input_index) {
+    const std::chrono::nanoseconds limit = (*edges_)[input_index].max_age;
     if (limit == kNoInput) continue;
-    const std::chrono::nanoseconds age = age_at(slot);
+    const std::chrono::nanoseconds age = age_at(input_index);
     if (age != kNoInput && age > limit) return true;
   }
   return false;

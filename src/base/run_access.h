@@ -39,7 +39,7 @@ class RunAccess {
     run.edges_ = &edges;
   }
   // What a run before it took last.
-  static void set_taken_before(Run& run, std::size_t slot, Origin origin) { run.inputs_[slot].origin = origin; }
+  static void set_taken_before(Run& run, std::size_t input, Origin origin) { run.inputs_[input].origin = origin; }
   // Consumes what is newest in the channels of inputs that have an age limit, queues aside: whether a run is stale is
   // then settled when it begins.
   static void take_limited(Run& run) {
@@ -48,8 +48,8 @@ class RunAccess {
     }
   }
 
-  static void consume(Run& run, std::size_t slot, std::uint64_t first, std::uint64_t last, Origin origin) {
-    run.inputs_[slot] = {first, last, origin};
+  static void consume(Run& run, std::size_t input, std::uint64_t first, std::uint64_t last, Origin origin) {
+    run.inputs_[input] = {first, last, origin};
   }
 
   // What the run was charged since this was last asked; none: nothing.
@@ -76,9 +76,9 @@ class RunAccess {
   // Once the function has returned: a run gives no output where it consumed what is older than an edge with `on_stale:
   // skip` allows.
   static void skip_if_stale(Run& run) {
-    for (std::size_t slot = 0; slot < run.inputs_.size(); ++slot) {
-      const InputEdge& edge = (*run.edges_)[slot];
-      if (edge.skips && run.inputs_[slot].origin != kNoOrigin && run.age_of(run.inputs_[slot]) > edge.max_age) {
+    for (std::size_t input = 0; input < run.inputs_.size(); ++input) {
+      const InputEdge& edge = (*run.edges_)[input];
+      if (edge.skips && run.inputs_[input].origin != kNoOrigin && run.age_of(run.inputs_[input]) > edge.max_age) {
         run.emits_ = false;
       }
     }

@@ -251,7 +251,7 @@ TEST_F(FlightTest, TellsOfTheRunAndItsProcess) {
   EXPECT_TRUE(recording.over());
 }
 
-// Whole frames only, whenever they are read. The reader may be late, but what it gets is as it was written.
+// Whole entries only, whenever they are read. The reader may be late, but what it gets is as it was written.
 TEST_F(FlightTest, IsReadWhileItIsWritten) {
   const auto recorder = recorder_of(app_);
   Recording recording = recording_of(*recorder);

@@ -2,15 +2,15 @@
 //
 //   head     the lengths of the parts, signs of life of the writer, and how far the ring has been written
 //   image    a record without events (record::Writer::blank): the app and what else was known at the start
-//   ring     events as frames of words, oldest first; the newest overwrite the oldest. A frame is its length in words
+//   ring     events as entries of words, oldest first; the newest overwrite the oldest. An entry is its length in words
 //            (this one included), followed by the event (event_words.h). A position is a count of all words written
 //            since the start; the word at position p lies at p modulo the ring's length
 //
-// The frames between `oldest` and `end` are valid; both are positions of frame boundaries. The writer raises `oldest`
-// before it overwrites a frame, and `end` once the new frame is complete. A reader copies words, then loads `oldest`
-// again and throws away what lies before it, since that may have been overwritten meanwhile. This works because the
-// ring's words are stored with release and loaded with acquire: a reader that sees a new word also sees the `oldest`
-// that was stored before it.
+// The entries between `oldest` and `end` are valid; both are positions where one begins or ends. The writer raises
+// `oldest` before it overwrites an entry, and `end` once the new one is complete. A reader copies words, then loads
+// `oldest` again and throws away what lies before it, since that may have been overwritten meanwhile. This works
+// because the ring's words are stored with release and loaded with acquire: a reader that sees a new word also sees the
+// `oldest` that was stored before it.
 //
 // Thread safety: all words are atomic; one writer, any number of readers.
 #pragma once

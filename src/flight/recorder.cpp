@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 200;  // of an app, as part of the memory's name
 constexpr std::size_t kPartOfAnEvent = 8;  // an event takes less than this part of the ring
-constexpr int kRounds = 4;  // writing held events again may overwrite others of them: how often to go over them
+constexpr int kRounds = 4;  // writing kept events again may overwrite others of them: how often to go over them
 
 }  // namespace
 
@@ -38,13 +38,13 @@ Recorder::Recorder(os::SharedMemory memory, std::size_t image_bytes)
 void Recorder::add(const record::AppChange& change) {
   using Of = record::AppChange::What;
   const What what = change.what == Of::kWeight ? What::kWeight : change.what == Of::kMax ? What::kMax : What::kMinRate;
-  hold({what, change.item}, to_words(change));
+  keep({what, change.item}, to_words(change));
 }
 
 void Recorder::set_totals(const record::Totals& totals) {
   if (totals == totals_) return;
   totals_ = totals;
-  hold({What::kTotals, 0}, to_words(totals));
+  keep({What::kTotals, 0}, to_words(totals));
 }
 
 void Recorder::show_alive(TimePoint now) {
@@ -56,17 +56,17 @@ bool Recorder::fits(const std::vector<Word>& event) const { return event.size() 
 void Recorder::push(const std::vector<Word>& event) {
   if (!fits(event)) return;
   write(event);
-  write_held_again();
+  write_kept_again();
 }
 
-void Recorder::hold(const Subject& subject, std::vector<Word> event) {
+void Recorder::keep(const Subject& subject, std::vector<Word> event) {
   if (!fits(event)) {
-    held_.erase(subject);
+    kept_.erase(subject);
     return;
   }
-  const Held& held = held_[subject] = {std::move(event), end_};
-  write(held.event);
-  write_held_again();
+  const Kept& kept = kept_[subject] = {std::move(event), end_};
+  write(kept.event);
+  write_kept_again();
 }
 
 // By an event of the largest size and all that holds.
@@ -76,14 +76,14 @@ bool Recorder::may_be_overwritten_next(Word position) const {
   return room < 2 * (parts_.ring.size() / kPartOfAnEvent);
 }
 
-void Recorder::write_held_again() {
+void Recorder::write_kept_again() {
   bool wrote = true;
   for (int round = 0; wrote && round < kRounds; ++round) {
     wrote = false;
-    for (auto& [subject, held] : held_) {
-      if (!may_be_overwritten_next(held.position)) continue;
-      held.position = end_;
-      write(held.event);
+    for (auto& [subject, kept] : kept_) {
+      if (!may_be_overwritten_next(kept.position)) continue;
+      kept.position = end_;
+      write(kept.event);
       wrote = true;
     }
   }
@@ -98,14 +98,14 @@ void Recorder::write(const std::vector<Word>& event) {
   put(end_, length);
   for (std::size_t index = 0; index < event.size(); ++index) put(end_ + 1 + index, event[index]);
   end_ += length;
-  frames_.push_back(length);
+  entries_.push_back(length);
   parts_.head->end.store(end_, std::memory_order_release);
 }
 
 void Recorder::make_room(std::size_t words) {
   while (end_ + words - oldest_ > parts_.ring.size()) {
-    oldest_ += frames_.front();
-    frames_.pop_front();
+    oldest_ += entries_.front();
+    entries_.pop_front();
   }
   parts_.head->oldest.store(oldest_, std::memory_order_release);
 }

@@ -49,11 +49,11 @@ class Recorder : public record::Sink {
   void add(const record::SlotUse& slot) override { push(to_words(slot)); }
   void add(const record::Steal& steal) override { push(to_words(steal)); }
   void add(const record::Overrun& overrun) override { push(to_words(overrun)); }
-  void add(const record::PlanChange& change) override { hold({What::kPlan, 0}, to_words(change)); }
+  void add(const record::PlanChange& change) override { keep({What::kPlan, 0}, to_words(change)); }
   void add(const record::CostChange& change) override { push(to_words(change)); }
   void add(const record::AppChange& change) override;
   void add(const record::ClockReading& reading) override {
-    hold({What::kClock, reading.node.index()}, to_words(reading));
+    keep({What::kClock, reading.node.index()}, to_words(reading));
   }
   void add(const record::Notice& notice) override { push(to_words(notice)); }
   void set_totals(const record::Totals& totals) override;
@@ -71,7 +71,7 @@ class Recorder : public record::Sink {
  private:
   enum class What { kPlan, kWeight, kMax, kMinRate, kClock, kTotals };
   using Subject = std::pair<What, std::size_t>;  // what holds until it is replaced, and of which item
-  struct Held {
+  struct Kept {
     std::vector<Word> event;
     Word position = 0;  // where it was last written
   };
@@ -80,20 +80,20 @@ class Recorder : public record::Sink {
 
   void push(const std::vector<Word>& event);
   // Adds an event that holds until the next one of the same subject.
-  void hold(const Subject& subject, std::vector<Word> event);
+  void keep(const Subject& subject, std::vector<Word> event);
   void write(const std::vector<Word>& event);
   void make_room(std::size_t words);
   bool fits(const std::vector<Word>& event) const;
   bool may_be_overwritten_next(Word position) const;
-  void write_held_again();
+  void write_kept_again();
 
   os::SharedMemory memory_;
   Parts<std::byte> parts_;
   // The state below is kept outside the memory, which is never read here: another process may have written into it.
-  std::deque<std::size_t> frames_;  // lengths of the frames in the ring, the oldest first
+  std::deque<std::size_t> entries_;  // lengths of the entries in the ring, the oldest first
   Word oldest_ = 0;
   Word end_ = 0;
-  std::map<Subject, Held> held_;
+  std::map<Subject, Kept> kept_;
   record::Totals totals_;
 };
 

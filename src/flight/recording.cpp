@@ -102,7 +102,7 @@ struct Recording::Impl {
   std::optional<Word> read_to{};  // where the next read begins; none: nothing was read yet
 };
 
-// All complete frames from `from` on that were not overwritten.
+// All complete entries from `from` on that were not overwritten.
 Recording::Impl::Events Recording::Impl::copy(Word from) const {
   Events copied;
   copied.end = parts.head->end.load(std::memory_order_acquire);
@@ -121,7 +121,7 @@ Recording::Impl::Events Recording::Impl::copy(Word from) const {
   return copied;
 }
 
-// False: from some frame on, they are not events of this app.
+// False: from some entry on, they are not events of this app.
 bool Recording::Impl::hand_on_all(const std::vector<Word>& words, record::Sink& to) const {
   std::span<const Word> left(words);
   while (!left.empty()) {

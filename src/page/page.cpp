@@ -38,13 +38,13 @@ std::string colour(std::size_t index) {
   return fmt::format("hsl({} 45% 55%)", index * 137 % 360);
 }
 
-using Told2 = std::span<const Told>;
+using ShownRuns = std::span<const ShownRun>;
 
 // By lane of each run; lanes of the same name get the same colour.
-std::vector<std::vector<std::string>> lane_colours(Told2 runs) {
+std::vector<std::vector<std::string>> lane_colours(ShownRuns runs) {
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> colours;
-  for (const Told& run : runs) {
+  for (const ShownRun& run : runs) {
     auto& of_run = colours.emplace_back();
     for (const Lane& lane : run.story.lanes) {
       auto found = std::find(names.begin(), names.end(), lane.name);
@@ -59,11 +59,11 @@ std::string seconds(Micros duration) { return fmt::format("{:.4g} s", static_cas
 
 class Writer {
  public:
-  Writer(Told2 runs, std::vector<std::string> differences)
+  Writer(ShownRuns runs, std::vector<std::string> differences)
       : runs_(runs), differences_(std::move(differences)), colours_(lane_colours(runs)) {}
 
   Glance glance() const {
-    const Told& run = runs_.front();
+    const ShownRun& run = runs_.front();
     return {fmt::format("<style>{}</style>", kStyle), graph_box(run) + "<figure class=\"chart\">" +
                                                           cores_picture(run.story, colours_.front()) + "</figure>" +
                                                           legend(run)};
@@ -113,7 +113,7 @@ class Writer {
   }
 
   void what_ran(report::Page& page) const {
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       const report::RunFigures& figures = run.story.figures;
       const record::Header& header = figures.header;
       if (compares()) {
@@ -141,12 +141,12 @@ class Writer {
     for (const std::string& difference : differences_) page.note(difference);
   }
 
-  std::size_t run_index(const Told& run) const { return static_cast<std::size_t>(&run - runs_.data()); }
-  std::string of_run(const Told& run) const { return compares() ? ", " + run.name : ""; }
+  std::size_t run_index(const ShownRun& run) const { return static_cast<std::size_t>(&run - runs_.data()); }
+  std::string of_run(const ShownRun& run) const { return compares() ? ", " + run.name : ""; }
 
   void app(report::Page& page) const {
     page.section("The app", "app");
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       if (run_index(run) > 0 && differences_.empty()) break;  // both have the same graph
       page.element(graph_box(run));
       page.element("<p class=\"caption\">Mean compute time and rate of each node" + escaped(of_run(run)) +
@@ -155,7 +155,7 @@ class Writer {
     }
   }
 
-  std::string graph_box(const Told& run) const {
+  std::string graph_box(const ShownRun& run) const {
     const Story& story = run.story;
     const auto nodes = story.app.graph.nodes();
     std::vector<std::string> notes(nodes.size());
@@ -182,7 +182,7 @@ class Writer {
         "<button type=\"button\" data-do=\"right\" aria-label=\"Later\" title=\"Later (right arrow)\">▶</button>"
         "<button type=\"button\" data-do=\"all\" title=\"The whole run (Home)\">All</button>"
         "<select id=\"goto\" aria-label=\"Go to\"></select><span id=\"range\" aria-live=\"polite\"></span></div>");
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       if (compares()) page.element(fmt::format("<h3>{}</h3>", escaped(run.name)));
       page.element(fmt::format(
           "<figure class=\"chart\"><div class=\"panel\" data-kind=\"cores\" data-run=\"{}\" data-label=\"{}\"></div>"
@@ -206,7 +206,7 @@ class Writer {
   }
 
   // Adds nothing if there are too many lanes: rows have labels anyway.
-  std::string legend(const Told& run) const {
+  std::string legend(const ShownRun& run) const {
     if (run.story.lanes.size() > 40) return {};
     std::string text = "<p class=\"legend\">";
     for (std::size_t i = 0; i < run.story.lanes.size(); ++i) {
@@ -217,7 +217,7 @@ class Writer {
   }
 
   // The timeline in words, for readers who cannot see it.
-  static void busy_summary(report::Page& page, const Told& run) {
+  static void busy_summary(report::Page& page, const ShownRun& run) {
     std::vector<double> busy(run.story.lanes.size());
     for (const RunSpan& one : run.story.runs) busy[run.story.lane_of[one.node]] += static_cast<double>(one.cpu_ms);
     std::string text = "CPU time of the whole run, in cores:";
@@ -284,7 +284,7 @@ class Writer {
     if (story.responses.empty()) page.paragraph("The objective has no response times.");
   }
 
-  void late(report::Page& page, const Told& run, std::size_t chain) const {
+  void late(report::Page& page, const ShownRun& run, std::size_t chain) const {
     if (compares()) page.element("<h4>" + escaped("Longest in " + run.name) + "</h4>");
     add_late(page, run.story, chain);
   }
@@ -335,7 +335,7 @@ class Writer {
         "<p class=\"caption\">CPU time of a run in ms, by mode; over time mean and maximum, the area up to "
         "the 95th percentile. Circles mark lasting changes.</p>");
     std::vector<std::vector<std::vector<std::vector<double>>>> samples;
-    for (const Told& run : runs_) samples.push_back(compute_samples_ms(run.story));
+    for (const ShownRun& run : runs_) samples.push_back(compute_samples_ms(run.story));
     const auto nodes = first().app.graph.nodes();
     std::size_t count = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -387,7 +387,7 @@ class Writer {
         page.table(table);
       }
     }
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       if (compares()) page.element("<h3>" + escaped(run.name) + "</h3>");
       for (const report::Table& table : report::tables(run.story.figures)) page.table(table);
     }
@@ -396,7 +396,7 @@ class Writer {
   void events(report::Page& page) const {
     constexpr std::size_t kMaxRows = 200;
     page.section("Events", "events");
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       report::Table table{.header = {"s", "kind", "what"}, .caption = "Plans, changes and notices" + of_run(run)};
       for (const Event& event : run.story.events) {
         if (table.rows.size() == kMaxRows) break;
@@ -417,7 +417,7 @@ class Writer {
   std::string with_data(std::string html, std::size_t budget) const {
     std::string data;
     std::string omitted;
-    for (const Told& run : runs_) {
+    for (const ShownRun& run : runs_) {
       const Detail detail = choose_detail(run.story, budget);
       data += (data.empty() ? "" : ",\n") + data_of(run.story, run.name, detail, colours_[run_index(run)]);
       if (detail.whole()) continue;
@@ -438,21 +438,21 @@ class Writer {
     return html;
   }
 
-  Told2 runs_;
+  ShownRuns runs_;
   std::vector<std::string> differences_;
   std::vector<std::vector<std::string>> colours_;  // by run, by lane
 };
 
 }  // namespace
 
-std::string to_html(const Told& run, std::size_t max_bytes) { return Writer({&run, 1}, {}).write(max_bytes); }
+std::string to_html(const ShownRun& run, std::size_t max_bytes) { return Writer({&run, 1}, {}).write(max_bytes); }
 
-Glance glance(const Told& run) { return Writer({&run, 1}, {}).glance(); }
+Glance glance(const ShownRun& run) { return Writer({&run, 1}, {}).glance(); }
 
-Result<std::string> compare_html(const Told& run, const Told& other, std::size_t max_bytes) {
+Result<std::string> compare_html(const ShownRun& run, const ShownRun& other, std::size_t max_bytes) {
   auto differences = differences_of(run.story.app, run.name, other.story.app, other.name);
   if (!differences) return differences.error();
-  const std::array<Told, 2> runs{run, other};
+  const std::array<ShownRun, 2> runs{run, other};
   return Writer(runs, std::move(*differences)).write(max_bytes);
 }
 

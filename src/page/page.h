@@ -21,16 +21,16 @@ namespace ctn::page {
 
 constexpr std::size_t kMaxBytes = 20'000'000;
 
-struct Told {
+struct ShownRun {
   std::string name;  // of the record, as readers know it
   const Story& story;
 };
 
 // `max_bytes`: the page is no larger; detail is left out to that end, and the page says so.
-std::string to_html(const Told& run, std::size_t max_bytes = kMaxBytes);
+std::string to_html(const ShownRun& run, std::size_t max_bytes = kMaxBytes);
 
 // Compares what both apps have, by name, and names what only one has. kCaller: they have no node in common.
-Result<std::string> compare_html(const Told& run, const Told& other, std::size_t max_bytes = kMaxBytes);
+Result<std::string> compare_html(const ShownRun& run, const ShownRun& other, std::size_t max_bytes = kMaxBytes);
 
 // The app's graph, and which subchain used which core over the run, as pictures without a script, for the beginning of
 // another page. `head` belongs into that page's head.
@@ -38,7 +38,7 @@ struct Glance {
   std::string head;
   std::string body;
 };
-Glance glance(const Told& run);
+Glance glance(const ShownRun& run);
 
 // Writes a page to a file. It does not overwrite a record (kCaller), which can only be named by a slip of the command
 // line.

@@ -22,16 +22,16 @@ bool NodeOutputs::takes_new_input(const record::Run& run) {
   bool found = predecessors_.empty();
   for (const record::Consumed& input : run.consumed) {
     const auto at = std::find(predecessors_.begin(), predecessors_.end(), input.predecessor) - predecessors_.begin();
-    const auto slot = static_cast<std::size_t>(at);
-    if (slot < taken_.size() && std::exchange(taken_[slot], input.last) != input.last) found = true;
+    const auto index = static_cast<std::size_t>(at);
+    if (index < taken_.size() && std::exchange(taken_[index], input.last) != input.last) found = true;
   }
   return found;
 }
 
 bool NodeOutputs::had_to_skip(const record::Run& run) const {
-  for (std::size_t slot = 0; slot < std::min(limits_.size(), run.ages.size()); ++slot) {
-    const std::optional<graph::AgeLimit>& limit = limits_[slot];
-    if (limit && limit->on_stale == graph::OnStale::kSkip && run.ages[slot] > limit->max_age) return true;
+  for (std::size_t index = 0; index < std::min(limits_.size(), run.ages.size()); ++index) {
+    const std::optional<graph::AgeLimit>& limit = limits_[index];
+    if (limit && limit->on_stale == graph::OnStale::kSkip && run.ages[index] > limit->max_age) return true;
   }
   return false;
 }

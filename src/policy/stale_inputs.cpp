@@ -16,8 +16,8 @@ StaleInputs::StaleInputs(const graph::Graph& graph) : graph_(graph), inputs_(gra
   for (const graph::Edge& edge : graph.edges()) {
     if (!edge.age_limit) continue;
     const std::vector<NodeId>& predecessors = graph.node(edge.to).predecessors;
-    const auto slot = std::find(predecessors.begin(), predecessors.end(), edge.from) - predecessors.begin();
-    inputs_[edge.to.index()].push_back({static_cast<std::size_t>(slot), edge, std::nullopt});
+    const auto index = std::find(predecessors.begin(), predecessors.end(), edge.from) - predecessors.begin();
+    inputs_[edge.to.index()].push_back({static_cast<std::size_t>(index), edge, std::nullopt});
   }
 }
 
@@ -30,8 +30,8 @@ std::vector<record::Notice> StaleInputs::ran(const record::Run& run) {
 }
 
 std::optional<record::Notice> StaleInputs::look(Input& input, const record::Run& run) const {
-  if (input.slot >= run.ages.size() || run.ages[input.slot] == record::kNoAge) return std::nullopt;
-  const Nanos age = run.ages[input.slot];
+  if (input.index >= run.ages.size() || run.ages[input.index] == record::kNoAge) return std::nullopt;
+  const Nanos age = run.ages[input.index];
   const graph::AgeLimit& limit = *input.edge.age_limit;
   const std::string& from = graph_.node(input.edge.from).name;
   const std::string& to = graph_.node(input.edge.to).name;

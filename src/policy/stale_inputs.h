@@ -32,8 +32,8 @@ class StaleInputs {
     TimePoint last{};  // begin of the newest of these
   };
   struct Input {
-    std::size_t slot = 0;  // by predecessor
-    graph::Edge edge;      // with a limit
+    std::size_t index = 0;  // among the predecessors
+    graph::Edge edge;       // with a limit
     std::optional<Episode> episode;
   };
 

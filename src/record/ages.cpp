@@ -20,37 +20,37 @@ std::optional<TimePoint> AgeTracker::oldest_output(const Node& node, std::uint64
   if (first <= forgotten || first > last) return std::nullopt;
   std::optional<TimePoint> oldest;
   for (std::uint64_t ahead = 0; ahead <= last - first; ++ahead) {
-    const std::size_t slot = (first + ahead) % kHorizon;
-    if (slot >= node.outputs.size()) continue;
-    const Output& output = node.outputs[slot];
+    const std::size_t place = (first + ahead) % kHorizon;
+    if (place >= node.outputs.size()) continue;
+    const Output& output = node.outputs[place];
     if (output.number != first + ahead || !output.origin) continue;
     oldest = std::min(oldest.value_or(*output.origin), *output.origin);
   }
   return oldest;
 }
 
-std::optional<TimePoint> AgeTracker::origin(NodeId node, std::size_t slot, std::uint64_t first,
+std::optional<TimePoint> AgeTracker::origin(NodeId node, std::size_t input, std::uint64_t first,
                                             std::uint64_t last) const {
   const Node& consumer = nodes_[node.index()];
   const std::optional<TimePoint> oldest =
-      oldest_output(nodes_[consumer.predecessors[slot].index()], std::max<std::uint64_t>(first, 1), last);
-  return oldest ? oldest : consumer.taken[slot];
+      oldest_output(nodes_[consumer.predecessors[input].index()], std::max<std::uint64_t>(first, 1), last);
+  return oldest ? oldest : consumer.taken[input];
 }
 
-std::optional<TimePoint> AgeTracker::taken_by(const Run& run, std::size_t slot, bool& consumed) const {
+std::optional<TimePoint> AgeTracker::taken_by(const Run& run, std::size_t input, bool& consumed) const {
   const Node& node = nodes_[run.node.index()];
   const auto entry = std::find_if(run.consumed.begin(), run.consumed.end(),
-                                  [&](const Consumed& input) { return input.predecessor == node.predecessors[slot]; });
+                                  [&](const Consumed& each) { return each.predecessor == node.predecessors[input]; });
   consumed = entry != run.consumed.end() && entry->first != 0;
-  return consumed ? origin(run.node, slot, entry->first, entry->last) : node.taken[slot];
+  return consumed ? origin(run.node, input, entry->first, entry->last) : node.taken[input];
 }
 
 void AgeTracker::set_ages(Run& run) const {
   run.ages.clear();
   if (run.node.index() >= nodes_.size()) return;
-  for (std::size_t slot = 0; slot < nodes_[run.node.index()].predecessors.size(); ++slot) {
+  for (std::size_t input = 0; input < nodes_[run.node.index()].predecessors.size(); ++input) {
     bool consumed = false;
-    const std::optional<TimePoint> origin = taken_by(run, slot, consumed);
+    const std::optional<TimePoint> origin = taken_by(run, input, consumed);
     run.ages.push_back(origin ? std::max(run.begin - *origin, Nanos{0}) : kNoAge);
   }
 }
@@ -60,21 +60,21 @@ TimePoint AgeTracker::add(Run& run) {
   if (run.node.index() >= nodes_.size() || run.number == 0) return run.begin;
   Node& node = nodes_[run.node.index()];
   std::optional<TimePoint> oldest;
-  for (std::size_t slot = 0; slot < node.predecessors.size(); ++slot) {
+  for (std::size_t input = 0; input < node.predecessors.size(); ++input) {
     bool consumed = false;
-    const std::optional<TimePoint> origin = taken_by(run, slot, consumed);
+    const std::optional<TimePoint> origin = taken_by(run, input, consumed);
     if (!origin) continue;
-    node.taken[slot] = origin;
+    node.taken[input] = origin;
     if (consumed) oldest = oldest ? std::min(*oldest, *origin) : *origin;
   }
   if (oldest) node.origin = oldest;
   const TimePoint origin = node.source ? run.begin : node.origin.value_or(run.begin);
-  const std::size_t slot = run.number % kHorizon;
-  if (slot >= node.outputs.size()) {
-    node.outputs.resize(std::min(kHorizon, std::max(slot + 1, 2 * node.outputs.size())));
+  const std::size_t place = run.number % kHorizon;
+  if (place >= node.outputs.size()) {
+    node.outputs.resize(std::min(kHorizon, std::max(place + 1, 2 * node.outputs.size())));
   }
   node.newest = std::max(node.newest, run.number);
-  node.outputs[slot] = {run.number, run.emitted ? std::optional(origin) : std::nullopt};
+  node.outputs[place] = {run.number, run.emitted ? std::optional(origin) : std::nullopt};
   return origin;
 }
 

@@ -38,10 +38,10 @@ class AgeTracker {
   // after those that it consumed. Nothing that comes is harmful. Returns the origin of its output.
   TimePoint add(Run& run);
   // The origin of what the node's run consumed last over an input.
-  std::optional<TimePoint> taken(NodeId node, std::size_t slot) const { return nodes_[node.index()].taken[slot]; }
+  std::optional<TimePoint> taken(NodeId node, std::size_t input) const { return nodes_[node.index()].taken[input]; }
   // The origin of what a run consumes over an input, the oldest of the range; of what it took last, if no run in the
   // range is known to have given output.
-  std::optional<TimePoint> origin(NodeId node, std::size_t slot, std::uint64_t first, std::uint64_t last) const;
+  std::optional<TimePoint> origin(NodeId node, std::size_t input, std::uint64_t first, std::uint64_t last) const;
 
  private:
   struct Output {
@@ -58,7 +58,7 @@ class AgeTracker {
   };
 
   static std::optional<TimePoint> oldest_output(const Node& node, std::uint64_t first, std::uint64_t last);
-  std::optional<TimePoint> taken_by(const Run& run, std::size_t slot, bool& consumed) const;
+  std::optional<TimePoint> taken_by(const Run& run, std::size_t input, bool& consumed) const;
 
   std::vector<Node> nodes_;  // by NodeId
 };

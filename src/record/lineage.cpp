@@ -7,9 +7,9 @@
 namespace ctn::record {
 
 ChainTracker::Step* ChainTracker::Stage::find(std::uint64_t number) {
-  const std::size_t slot = number % kHorizon;
-  if (number == 0 || slot >= steps.size() || steps[slot].number != number) return nullptr;
-  return &steps[slot];
+  const std::size_t place = number % kHorizon;
+  if (number == 0 || place >= steps.size() || steps[place].number != number) return nullptr;
+  return &steps[place];
 }
 
 const ChainTracker::Step* ChainTracker::Stage::find(std::uint64_t number) const {
@@ -17,10 +17,10 @@ const ChainTracker::Step* ChainTracker::Stage::find(std::uint64_t number) const 
 }
 
 ChainTracker::Step& ChainTracker::Stage::put(std::uint64_t number) {
-  const std::size_t slot = number % kHorizon;
-  if (slot >= steps.size()) steps.resize(std::min(kHorizon, std::max(slot + 1, 2 * steps.size())));
+  const std::size_t place = number % kHorizon;
+  if (place >= steps.size()) steps.resize(std::min(kHorizon, std::max(place + 1, 2 * steps.size())));
   newest = std::max(newest, number);
-  return steps[slot] = Step{.number = number};
+  return steps[place] = Step{.number = number};
 }
 
 ChainTracker::ChainTracker(const graph::Graph& graph, std::span<const NodeId> path) : stage_of_(graph.nodes().size()) {

@@ -88,8 +88,8 @@ class RunMetrics {
     for (const graph::Edge& edge : app.graph.edges()) {
       if (!edge.age_limit) continue;
       const std::vector<NodeId>& inputs = app.graph.node(edge.to).predecessors;
-      const auto slot = std::find(inputs.begin(), inputs.end(), edge.from) - inputs.begin();
-      tracks_[edge.to.index()].limited.emplace_back(static_cast<std::size_t>(slot), edges_.size());
+      const auto input = std::find(inputs.begin(), inputs.end(), edge.from) - inputs.begin();
+      tracks_[edge.to.index()].limited.emplace_back(static_cast<std::size_t>(input), edges_.size());
       edges_.push_back({&edge, 0, 0, {}});
     }
   }
@@ -167,12 +167,12 @@ class RunMetrics {
   // Whenever its source was: what counts is that the run had old data.
   void add_to_edges(const Run& run) {
     if (!interval_.holds(run.begin, run.end)) return;
-    for (const auto& [slot, index] : tracks_[run.node.index()].limited) {
-      if (slot >= run.ages.size() || run.ages[slot] == kNoAge) continue;
+    for (const auto& [input, index] : tracks_[run.node.index()].limited) {
+      if (input >= run.ages.size() || run.ages[input] == kNoAge) continue;
       MeasuredEdge<Samples>& edge = edges_[index];
       ++edge.runs;
-      edge.stale += run.ages[slot] > edge.edge->age_limit->max_age ? 1U : 0U;
-      edge.age.add(run.ages[slot]);
+      edge.stale += run.ages[input] > edge.edge->age_limit->max_age ? 1U : 0U;
+      edge.age.add(run.ages[input]);
     }
   }
 

@@ -60,10 +60,10 @@ ChannelBase& Connections::open_channel(std::string_view from, std::string_view t
     add_problem(call + ": opened before with another type", "use one type for an edge");
     return unconnected_channel(make);
   }
-  const auto slot = static_cast<std::size_t>(
+  const auto input = static_cast<std::size_t>(
       std::find(reader.predecessors.begin(), reader.predecessors.end(), *producer) - reader.predecessors.begin());
-  OpenChannel opened{type, make(static_cast<std::uint32_t>(slot))};
-  on_channel_(*consumer, slot, *opened.channel);
+  OpenChannel opened{type, make(static_cast<std::uint32_t>(input))};
+  on_channel_(*consumer, input, *opened.channel);
   return *channels_.emplace(std::pair{*producer, *consumer}, std::move(opened)).first->second.channel;
 }
 

@@ -27,7 +27,7 @@ using NodeBody = std::function<void(Run&)>;
 class Connections {
  public:
   // Hears of each new channel: into which input (by predecessor) of which node.
-  using OnChannel = std::function<void(NodeId consumer, std::size_t slot, ChannelBase& channel)>;
+  using OnChannel = std::function<void(NodeId consumer, std::size_t input, ChannelBase& channel)>;
 
   // `app` outlives it.
   Connections(const graph::App& app, OnChannel on_channel);

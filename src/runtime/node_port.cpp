@@ -214,41 +214,41 @@ void NodePort::Runs::begin(Run& run) {
   if (run.threads() > 1) begin_ready_ = ready_time();
   begin_ = os_.now();
   RunAccess::begin(run, begin_, edges_);
-  for (std::size_t slot = 0; slot < edges_.size(); ++slot) RunAccess::set_taken_before(run, slot, origins_[slot]);
+  for (std::size_t input = 0; input < edges_.size(); ++input) RunAccess::set_taken_before(run, input, origins_[input]);
   consume_newest(run);
   RunAccess::take_limited(run);
 }
 
 void NodePort::Runs::consume_newest(Run& run) {
-  for (std::size_t slot = 0; slot < edges_.size(); ++slot) {
-    const NodeCell* const predecessor = binding_->predecessors[slot];
-    if (predecessor != nullptr && edges_[slot].channel == nullptr) consume_newest(run, slot, *predecessor);
+  for (std::size_t input = 0; input < edges_.size(); ++input) {
+    const NodeCell* const predecessor = binding_->predecessors[input];
+    if (predecessor != nullptr && edges_[input].channel == nullptr) consume_newest(run, input, *predecessor);
   }
 }
 
-void NodePort::Runs::consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor) {
+void NodePort::Runs::consume_newest(Run& run, std::size_t input, const NodeCell& predecessor) {
   // That of the newest output is unknown only if the predecessor gave another since, which is then the newest.
   constexpr int kTries = 3;
   const bool is_queue = node_.input == graph::InputKind::kQueue;
   std::uint64_t newest = 0;
   std::int64_t origin = NodeCell::kUnknown;
-  const std::uint64_t before = taken_[slot];
+  const std::uint64_t before = taken_[input];
   for (int tried = 0; tried < kTries && origin == NodeCell::kUnknown; ++tried) {
     newest = predecessor.newest_output.load(std::memory_order_acquire);
     if (newest == 0 || (is_queue && newest <= before)) break;
     origin = is_queue ? predecessor.oldest_origin(before + 1, newest) : predecessor.origin_of(newest);
   }
-  taken_[slot] = newest;
+  taken_[input] = newest;
   if (newest == 0 || (is_queue && newest <= before)) return;
   RunAccess::Origin known{origin};
-  if (origin == NodeCell::kUnknown) known = std::max(origins_[slot], RunAccess::Origin{0});
-  RunAccess::consume(run, slot, is_queue ? before + 1 : newest, newest, known);
+  if (origin == NodeCell::kUnknown) known = std::max(origins_[input], RunAccess::Origin{0});
+  RunAccess::consume(run, input, is_queue ? before + 1 : newest, newest, known);
 }
 
 // Whether the run gives output, what that goes back to, and what the next one needs to know.
 RunAccess::Origin NodePort::Runs::settle_ages(Run& run) {
   RunAccess::skip_if_stale(run);
-  for (std::size_t slot = 0; slot < edges_.size(); ++slot) origins_[slot] = RunAccess::inputs(run)[slot].origin;
+  for (std::size_t input = 0; input < edges_.size(); ++input) origins_[input] = RunAccess::inputs(run)[input].origin;
   const RunAccess::Origin oldest = RunAccess::oldest_consumed(run);
   if (oldest != RunAccess::kNoOrigin) origin_ = oldest;
   return is_source_ || origin_ == RunAccess::kNoOrigin ? begin_.time_since_epoch() : origin_;

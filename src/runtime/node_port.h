@@ -13,7 +13,7 @@
 // however many they are. A process that writes there without a reason can wake the follower too often, and do no other
 // harm. While the other node gives no output, or is missing, the follower waits.
 //
-// Age of data (record/ages.h): each output carries its origin, over a channel in the channel's slot, else in the node's
+// Age of data (record/ages.h): each output carries its origin, over a channel beside the value, else in the node's
 // cell, which holds the origins of the newest outputs by number, so that number and origin belong together. A run's own
 // is the oldest of the origins that it consumed. Where one is not to be had, because more outputs came at once than the
 // cell holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older
@@ -56,9 +56,9 @@ class NodePort {
   NodePort(os::Os& os, const graph::Graph& graph, NodeId node, const Region& region);
 
   // --- before any thread runs ---
-  // Input `slot` has a channel, which notes what is consumed. Without one, a run is taken to consume the predecessor's
+  // An input has a channel, which notes what is consumed. Without one, a run is taken to consume the predecessor's
   // newest output when it begins; a run of a queue node, all outputs since the run before.
-  void set_channel(std::size_t slot, ChannelBase& channel) { runs_.set_channel(slot, channel); }
+  void set_channel(std::size_t input, ChannelBase& channel) { runs_.set_channel(input, channel); }
 
   // --- the node's own thread ---
   // Straight back is a thread that waits again this soon after the end of a run.
@@ -120,7 +120,7 @@ class NodePort {
    public:
     Runs(os::Os& os, const graph::Graph& graph, NodeId node, Shared& shared);
 
-    void set_channel(std::size_t slot, ChannelBase& channel) { edges_[slot].channel = &channel; }
+    void set_channel(std::size_t input, ChannelBase& channel) { edges_[input].channel = &channel; }
     // Goes by the newest binding from now on.
     void follow_move();
     bool wait_for_trigger();
@@ -130,7 +130,7 @@ class NodePort {
    private:
     void bind(const Binding& binding);
     void consume_newest(Run& run);
-    void consume_newest(Run& run, std::size_t slot, const NodeCell& predecessor);
+    void consume_newest(Run& run, std::size_t input, const NodeCell& predecessor);
     RunAccess::Origin settle_ages(Run& run);
     void pass_on(bool emits);
     int threads_planned() const;

@@ -3,8 +3,8 @@
 namespace ctn::runtime {
 
 Wiring::Wiring(const graph::App& app, os::Os& os, const Region& region)
-    : connections_(app, [this](NodeId consumer, std::size_t slot, ChannelBase& channel) {
-        port(consumer)->set_channel(slot, channel);
+    : connections_(app, [this](NodeId consumer, std::size_t input, ChannelBase& channel) {
+        port(consumer)->set_channel(input, channel);
       }) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     const bool external = app.graph.nodes()[index].external;

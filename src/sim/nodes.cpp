@@ -295,31 +295,31 @@ void Nodes::consume(Node& node) {
     RunAccess::reset(node.seen, node.run.number, node.inputs.size());
     RunAccess::set_threads(node.seen, node.working);
     RunAccess::begin(node.seen, node.run.begin, node.edges);
-    for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
-      const std::optional<TimePoint> taken = ages_.taken(node.id, slot);
-      if (taken) RunAccess::set_taken_before(node.seen, slot, taken->time_since_epoch());
+    for (std::size_t index = 0; index < node.inputs.size(); ++index) {
+      const std::optional<TimePoint> taken = ages_.taken(node.id, index);
+      if (taken) RunAccess::set_taken_before(node.seen, index, taken->time_since_epoch());
     }
   }
   node.run.consumed.clear();
-  for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
-    if (!node.body || !node.inputs[slot].has_channel) consume_newest(node, slot);
+  for (std::size_t index = 0; index < node.inputs.size(); ++index) {
+    if (!node.body || !node.inputs[index].has_channel) consume_newest(node, index);
   }
   if (node.body) {
     RunAccess::take_limited(node.seen);
     node.body(node.seen);
-    for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
-      if (!node.inputs[slot].has_channel) continue;
-      const RunAccess::Input& taken = RunAccess::inputs(node.seen)[slot];
+    for (std::size_t index = 0; index < node.inputs.size(); ++index) {
+      if (!node.inputs[index].has_channel) continue;
+      const RunAccess::Input& taken = RunAccess::inputs(node.seen)[index];
       if (taken.first != 0) {
-        node.run.consumed.push_back({NodeId(node.inputs[slot].predecessor), taken.first, taken.last});
+        node.run.consumed.push_back({NodeId(node.inputs[index].predecessor), taken.first, taken.last});
       }
     }
   }
   if (follows_ages_) ages_.set_ages(node.run);
 }
 
-void Nodes::consume_newest(Node& node, std::size_t slot) {
-  Input& input = node.inputs[slot];
+void Nodes::consume_newest(Node& node, std::size_t index) {
+  Input& input = node.inputs[index];
   if (input.newest == 0) return;
   const std::uint64_t before = std::exchange(input.taken, input.newest);
   input.waiting = 0;
@@ -327,15 +327,15 @@ void Nodes::consume_newest(Node& node, std::size_t slot) {
   const record::Consumed consumed{NodeId(input.predecessor), input.queue ? before + 1 : input.newest, input.newest};
   node.run.consumed.push_back(consumed);
   if (!node.body && !node.effect) return;
-  if (const auto origin = ages_.origin(node.id, slot, consumed.first, consumed.last)) {
-    RunAccess::consume(node.seen, slot, consumed.first, consumed.last, origin->time_since_epoch());
+  if (const auto origin = ages_.origin(node.id, index, consumed.first, consumed.last)) {
+    RunAccess::consume(node.seen, index, consumed.first, consumed.last, origin->time_since_epoch());
   }
 }
 
 // So that it gives no output.
 bool Nodes::is_stale(const Node& node) {
-  for (std::size_t slot = 0; slot < node.edges.size(); ++slot) {
-    if (node.edges[slot].skips && node.run.ages[slot] > node.edges[slot].max_age) return true;
+  for (std::size_t index = 0; index < node.edges.size(); ++index) {
+    if (node.edges[index].skips && node.run.ages[index] > node.edges[index].max_age) return true;
   }
   return false;
 }

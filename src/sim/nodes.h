@@ -89,10 +89,10 @@ class Nodes {
     nodes_[node.index()].effect = std::move(effect);
     follows_ages_ = true;
   }
-  // Runs of `consumer` consume over its slot-th input what its function reads there.
-  void use_channel(NodeId consumer, std::size_t slot, ChannelBase& channel) {
-    nodes_[consumer.index()].inputs[slot].has_channel = true;
-    nodes_[consumer.index()].edges[slot].channel = &channel;
+  // Runs of `consumer` consume over that input what its function reads there.
+  void use_channel(NodeId consumer, std::size_t input, ChannelBase& channel) {
+    nodes_[consumer.index()].inputs[input].has_channel = true;
+    nodes_[consumer.index()].edges[input].channel = &channel;
   }
   // By NodeId: these threads are in reservations, in place of levels, from then on that they are given levels.
   void reserve(std::vector<Reservation> reservations) { reservations_ = std::move(reservations); }
@@ -169,7 +169,7 @@ class Nodes {
   void begin_run(Node& node, int cpu);
   Nanos until_wait(Node& node);
   void consume(Node& node);
-  void consume_newest(Node& node, std::size_t slot);
+  void consume_newest(Node& node, std::size_t index);
   static bool is_stale(const Node& node);
   // What each of the run's threads works.
   Nanos share_of(Node& node, const model::RunDraw& draw, int cpu);
@@ -210,11 +210,11 @@ class Nodes {
 template <class C>
 C* Nodes::channel(NodeId from, NodeId to) {
   Node& node = nodes_[to.index()];
-  for (std::size_t slot = 0; slot < node.inputs.size(); ++slot) {
-    if (node.inputs[slot].predecessor != from.index() || nodes_[from.index()].described->external) continue;
-    if (!node.channels[slot]) node.channels[slot] = std::make_unique<C>(static_cast<std::uint32_t>(slot));
-    use_channel(to, slot, *node.channels[slot]);
-    return dynamic_cast<C*>(node.channels[slot].get());
+  for (std::size_t index = 0; index < node.inputs.size(); ++index) {
+    if (node.inputs[index].predecessor != from.index() || nodes_[from.index()].described->external) continue;
+    if (!node.channels[index]) node.channels[index] = std::make_unique<C>(static_cast<std::uint32_t>(index));
+    use_channel(to, index, *node.channels[index]);
+    return dynamic_cast<C*>(node.channels[index].get());
   }
   return nullptr;
 }

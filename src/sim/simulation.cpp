@@ -349,8 +349,8 @@ Simulation::~Simulation() = default;
 
 void Simulation::set_body(NodeId node, Body body) { impl_->nodes().set_body(node, std::move(body)); }
 void Simulation::set_effect(NodeId node, Body effect) { impl_->nodes().set_effect(node, std::move(effect)); }
-void Simulation::use_channel(NodeId consumer, std::size_t slot, ChannelBase& channel) {
-  impl_->nodes().use_channel(consumer, slot, channel);
+void Simulation::use_channel(NodeId consumer, std::size_t input, ChannelBase& channel) {
+  impl_->nodes().use_channel(consumer, input, channel);
 }
 TimePoint Simulation::now() const { return impl_->cpus().now(); }
 TimePoint Simulation::warm_from() const { return impl_->warm_from(); }

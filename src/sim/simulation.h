@@ -115,9 +115,9 @@ class Simulation {
     return *nodes().channel<QueueChannel<T>>(from, to);
   }
 
-  // The same edge's channel, where somebody else has made it: runs of `consumer` consume over its slot-th input what
-  // its function reads there.
-  void use_channel(NodeId consumer, std::size_t slot, ChannelBase& channel);
+  // The same edge's channel, where the caller has made it: runs of `consumer` consume over that input what its function
+  // reads there.
+  void use_channel(NodeId consumer, std::size_t input, ChannelBase& channel);
 
   TimePoint now() const;
   // When what is measured begins: after the bootstrap and a little more, as in a real run.
