@@ -1,5 +1,5 @@
 // The operating system as Catan needs it, in four small interfaces: a clock, threads, how they are scheduled, and the
-// machine. `Os` is all four, for code that needs most of them; other code takes the one that it uses. `os/linux`
+// machine. `Os` is all four, for code that needs several of them; code that needs one takes that one. `os/linux`
 // implements them on Linux; `os/fake` in virtual time, and as a wrapper that injects faults. Nobody above names a
 // scheduling class: there are levels, and what was set is read back.
 //

@@ -175,9 +175,9 @@ Result<os::SharedMemory> ClientLink::dial(os::ThreadId service, const Meanwhile&
 Result<os::Message> ClientLink::ask(const std::shared_ptr<Line>& line, const Request& request,
                                     const Meanwhile& meanwhile) {
   if (Status sent = line->send(to_text(request)); !sent) return sent.error();
-  const TimePoint deadline = os_.now() + kAnswerTimeout;
+  const TimePoint deadline = clock_.now() + kAnswerTimeout;
   os::Message answer;
-  while (os_.now() < deadline) {
+  while (clock_.now() < deadline) {
     const os::Arrival arrival = line->receive(answer);
     if (arrival == os::Arrival::kMessage) return answer;
     if (arrival == os::Arrival::kClosed) return lost();

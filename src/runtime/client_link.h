@@ -14,10 +14,11 @@
 
 #include "base/guarded.h"
 #include "base/result.h"
+#include "os/clock.h"
 #include "os/linux/connection.h"
 #include "os/linux/poller.h"
 #include "os/linux/shared_memory.h"
-#include "os/os.h"
+#include "os/threads.h"
 #include "runtime/protocol.h"
 #include "runtime/server_link.h"
 
@@ -27,8 +28,8 @@ class ClientLink : public ServerLink {
   class Line;
 
  public:
-  // `os` outlives it. `sockets`: paths to try, in this order.
-  ClientLink(os::Os& os, std::vector<std::string> sockets) : os_(os), sockets_(std::move(sockets)) {}
+  // `clock` outlives it. `sockets`: paths to try, in this order.
+  ClientLink(os::Clock& clock, std::vector<std::string> sockets) : clock_(clock), sockets_(std::move(sockets)) {}
   ~ClientLink() override;
 
   std::unique_ptr<Conversation> converse() override;
@@ -45,7 +46,7 @@ class ClientLink : public ServerLink {
   Result<os::Message> ask(const std::shared_ptr<Line>& line, const Request& request, const Meanwhile& meanwhile);
   void drop(const std::shared_ptr<Line>& line);
 
-  os::Os& os_;
+  os::Clock& clock_;
   std::vector<std::string> sockets_;
   std::mutex conversation_;
   std::unique_ptr<os::Poller> watcher_;  // from the first dial() on

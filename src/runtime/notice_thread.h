@@ -8,17 +8,17 @@
 #include <utility>
 
 #include "driver/notices.h"
-#include "os/os.h"
+#include "os/threads.h"
 #include "runtime/owning_thread.h"
 
 namespace ctn::runtime {
 
 class NoticeThread {
  public:
-  // `on_notice` may be empty. `os` outlives it. `recorded`: see Notices.
-  NoticeThread(os::Os& os, driver::Notices::Callback on_notice, bool recorded)
+  // `on_notice` may be empty. `threads` outlives it. `recorded`: see Notices.
+  NoticeThread(os::Threads& threads, driver::Notices::Callback on_notice, bool recorded)
       : notices_(on_notice ? [this] { thread_.wake(); } : std::function<void()>(), recorded),
-        thread_(os, std::move(on_notice)) {}
+        thread_(threads, std::move(on_notice)) {}
 
   driver::Notices& notices() { return notices_; }
 

@@ -20,17 +20,17 @@
 #include <string>
 #include <utility>
 
-#include "os/os.h"
+#include "os/threads.h"
 
 namespace ctn::runtime {
 
 template <class State>
 class OwningThread {
  public:
-  // `os` outlives it. The state is made of `arguments`.
+  // `threads` outlives it. The state is made of `arguments`.
   template <class... Arguments>
-  explicit OwningThread(os::Os& os, Arguments&&... arguments)
-      : os_(os), state_(std::forward<Arguments>(arguments)...) {}
+  explicit OwningThread(os::Threads& threads, Arguments&&... arguments)
+      : threads_(threads), state_(std::forward<Arguments>(arguments)...) {}
   ~OwningThread() {
     request_stop();
     join();
@@ -48,24 +48,24 @@ class OwningThread {
   void start(const std::string& name, std::function<void(State&)> body) {
     assert(!thread_ && !stopping());
     seen_ = wakes_.load(std::memory_order_acquire);
-    thread_ = os_.spawn(name, [this, body = std::move(body)] {
-      id_.store(static_cast<std::int32_t>(os_.current_thread()));
+    thread_ = threads_.spawn(name, [this, body = std::move(body)] {
+      id_.store(static_cast<std::int32_t>(threads_.current_thread()));
       body(state_);
       id_.store(0);
     });
   }
-  bool is_current() const { return os_.current_thread() == os::ThreadId{id_.load()}; }
+  bool is_current() const { return threads_.current_thread() == os::ThreadId{id_.load()}; }
 
   // Until then, or until it is woken, at once if it was since it slept last; false: it is to end.
   bool sleep_until(TimePoint deadline) {
     const std::uint32_t seen = wakes_.load(std::memory_order_acquire);
-    if (!stopping() && seen == seen_) os_.wait(wakes_, seen, deadline);
+    if (!stopping() && seen == seen_) threads_.wait(wakes_, seen, deadline);
     seen_ = wakes_.load(std::memory_order_acquire);
     return !stopping();
   }
   void wake() {
     wakes_.fetch_add(1, std::memory_order_release);
-    os_.wake(wakes_);
+    threads_.wake(wakes_);
   }
 
   bool stopping() const { return stopping_.load(std::memory_order_acquire); }
@@ -80,7 +80,7 @@ class OwningThread {
   }
 
  private:
-  os::Os& os_;
+  os::Threads& threads_;
   State state_;
   std::atomic<std::int32_t> id_{0};
   std::atomic<bool> stopping_{false};
