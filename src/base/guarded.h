@@ -1,5 +1,5 @@
 // A value that several threads use, together with the lock that guards it: a caller that wants the value takes the
-// lock, and nobody can forget to.
+// lock, and cannot forget to.
 //
 //   Guarded<std::vector<int>> numbers;
 //   numbers.lock()->push_back(1);                      // for one expression

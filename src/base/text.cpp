@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxQuoted = 60;
 constexpr std::size_t kMaxListed = 8;
-constexpr std::size_t kLongestWord = 64;  // longer ones are not compared: nobody misspells them by a letter or two
+constexpr std::size_t kLongestWord = 64;  // longer ones are not compared
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 

@@ -74,7 +74,7 @@ TEST(Davare, WithACoreEachPeriodsAreCosts) {
 }
 
 // Two tasks on one core, a = 2 above b = 4, exactly: with k runs of a in one period of b, r_b = 4 + 2 k, t_b = r_b and
-// t_a = t_b / k; the sum t_a + 2 + 2 t_b is least at k = 1 (6 + 2 + 12). With b above a: t_a = t_b = 6, too, and
+// t_a = t_b / k; the sum t_a + 2 + 2 t_b is lowest at k = 1 (6 + 2 + 12). With b above a: t_a = t_b = 6, too, and
 // r_a = 6, r_b = 4: 22.
 TEST(Davare, OnOneCoreTwoTasksTakeTurns) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "out"}, {"a b out"});

@@ -1,4 +1,4 @@
-// Functions of a C program as the C++ API takes them. An exception that one throws ends the process: nobody could
+// Functions of a C program as the C++ API takes them. An exception that one throws ends the process: C cannot
 // handle it.
 #pragma once
 

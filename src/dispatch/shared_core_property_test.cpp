@@ -84,7 +84,7 @@ Nanos sum_of_slices(const SharedCoreSchedule& schedule) {
   return sum;
 }
 
-// How long a frame can be where nobody is late: T.
+// How long a frame can be where no subchain is late: T.
 Nanos longest_frame(const SharedCoreSchedule& schedule) {
   if (schedule.frames == graph::FrameMode::kFixed) return schedule.frame;
   const Nanos busy = to_nanos(to_millis(sum_of_slices(schedule)) / (1.0 - schedule.slack));
@@ -118,7 +118,7 @@ RC_GTEST_PROP(SharedCoreProperty, IsDeterministic, ()) {
   RC_ASSERT(one.triggers == other.triggers);
 }
 
-// Where no run costs more than planned, no period is longer than planned: p = T / f, and nobody has to steal.
+// Where no run costs more than planned, no period is longer than planned: p = T / f, and no subchain has to steal.
 RC_GTEST_PROP(SharedCoreProperty, EveryRateIsAtLeastThePlannedOne, ()) {
   const SharedCoreSchedule schedule = arbitrary_schedule(some_subchains(), microseconds{100});
   const int percent = number(0, 101);
@@ -148,7 +148,7 @@ RC_GTEST_PROP(SharedCoreProperty, WhoHasWorkHasItsSliceInEveryFrame, ()) {
   const VirtualCore::Cost cost = [&](SubchainId subchain, std::uint64_t run) {
     return subchain == hog ? Nanos{std::chrono::hours{1}} : others(subchain, run);
   };
-  // Late timers cost time, but in elastic frames nobody his slice.
+  // Late timers cost time, but in elastic frames no subchain its slice.
   const bool late = schedule.frames == graph::FrameMode::kElastic && chance(30);
   auto core = VirtualCore::with_all(schedule, cost, late ? arbitrary_lateness() : VirtualCore::Lateness{});
   core.run_until(kEnd);

@@ -163,7 +163,7 @@ Finding check_cpus(const Observed& observed) {
 Finding check_capacity(const Observed& observed) {
   std::vector<Kind> kinds = kinds_of(observed, true);
   if (kinds.size() < 2) {
-    // Equal capacities may just mean that nobody told the kernel.
+    // Equal capacities may just mean that the kernel was not told.
     if (auto others = kinds_of(observed, false); others.size() > 1) kinds = std::move(others);
   }
   if (kinds.size() < 2) {

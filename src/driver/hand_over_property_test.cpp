@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kSubchains = 4;
 constexpr std::size_t kCores = 2;
 
-// How it is paced where it takes turns with nobody: it owns its CPU, or has a fixed priority.
+// How it is paced where it takes turns with no other: it owns its CPU, or has a fixed priority.
 policy::SubchainPlace arbitrary_pacing(std::size_t index) {
   const os::CpuSet own{static_cast<int>(kCores + index)};
   const Nanos period = ms(*rc::gen::inRange(1, 20));
@@ -64,7 +64,7 @@ policy::Assignment arbitrary_assignment() {
   return made;
 }
 
-// On a shared core, by somebody of a higher rank.
+// On a shared core, by a subchain of a higher rank.
 bool may_be_stolen_from(const policy::Assignment& assignment, SubchainId victim) {
   const int core = assignment.places[victim.index()].core;
   if (core < 0) return false;
@@ -97,7 +97,7 @@ RC_GTEST_PROP(HandOver, LosesNoTriggerAndSendsNoneTwice, ()) {
   world.run_for(ms(200));
   std::vector<std::size_t> before;
   for (const FakeWorld::Subchain& subchain : world.subchains) before.push_back(subchain.triggers.size());
-  // Longer than anybody is silent.
+  // Longer than any leader is silent.
   world.run_for(ms(1200));
   for (std::size_t index = 0; index < kSubchains; ++index) {
     const policy::SubchainPlace& place = last.places[index];

@@ -100,7 +100,7 @@ class Measurements {
   // that hold. `hand_set_hz`: where no plan tells.
   void fill(Snapshot& snapshot, TimePoint now, const graph::App& asked, std::optional<double> hand_set_hz) const;
   TimePoint warm_from() const { return warm_from_; }
-  // All figures, which nobody else reads or changes while what it returns is kept.
+  // All figures, which no other thread reads or changes while what it returns is kept.
   auto lock() const { return figures_.lock(); }
 
  private:

@@ -199,9 +199,9 @@ Planned PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
 
 // Nodes that have not run, and those of programs that are not there, are planned for as though they ran: at what they
 // cost when they last did, else at what they are assumed to. They may come at any time, a program that was started
-// again within a second (docs/decisions/0020), and then find their place without a plan that moves everybody else
+// again within a second (docs/decisions/0020), and then find their place without a plan that moves all others
 // twice. What they leave unused meanwhile goes to those that are there where they share a core: elastic frames pass
-// over them, and the members of a frame divide it. What nobody uses are cores that would be all theirs.
+// over them, and the members of a frame divide it. Only cores that would be all theirs are left unused.
 //
 // While a plan is compared with the one in force, both are made at the same guess: one that was lowered for the sake of
 // exact rates (policy/planned.h) stays so.

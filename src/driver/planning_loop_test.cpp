@@ -256,7 +256,7 @@ TEST_F(PlanningLoopTest, WithoutAnyCpuItGoesOnAsPlannedAndSaysSoOnce) {
   EXPECT_EQ(told, (Told{"cpus", "cpus"})) << "told again when it happens again";
 }
 
-// --- What somebody asks for ---
+// --- What is asked for ---
 
 TEST_F(PlanningLoopTest, WhatIsAskedIsPlannedForAtOnceWhateverThePlanInForceIsWorth) {
   PlanningLoop loop = loop_of();

@@ -3,7 +3,7 @@
 //
 // A clock limit that is half of what it was is taken to double compute times: an upper bound where a node waits for
 // memory, which its next runs correct. Where one kind's CPUs changed by different ratios, or where the limits do not
-// tell, nobody knows.
+// tell, the factor is unknown.
 //
 // Thread safety: none; one owner.
 #pragma once
@@ -21,8 +21,8 @@ namespace ctn::driver {
 
 struct PowerChange {
   std::string what;  // for people
-  std::vector<std::optional<double>>
-      factors;  // by kind of core: compute times are so many times as long; none: unknown
+  // By kind of core: compute times are so many times as long; none: unknown.
+  std::vector<std::optional<double>> factors;
 };
 
 class PowerWatch {

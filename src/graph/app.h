@@ -167,8 +167,8 @@ enum class PlannerKind { kAuto, kPaper };
 enum class ScheduleKind { kAuto, kFrames, kPriorities };
 
 struct SchedulerOptions {
-  std::optional<double>
-      slack;  // fraction of a core in [0, 1); none: what the machine needs, 6 % where it cannot be asked
+  // Fraction of a core in [0, 1); none: what the machine needs, 6 % where it cannot be asked.
+  std::optional<double> slack;
   FrameMode frames = FrameMode::kElastic;
   Nanos min_slice = std::chrono::milliseconds{1};
   int window = 50;           // runs an estimate looks back on, >= 1

@@ -86,7 +86,7 @@ void AppBuilder::limit_age(WrittenEdge& written, std::size_t path, const std::st
     if (!app_.graph.node(end).external) continue;
     problem(
         spec.max_age->place, key + ".max_age",
-        fmt::format("edge {} cannot have an age limit: {} is external, and nobody knows when it gives or takes data",
+        fmt::format("edge {} cannot have an age limit: {} is external, and it is not known when it gives or takes data",
                     name, quote(name_of(end))),
         "limit edges between nodes that are not external");
     return;

@@ -8,8 +8,8 @@
 // raises the alarm at a limit. The newest runs, since the sum was last 0, are those after the change.
 //   - Nothing is assumed of the distribution: ranks are alike for all of them, so false alarms are, too. A run counts
 //     for no more than 1/2, however long it was, so spikes do not add up.
-//   - Only what differs by more than a tenth and by 20 us counts as more or less: smaller changes are nobody's business
-//     (policy/replan.h), and compute times that grow by less within 50 runs raise no alarm.
+//   - Only what differs by more than a tenth and by 20 us counts as more or less: smaller changes are no reason to plan
+//     again (policy/replan.h), and compute times that grow by less within 50 runs raise no alarm.
 //   - Each alarm doubles the limit, up to four times what it was; within some hundred runs without another it is back.
 //     So a node whose compute times wander, each like the last, raises few alarms, for which no distribution can
 //     answer.

@@ -9,7 +9,7 @@ namespace {
 
 // So far from where it should be, in periods, a tick may still be that one.
 constexpr double kStray = 0.25;
-// Beyond so many periods without a tick, nobody knows how many there were.
+// Beyond so many periods without a tick, it cannot be told how many there were.
 constexpr std::int64_t kLongestGap = 1000;
 // So many times the median distance from the line is far from it; at the least, in ns.
 constexpr double kFar = 4.0;

@@ -91,7 +91,7 @@ TEST(ClockEstimator, FindsPeriodAndPhaseThroughJitterAndGaps) {
     }
     ASSERT_TRUE(estimator.ticks()) << ppm;
     EXPECT_NEAR(static_cast<double>(estimator.ticks()->period.count()), clock.period(), 500.0) << ppm;
-    // Half of them are 150 us late or more, which nobody can tell from the phase.
+    // Half of them are 150 us late or more, which cannot be told from the phase.
     EXPECT_LE(error_at(estimator, clock, 1001), microseconds{250}) << ppm;
   }
 }

@@ -54,8 +54,8 @@ class Estimator {
   CostProfile profile() const { return profile(percentile_); }
   // The same with another percentile in (0, 100]: 50 is what a run typically costs.
   CostProfile profile(double percentile) const;
-  // The same percentile of what runs wait, whatever their mode: of a window of
-  // them, in which each mode is as frequent as it was of late. 0 where none is known.
+  // The same percentile of what runs wait, whatever their mode: of a window of them, in which each
+  // mode is as frequent as it was of late. 0 where none is known.
   Millis wait(double percentile) const;
   // Runs that are distributed as recent ones are: of each mode so many as it is frequent, spread evenly
   // over its last `window` x 4 runs, since what is rare (a spike, a long search) is in a window or not by luck. A few

@@ -30,7 +30,7 @@ void OutputEstimator::add(bool emitted) {
   ++since_;
   if (!emitted) return;
   const std::uint64_t gap = std::exchange(since_, 0);
-  // Nobody knows how long the first one would have been.
+  // How long the first one would have been is not known.
   if (!std::exchange(started_, true)) return;
   if (gap == 1 && gaps_.empty()) {
     even_ = std::min(even_ + 1, kWindow);

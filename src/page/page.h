@@ -40,9 +40,8 @@ struct Glance {
 };
 Glance glance(const ShownRun& run);
 
-// Writes a page to a file. It does not overwrite a record (kCaller), which can only be named by a slip of the command
-// line.
-// kEnvironment: the file cannot be written.
+// Writes a page to a file. kCaller: it is a record, which can only be named by a slip of the command line.
+// kEnvironment: it cannot be written.
 Status save(const std::string& html, const std::string& file);
 
 }  // namespace ctn::page

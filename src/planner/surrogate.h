@@ -177,8 +177,8 @@ class Surrogate {
   std::vector<std::vector<double>> mean_;     // by kind, subchain
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
-  std::vector<std::vector<std::vector<double>>>
-      parts_on_threads_;                       // by kind, subchain, threads - 1: as times one thread
+  // By kind, subchain, threads - 1: as times one thread.
+  std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   int rounds_;                                 // until periods are good enough for a guess
   std::vector<double> waits_;                  // by subchain

@@ -27,7 +27,7 @@ constexpr double kStaleThreshold = 0.1;    // in what the plan in force would pr
 constexpr int kHangMultiple = 10;
 constexpr Nanos kShortestHang = std::chrono::seconds{1};
 // With a fixed priority, where the plan rests on compute times that are assumed: others above may take seconds that
-// nobody has planned for.
+// no plan foresaw.
 constexpr Nanos kShortestHangIfAssumed = std::chrono::seconds{5};
 
 // `current_now`: the plan in force at the compute times of the candidate (plan/recost.h); none where it cannot hold any

@@ -106,8 +106,7 @@ struct AppChange {
 // Anything a reader of the record must know: a level refused, reports lost, a watchdog that fired.
 struct Notice {
   TimePoint at{};
-  std::string
-      kind;  // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed", "starved", "stale-input"
+  std::string kind;    // a stable word: "rates-only", "lost-reports", "watchdog", "replan-failed", "starved", ...
   std::string detail;  // for people
 };
 

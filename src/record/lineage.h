@@ -52,7 +52,7 @@ class ChainTracker {
   static constexpr std::size_t kHorizon = 8192;  // 8 s of a node that runs at 1 kHz
 
   // `path` as in the objective; external nodes in it are passed over, but for their clocks. Where one stands between
-  // two nodes of ours, nobody can report what was consumed through it: the later node is taken to have consumed what
+  // two nodes of ours, it is not reported what was consumed through it: the later node is taken to have consumed what
   // the earlier one had emitted by the time it began (the newest output; all since its last run, for a queue node).
   ChainTracker(const graph::Graph& graph, std::span<const NodeId> path);
 

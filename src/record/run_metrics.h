@@ -1,6 +1,6 @@
 // What an app's runs come to, live, simulated and afterwards: chains of the objective, nodes, edges with an age limit.
 // A figure counts if all that it spans lies in the interval that is measured. For the period of a node that takes
-// batches, a run counts that had at least one input; where an external node feeds it, which nobody can tell, each does.
+// batches, a run counts that had at least one input; where an external node feeds it, which cannot be told, each does.
 //
 // `Samples` is where durations go, each by add(Nanos), and where summary_ms() comes from: all of them, the newest, or
 // counts.

@@ -14,8 +14,8 @@ namespace ctn::sim {
 // `work` is called from several threads at once; an exception of the lowest index is thrown on.
 void for_each_in_parallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
 
-// Tells how much is done of what several threads do: one call at a time, with no lock held and nobody waiting for it.
-// What is done during a call is told by the thread that makes it, when the call has returned.
+// Tells how much is done of what several threads do: one call at a time, with no lock held and no thread waiting for
+// it. What is done during a call is told by the thread that makes it, when the call has returned.
 class Progress {
  public:
   // `tell` may be empty. `done`: so much is done already.

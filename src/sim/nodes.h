@@ -100,7 +100,7 @@ class Nodes {
   template <class C>
   C* channel(NodeId from, NodeId to);
   // Places all threads, and sets the timers of unscheduled nodes going (`timers`: by NodeId, those of nodes that follow
-  // nobody).
+  // no other).
   void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers);
 
   // --- by controllers ---

@@ -45,7 +45,7 @@ TEST(SimulatedOutputs, ItemsOfABatchAddToARun) {
   EXPECT_NEAR(node(outcome, "slow").compute_ms.mean, 7.0, 0.01);
 }
 
-// Nobody has told what an item adds: both parts of what a batch costs are found, and what is expected of plans happens.
+// It is not told what an item adds: both parts of what a batch costs are found, and what is expected of plans happens.
 TEST(SimulatedOutputs, WhatItemsAddIsMeasuredAndPlannedWith) {
   const graph::App app = parse(R"(
 catan: 1
@@ -113,7 +113,7 @@ TEST(SimulatedOutputs, OutputLessOftenThanRuns) {
   EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
 }
 
-// Nobody has told that detect gives an output in every fourth run: plans learn it, and expect what happens.
+// It is not told that detect gives an output in every fourth run: plans learn it, and expect what happens.
 TEST(SimulatedOutputs, OutputsOfOnlySomeRunsAreMeasuredAndPlannedWith) {
   for (const char* policy : {"catan", "paper"}) {
     const graph::App app = parse(kRow);

@@ -26,8 +26,8 @@ namespace ctn::why {
 // The nodes of a chain that are not external: its stages.
 struct Chain {
   std::vector<NodeId> nodes;
-  std::vector<std::vector<std::uint64_t>>
-      taken{};                   // by stage and run: the newest run of the stage before that it consumed; 0: none
+  // By stage and run: the newest run of the stage before that it consumed; 0: none.
+  std::vector<std::vector<std::uint64_t>> taken{};
   bool begins_at_clock = false;  // of an external node, one that is known
 };
 

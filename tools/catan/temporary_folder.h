@@ -1,4 +1,4 @@
-// A folder for what nobody asked to keep; removed with all that is in it.
+// A folder for what is not to be kept; removed with all that is in it.
 #pragma once
 
 #include <memory>

@@ -100,8 +100,8 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What the nodes cost here, which says where to sweep, and what a trial takes
-// beside what it measures: a short trial that does not count.
+// What the nodes cost here, which says where to sweep, and what a trial takes beside what it measures: a
+// short trial that does not count.
 Result<Compute> calibrate(Options& options) {
   fmt::print(stderr, "measuring what the nodes cost ... ");
   const Trial trial{0, options.setting.cpu_sets.front(), "catan", options.setting.medium_speed,

@@ -48,7 +48,7 @@ TEST(Background, EndsWithItsParent) {
     ASSERT_GT(child, 0);
     parent.end(SIGKILL);
   }
-  // Its end is collected by whoever adopts orphans here; until then it may be a zombie.
+  // Its end is collected by the process that adopts orphans here; until then it may be a zombie.
   bool ends = false;
   for (int i = 0; i < 1000 && !ends; ++i) {
     ends = ::kill(child, 0) != 0;

@@ -29,8 +29,9 @@ Error cannot_create(std::size_t size, const std::string& why, std::string hint) 
 }
 
 Error cannot_open(const std::string& why) {
-  return Error::environment("cannot use the shared memory that was handed over: " + why,
-                            "whoever handed it over is not this version of Catan: use the same version on both sides");
+  return Error::environment(
+      "cannot use the shared memory that was handed over: " + why,
+      "the program that handed it over is another version of Catan: use the same version on both sides");
 }
 
 // Some systems allow only memory that cannot be executed (vm.memfd_noexec), others do not know the difference.

@@ -1,5 +1,5 @@
 // TCP for a server that does not trust its clients: an address, a listener, and connections on which every wait has a
-// deadline. Whoever is slow, silent or gone costs a thread no longer than that.
+// deadline. A client that is slow, silent or gone costs a thread no longer than that.
 //
 // Addresses are numbers (IPv4 or IPv6) and `localhost`: no name is ever looked up, which could take long and depend on
 // other machines.
@@ -59,7 +59,7 @@ class TcpConnection {
   bool hung_up() const;
   // Nothing more will be written. The other end can still read what was.
   void finish() const;
-  // Ends it in both directions, at once: whoever waits on it goes on.
+  // Ends it in both directions, at once: a thread that waits on it goes on.
   void cut() const;
 
   // Readable when receive() has something to tell.
