@@ -54,30 +54,44 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       batches_(app.graph.subchains().size()),
       rounds_(planned.has_batches() ? kRoundsWithBatches : kRounds),
       timings_(app.graph.subchains().size()) {
+  const std::vector<model::CostTable> tables = model::costs_by_kind(app, planned);
+  know_costs(samples, tables, machine);
+  know_outputs_and_waits(samples, planned, tables);
+  know_arrivals(planned, tables.front(), slack);
+  const double run = to_millis(machine.run + machine.context_switch).count();
+  for (const graph::Term& term : app.objective) know_term(term, samples, planned, run);
+  know_asked_rates();
+}
+
+void Surrogate::know_costs(const trial::Samples& samples, const std::vector<model::CostTable>& tables,
+                           const trial::Overheads& machine) {
   const double run = to_millis(machine.run + machine.context_switch).count();
   const double trigger = to_millis(machine.dispatch_timer + machine.context_switch).count();
-  const std::vector<model::CostTable> tables = model::costs_by_kind(app, planned);
-  for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+  for (std::size_t kind = 0; kind < app_.kinds(); ++kind) {
     std::vector<double>& means = mean_.emplace_back();
     std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
     std::vector<std::vector<double>>& parts = parts_on_threads_.emplace_back();
-    for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
+    for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
       double mean = trigger;
       double variance = 0.0;
-      for (const NodeId node : app.graph.subchain(SubchainId(i)).nodes) {
+      for (const NodeId node : app_.graph.subchain(SubchainId(i)).nodes) {
         const trial::Samples::Moments moments = samples.moments(node, kind);
         mean += run + moments.mean;
         variance += moments.variance;
       }
       means.push_back(mean);
       squares.push_back(mean * mean + variance);
-      percentiles.push_back(tables[kind].subchain_total(app.graph, SubchainId(i)).count() / usable_);
-      parts.push_back(parts_by_threads(app.graph, tables[kind], SubchainId(i)));
+      percentiles.push_back(tables[kind].subchain_total(app_.graph, SubchainId(i)).count() / usable_);
+      parts.push_back(parts_by_threads(app_.graph, tables[kind], SubchainId(i)));
     }
   }
-  for (const graph::Subchain& subchain : app.graph.subchains()) {
-    output_period_.push_back(longest_output_period(app.graph, subchain.nodes));
+}
+
+void Surrogate::know_outputs_and_waits(const trial::Samples& samples, const model::CostTable& planned,
+                                       const std::vector<model::CostTable>& tables) {
+  for (const graph::Subchain& subchain : app_.graph.subchains()) {
+    output_period_.push_back(longest_output_period(app_.graph, subchain.nodes));
     runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
     double& parts = parts_.emplace_back(1.0);
@@ -85,7 +99,7 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
     for (const NodeId node : subchain.nodes) {
       if (planned.has_batches(node)) {
         Batches& batches = batches_[waits_.size() - 1].emplace_back();
-        batches.inputs = model::batch_inputs(app.graph, planned, node);
+        batches.inputs = model::batch_inputs(app_.graph, planned, node);
         for (const model::CostTable& table : tables) batches.per_item.push_back(table[node].per_item().count());
       }
       const trial::Samples::Waits found = samples.mean_wait(node);
@@ -94,45 +108,54 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
       planned_waits += planned.wait(node).count();
     }
   }
-  for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+}
+
+void Surrogate::know_arrivals(const model::CostTable& planned, const model::CostTable& costs, double slack) {
+  for (std::size_t i = 0; i < app_.graph.nodes().size(); ++i) {
     Arrivals& arrivals = arrivals_.emplace_back();
-    const graph::Node& node = app.graph.nodes()[i];
+    const graph::Node& node = app_.graph.nodes()[i];
     if (!node.unscheduled) continue;
     arrivals.apart = to_millis(node.outputs_apart()).count();
-    arrivals.late = plan::output_lateness(app.graph, tables.front(), NodeId(i), slack).count();
+    arrivals.late = plan::output_lateness(app_.graph, costs, NodeId(i), slack).count();
     arrivals.runs_per_output = planned.runs_per_output(NodeId(i));
   }
-  for (const graph::Term& term : app.objective) {
-    Term& known = terms_.emplace_back();
-    known.weight = term.weight;
-    if (term.metric == graph::Metric::kPeriod) {
-      known.of = app.graph.node(term.path.front()).subchain;
-      if (!known.of) known.fixed_period = own_period(app.graph, term.path.front());
-      continue;
-    }
-    if (term.max) known.max = to_millis(*term.max).count();
-    for (const graph::ChainElement& element : app.graph.chain_elements(term.path)) {
-      Element& added = known.elements.emplace_back();
-      added.subchain = element.subchain;
-      added.output_period = longest_output_period(app.graph, element.nodes);
-      const NodeId node = element.nodes.back();
-      added.runs_per_output = element.subchain ? planned.runs_per_output(app.graph.subchain(*element.subchain), node)
-                                               : planned.runs_per_output(node);
-      if (element.subchain) continue;
-      added.node = node;
-      added.period = own_period(app.graph, node);
-      added.follows = element.follows;
-      if (!app.graph.node(node).external) {
-        added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
-      }
+}
+
+// `run`: what the machine adds to one.
+void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples, const model::CostTable& planned,
+                          double run) {
+  Term& known = terms_.emplace_back();
+  known.weight = term.weight;
+  if (term.metric == graph::Metric::kPeriod) {
+    known.of = app_.graph.node(term.path.front()).subchain;
+    if (!known.of) known.fixed_period = own_period(app_.graph, term.path.front());
+    return;
+  }
+  if (term.max) known.max = to_millis(*term.max).count();
+  for (const graph::ChainElement& element : app_.graph.chain_elements(term.path)) {
+    Element& added = known.elements.emplace_back();
+    added.subchain = element.subchain;
+    added.output_period = longest_output_period(app_.graph, element.nodes);
+    const NodeId node = element.nodes.back();
+    added.runs_per_output = element.subchain ? planned.runs_per_output(app_.graph.subchain(*element.subchain), node)
+                                             : planned.runs_per_output(node);
+    if (element.subchain) continue;
+    added.node = node;
+    added.period = own_period(app_.graph, node);
+    added.follows = element.follows;
+    if (!app_.graph.node(node).external) {
+      added.cost = run + samples.moments(node, 0).mean + samples.mean_wait(node).mean;
     }
   }
-  for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
-    const plan::PeriodLimits limits = plan::period_limits(app.graph, SubchainId(i));
+}
+
+void Surrogate::know_asked_rates() {
+  for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
+    const plan::PeriodLimits limits = plan::period_limits(app_.graph, SubchainId(i));
     if (limits.exact) exact_rates_.push_back({SubchainId(i), limits.exact->count()});
   }
-  for (const plan::SoftBound& bound : plan::soft_bounds(app)) {
-    if (bound.node) min_rates_.push_back({*app.graph.node(*bound.node).subchain, bound.asked.count()});
+  for (const plan::SoftBound& bound : plan::soft_bounds(app_)) {
+    if (bound.node) min_rates_.push_back({*app_.graph.node(*bound.node).subchain, bound.asked.count()});
   }
 }
 

@@ -134,6 +134,15 @@ class Surrogate {
     std::vector<double> per_item;  // by kind
   };
 
+  // What no schedule changes.
+  void know_costs(const trial::Samples& samples, const std::vector<model::CostTable>& tables,
+                  const trial::Overheads& machine);
+  void know_outputs_and_waits(const trial::Samples& samples, const model::CostTable& planned,
+                              const std::vector<model::CostTable>& tables);
+  void know_arrivals(const model::CostTable& planned, const model::CostTable& costs, double slack);
+  void know_term(const graph::Term& term, const trial::Samples& samples, const model::CostTable& planned, double run);
+  void know_asked_rates();
+
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   void take_batches(const trial::Place& place, std::size_t subchain);
   void plan_batches(const trial::Place& place, std::size_t subchain);

@@ -103,13 +103,19 @@ std::vector<std::pair<Causes::Key, Nanos>> Causes::medians() {
   return {medians_.begin(), medians_.end()};
 }
 
-Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool usually_late) const {
-  const std::map<Key, Nanos> lengths = sums(parts);
-  const auto in = [](const std::map<Key, Nanos>& of, const Key& key) {
+// By how much the parts of a key exceed what is usual of them. `usually_late`: by their whole length.
+Nanos Causes::beyond_usual(const Key& key, const std::map<Key, Nanos>& lengths, bool usually_late) const {
+  const auto in = [&](const std::map<Key, Nanos>& of) {
     const auto found = of.find(key);
     return found == of.end() ? Nanos{0} : found->second;
   };
-  const auto beyond = [&](const Key& key) { return in(lengths, key) - (usually_late ? Nanos{0} : in(medians_, key)); };
+  return in(lengths) - (usually_late ? Nanos{0} : in(medians_));
+}
+
+Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool usually_late) const {
+  const std::map<Key, Nanos> lengths = sums(parts);
+  const auto beyond = [&](const Key& key) { return beyond_usual(key, lengths, usually_late); };
+  // What waits for slots of the node's subchain exceed.
   const auto slots_beyond = [&](NodeId of) {
     const graph::Graph& graph = history.app().graph;
     Nanos sum{0};
@@ -145,6 +151,13 @@ Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool
   }
   Cause cause{cause_by(max.first), max.second, {}, exceeded};
   if (usually_late && max.first == PartKind::kRunning) cause.kind = CauseKind::kLongRun;
+  look_closer(parts, history, max, cause);
+  return cause;
+}
+
+// At the parts of the key that exceeds what is usual by most: who pre-empted or stole whom, and whether a node's
+// previous run was a long one.
+void Causes::look_closer(std::span<const Part> parts, const History& history, const Key& max, Cause& cause) {
   Nanos longest{0};
   for (const Part& part : parts) {
     if (part.kind != max.first) continue;
@@ -155,12 +168,11 @@ Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool
     }
     if (max.first != PartKind::kOwnPreviousRun || part.node != max.second) continue;
     const auto [node, excess] = longest_excess(part, history);
-    if (2 * excess >= exceeded) {
+    if (2 * excess >= cause.beyond_usual) {
       cause.kind = CauseKind::kLongRun;
       cause.node = node;
     }
   }
-  return cause;
 }
 
 }  // namespace ctn::why

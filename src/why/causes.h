@@ -39,6 +39,8 @@ class Causes {
 
  private:
   static std::map<Key, Nanos> sums(std::span<const Part> parts);
+  Nanos beyond_usual(const Key& key, const std::map<Key, Nanos>& lengths, bool usually_late) const;
+  static void look_closer(std::span<const Part> parts, const History& history, const Key& max, Cause& cause);
 
   std::size_t responses_ = 0;
   std::map<Key, std::vector<Nanos>> lengths_;  // of responses that have such a part
