@@ -19,7 +19,7 @@ namespace ctn::runtime {
 
 using policy::Assignment;
 
-// Thread safety: publish() from one thread, look() from one thread a reader; neither waits.
+// Thread safety: publish() from one thread, read() from one thread a reader; neither waits.
 class AssignmentBoard {
  public:
   explicit AssignmentBoard(std::size_t readers);
