@@ -82,6 +82,12 @@ std::string quote_list(std::span<const std::string> names) {
   return result;
 }
 
+std::string ordinal(int number) {
+  const bool teen = number / 10 % 10 == 1;
+  const int last = teen ? 0 : number % 10;
+  return fmt::format("{}{}", number, last == 1 ? "st" : last == 2 ? "nd" : last == 3 ? "rd" : "th");
+}
+
 std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
   if (word.empty() || word.size() > kLongestWord) return std::nullopt;
   std::size_t best = std::clamp<std::size_t>(word.size() / 3, 1, 3) + 1;

@@ -19,6 +19,9 @@ std::string quote(std::string_view text);
 // "'a', 'b' and 'c'"; of more than eight only the first, and how many more.
 std::string quote_list(std::span<const std::string> names);
 
+// "1st", "2nd", "3rd", "11th"; number >= 0.
+std::string ordinal(int number);
+
 // Without the blanks at both ends: spaces, tabs and ends of line.
 std::string_view trimmed(std::string_view text);
 

@@ -31,6 +31,12 @@ TEST(Trimmed, LeavesWhatIsBetweenBlanks) {
   EXPECT_EQ(trimmed(""), "");
 }
 
+TEST(Ordinal, IsAsItIsSpoken) {
+  std::string all;
+  for (const int number : {1, 2, 3, 4, 10, 11, 12, 13, 21, 22, 101, 111, 113, 123}) all += ordinal(number) + " ";
+  EXPECT_EQ(all, "1st 2nd 3rd 4th 10th 11th 12th 13th 21st 22nd 101st 111th 113th 123rd ");
+}
+
 TEST(Nearest, FindsSlipsOfAFewLetters) {
   const Names keys{"max_rate", "min_rate", "period"};
   EXPECT_EQ(nearest("max_rat", keys), "max_rate");

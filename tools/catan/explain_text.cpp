@@ -4,6 +4,7 @@
 
 #include "explain.h"
 #include "plan/predict.h"
+#include "plan_text.h"
 #include "planner/planner.h"
 #include "table.h"
 
@@ -100,7 +101,7 @@ class Text {
 
   std::string output_of(const plan::After& leader) const {
     const std::string& who = leader.subchain() != nullptr ? name(*leader.subchain()) : name(*leader.node());
-    return leader.every == 1 ? "each output of " + who : fmt::format("every {}th output of {}", leader.every, who);
+    return outputs_text(leader.every, who);
   }
 
   std::string of_core(const Reason& reason) const {

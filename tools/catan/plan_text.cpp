@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "table.h"
 
 namespace ctn::tool {
@@ -58,8 +59,7 @@ std::string trigger_text(const plan::Member& member, const graph::App& app) {
     const SubchainId* const subchain = member.after->subchain();
     const std::string& leader =
         subchain != nullptr ? app.graph.subchain(*subchain).name : app.graph.node(*member.after->node()).name;
-    return member.after->every == 1 ? fmt::format("each output of {}", leader)
-                                    : fmt::format("every {}th output of {}", member.after->every, leader);
+    return outputs_text(member.after->every, leader);
   }
   if (member.pause) return fmt::format("{} after its end", ms_text(*member.pause));
   const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";
@@ -148,6 +148,10 @@ std::string relaxed_text(const plan::Plan& plan) {
 }
 
 }  // namespace
+
+std::string outputs_text(int every, const std::string& leader) {
+  return every == 1 ? "each output of " + leader : fmt::format("every {} output of {}", ordinal(every), leader);
+}
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
   return fmt::format("{}\nsubchains\n{}{}\ncores\n{}{}\nobjective\n{}{}", title(plan, app), subchains_text(plan, app),

@@ -8,6 +8,9 @@
 
 namespace ctn::tool {
 
+// "each output of control", "every 2nd output of control".
+std::string outputs_text(int every, const std::string& leader);
+
 std::string plan_text(const plan::Plan& plan, const graph::App& app);
 
 }  // namespace ctn::tool
