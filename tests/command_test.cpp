@@ -20,11 +20,13 @@ using testing::StartsWith;
 Outcome catan(const std::string& arguments) { return run_catan(arguments, kTestApps); }
 
 TEST(Command, HelpAndVersionAreSuccess) {
-  for (const std::string command : {"--help", "check --help", "plan --help", "run --help"}) {
-    const Outcome outcome = catan(command);
-    EXPECT_EQ(outcome.exit_code, 0);
-    EXPECT_EQ(outcome.err, "");
-    EXPECT_THAT(outcome.out, HasSubstr("Examples:"));
+  for (const std::string command : {"", "bench", "check", "ctl", "doctor", "export", "http", "node", "plan", "report",
+                                    "run", "serve", "sim", "top", "watch", "whatif"}) {
+    const Outcome outcome = catan(command + " --help");
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_EQ(outcome.err, "") << command;
+    EXPECT_THAT(outcome.out, HasSubstr("Examples:")) << command;
+    EXPECT_THAT(outcome.out, HasSubstr("Exit code: 0 ")) << command;
   }
   const Outcome version = catan("--version");
   EXPECT_EQ(version.exit_code, 0);

@@ -149,7 +149,7 @@ void add_bench_command(CLI::App& cli, int& exit_code) {
       "  catan bench --quick         a quarter of one, less exact\n"
       "  catan bench --cpus 2,3      on these: what needs one core is on the last, the other core is the first\n"
       "  catan bench --json          one JSON document\n"
-      "Each figure stands beside the least that it could be, measured in turn with it. Real-time threads keep one "
+      "Each figure stands beside the lowest that it could be, measured in turn with it. Real-time threads keep one "
       "core\n"
       "busy for up to a quarter of a second at a time. What needs a permission that is missing is skipped, and said.\n"
       "Exit code: 0 whatever the figures, 1 something could not be measured, 2 a mistake on the command line.\n"

@@ -43,7 +43,8 @@ void add_check_command(CLI::App& cli, int& exit_code) {
       "Examples:\n"
       "  catan check app.yaml                      nodes, triggers, objective\n"
       "  catan check app.yaml --costs costs.yaml   the cost file too\n"
-      "  catan check app.yaml --dot | dot -Tsvg > app.svg");
+      "  catan check app.yaml --dot | dot -Tsvg > app.svg\n"
+      "Exit code: 0 the files are right, 2 a mistake in one of them or on the command line.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--costs", options->costs, "Cost file to check with it (docs/cost-file.md)")->type_name("FILE");
   CLI::Option* json = command->add_flag("--json", options->json, "Print one JSON document");

@@ -178,7 +178,8 @@ void add_export_command(CLI::App& cli, int& exit_code) {
       "  catan export run.catan --format perfetto --output run.pftrace   open it in Perfetto's UI\n"
       "  catan export run.catan --format csv --output tables             a folder, one file a table\n"
       "  catan export run.catan --format csv --table runs > runs.csv     one table\n"
-      "What is in them: docs/export.md. The record itself is an SQLite database: docs/record-schema.md.");
+      "What is in them: docs/export.md. The record itself is an SQLite database: docs/record-schema.md.\n"
+      "Exit code: 0 it was written, 1 failure at run time, 2 no such record, or a mistake on the command line.");
   command->add_option("RECORD", options->record, "Record that catan run --record made")->required();
   command->add_option("--format", options->format, "What to write")
       ->required()

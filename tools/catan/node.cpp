@@ -92,7 +92,8 @@ void add_node_command(CLI::App& cli, int& exit_code) {
       "Examples:\n"
       "  catan node app.yaml camera --synthetic costs.yaml               until Ctrl-C or SIGTERM\n"
       "  catan node app.yaml detect plan --synthetic costs.yaml --socket /tmp/app.sock\n"
-      "catan run APP --synthetic COSTS --processes starts one for each subchain.");
+      "catan run APP --synthetic COSTS --processes starts one for each subchain.\n"
+      "Exit code: 0 it was told to end, 1 no server answers, or it refuses, 2 a mistake.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("NODE", options->nodes, "Nodes to play, all in this process")->required();
   command->add_option("--synthetic", options->synthetic, "Burn CPU time as this cost file says (docs/cost-file.md)")

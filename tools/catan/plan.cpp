@@ -170,7 +170,9 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --json > plan.json\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --explain    why, and what else could be had\n"
-      "  catan plan app.yaml --slack 0%            nothing left to ordinary threads");
+      "  catan plan app.yaml --slack 0%            nothing left to ordinary threads\n"
+      "Exit code: 0 there is a plan, which may relax bounds and then says so, 2 a mistake, or rates that no plan "
+      "keeps.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--cores", options->cores, "How many cores the app gets; else those that it lists, or 1")
       ->check(CLI::Range(1, planner::kMaxCores));

@@ -62,7 +62,8 @@ void add_report_command(CLI::App& cli, int& exit_code) {
       "  catan report run.catan --json             for programs (docs/report-schema.md)\n"
       "  catan report run.catan --why LP           why the chain that ends at LP was late, and its worst responses\n"
       "  catan report run.catan --why 'scan > LM > LP' --worst 20 --json\n"
-      "The record itself is an SQLite database: docs/record-schema.md.");
+      "The record itself is an SQLite database: docs/record-schema.md.\n"
+      "Exit code: 0 it was shown, 1 failure at run time, 2 no such record, or a mistake on the command line.");
   command->add_option("RECORD", options->record, "Record that catan run --record made");
   CLI::Option* json = command->add_flag("--json", options->json, "Print one JSON document");
   CLI::Option* html =

@@ -215,9 +215,11 @@ void add_run_command(CLI::App& cli, int& exit_code) {
       "with "
       "it\n"
       "  catan run app.yaml --synthetic costs.yaml --on-late 'LP>150'     saves the last seconds when that is late\n"
-      "Ctrl-C ends the run early: what was measured is shown, and the exit code is 128 + the signal's number.\n"
-      "With COMMAND the exit code is COMMAND's, where Catan did what it was asked.\n"
-      "docs/synthetic-load.md says what is measured and how the load behaves.");
+      "Ctrl-C ends the run early, and what was measured is shown. docs/synthetic-load.md says what is measured and "
+      "how\n"
+      "the load behaves.\n"
+      "Exit code: 0 it ran, 1 failure at run time, 2 a mistake, 128 + the signal's number if a signal ended it. With\n"
+      "COMMAND it is COMMAND's, where Catan did what it was asked.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--synthetic", options->synthetic, "Burn CPU time as this cost file says (docs/cost-file.md)")
       ->type_name("COSTS");

@@ -78,7 +78,8 @@ void add_serve_command(CLI::App& cli, int& exit_code) {
       "It serves until it is told to end (Ctrl-C, SIGTERM). If it is killed, a guardian gives all threads their "
       "scheduling back, and\nnodes go on at the rates that were planned last until there is a server again; its last "
       "seconds are saved as a\nrecord, APP-killed-TIME.catan. "
-      "docs/many-processes.md says more.");
+      "docs/many-processes.md says more.\n"
+      "Exit code: 0 it was told to end, 1 failure at run time, 2 a mistake in a file or on the command line.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--socket", options->socket, "Where programs register, instead of the usual path")
       ->type_name("PATH");

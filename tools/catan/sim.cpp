@@ -246,8 +246,9 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       "  catan sim --validate run.catan                                          how far a simulation is from it\n"
       "  catan sim app.yaml --costs costs.yaml --record sim.catan                then: catan report sim.catan\n"
       "  catan sim --sweep apps/ --out results.jsonl --cores 2                   many apps; stopped, it goes on\n"
-      "The same command gives the same bytes on every machine. docs/simulation.md says what is modelled and how close "
-      "to life it is, docs/sim-schema.md what --json prints.");
+      "The same command gives the same bytes on every machine. docs/simulation.md says what is modelled and how close\n"
+      "to life it is, docs/sim-schema.md what --json prints.\n"
+      "Exit code: 0 it was simulated, 1 failure at run time, 2 a mistake in a file or on the command line.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)");
   command
       ->add_option("--costs", options->costs,

@@ -229,7 +229,8 @@ void add_watch_command(CLI::App& cli, int& exit_code) {
       "  catan watch                                          the only app that is scheduled here; only if it is "
       "killed\n"
       "catan serve always starts catan watch, and catan run where --on-late asks for it. It ends with the app, and\n"
-      "costs the app nothing: it only reads what the app keeps in memory. docs/flight-recorder.md says more.");
+      "costs the app nothing: it only reads what the app keeps in memory. docs/flight-recorder.md says more.\n"
+      "Exit code: 0 the app or the watch has ended, 1 no such app, or a failure at run time, 2 a mistake.");
   command->add_option("TARGET", options->target, "An app's name or file, a server's socket, or a process");
   options->of.add_to(*command);
   command->callback([options, &exit_code] { exit_code = watch(*options); });

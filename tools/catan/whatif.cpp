@@ -189,7 +189,8 @@ void add_whatif_command(CLI::App& cli, int& exit_code) {
       "  catan whatif app.yaml --costs costs.yaml --cores 1,2 --speeds 1 --node detect=1,2,4\n"
       "  catan whatif app.yaml --costs costs.yaml --cores 1 --speeds 1 --weight 0=0.5,1,2\n"
       "  catan whatif app.yaml --costs costs.yaml --svg whatif.svg --json\n"
-      "Each case is planned (promised, at worst) and simulated. docs/simulation.md says how close that is to life.");
+      "Each case is planned (promised, at worst) and simulated. docs/simulation.md says how close that is to life.\n"
+      "Exit code: 0 all cases were tried, 1 failure at run time, 2 a mistake in a file or on the command line.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--costs", options->costs, "Compute times and how they vary (docs/cost-file.md)")
       ->type_name("FILE")
