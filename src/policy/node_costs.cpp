@@ -10,7 +10,7 @@ namespace {
 // of what it costs, and in a window of 50 they would decide its 95th percentile.
 constexpr std::uint64_t kColdRuns = 3;
 // So are the first on another number of threads: they are left out, and nothing is told of it before there are a few.
-constexpr std::size_t kFewestElapsed = 5;
+constexpr std::size_t kMinElapsedRuns = 5;
 // What an item adds has changed by little, if by no more than this part of it.
 constexpr double kMoved = 0.1;
 
@@ -120,7 +120,7 @@ std::map<int, Millis> NodeCosts::elapsed_on(std::size_t kind, Millis alone_here,
     const Millis there = alone(by_threads).profile(percentile).single_thread();
     if (there <= Millis{0}) return;
     for (const auto& [threads, seen] : by_threads) {
-      if (threads == 1 || seen.elapsed.count() < kFewestElapsed) continue;
+      if (threads == 1 || seen.elapsed.count() < kMinElapsedRuns) continue;
       elapsed.try_emplace(threads, seen.elapsed.profile(percentile).single_thread() * (alone_here / there));
     }
   };
