@@ -118,7 +118,7 @@ TEST_P(TrialLineage, IsThatOfTheRecord) {
     const Total& sum =
         is_chain ? measured.metrics().chains()[chain++].response : measured.metrics().node(of.path.front()).period;
     EXPECT_EQ(figures.terms[term].count, sum.count) << app.graph.path_name(of.path);
-    if (sum.count < trial::kFewestSamples) continue;
+    if (sum.count < trial::kMinSamples) continue;
     EXPECT_NEAR(figures.terms[term].mean_ms, sum.total / static_cast<double>(sum.count) / 1e6, 1e-9)
         << app.graph.path_name(of.path);
     samples_seen += sum.count;

@@ -23,15 +23,21 @@ void Cores::remove(Core& core, Job job) {
   core.queue.erase(std::find(core.queue.begin(), core.queue.end(), job));
 }
 
-void Cores::add_work(Job job, int core, Rank rank, Nanos budget) {
+void Cores::add_work(Job job, int core, Rank rank) {
   State& state = jobs_[job];
   state.core = core;
   state.rank = rank;
-  state.budget = budget;
+  state.used = Nanos{0};
   state.has_work = true;
   state.begun = false;
   state.order = ++last_order_;
   insert(at(core), job);
+}
+
+Nanos Cores::used(Job job, TimePoint now) {
+  Core& core = at(jobs_[job].core);
+  if (core.current == job) account(core, now);
+  return jobs_[job].used;
 }
 
 void Cores::continue_work(Job job) {
@@ -81,18 +87,6 @@ void Cores::change_rank(Job job, Rank rank, TimePoint now) {
   insert(core, job);
 }
 
-void Cores::demote_current(int number, TimePoint now) {
-  Core& core = at(number);
-  State& state = jobs_[core.current];
-  account(core, now);
-  remove(core, core.current);
-  state.rank = kDemoted;
-  state.order = ++last_order_;
-  state.budget = kUnlimited;
-  insert(core, core.current);
-  arm(number);
-}
-
 void Cores::account(Core& core, TimePoint now) {
   const Nanos used = now - core.since;
   if (used <= Nanos{0}) return;  // held
@@ -100,14 +94,14 @@ void Cores::account(Core& core, TimePoint now) {
   if (core.current == kNobody) return;
   State& state = jobs_[core.current];
   state.left -= used;
-  if (state.budget != kUnlimited) state.budget -= used;
+  state.used += used;
   core.busy += used;
 }
 
 void Cores::arm(int number) {
   const Core& core = at(number);
   const State& state = jobs_[core.current];
-  timers_.set(static_cast<Timers::Source>(number), core.since + std::min(state.left, state.budget));
+  timers_.set(static_cast<Timers::Source>(number), core.since + state.left);
 }
 
 Job Cores::settle(int number, TimePoint now) {
@@ -157,8 +151,7 @@ void Cores::hold(int number, TimePoint now, Nanos length) {
 Cores::Event Cores::account_event(int number, TimePoint now) {
   Core& core = at(number);
   account(core, now);
-  if (core.current == kNobody) return Event::kFree;
-  return jobs_[core.current].left <= Nanos{0} ? Event::kDone : Event::kBudgetSpent;
+  return core.current == kNobody ? Event::kFree : Event::kDone;
 }
 
 Nanos Cores::take_busy(int number, TimePoint now) {

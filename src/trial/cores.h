@@ -2,8 +2,7 @@
 // rank has it, and of several of one rank the first. A job that is pre-empted keeps its place. What a job does when it
 // gets a core is its owner's business: settle() says when one has to begin.
 //
-// A job may leave its core under way, to wait: it keeps its rank and what is left of its budget, and comes back last
-// among those of its rank.
+// A job may leave its core under way, to wait: it keeps its rank, and comes back last among those of its rank.
 //
 // A controller that acts holds its core for some time: what runs there is delayed by as much, and what is to begin
 // there begins afterwards, with the inputs that are there by then.
@@ -45,10 +44,10 @@ class Cores {
   Job current(int core) const { return at(core).current; }
   Rank rank_on(int core) const { return idle(core) ? -1 : jobs_[at(core).queue.back()].rank; }
 
-  // It has work from now on, last among those of its rank. Its budget is the CPU time after which its core has an
-  // event; kUnlimited: none.
-  static constexpr Nanos kUnlimited = Nanos::max();
-  void add_work(Job job, int core, Rank rank, Nanos budget = kUnlimited);
+  // It has work from now on, last among those of its rank.
+  void add_work(Job job, int core, Rank rank);
+  // CPU time that it has used since then.
+  Nanos used(Job job, TimePoint now);
   // The same run goes on with something else, to begin when the job has the core: last among those of its rank.
   void continue_work(Job job);
   // The current job of the core waits, until it comes back with something else to begin.
@@ -58,8 +57,6 @@ class Cores {
   void end_work(int core);
   // A job that is raised comes last in its new rank, one that is lowered first. Precondition: it has work.
   void change_rank(Job job, Rank rank, TimePoint now);
-  // The current job has spent its budget: it is the last of all.
-  void demote_current(int core, TimePoint now);
 
   // Gives the core to the job that it belongs to. The job that has got it and has to begin, for which the caller calls
   // begin(). kNobody: there is nothing more to do.
@@ -71,9 +68,8 @@ class Cores {
 
   // The core's event is due; what has been used until now is accounted for.
   enum class Event {
-    kFree,         // no controller holds it any more
-    kDone,         // its job has had what it needed
-    kBudgetSpent,  // by its job
+    kFree,  // no controller holds it any more
+    kDone,  // its job has had what it needed
   };
   Event account_event(int core, TimePoint now);
 
@@ -93,7 +89,7 @@ class Cores {
     Rank rank = 0;
     std::int64_t order = 0;  // within its rank: the lowest first
     Nanos left{0};
-    Nanos budget = kUnlimited;
+    Nanos used{0};
     bool has_work = false;
     bool begun = false;
     bool away = false;  // it waits

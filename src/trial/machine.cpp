@@ -28,9 +28,9 @@ std::size_t count_jobs(const graph::App& app, const Schedule& schedule) {
 // A subchain that is triggered by the system's clock keeps no phase to one that is not ours: a trial goes once through
 // all phases, as long as that is not much of a change.
 Nanos sliding(Nanos period, Nanos horizon) {
-  constexpr Nanos::rep kFewestTicks = 50;
+  constexpr Nanos::rep kMinTicks = 50;
   const Nanos::rep ticks = horizon / period;
-  return ticks < kFewestTicks ? period : period - period / ticks;
+  return ticks < kMinTicks ? period : period - period / ticks;
 }
 
 std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
@@ -104,13 +104,6 @@ void Machine::add_subchains() {
     subchain.id = SubchainId(index);
     subchain.nodes = app_.graph.subchain(subchain.id).nodes;
     subchain.place = &place;
-    subchain.period = std::max(place.period, dispatch::kShortestPeriod);
-    if (place.clock) {
-      const Millis nominal = to_millis(*app_.graph.node(*place.clock).period);
-      const TickCount ticks = plan::ticks_of(to_millis(place.period), nominal).value_or(TickCount{});
-      subchain.period = ticks.of(clocks_[place.clock->index()].period);
-    }
-    subchain.last_trigger = TimePoint{} - subchain.period;
     subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);
   }
   for (std::size_t index = 0; index < subchains_.size(); ++index) {
@@ -136,12 +129,7 @@ Figures Machine::run() {
 
 void Machine::start() {
   for (std::size_t index = 0; index < subchains_.size(); ++index) {
-    Subchain& subchain = subchains_[index];
-    const Place& place = *subchain.place;
-    if (place.form != Form::kPriority || place.after) continue;
-    subchain.due = Ticks{TimePoint{} + place.phase - options_.since, subchain.period}.next(TimePoint{});
-    if (place.clock) subchain.due = clocks_[place.clock->index()].next(TimePoint{}) + place.phase;
-    set_timer(source_of_subchain(index), subchain.due, subchain.timers_set);
+    if (subchains_[index].place->form == Form::kPriority) start_pacing(index);
   }
   for (std::size_t index = 0; index < unscheduled_.size(); ++index) {
     Unscheduled& node = unscheduled_[index];
@@ -150,7 +138,7 @@ void Machine::start() {
     set_timer(source_of_unscheduled(index), node.next_begin, node.timers_set);
   }
   start_frames();
-  for (Pipe& pipe : pipes_) pace(pipe, WokenBy::kEvent);
+  for (const Pipe& pipe : pipes_) pace(subchains_[pipe.subchain], WokenBy::kEvent);
   settle();
 }
 
@@ -167,7 +155,7 @@ void Machine::run_until(TimePoint end) {
 void Machine::turn(Timers::Source source) {
   if (source < source_of_subchain(0)) return core_event(static_cast<int>(source));
   timers_.set(source, kNever);
-  if (source < source_of_unscheduled(0)) return subchain_due(source - source_of_subchain(0));
+  if (source < source_of_unscheduled(0)) return pace(subchains_[source - source_of_subchain(0)], WokenBy::kTimer);
   if (source < source_of_frames(0)) return unscheduled_due(source - source_of_unscheduled(0));
   if (source >= source_of_wait(0)) return wait_over(source - source_of_wait(0));
   step_frames(static_cast<int>(source - source_of_frames(0)), WokenBy::kTimer);
@@ -301,7 +289,6 @@ void Machine::core_event(int core) {
   touch(core);
   const Cores::Event event = cores_.account_event(core, now_);
   if (event == Cores::Event::kFree) return;
-  if (event == Cores::Event::kBudgetSpent) return cores_.demote_current(core, now_);
   const Job job = cores_.current(core);
   if (waits(job)) return wait(job, core);
   if (job < subchains_.size()) return subchain_node_ended(job, core);
@@ -323,9 +310,9 @@ void Machine::subchain_node_ended(std::size_t index, int core) {
 void Machine::subchain_run_over(Subchain& subchain, bool emitted) {
   count_run(subchain);
   ++subchain.completed;
-  if (emitted) trigger_followers(subchain.followers);
-  if (subchain.place->form == Form::kPriority) {
-    trigger_again(subchain);
+  if (emitted) hear_output(subchain.followers);
+  if (subchain.trigger) {
+    if (subchain.awaits_completion) pace(subchain, WokenBy::kEvent);
   } else if (frames_[static_cast<std::size_t>(subchain.place->core)]->awaited == subchain.id) {
     step_frames(subchain.place->core, WokenBy::kEvent);
   }
@@ -335,75 +322,6 @@ void Machine::count_run(Subchain& subchain) {
   if (now_ < warm_from_) return;
   if (subchain.runs++ == 0) subchain.first_end = now_;
   subchain.last_end = now_;
-}
-
-// --- Triggers ---
-
-void Machine::subchain_due(std::size_t index) {
-  Subchain& subchain = subchains_[index];
-  if (subchain.place->form == Form::kPipeline) return pace(pipes_[*pipe_of_subchain_[index]], WokenBy::kTimer);
-  // A later output may have triggered it since the timer was set.
-  const bool waits_for_output = subchain.place->after.has_value();
-  if (waits_for_output && (!subchain.trigger_owed || under_way(subchain))) return;
-  subchain.trigger_owed = false;
-  trigger(subchain, WokenBy::kTimer);
-}
-
-void Machine::trigger(Subchain& subchain, WokenBy by) {
-  hold(subchain.place->core, by);
-  send_trigger(subchain);
-}
-
-// Precondition: no run of it is under way.
-void Machine::send_trigger(Subchain& subchain) {
-  const Place& place = *subchain.place;
-  subchain.last_trigger = now_;
-  if (place.form == Form::kPriority && !place.pause && !place.after) {
-    subchain.due += subchain.period;
-    if (subchain.due <= now_) subchain.due += ((now_ - subchain.due) / subchain.period + 1) * subchain.period;
-  }
-  subchain.position = 0;
-  cores_.add_work(static_cast<Job>(subchain.id.index()), place.core, subchain.rank,
-                  place.budget > Nanos{0} ? place.budget : Cores::kUnlimited);
-  touch(place.core);
-}
-
-// A run of a subchain of fixed priority is over: its next trigger comes at once, or by a timer.
-void Machine::trigger_again(Subchain& subchain) {
-  const Place& place = *subchain.place;
-  if (place.after) {
-    if (subchain.trigger_owed) trigger_follower(subchain);
-    return;
-  }
-  if (place.pause) {
-    hold(place.core, WokenBy::kEvent);
-    subchain.due = std::max(now_ + *place.pause, subchain.last_trigger + subchain.period);
-    if (subchain.due <= now_) return send_trigger(subchain);
-  } else if (subchain.due <= now_) {
-    return trigger(subchain, WokenBy::kEvent);
-  }
-  set_timer(source_of_subchain(subchain.id.index()), subchain.due, subchain.timers_set);
-}
-
-void Machine::trigger_followers(const std::vector<std::size_t>& followers) {
-  for (const std::size_t index : followers) {
-    Subchain& follower = subchains_[index];
-    if (++follower.outputs_counted < follower.place->after->every) continue;
-    follower.outputs_counted = 0;
-    follower.trigger_owed = true;
-    if (!under_way(follower)) trigger_follower(follower);
-  }
-}
-
-// At once, or when its period is over. Precondition: no run of it is under way.
-void Machine::trigger_follower(Subchain& follower) {
-  const TimePoint earliest = follower.last_trigger + follower.period;
-  if (now_ >= earliest) {
-    follower.trigger_owed = false;
-    trigger(follower, WokenBy::kEvent);
-  } else {
-    set_timer(source_of_subchain(follower.id.index()), earliest, follower.timers_set);
-  }
 }
 
 // --- Unscheduled nodes ---
@@ -425,7 +343,7 @@ void Machine::unscheduled_ended(std::size_t index, int core) {
   cores_.end_work(core);
   if (end_run(node.node)) {
     for (const std::size_t follower : node.followers) unscheduled_due(follower);
-    trigger_followers(node.led);
+    hear_output(node.led);
   }
   if (node.period) {
     node.next_begin = std::max(node.next_begin + *node.period, now_);
@@ -449,7 +367,7 @@ int Machine::core_for_unscheduled(int last) const {
 TermFigures Machine::figures_of(TermSamples& samples) const {
   TermFigures figures{.count = samples.count};
   if (samples.count > 0) figures.mean_ms = samples.sum / static_cast<double>(samples.count) / 1e6;
-  if (samples.count < kFewestSamples) figures.mean_ms = std::max(figures.mean_ms, to_millis(options_.horizon).count());
+  if (samples.count < kMinSamples) figures.mean_ms = std::max(figures.mean_ms, to_millis(options_.horizon).count());
   if (options_.p95 && samples.count > 0) {
     // By nearest rank, as base/statistics.h.
     const double rank = std::ceil(0.95 * static_cast<double>(samples.count) - 1e-9);
@@ -466,7 +384,7 @@ Figures Machine::figures(TimePoint end) {
   for (std::size_t term = 0; term < app_.objective.size(); ++term) {
     figures.terms.push_back(figures_of(lineage_.terms()[term]));
     figures.objective += app_.objective[term].weight * figures.terms.back().mean_ms;
-    figures.enough = figures.enough && figures.terms.back().count >= kFewestSamples;
+    figures.enough = figures.enough && figures.terms.back().count >= kMinSamples;
   }
   for (int core = 0; core < cores_.count(); ++core) {
     figures.busy.push_back(static_cast<double>(cores_.take_busy(core, end).count()) /

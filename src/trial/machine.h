@@ -8,8 +8,8 @@
 //
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
-// Triggers and runs of fixed priorities and unscheduled nodes are in machine.cpp, cores of frames in
-// machine_frames.cpp, pipelines in machine_pipelines.cpp.
+// Runs and unscheduled nodes are in machine.cpp, triggers of subchains that do not take turns in machine_triggers.cpp,
+// cores of frames in machine_frames.cpp, pipelines in machine_pipelines.cpp.
 //
 // Units: in the types. Thread safety: none; one owner; used once.
 #pragma once
@@ -66,12 +66,10 @@ class Machine {
     std::vector<std::size_t> followers;  // subchains that its outputs trigger
     std::size_t position = 0;            // of the node that runs or is to run
     Rank rank = 0;
-    Nanos period{0};
-    TimePoint due{};  // the next trigger by time
-    TimePoint last_trigger{};
-    bool trigger_owed = false;  // by an output of another
-    int outputs_counted = 0;    // of another, towards the next trigger
-    std::uint64_t completed = 0;
+    std::optional<dispatch::SubchainTrigger> trigger;  // none: it takes turns
+    bool awaits_completion = false;                    // its controller is to be woken at the end of a run
+    std::uint64_t leader_outputs = 0;
+    std::uint64_t completed = 0;  // the newest trigger whose run has ended
     std::uint32_t timers_set = 0;
     // Of the horizon.
     std::size_t runs = 0;
@@ -106,9 +104,6 @@ class Machine {
   struct Pipe {
     std::size_t subchain = 0;
     const Pipeline* pipeline = nullptr;
-    dispatch::SubchainTrigger trigger;
-    std::uint64_t completed = 0;
-    bool awaits_completion = false;
     std::vector<Stage> stages;
     std::deque<Job> waiting;  // for one of the cores
   };
@@ -163,12 +158,12 @@ class Machine {
 
   // --- Triggers ---
   bool under_way(const Subchain& subchain) const { return cores_.has_work(static_cast<Job>(subchain.id.index())); }
-  void subchain_due(std::size_t index);
-  void trigger(Subchain& subchain, WokenBy by);
-  void send_trigger(Subchain& subchain);
-  void trigger_again(Subchain& subchain);
-  void trigger_followers(const std::vector<std::size_t>& followers);
-  void trigger_follower(Subchain& follower);
+  dispatch::Pacing pacing_of(const Place& place) const;
+  void start_pacing(std::size_t index);
+  void pace(Subchain& subchain, WokenBy by);
+  void begin_first_node(Subchain& subchain);
+  int core_of_controller(const Subchain& subchain) const;
+  void hear_output(const std::vector<std::size_t>& followers);
 
   // --- Unscheduled nodes ---
   void unscheduled_due(std::size_t index);
@@ -181,7 +176,6 @@ class Machine {
   void step_frames(int core, WokenBy by);
 
   // --- Pipelines ---
-  void pace(Pipe& pipe, WokenBy by);
   void wake(Pipe& pipe, std::size_t stage, std::uint64_t token);
   void queue_for_core(Pipe& pipe, Job job);
   void take_waiting(int core);

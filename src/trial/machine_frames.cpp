@@ -29,7 +29,7 @@ void Machine::step_frames(int core, WokenBy by) {
     subchain.rank = rank_of(level);
     if (under_way(subchain)) cores_.change_rank(static_cast<Job>(id.index()), subchain.rank, now_);
   }
-  for (const auto& triggered : decision.triggers) send_trigger(subchains_[triggered.subchain.index()]);
+  for (const auto& triggered : decision.triggers) begin_first_node(subchains_[triggered.subchain.index()]);
   frames.awaited = decision.wake_on_completion;
   const Timers::Source source = source_of_frames(core);
   if (decision.ask_at == kNever) {

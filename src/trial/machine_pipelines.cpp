@@ -10,12 +10,10 @@ void Machine::add_pipelines() {
   pipe_of_subchain_.resize(schedule_.subchains.size());
   for (const Pipeline& pipeline : schedule_.pipelines) {
     const std::size_t number = pipes_.size();
-    Pipe& pipe = pipes_.emplace_back(Pipe{.subchain = pipeline.subchain.index(),
-                                          .pipeline = &pipeline,
-                                          .trigger = dispatch::SubchainTrigger(TimePoint{}, pipeline.pacing),
-                                          .stages = {},
-                                          .waiting = {}});
+    Pipe& pipe = pipes_.emplace_back(
+        Pipe{.subchain = pipeline.subchain.index(), .pipeline = &pipeline, .stages = {}, .waiting = {}});
     pipe_of_subchain_[pipe.subchain] = number;
+    subchains_[pipe.subchain].trigger.emplace(TimePoint{}, pipeline.pacing);
     for (const int core : pipeline.cores) pipe_of_core_[static_cast<std::size_t>(core)] = number;
     for (const NodeId node : app_.graph.subchain(pipeline.subchain).nodes) {
       const std::size_t stage = pipe.stages.size();
@@ -25,22 +23,6 @@ void Machine::add_pipelines() {
         pipe_threads_.push_back({number, stage, thread > 0});
       }
     }
-  }
-}
-
-// Its controller runs on one of its own cores.
-void Machine::pace(Pipe& pipe, WokenBy by) {
-  const std::vector<int>& cores = pipe.pipeline->cores;
-  const auto idle = std::find_if(cores.begin(), cores.end(), [&](int core) { return cores_.idle(core); });
-  hold(idle != cores.end() ? *idle : cores.front(), by);
-  const dispatch::SubchainTrigger::Decision decision = pipe.trigger.step(now_, pipe.completed);
-  if (decision.trigger) wake(pipe, 0, pipe.trigger.sent());
-  pipe.awaits_completion = decision.ask_on_completion;
-  const Timers::Source source = source_of_subchain(pipe.subchain);
-  if (decision.ask_at == kNever) {
-    timers_.set(source, kNever);
-  } else {
-    set_timer(source, decision.ask_at, subchains_[pipe.subchain].timers_set);
   }
 }
 
@@ -101,9 +83,9 @@ void Machine::pipe_thread_ended(const PipeThread& thread, int core) {
   } else {
     Subchain& subchain = subchains_[pipe.subchain];
     count_run(subchain);
-    pipe.completed = std::max(pipe.completed, stage.token);
-    if (emits) trigger_followers(subchain.followers);
-    if (pipe.awaits_completion) pace(pipe, WokenBy::kEvent);
+    subchain.completed = std::max(subchain.completed, stage.token);
+    if (emits) hear_output(subchain.followers);
+    if (subchain.awaits_completion) pace(subchain, WokenBy::kEvent);
   }
   stage.busy = stage.word != stage.token;
   if (stage.busy) queue_for_core(pipe, stage.first_thread);

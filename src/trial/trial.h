@@ -15,14 +15,12 @@
 //   machine.h    triggers, runs, outputs: where these are put together
 //
 // By these rules:
-//   - Cores of fixed priorities: of those with a run under way the one of the highest priority has the core. A subchain
-//     is triggered by time, at phase + k periods; by pause, so long after its own run has ended and no sooner than a
-//     period after its last trigger; or by each n-th output of another subchain or of an unscheduled node. While a run
-//     of it is under way it is not triggered: what comes due meanwhile is made up for by one trigger at its end, and
-//     the grid of triggers by time stays. A run beyond its budget is demoted below all others until the next trigger.
+//   - Cores of fixed priorities: of those with a run under way the one of the highest priority has the core. When a
+//     subchain is triggered, and when a run beyond its budget is demoted, dispatch/subchain_trigger.h says; but no
+//     leader is silent for so long that its followers are triggered without it.
 //   - Cores of frames: the dispatcher itself (dispatch/shared_core_dispatcher.h) takes turns. At the background and
 //     ordinary levels nodes have what is left in the order in which they came; no run is taken to hang.
-//   - Pipelines: paced by dispatch/subchain_trigger.h; nodes share the cores in the order in which they came, each of
+//   - Pipelines: triggered by the same; nodes share the cores in the order in which they came, each of
 //     their threads on one.
 //   - Unscheduled nodes: above all, on an idle core if there is one, else where they ran last; the first run comes a
 //     period after the start.
@@ -120,14 +118,14 @@ struct SubchainFigures {
 struct Figures {
   std::vector<TermFigures> terms;  // in the order of the objective
   double objective = 0.0;          // the weighted sum of means
-  bool enough = true;              // samples of each term to say something of it: kFewestSamples
+  bool enough = true;              // samples of each term to say something of it: kMinSamples
   std::vector<double> busy;        // by core: fraction of the horizon, unscheduled nodes and controllers included
   std::vector<SubchainFigures> subchains;  // by SubchainId
   std::uint64_t events = 0;
 };
 
 // A term of which there are fewer counts as if each had taken the whole horizon, at least.
-constexpr std::size_t kFewestSamples = 3;
+constexpr std::size_t kMinSamples = 3;
 
 class Trial {
  public:

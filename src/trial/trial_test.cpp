@@ -125,7 +125,15 @@ TEST(Trial, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
   world.run(on_cores(1, {{.priority = 2, .period = ms(20), .budget = ms(3)}, {.priority = 1, .period = ms(20)}}),
             ms(40));
   EXPECT_EQ(world.timeline["a"], "0-14 20-34");
-  EXPECT_EQ(world.timeline["b"], "3-7 23-27");
+  EXPECT_EQ(world.timeline["b"], "3.05-7.05 23.05-27.05") << "what is used is looked at every 50 us";
+}
+
+// Demoted at 6.05, a's run gets another budget at 20 in place of a trigger; the rest of it is less than that.
+TEST(Trial, ALongRunGetsABudgetEachPeriod) {
+  World world(two(), {{"a", 10}, {"b", 60}});
+  world.run(on_cores(1, {{.priority = 2, .period = ms(20), .budget = ms(6)}, {.priority = 1, .period = ms(100)}}),
+            ms(70));
+  EXPECT_EQ(world.timeline["a"], "0-23.95 40-63.95");
 }
 
 TEST(Trial, ABudgetIsOfTheWholeRunAndOfCpuTimeAlone) {
@@ -140,7 +148,7 @@ TEST(Trial, ABudgetIsOfTheWholeRunAndOfCpuTimeAlone) {
   world.run(schedule, ms(50));
   EXPECT_EQ(world.timeline["h"], "1-4");
   EXPECT_EQ(world.timeline["a"], "0-5");
-  EXPECT_EQ(world.timeline["b"], "6-10");
+  EXPECT_EQ(world.timeline["b"], "6.05-10.05");
   EXPECT_EQ(world.timeline["c"], "5-13");
 }
 

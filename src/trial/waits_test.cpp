@@ -39,7 +39,7 @@ TEST(TrialWaits, AWaitUsesNoBudget) {
     return world.timeline["b"];
   };
   EXPECT_EQ(b_with_budget_of_a(4), "5-13") << "a comes back at 6, and has 2 left";
-  EXPECT_EQ(b_with_budget_of_a(3), "5-12") << "a is demoted at 7";
+  EXPECT_EQ(b_with_budget_of_a(3), "5-12.05") << "a is demoted at 7.05";
 }
 
 TEST(TrialWaits, WhatIsTriggeredWhileARunWaitsWaitsForItsEnd) {
