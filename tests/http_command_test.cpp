@@ -6,10 +6,7 @@
 
 #include <csignal>
 #include <fstream>
-#include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -24,21 +21,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-class HttpCommand : public ServedAppTest {
+class HttpCommand : public ServedNodesTest {
  protected:
-  void TearDown() override {
-    counting_.reset();
-    ServedAppTest::TearDown();
-  }
   void serve_page(const std::string& more) {
-    serve("socket", "app.yaml", "", "--http 127.0.0.1:0 " + more);
-    play({"map"});
-    Result<Client> client = connect();
-    ASSERT_TRUE(client.ok()) << client.error().message();
-    counting_ = std::make_unique<CountingNodes>(
-        std::move(*client), *os_,
-        std::vector<std::pair<std::string, Nanos>>{{"eye", milliseconds{1}}, {"hand", milliseconds{1}}});
-    ASSERT_TRUE(counting_->runs_on(20)) << said();
+    ASSERT_NO_FATAL_FAILURE(serve_all("--http 127.0.0.1:0 " + more));
     const std::string before = "the page is at http://";
     ASSERT_TRUE(says(before)) << said();
     ASSERT_TRUE(eventually([&] { return said().find('/', said().find(before) + before.size()) != std::string::npos; }));
@@ -76,7 +62,6 @@ class HttpCommand : public ServedAppTest {
   }
 
   os::TcpAddress address_;
-  std::unique_ptr<CountingNodes> counting_;
 };
 
 TEST_F(HttpCommand, ShowsWhatAServerDoesAndChangesNothing) {
