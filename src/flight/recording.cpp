@@ -50,31 +50,23 @@ class Extent : public record::PartialSink {
 
 // Writes events to a record. One that holds until it is replaced is written once, and as of the record's start if it is
 // older.
-class Saver : public record::Sink {
+class Saver : public record::ForwardingSink {
  public:
-  Saver(record::Writer& to, TimePoint started) : to_(to), started_(started) {}
+  Saver(record::Writer& to, TimePoint started) : ForwardingSink({&to}), started_(started) {}
 
-  void add(const record::Run& run) override { to_.add(run); }
-  void add(const record::Trigger& trigger) override { to_.add(trigger); }
-  void add(const record::SlotUse& slot) override { to_.add(slot); }
-  void add(const record::Steal& steal) override { to_.add(steal); }
-  void add(const record::Overrun& overrun) override { to_.add(overrun); }
-  void add(const record::CostChange& change) override { to_.add(change); }
-  void add(const record::Notice& notice) override { to_.add(notice); }
+  using ForwardingSink::add;
   void add(const record::PlanChange& change) override { add_once(change); }
   void add(const record::AppChange& change) override { add_once(change); }
   void add(const record::ClockReading& reading) override { add_once(reading); }
-  void set_totals(const record::Totals& totals) override { to_.set_totals(totals); }
 
  private:
   template <class Event>
   void add_once(Event event) {
     if (!seen_.insert(to_words(event)).second) return;
     event.at = std::max(event.at, started_);
-    to_.add(event);
+    forward(event);
   }
 
-  record::Writer& to_;
   TimePoint started_;
   std::set<std::vector<Word>> seen_;
 };

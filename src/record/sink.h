@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "base/time.h"
 #include "record/events.h"
@@ -49,6 +51,36 @@ class PartialSink : public Sink {
   void add(const ClockReading& /*reading*/) override {}
   void add(const Notice& /*notice*/) override {}
   void set_totals(const Totals& /*totals*/) override {}
+};
+
+// Hands on all of it, to each sink in turn. A sink that is derived from it may change, add or leave out some.
+class ForwardingSink : public Sink {
+ public:
+  // The sinks outlive it.
+  explicit ForwardingSink(std::vector<Sink*> to) : to_(std::move(to)) {}
+
+  void add(const Run& run) override { forward(run); }
+  void add(const Trigger& trigger) override { forward(trigger); }
+  void add(const SlotUse& slot) override { forward(slot); }
+  void add(const Steal& steal) override { forward(steal); }
+  void add(const Overrun& overrun) override { forward(overrun); }
+  void add(const PlanChange& change) override { forward(change); }
+  void add(const CostChange& change) override { forward(change); }
+  void add(const AppChange& change) override { forward(change); }
+  void add(const ClockReading& reading) override { forward(reading); }
+  void add(const Notice& notice) override { forward(notice); }
+  void set_totals(const Totals& totals) override {
+    for (Sink* const sink : to_) sink->set_totals(totals);
+  }
+
+ protected:
+  template <class Event>
+  void forward(const Event& event) {
+    for (Sink* const sink : to_) sink->add(event);
+  }
+
+ private:
+  std::vector<Sink*> to_;
 };
 
 }  // namespace ctn::record

@@ -23,7 +23,7 @@
 
 namespace ctn::web {
 
-class Timeline final : public record::Sink {
+class Timeline final : public record::PartialSink {
  public:
   static constexpr Nanos kStep = std::chrono::milliseconds{100};
   static constexpr std::size_t kSteps = 300;
@@ -31,17 +31,9 @@ class Timeline final : public record::Sink {
 
   Timeline(const graph::App& app, TimePoint started);
 
+  using PartialSink::add;
   void add(const record::Run& run) override;
   void add(const record::PlanChange& change) override { plan_ = change.json; }
-  void add(const record::Trigger&) override {}
-  void add(const record::SlotUse&) override {}
-  void add(const record::Steal&) override {}
-  void add(const record::Overrun&) override {}
-  void add(const record::CostChange&) override {}
-  void add(const record::AppChange&) override {}
-  void add(const record::ClockReading&) override {}
-  void add(const record::Notice&) override {}
-  void set_totals(const record::Totals&) override {}
 
   // {"step_ms": 100, "until_s": 12.3, "lanes": ["local", "GM"],
   //  "cpus": [{"cpu": 0, "busy": [{"lane": 0, "permille": [0, 250, 1000]}]}]}

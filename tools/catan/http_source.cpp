@@ -12,6 +12,7 @@
 #include "attach.h"
 #include "live_whatif.h"
 #include "os/linux/background.h"
+#include "record/sink.h"
 #include "runtime/control.h"
 #include "runtime/socket_path.h"
 #include "view/json.h"
@@ -24,37 +25,6 @@ namespace {
 constexpr Nanos kReadAnewAfter = std::chrono::seconds{3};
 // Between two searches for the app where there is none.
 constexpr Nanos kLookAgainAfter = std::chrono::seconds{1};
-
-// Hands each event on to two sinks.
-class Both final : public record::Sink {
- public:
-  Both(record::Sink& one, record::Sink& other) : one_(one), other_(other) {}
-
-  void add(const record::Run& run) override { both(run); }
-  void add(const record::Trigger& trigger) override { both(trigger); }
-  void add(const record::SlotUse& slot) override { both(slot); }
-  void add(const record::Steal& steal) override { both(steal); }
-  void add(const record::Overrun& overrun) override { both(overrun); }
-  void add(const record::PlanChange& change) override { both(change); }
-  void add(const record::CostChange& change) override { both(change); }
-  void add(const record::AppChange& change) override { both(change); }
-  void add(const record::ClockReading& reading) override { both(reading); }
-  void add(const record::Notice& notice) override { both(notice); }
-  void set_totals(const record::Totals& totals) override {
-    one_.set_totals(totals);
-    other_.set_totals(totals);
-  }
-
- private:
-  template <class Event>
-  void both(const Event& event) {
-    one_.add(event);
-    other_.add(event);
-  }
-
-  record::Sink& one_;
-  record::Sink& other_;
-};
 
 bool is_same_run(const flight::Recording& one, const flight::Recording& other) {
   return one.process() == other.process() && one.header().started == other.header().started;
@@ -103,7 +73,7 @@ Result<HttpSource::Watched*> HttpSource::watched() {
     }
   }
   Watched& seen = *watched_;
-  Both both(seen.view, seen.timeline);
+  record::ForwardingSink both({&seen.view, &seen.timeline});
   if (seen.recording.read_new(both) > 0) seen.view.lost();
   if (!missing_) read_at_ = now;
   seen.life = {seen.recording.seen_alive(), seen.recording.over(), false};
