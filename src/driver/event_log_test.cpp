@@ -37,6 +37,7 @@ class WordWriter : public record::Writer {
     words_.push_back("starved " + std::to_string(totals.starved));
   }
   Status flush() override { return Error::environment("the disk is full", "make room"); }
+  void begin_at(TimePoint /*started*/, Nanos /*warm_up*/) override { words_.emplace_back("begins"); }
   Status close(TimePoint /*ended*/, const os::HostFacts& /*host*/) override {
     words_.emplace_back("closed");
     return Done{};

@@ -22,53 +22,59 @@ Error no_recording(const std::string& why) {
                             "use the same version of Catan for both programs");
 }
 
-// Finds out when the first and the last event happened, before the events are read again to be saved.
-class Extent : public record::PartialSink {
+// Writes events to a record as they come, and finds out when the first and the last of them happened. Events that hold
+// until they are replaced may be older than all others: they are kept, each once, and written at the end, as of the
+// record's start if they are older.
+class Saver : public record::ForwardingSink {
  public:
-  using PartialSink::add;
-  void add(const record::Run& run) override { take(run.begin, run.end); }
-  void add(const record::Trigger& trigger) override { take(trigger.sent, trigger.sent); }
-  void add(const record::SlotUse& slot) override { take(slot.begin, slot.end); }
-  void add(const record::Steal& steal) override { take(steal.begin, steal.end); }
-  void add(const record::Overrun& overrun) override { take(overrun.at, overrun.at); }
-  void add(const record::CostChange& change) override { take(change.at, change.at); }
-  void add(const record::Notice& notice) override { take(notice.at, notice.at); }
-  // The rest holds until it is replaced, and may be older than all other events.
+  explicit Saver(record::Writer& to) : ForwardingSink({&to}) {}
+
+  using ForwardingSink::add;
+  void add(const record::Run& run) override { put(run, run.begin, run.end); }
+  void add(const record::Trigger& trigger) override { put(trigger, trigger.sent, trigger.sent); }
+  void add(const record::SlotUse& slot) override { put(slot, slot.begin, slot.end); }
+  void add(const record::Steal& steal) override { put(steal, steal.begin, steal.end); }
+  void add(const record::Overrun& overrun) override { put(overrun, overrun.at, overrun.at); }
+  void add(const record::CostChange& change) override { put(change, change.at, change.at); }
+  void add(const record::Notice& notice) override { put(notice, notice.at, notice.at); }
+  void add(const record::PlanChange& change) override { keep(plans_, change); }
+  void add(const record::AppChange& change) override { keep(app_changes_, change); }
+  void add(const record::ClockReading& reading) override { keep(clocks_, reading); }
 
   std::optional<TimePoint> first() const { return first_; }
   TimePoint last_or(TimePoint otherwise) const { return std::max(last_, otherwise); }
 
+  void write_kept(TimePoint started) {
+    write(plans_, started);
+    write(app_changes_, started);
+    write(clocks_, started);
+  }
+
  private:
-  void take(TimePoint begin, TimePoint end) {
+  template <class Event>
+  void put(const Event& event, TimePoint begin, TimePoint end) {
     first_ = std::min(first_.value_or(begin), begin);
     last_ = std::max(last_, end);
+    forward(event);
+  }
+  template <class Event>
+  void keep(std::vector<Event>& kept, const Event& event) {
+    if (seen_.insert(to_words(event)).second) kept.push_back(event);
+  }
+  template <class Event>
+  void write(const std::vector<Event>& kept, TimePoint started) {
+    for (Event event : kept) {
+      event.at = std::max(event.at, started);
+      forward(event);
+    }
   }
 
   std::optional<TimePoint> first_;
   TimePoint last_{};
-};
-
-// Writes events to a record. One that holds until it is replaced is written once, and as of the record's start if it is
-// older.
-class Saver : public record::ForwardingSink {
- public:
-  Saver(record::Writer& to, TimePoint started) : ForwardingSink({&to}), started_(started) {}
-
-  using ForwardingSink::add;
-  void add(const record::PlanChange& change) override { add_once(change); }
-  void add(const record::AppChange& change) override { add_once(change); }
-  void add(const record::ClockReading& reading) override { add_once(reading); }
-
- private:
-  template <class Event>
-  void add_once(Event event) {
-    if (!seen_.insert(to_words(event)).second) return;
-    event.at = std::max(event.at, started_);
-    forward(event);
-  }
-
-  TimePoint started_;
   std::set<std::vector<Word>> seen_;
+  std::vector<record::PlanChange> plans_;
+  std::vector<record::AppChange> app_changes_;
+  std::vector<record::ClockReading> clocks_;
 };
 
 }  // namespace
@@ -171,18 +177,19 @@ std::uint64_t Recording::read_new(record::Sink& to) {
 
 Status Recording::save(const std::string& path, const std::string& why, const os::HostFacts& host) const {
   const Impl::Events events = impl_->copy(0);
-  Extent extent;
-  static_cast<void>(impl_->hand_on_all(events.words, extent));
-  record::Header header = impl_->header;
-  const TimePoint warm_from = header.started + header.warm_up;
-  if (events.lost > 0) header.started = std::max(header.started, extent.first().value_or(seen_alive()));
-  header.warm_up = std::max(warm_from - header.started, Nanos{0});
-  const TimePoint ended = extent.last_or(header.started);
+  const record::Header& header = impl_->header;
   Result<std::unique_ptr<record::Writer>> writer = record::Writer::create(path, impl_->app, header);
   if (!writer) return writer.error();
-  Saver saver(**writer, header.started);
+  Saver saver(**writer);
   static_cast<void>(impl_->hand_on_all(events.words, saver));
-  const double seconds = std::chrono::duration<double>(ended - header.started).count();
+  TimePoint started = header.started;
+  if (events.lost > 0) {
+    started = std::max(started, saver.first().value_or(seen_alive()));
+    (*writer)->begin_at(started, std::max(header.started + header.warm_up - started, Nanos{0}));
+  }
+  saver.write_kept(started);
+  const TimePoint ended = saver.last_or(started);
+  const double seconds = std::chrono::duration<double>(ended - started).count();
   (*writer)->add(record::Notice{ended, "flight-recorder",
                                 fmt::format("the last {:.1f} s, as they were kept in memory: {}", seconds, why)});
   return (*writer)->close(ended, host);

@@ -143,6 +143,8 @@ class SqliteWriter : public Writer {
   void add(const Notice& notice) override { hold(notices_, notice); }
   void set_totals(const Totals& totals) override { totals_ = totals; }
 
+  void begin_at(TimePoint started, Nanos warm_up) override { began_ = Began{started, warm_up}; }
+
   Status flush() override {
     if (!status_ || !database_ || held() == 0) return status_;
     (void)commit([] { return Status(Done{}); });
@@ -162,6 +164,11 @@ class SqliteWriter : public Writer {
   }
 
  private:
+  struct Began {
+    TimePoint started{};
+    Nanos warm_up{0};
+  };
+
   template <class Event>
   void hold(std::vector<Event>& events, const Event& event) {
     if (!status_ || !database_) return;
@@ -176,6 +183,7 @@ class SqliteWriter : public Writer {
   Status write_footer(TimePoint ended, const os::HostFacts& host) {
     auto meta = MetaWriter::prepare(*database_);
     if (!meta) return meta.error();
+    if (began_) meta->set("started_ns", ns(began_->started)).set("warm_up_ns", began_->warm_up.count());
     meta->set("ended_ns", ns(ended))
         .set("host_steal_end_ns", host.steal.count())
         .set("plans_made", totals_.plans_made)
@@ -298,7 +306,8 @@ class SqliteWriter : public Writer {
   std::vector<ClockReading> clocks_;
   std::vector<Notice> notices_;
   Totals totals_;
-  Status status_ = Done{};  // the first failure
+  std::optional<Began> began_;  // in place of what the header says
+  Status status_ = Done{};      // the first failure
 };
 
 }  // namespace

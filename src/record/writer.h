@@ -48,6 +48,9 @@ class Writer : public Sink {
   // Commits. The first failure (a full disk) is returned, and later calls return it again without writing. It is done
   // unasked, too, when much has accumulated. A node's run number that is added twice is a failure.
   virtual Status flush() = 0;
+  // For what is known only once events were added: when the run, or what is kept of it, began, and how long its warm-up
+  // takes from then on. In place of what the header said; written when the record is closed.
+  virtual void begin_at(TimePoint started, Nanos warm_up) = 0;
   // Commits, marks the record as complete with the time it ended, closes the file. What is added later is ignored; a
   // second call returns what the first did.
   virtual Status close(TimePoint ended, const os::HostFacts& host) = 0;
