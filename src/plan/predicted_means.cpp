@@ -6,11 +6,40 @@
 
 namespace ctn::plan {
 
-PredictedMeans::PredictedMeans(const graph::App& app, TimePoint from) : app_(app), from_(from) {
+Predictions predictions_of(const Plan& plan, const graph::App& app) {
+  Predictions figures;
+  figures.plans = 1;
+  figures.objective = plan.expected ? plan.expected->objective : plan.objective;
+  figures.relax_factor = plan.relax_factor;
+  figures.for_typical = plan.for_typical;
   for (const graph::Term& term : app.objective) {
-    if (term.metric == graph::Metric::kResponseTime) paths_.push_back(&term.path);
+    if (term.metric != graph::Metric::kResponseTime) continue;
+    const std::size_t index = figures.chains.size();
+    std::optional<ChainPrediction>& predicted = figures.chains.emplace_back();
+    if (index >= plan.chains.size() || plan.chains[index].path != term.path) continue;
+    const ChainPlan& chain = plan.chains[index];
+    const Expectation::Chain shown =
+        plan.expected ? plan.expected->chains[index] : Expectation::Chain{chain.response, chain.latency, chain.period};
+    predicted = {shown.response.count(), shown.latency.count(), shown.period.count(), chain.response.count()};
   }
-  past_.chains.resize(paths_.size());
+  figures.rate_hz.resize(app.graph.nodes().size());
+  for (std::size_t node = 0; node < figures.rate_hz.size(); ++node) {
+    const std::optional<SubchainId> subchain = app.graph.nodes()[node].subchain;
+    if (!subchain || subchain->index() >= plan.subchains.size()) continue;
+    const Millis period = usual_timing(plan, *subchain).period;
+    if (period > Millis{0}) figures.rate_hz[node] = Rate::every(period).hertz();
+  }
+  if (!app.graph.subchains().empty()) {
+    figures.source_hz = figures.rate_hz[app.graph.subchains().front().nodes.front().index()];
+  }
+  return figures;
+}
+
+PredictedMeans::PredictedMeans(const graph::App& app, TimePoint from) : app_(app), from_(from) {
+  const auto chains = std::count_if(app.objective.begin(), app.objective.end(), [](const graph::Term& term) {
+    return term.metric == graph::Metric::kResponseTime;
+  });
+  past_.chains.resize(static_cast<std::size_t>(chains));
   past_.rates.resize(app.graph.nodes().size());
 }
 
@@ -20,37 +49,9 @@ void PredictedMeans::Mean::add(std::optional<double> value, double seconds) {
   weight += seconds;
 }
 
-Predictions PredictedMeans::figures_of(const Plan& plan) const {
-  Predictions figures;
-  figures.plans = 1;
-  figures.objective = plan.expected ? plan.expected->objective : plan.objective;
-  figures.relax_factor = plan.relax_factor;
-  figures.for_typical = plan.for_typical;
-  figures.chains.resize(paths_.size());
-  for (std::size_t index = 0; index < std::min(paths_.size(), plan.chains.size()); ++index) {
-    const ChainPlan& chain = plan.chains[index];
-    if (chain.path != *paths_[index]) continue;
-    const Expectation::Chain shown =
-        plan.expected ? plan.expected->chains[index] : Expectation::Chain{chain.response, chain.latency, chain.period};
-    figures.chains[index] = {shown.response.count(), shown.latency.count(), shown.period.count(),
-                             chain.response.count()};
-  }
-  figures.rate_hz.resize(app_.graph.nodes().size());
-  for (std::size_t node = 0; node < figures.rate_hz.size(); ++node) {
-    const std::optional<SubchainId> subchain = app_.graph.nodes()[node].subchain;
-    if (!subchain || subchain->index() >= plan.subchains.size()) continue;
-    const Millis period = usual_timing(plan, *subchain).period;
-    if (period > Millis{0}) figures.rate_hz[node] = Rate::every(period).hertz();
-  }
-  if (!app_.graph.subchains().empty()) {
-    figures.source_hz = figures.rate_hz[app_.graph.subchains().front().nodes.front().index()];
-  }
-  return figures;
-}
-
 void PredictedMeans::in_force(TimePoint since, const Plan& plan) {
   add_current(past_, since);
-  current_ = figures_of(plan);
+  current_ = predictions_of(plan, app_);
   current_since_ = since;
 }
 

@@ -33,6 +33,9 @@ struct Predictions {
   std::optional<double> source_hz;                     // rate of the first subchain's head
 };
 
+// The figures of one plan.
+Predictions predictions_of(const Plan& plan, const graph::App& app);
+
 class PredictedMeans {
  public:
   // Time before `from` does not count. `app` outlives it.
@@ -69,14 +72,12 @@ class PredictedMeans {
     std::vector<Mean> rates;
   };
 
-  Predictions figures_of(const Plan& plan) const;
   // Adds the plan that is in force, for its time up to then.
   void add_current(Means& means, TimePoint end) const;
 
   const graph::App& app_;
   TimePoint from_;
-  std::vector<const std::vector<NodeId>*> paths_;  // of the response-time terms
-  Means past_;                                     // of plans that are no longer in force
+  Means past_;  // of plans that are no longer in force
   std::optional<Predictions> current_;
   TimePoint current_since_{};
 };

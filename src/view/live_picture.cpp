@@ -9,7 +9,6 @@
 
 #include "base/statistics.h"
 #include "os/cpu_set.h"
-#include "plan/predicted_means.h"
 #include "view/live_view.h"
 #include "why/parts.h"
 
@@ -135,14 +134,9 @@ Chain LiveView::picture_of(const KeptChain& chain, std::size_t index, const Wind
   for (const NodeId node : term.path) shown.nodes.push_back(app_.graph.node(node).name);
   shown.weight = term.weight;
   if (term.max) shown.bound_ms = in_ms(*term.max);
-  if (plan_) {
-    plan::PredictedMeans means(app_, plan_at_);
-    means.in_force(plan_at_, *plan_);
-    const std::optional<plan::Predictions> predicted = means.current();
-    if (const auto& prediction = predicted->chains[index]) {
-      shown.expected_ms = prediction->response_ms;
-      shown.promised_ms = prediction->promised_response_ms;
-    }
+  if (index < predicted_.size() && predicted_[index]) {
+    shown.expected_ms = predicted_[index]->response_ms;
+    shown.promised_ms = predicted_[index]->promised_response_ms;
   }
   if (chain.newest) shown.newest_ms = in_ms(*chain.newest);
   std::vector<double> responses;

@@ -203,10 +203,10 @@ void LiveView::add(const record::PlanChange& change) {
   plan_json_ = change.json;
   plan_reason_ = change.reason;
   plan_at_ = change.at;
-  Promises promises{change.at, std::vector<std::optional<Millis>>(chains_.size()), {}};
-  for (std::size_t index = 0; index < std::min(chains_.size(), plan_->chains.size()); ++index) {
-    const plan::ChainPlan& chain = plan_->chains[index];
-    if (chain.path == app_.objective[chains_[index].term].path) promises.responses[index] = chain.response;
+  predicted_ = plan::predictions_of(*plan_, app_).chains;
+  Promises promises{change.at, {}, {}};
+  for (const std::optional<plan::ChainPrediction>& chain : predicted_) {
+    promises.responses.push_back(chain ? std::optional(Millis{chain->promised_response_ms}) : std::nullopt);
   }
   for (const plan::SubchainPlan& subchain : plan_->subchains) promises.executions.push_back(subchain.execution);
   promises_.push_back(std::move(promises));

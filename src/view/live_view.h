@@ -21,6 +21,7 @@
 #include "base/time.h"
 #include "graph/app.h"
 #include "plan/plan.h"
+#include "plan/predicted_means.h"
 #include "record/events.h"
 #include "record/lineage.h"
 #include "record/sink.h"
@@ -175,6 +176,7 @@ class LiveView final : public record::Sink {
   std::deque<Event> events_;
   std::deque<Promises> promises_;  // the oldest first
   std::optional<plan::Plan> plan_;
+  std::vector<std::optional<plan::ChainPrediction>> predicted_;  // by it, by chain; empty: there is none
   std::string plan_json_;
   std::string plan_reason_;
   TimePoint plan_at_{};
