@@ -31,6 +31,10 @@ struct Interval {
   bool holds(TimePoint from, TimePoint to) const { return from >= begin && to <= end; }
 };
 
+inline bool counts_for_period(const Run& run, const graph::Graph& graph) {
+  return !run.consumed.empty() || !graph.may_run_empty(run.node);
+}
+
 // Keeps all samples: figures are of the whole run, in memory that grows with it.
 class AllSamples {
  public:
@@ -75,10 +79,7 @@ class RunMetrics {
  public:
   // `app` outlives it.
   RunMetrics(const graph::App& app, Interval interval)
-      : interval_(interval), nodes_(app.graph.nodes().size()), tracks_(nodes_.size()) {
-    for (std::size_t node = 0; node < tracks_.size(); ++node) {
-      tracks_[node].may_run_empty = app.graph.may_run_empty(NodeId(node));
-    }
+      : graph_(app.graph), interval_(interval), nodes_(app.graph.nodes().size()), tracks_(nodes_.size()) {
     for (const graph::Term& term : app.objective) {
       if (term.metric != graph::Metric::kResponseTime) continue;
       for (const NodeId node : term.path) tracks_[node.index()].chains.push_back(chains_.size());
@@ -144,14 +145,13 @@ class RunMetrics {
   struct Track {
     std::vector<std::size_t> chains;                           // that the node is in
     std::vector<std::pair<std::size_t, std::size_t>> limited;  // an input by predecessor, and which of edges_ it is
-    bool may_run_empty = false;
-    std::optional<TimePoint> last_end;  // of a run that counts for the period
+    std::optional<TimePoint> last_end;                         // of a run that counts for the period
   };
 
   void add_to_node(const Run& run) {
     MeasuredNode<Samples>& node = nodes_[run.node.index()];
     Track& track = tracks_[run.node.index()];
-    if (!track.may_run_empty || !run.consumed.empty()) {
+    if (counts_for_period(run, graph_)) {
       if (track.last_end && interval_.holds(*track.last_end, run.end)) node.period.add(run.end - *track.last_end);
       track.last_end = run.end;
     }
@@ -185,6 +185,7 @@ class RunMetrics {
     if (sample.period && interval_.holds(sample.end - *sample.period, sample.end)) chain.period.add(*sample.period);
   }
 
+  const graph::Graph& graph_;
   Interval interval_;
   std::vector<MeasuredChain<Samples>> chains_;
   std::vector<ChainTracker> trackers_;  // by chain

@@ -7,6 +7,7 @@
 
 #include "plan/json.h"
 #include "record/app_changes.h"
+#include "record/run_metrics.h"
 
 namespace ctn::view {
 namespace {
@@ -113,7 +114,7 @@ void LiveView::add(const record::Run& run) {
   seen(run.end);
   KeptNode& node = nodes_[run.node.index()];
   RunSample sample{run.begin, run.end, run.cpu, run.wait, {}, run.on_cpu};
-  if (!app_.graph.may_run_empty(run.node) || !run.consumed.empty()) {
+  if (record::counts_for_period(run, app_.graph)) {
     if (node.last_counted) sample.period = run.end - *node.last_counted;
     node.last_counted = run.end;
   }
