@@ -9,33 +9,22 @@
 //
 // Errors are JSON: {"error": "...", "hint": "..."}.
 //
-// Thread safety: stop() from any thread, everything else from one. Threads: one for each client that is served at once;
-// it is started when it is first needed, and kept.
+// Thread safety: stop() from any thread, everything else from one. Threads: the one that calls run() lets clients in,
+// and has those for which there is no room (turned_away.h); one for each client that is served at once (seats.h) reads
+// its requests (conversation.h) and answers them (routes.h). stop_sign.h tells them all that the server stops.
 #pragma once
 
-#include <chrono>
-#include <cstddef>
 #include <functional>
 #include <memory>
 
 #include "base/result.h"
-#include "base/time.h"
 #include "os/linux/tcp.h"
 #include "os/os.h"
 #include "web/access.h"
+#include "web/limits.h"
 #include "web/source.h"
 
 namespace ctn::web {
-
-struct Limits {
-  std::size_t clients = 16;
-  std::size_t requests = 100;  // on one connection
-  Nanos idle = std::chrono::seconds{5};
-  Nanos request = std::chrono::seconds{5};  // for its head; its body has as long again
-  Nanos answer = std::chrono::seconds{5};   // for each part of it
-  Nanos stream = std::chrono::hours{1};
-  Nanos step = std::chrono::milliseconds{500};  // between two events; a document is kept for as long
-};
 
 class Server {
  public:
