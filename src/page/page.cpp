@@ -30,11 +30,9 @@ constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; if t
 
 const std::array<const char*, 2> kRunColours{"var(--accent)", "#d55e00"};
 
-// The colour-blind can tell them apart, as far as that is possible with so many, on light and dark ground.
+// As colourOf() of src/palette.js.
 std::string colour(std::size_t index) {
-  constexpr std::array<const char*, 10> kFirst{"#3d8fd1", "#e8a317", "#2fa67c", "#d9643a", "#b07cc6",
-                                               "#6cc0e8", "#a8a13a", "#e07fa8", "#7d8fa3", "#b5835a"};
-  if (index < kFirst.size()) return kFirst[index];
+  if (index < palette().size()) return palette()[index];
   return fmt::format("hsl({} 45% 55%)", index * 137 % 360);
 }
 

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <memory>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "page/assets.h"
 #include "page/buckets.h"
 #include "page/comparison.h"
 #include "page/detail.h"
@@ -36,6 +38,14 @@ TEST(Pack, NumbersTakeAsManyBytesAsTheyNeed) {
   Packer negative;
   negative.add(-5);
   EXPECT_EQ(negative.text(), "AA==") << "0";
+}
+
+TEST(Palette, IsThatOfTheScript) {
+  ASSERT_EQ(palette().size(), 10U);
+  for (const char* const colour : palette()) {
+    EXPECT_THAT(colour, testing::MatchesRegex("#[0-9a-f]{6}"));
+    EXPECT_THAT(kScript, HasSubstr(std::string("'") + colour + "'"));
+  }
 }
 
 TEST(Detail, TakesWhatIsWantedFirstAndThenWhatFits) {

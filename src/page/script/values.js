@@ -227,7 +227,7 @@ class Compute extends Values {
         const several = node.compute.length > 1;
         this.series.push({
           run, band, note: several ? node.modes[mode] : '',
-          colour: several && runs.length === 1 ? () => kModes[mode % kModes.length] : runColour(which),
+          colour: several && runs.length === 1 ? () => colourOf(mode) : runColour(which),
           points: (from, to) => {
             const data = node.runs;
             const first = Math.max(0, above(data.begin, from) - 1);
@@ -261,6 +261,3 @@ class Compute extends Values {
     }
   }
 }
-
-const kModes = ['#3d8fd1', '#e8a317', '#2fa67c', '#d9643a', '#b07cc6', '#6cc0e8', '#a8a13a', '#e07fa8', '#7d8fa3',
-  '#b5835a']; // as page.cpp has them

@@ -1,10 +1,7 @@
-'use strict';
 // The live page of an app. The server sends events: `live`, twice a second, what `catan top --once --json` prints;
 // `timeline`, once a second, which lanes had the CPUs in the last 30 s; `trouble`, why there is neither. All that the
 // server sends is put into the page as text, never as HTML.
 (() => {
-  const kColours = ['#3d8fd1', '#e8a317', '#2fa67c', '#d9643a', '#b07cc6', '#6cc0e8', '#a8a13a', '#e07fa8', '#7d8fa3',
-    '#b5835a'];
   const kWindow = 30; // seconds of the timeline
   const kAgain = 3000; // ms until the next try, if the browser has given up
   const kBusy = 1000; // ms until the next try, if another question is being answered
@@ -152,10 +149,6 @@
     label(canvas, 'Worst response time of each of the last 60 seconds, up to ' + figure(top / 1.1, 'ms'));
   }
 
-  function laneColour(lane) {
-    return kColours[lane % kColours.length];
-  }
-
   function drawTimeline() {
     if (!timeline) return;
     const canvas = at('timeline');
@@ -188,7 +181,7 @@
       g.fillText(known(cpu.cpu) ? 'CPU ' + cpu.cpu : 'CPU ?', 0, low - tall / 2);
       const base = new Float64Array(steps);
       for (const { lane, permille } of cpu.busy) {
-        g.fillStyle = laneColour(lane);
+        g.fillStyle = colourOf(lane);
         const first = steps - permille.length;
         permille.forEach((share, step) => {
           if (share === 0) return;
@@ -222,7 +215,7 @@
     });
     lanes.forEach((lane, index) => {
       const [swatch, name] = items[index].childNodes;
-      swatch.style.background = laneColour(lane);
+      swatch.style.background = colourOf(lane);
       if (name.data !== timeline.lanes[lane]) name.data = timeline.lanes[lane];
     });
   }
