@@ -95,7 +95,7 @@ typedef struct catan_session_options {
   size_t cpu_count;
   const char* record; /* path of the record to write; NULL: none */
   const char* note;   /* kept in the record */
-  int no_stealing;    /* not 0: no subchain goes on in another's slot when late */
+  int no_stealing;    /* not 0: no unfinished subchain goes on in another's slot */
   int no_replan;      /* not 0: the first plan from measured times stays */
   int frames;         /* 0: as the app file says; 1: elastic; 2: fixed */
   catan_notice_function on_notice;

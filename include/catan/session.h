@@ -54,7 +54,7 @@ struct SessionOptions {
   std::vector<int> cpus;                              // CPUs that nodes may use; empty: all that this process may use
   std::string record;                                 // path of the record to write; empty: none
   std::string note;                                   // kept in the record
-  bool stealing = true;                               // false: no subchain goes on in another's slot when late
+  bool stealing = true;                               // false: no unfinished subchain goes on in another's slot
   bool replan = true;                                 // false: the first plan for which all nodes have run stays
   std::optional<bool> fixed_frames{};                 // frames fixed or elastic, in place of the app file's
   int flight_recorder_mib = 8;                        // memory in which the last seconds are kept; 0: they are not

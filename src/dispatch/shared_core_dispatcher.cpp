@@ -184,7 +184,7 @@ void SharedCoreDispatcher::leave_slot() {
   const SharedCoreMember& owner = members_[slot_->index];
   if (slot_->steal_begin) end_steal();
   decision_.slots.push_back({core_, owner.slot().subchain, slot_->planned, slot_->begin.value_or(now_), now_});
-  if (!thief_ && owner.late()) thief_ = slot_->index;
+  if (!thief_ && owner.unfinished()) thief_ = slot_->index;
   slot_.reset();
 }
 
@@ -229,7 +229,7 @@ bool SharedCoreDispatcher::thief_can_go_on() const {
   return thief.slot().may_steal && thief.may_still_steal() && !thief.hanging();
 }
 
-// A slot has come that a late subchain may go on in.
+// A slot has come that an unfinished subchain may go on in.
 void SharedCoreDispatcher::check_thief() {
   if (!thief_) return;
   if (slot_->end <= now_) return;  // nothing to steal here

@@ -174,7 +174,7 @@ class SharedCoreDispatcher {
   std::uint64_t frame_number_ = 0;
   std::size_t next_slot_ = 0;
   std::optional<OpenSlot> slot_;
-  std::optional<std::size_t> thief_;  // the late one that goes on in others' slots as long as it may
+  std::optional<std::size_t> thief_;  // the unfinished one that goes on in others' slots as long as it may
   TimePoint idle_end_{};
   TimePoint busy_since_{};   // what has not been accounted for yet: real-time levels since,
   TimePoint slack_since_{};  // ordinary threads since

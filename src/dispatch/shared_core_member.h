@@ -53,10 +53,10 @@ class SharedCoreMember {
   // Real-time work that would starve ordinary threads.
   bool competes() const { return present_ && under_way() && !state_.hanging; }
   // The run under way has used all the slots in which it was planned to end.
-  bool late() const { return under_way() && state_.slots_used >= planned_slots(); }
-  // Late, but not by more than a run that cost more than most; one that has used many more slots than planned may no
-  // longer take those of others.
-  bool may_still_steal() const { return late() && state_.slots_used < kStealingEnds * planned_slots(); }
+  bool unfinished() const { return under_way() && state_.slots_used >= planned_slots(); }
+  // Unfinished, but not by more than a run that cost more than most; one that has used many more slots than planned may
+  // no longer take those of others.
+  bool may_still_steal() const { return unfinished() && state_.slots_used < kStealingEnds * planned_slots(); }
 
   void begin_frame(std::uint64_t number, TimePoint start);
   void begin_slot(TimePoint planned);

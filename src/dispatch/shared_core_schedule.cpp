@@ -18,7 +18,7 @@ bool steals(const graph::App& app, SubchainId subchain) {
   return std::find(off.begin(), off.end(), subchain) == off.end();
 }
 
-// A subchain that is late because its run waits would hold up the owner of the next slot while no run computes.
+// A subchain that is unfinished because its run waits would hold up the owner of the next slot while no run computes.
 bool waits(const plan::SubchainPlan& planned) { return to_nanos(planned.wait) > kSwitchAllowance; }
 
 Nanos hang_after(const plan::SubchainPlan& planned, const ScheduleOptions& options) {
@@ -34,7 +34,7 @@ Nanos elastic_slice(Nanos slice, std::optional<int> every) {
 }
 
 // In fixed frames idle time goes to the slots first: waking and switching take a part of each slot that no plan
-// knows, and a run that does not end in its slot is late for the next subchain, which may use its output.
+// knows, and a run that does not end in its slot comes too late for the next subchain, which may use its output.
 void share_out_idle(Nanos idle, std::vector<SharedCoreSlot>& slots) {
   if (slots.empty()) return;
   const Nanos more = std::min(idle / static_cast<std::int64_t>(slots.size()), kSwitchAllowance);

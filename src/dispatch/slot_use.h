@@ -18,7 +18,7 @@ struct SlotUse {
   friend bool operator==(const SlotUse&, const SlotUse&) = default;
 };
 
-// A late subchain went on in the slot of another one.
+// An unfinished subchain went on in the slot of another one.
 struct Steal {
   int core = 0;
   SubchainId thief;

@@ -99,11 +99,11 @@ std::optional<double> largest(const Holds& holds) {
 
 bool Answer::simulation_holds() const {
   if (!simulated) return false;
-  const auto late = [](const ChainOutcome& chain) {
+  const auto misses_bound = [](const ChainOutcome& chain) {
     if (!chain.bound_ms) return false;
     return chain.response_ms.count == 0 || chain.over_bound * 100 > chain.response_ms.count;
   };
-  return std::none_of(simulated->chains.begin(), simulated->chains.end(), late) &&
+  return std::none_of(simulated->chains.begin(), simulated->chains.end(), misses_bound) &&
          std::none_of(simulated->nodes.begin(), simulated->nodes.end(),
                       [](const NodeOutcome& node) { return node.too_slow; });
 }

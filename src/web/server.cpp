@@ -50,7 +50,7 @@ struct Server::Impl {
           watched[key - 1]();
         }
       }
-      turned_away.drop_late();
+      turned_away.drop_overdue();
     }
     end();
   }

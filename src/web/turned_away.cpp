@@ -36,7 +36,7 @@ TimePoint TurnedAway::next() const {
   return next;
 }
 
-void TurnedAway::drop_late() {
+void TurnedAway::drop_overdue() {
   const TimePoint now = clock_.now();
   for (auto it = clients_.begin(); it != clients_.end();) it = it->second.until <= now ? drop(it) : std::next(it);
 }

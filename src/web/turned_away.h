@@ -31,7 +31,7 @@ class TurnedAway {
   // When the next client has had its time; kNever: there is none.
   TimePoint next() const;
   // Cuts off all clients that have had their time by now.
-  void drop_late();
+  void drop_overdue();
   void drop_all();
 
  private:

@@ -26,8 +26,8 @@ std::vector<ScreenLine> help_lines() {
           line("Figures are of the last 10 s. 'late' of a chain: over its bound; if it has none,"),
           line("over what was promised. 'late' of a subchain: took longer than was promised."),
           line("'prio': p3 a fixed priority, 1/4 a share of a frame's slot, own: cores of its own."),
-          line("'used': CPU time of a run, beside the 'budget' that is planned. 'stolen': how"),
-          line("often a late subchain went on in its slot. docs/top.md explains the rest.")};
+          line("'used': CPU time of a run, beside the 'budget' that is planned. 'stolen': how often"),
+          line("an unfinished subchain went on in its slot. docs/top.md explains the rest.")};
 }
 
 }  // namespace
