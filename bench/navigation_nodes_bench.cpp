@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "cost.h"
-#include "testing/closed_loop.h"
+#include "nodes/cost.h"
+#include "nodes/testing/closed_loop.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 // Units: seconds. Thread safety: no state.
 #pragma once
 
-#include "types.h"
+#include "work.h"
 
 namespace ctn::navigation {
 

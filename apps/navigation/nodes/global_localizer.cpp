@@ -15,13 +15,6 @@ constexpr std::size_t kLoopKeyframes = 7;  // that the scan is matched against
 constexpr double kLoopFits = 0.55;
 constexpr Matcher::Window kLoopWindow{0.8, 0.3};
 
-void add_up(Work& sum, const Work& more) {
-  sum.beams += more.beams;
-  sum.cells += more.cells;
-  sum.candidates += more.candidates;
-  sum.expanded += more.expanded;
-}
-
 }  // namespace
 
 GlobalLocalizer::GlobalLocalizer() : shared_(std::make_shared<const std::vector<Keyframe>>()) {}
@@ -44,7 +37,7 @@ void GlobalLocalizer::match(const SharedScan& scan, Work& work) {
     }
     const Matcher::Match found = matcher_.match(scan->points, {});
     if (found.score >= kFits) pose = found.pose;
-    add_up(work, matcher_.work());
+    work += matcher_.work();
     constraints_.push_back({keyframes_.size() - 1, keyframes_.size(), between(keyframes_.back().pose, pose), 1.0});
   }
   keyframes_.push_back({pose, scan});
@@ -75,7 +68,7 @@ void GlobalLocalizer::close_loop(Work& work) {
     matcher_.add(keyframes_[i].pose, keyframes_[i].scan->points);
   }
   const Matcher::Match found = matcher_.match(keyframes_[newest].scan->points, kLoopWindow);
-  add_up(work, matcher_.work());
+  work += matcher_.work();
   if (found.score < kLoopFits) return;
 
   constraints_.push_back({nearest, newest, between(keyframes_[nearest].pose, found.pose), 4.0});

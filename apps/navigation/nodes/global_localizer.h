@@ -8,17 +8,20 @@
 //
 // GM gets the keyframes. They are shared, with poses as of the newest loop closure.
 //
-// Units: metres, radians, seconds. Thread safety: one thread an object.
+// Units: metres, radians, nanoseconds. Thread safety: one thread an object.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "geometry.h"
 #include "matcher.h"
 #include "pose_graph.h"
 #include "scan_filter.h"
-#include "types.h"
+#include "sensors.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
@@ -29,8 +32,8 @@ struct Keyframe {
 using SharedKeyframes = std::shared_ptr<const std::vector<Keyframe>>;
 
 struct Localization {
-  double stamp = 0.0;  // of the newest scan that was used
-  Pose correction;     // of the odometry's frame in the map's: transformed(correction, odometry's pose) is the robot's
+  std::chrono::nanoseconds stamp{};  // of the newest scan that was used
+  Pose correction;  // of the odometry's frame in the map's: transformed(correction, odometry's pose) is the robot's
   SharedKeyframes keyframes;  // never null
   std::uint64_t loops = 0;    // closed so far; each has moved keyframes
 
@@ -62,7 +65,7 @@ class GlobalLocalizer {
   void close_loop(Work& work);
 
   Pose correction_;
-  double stamp_ = 0.0;
+  std::chrono::nanoseconds stamp_{};
   std::vector<Keyframe> keyframes_;
   std::vector<Constraint> constraints_;
   std::size_t last_loop_ = 0;  // the keyframe at which closing a loop was last attempted

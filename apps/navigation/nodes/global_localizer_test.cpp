@@ -57,7 +57,7 @@ TEST(GlobalLocalizer, SkipsScansThatTellNothingNew) {
   EXPECT_EQ(second.mode, GlobalLocalizer::Mode::kSkip);
   EXPECT_FALSE(second.news);
   EXPECT_EQ(second.localization.keyframes, first.localization.keyframes);  // the same list, not a copy
-  EXPECT_EQ(second.localization.stamp, world.time());
+  EXPECT_EQ(second.localization.stamp, world.now());
   EXPECT_EQ(second.work, Work{.expanded = 2});
 }
 

@@ -16,29 +16,19 @@ constexpr float kFreeFrom = 0.55F;  // MRPT's cells are probabilities to be free
 constexpr float kObstacleBelow = 0.45F;
 constexpr double kBorder = 0.4;
 
-struct Box {
-  double left = 0.0;
-  double right = 0.0;
-  double bottom = 0.0;
-  double top = 0.0;
-
-  void include(const Point& point) {
-    left = std::min(left, point.x);
-    right = std::max(right, point.x);
-    bottom = std::min(bottom, point.y);
-    top = std::max(top, point.y);
-  }
-};
-
 Box seen_from(const std::vector<Keyframe>& keyframes, Work& work) {
   const Point start = position(keyframes.front().pose);
-  Box box{start.x, start.x, start.y, start.y};
+  Box box{start, start};
+  const auto include = [&box](const Point& point) {
+    box.low = {std::min(box.low.x, point.x), std::min(box.low.y, point.y)};
+    box.high = {std::max(box.high.x, point.x), std::max(box.high.y, point.y)};
+  };
   for (const Keyframe& keyframe : keyframes) {
-    box.include(position(keyframe.pose));
+    include(position(keyframe.pose));
     for (std::size_t beam = 0; beam < keyframe.scan->ranges.size(); ++beam) {
-      const double range = std::min(keyframe.scan->ranges[beam], GlobalMapper::kReach);
-      const double angle = beam_angle(beam);
-      box.include(transformed(keyframe.pose, Point{range * std::cos(angle), range * std::sin(angle)}));
+      const double range = std::min(static_cast<double>(keyframe.scan->ranges[beam]), GlobalMapper::kReach);
+      const double angle = keyframe.scan->angle(beam);
+      include(transformed(keyframe.pose, Point{range * std::cos(angle), range * std::sin(angle)}));
     }
     work.beams += keyframe.scan->ranges.size();
   }
@@ -47,13 +37,14 @@ Box seen_from(const std::vector<Keyframe>& keyframes, Work& work) {
 
 mrpt::obs::CObservation2DRangeScan observation_of(const CleanScan& scan) {
   mrpt::obs::CObservation2DRangeScan observation;
-  observation.aperture = static_cast<float>(Scan::kFieldOfView);
+  observation.aperture = static_cast<float>(scan.field);
   observation.rightToLeft = true;
-  observation.maxRange = static_cast<float>(Scan::kMaxRange);
+  observation.maxRange = static_cast<float>(scan.max_range);
   observation.resizeScan(scan.ranges.size());
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
-    observation.setScanRange(beam, static_cast<float>(scan.ranges[beam]));
-    observation.setScanRangeValidity(beam, scan.ranges[beam] < Scan::kMaxRange);
+    const bool hit = std::isfinite(scan.ranges[beam]);
+    observation.setScanRange(beam, hit ? scan.ranges[beam] : observation.maxRange);
+    observation.setScanRangeValidity(beam, hit);
   }
   return observation;
 }
@@ -74,8 +65,8 @@ GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
 
   const Box box = seen_from(keyframes, work);
   mrpt::maps::COccupancyGridMap2D grid;
-  grid.setSize(static_cast<float>(box.left - kBorder), static_cast<float>(box.right + kBorder),
-               static_cast<float>(box.bottom - kBorder), static_cast<float>(box.top + kBorder),
+  grid.setSize(static_cast<float>(box.low.x - kBorder), static_cast<float>(box.high.x + kBorder),
+               static_cast<float>(box.low.y - kBorder), static_cast<float>(box.high.y + kBorder),
                static_cast<float>(kCell));
   grid.insertionOptions.maxDistanceInsertion = static_cast<float>(kReach);
   grid.insertionOptions.maxOccupancyUpdateCertainty = kSureOfHit;
@@ -84,8 +75,8 @@ GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
   for (const Keyframe& keyframe : keyframes) {
     const mrpt::poses::CPose3D pose(keyframe.pose.x, keyframe.pose.y, 0.0, keyframe.pose.heading, 0.0, 0.0);
     grid.insertObservation(observation_of(*keyframe.scan), pose);
-    for (const double range : keyframe.scan->ranges) {
-      work.cells += static_cast<std::uint64_t>(std::min(range, kReach) / kCell);
+    for (const float range : keyframe.scan->ranges) {
+      work.cells += static_cast<std::uint64_t>(std::min(static_cast<double>(range), kReach) / kCell);
     }
   }
 

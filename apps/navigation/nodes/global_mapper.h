@@ -4,24 +4,26 @@
 // of them: the cost of a run grows with the way that the robot has gone, and with the area. Without new keyframes the
 // last map stays.
 //
-// Units: metres, radians, seconds. Thread safety: one thread an object. Maps are shared and never change.
+// Units: metres, radians, nanoseconds. Thread safety: one thread an object. Maps are shared and never change.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "geometry.h"
 #include "global_localizer.h"
 #include "grid.h"
-#include "types.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
 enum class Cell : std::uint8_t { kUnknown, kFree, kObstacle };
 
 struct GlobalMap {
-  double stamp = 0.0;  // of the localization that it was made from
-  GridFrame frame;     // in the map's frame
+  std::chrono::nanoseconds stamp{};  // of the localization that it was made from
+  GridFrame frame;                   // in the map's frame
   std::vector<Cell> cells;
 
   Cell at(const Point& point) const {

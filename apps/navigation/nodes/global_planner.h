@@ -6,15 +6,17 @@
 // which is large enough for the robot to pass: the nearest frontier (Yamauchi, 1997). If there is none, the robot has
 // explored all that it can.
 //
-// Units: metres. Thread safety: no state.
+// Units: metres, nanoseconds. Thread safety: no state.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <vector>
 
+#include "geometry.h"
 #include "global_mapper.h"
 #include "grid.h"
-#include "types.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
@@ -25,8 +27,8 @@ struct Path {
     kNoWay,        // the goal cannot be reached, or there is no map yet
   };
   Outcome outcome = Outcome::kNoWay;
-  double stamp = 0.0;         // of the map
-  std::vector<Point> points;  // in the map's frame, from the robot to the end, at most kSpacing apart
+  std::chrono::nanoseconds stamp{};  // of the map
+  std::vector<Point> points;         // in the map's frame, from the robot to the end, at most kSpacing apart
   bool to_goal = false;
 
   static constexpr double kSpacing = 0.2;

@@ -126,11 +126,11 @@ TEST(NavigationCommand, PointsToThePathAheadInTheOdometrysFrame) {
   Localization localization;
   localization.correction = {10.0, 0.0, std::numbers::pi / 2.0};
   Odometry odometry;
-  odometry.stamp = 3.0;
+  odometry.stamp = std::chrono::seconds(3);
   odometry.pose = transformed(inverse(localization.correction), Pose{1.0, 1.1, 0.0});
   const Command command = NavigationCommand{}.run(straight(), localization, odometry).command;
   EXPECT_FALSE(command.stop);
-  EXPECT_EQ(command.stamp, 3.0);
+  EXPECT_EQ(command.stamp, odometry.stamp);
   const Point carrot = transformed(localization.correction, command.carrot);
   EXPECT_NEAR(carrot.x, 1.8, 1e-9);  // 0.1 m to the path and four points on
   EXPECT_NEAR(carrot.y, 1.0, 1e-9);

@@ -52,17 +52,18 @@ void LocalMapper::fade(double seconds) {
 LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   const Pose& pose = scan.odometry.pose;
   Work work{.beams = scan.ranges.size()};
-  if (runs_ > 0) fade(scan.stamp - stamp_);
+  if (runs_ > 0) fade(std::chrono::duration<double>(scan.stamp - stamp_).count());
   stamp_ = runs_ > 0 ? std::max(stamp_, scan.stamp) : scan.stamp;
   move_to(pose);
   ++runs_;
 
   // Obstacles first: a beam that grazes a cell in which another one ends must not clear that cell.
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
-    if (scan.ranges[beam] >= Scan::kMaxRange) continue;
-    const double angle = pose.heading + beam_angle(beam);
-    const int column = frame_.column(pose.x + scan.ranges[beam] * std::cos(angle));
-    const int row = frame_.row(pose.y + scan.ranges[beam] * std::sin(angle));
+    const auto range = static_cast<double>(scan.ranges[beam]);
+    if (!std::isfinite(range)) continue;
+    const double angle = pose.heading + scan.angle(beam);
+    const int column = frame_.column(pose.x + range * std::cos(angle));
+    const int row = frame_.row(pose.y + range * std::sin(angle));
     if (!frame_.inside(column, row)) continue;
     const std::size_t cell = frame_.index(column, row);
     if (marked_[cell] == runs_) continue;
@@ -70,10 +71,11 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
-    const double angle = pose.heading + beam_angle(beam);
+    const double angle = pose.heading + scan.angle(beam);
     const double step_x = std::cos(angle) * kCell;
     const double step_y = std::sin(angle) * kCell;
-    const int steps = static_cast<int>(std::min(scan.ranges[beam], kSide) / kCell);
+    const int steps =
+        static_cast<int>(std::min({static_cast<double>(scan.ranges[beam]), scan.max_range, kSide}) / kCell);
     for (int step = 0; step < steps; ++step) {
       const int column = frame_.column(pose.x + step * step_x);
       const int row = frame_.row(pose.y + step * step_y);

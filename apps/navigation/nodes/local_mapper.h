@@ -5,22 +5,25 @@
 // the laser no longer looks is forgotten. LP gets the distance from each cell to the nearest obstacle, with which
 // it allows for the robot's size.
 //
-// Units: metres, radians, seconds. Thread safety: one thread an object.
+// Units: metres, radians, seconds; stamps in nanoseconds. Thread safety: one thread an object.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <vector>
 
+#include "geometry.h"
 #include "grid.h"
 #include "scan_filter.h"
-#include "types.h"
+#include "sensors.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
 struct LocalMap {
-  double stamp = 0.0;  // the scan's
-  Odometry odometry;   // likewise
-  GridFrame frame;     // in the odometry's frame
+  std::chrono::nanoseconds stamp{};  // the scan's
+  Odometry odometry;                 // likewise
+  GridFrame frame;                   // in the odometry's frame
   std::vector<float> clearance;
 
   // If `point` is not on the map: farther than anything on it.
@@ -48,7 +51,7 @@ class LocalMapper {
   std::vector<float> evidence_;        // above 0: for an obstacle
   std::vector<std::uint32_t> marked_;  // the run that changed the cell last
   std::uint32_t runs_ = 0;
-  double stamp_ = 0.0;
+  std::chrono::nanoseconds stamp_{};
 };
 
 }  // namespace ctn::navigation

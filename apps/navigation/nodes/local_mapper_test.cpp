@@ -45,23 +45,24 @@ TEST(Grid, WithoutObstaclesAllIsClear) {
 
 TEST(ScanFilter, RemovesOutliersAndWhatIsNoRange) {
   Scan raw;
-  raw.stamp = 7.0;
-  raw.ranges.fill(4.0);
-  raw.ranges[100] = 1.0;
-  raw.ranges[200] = std::numeric_limits<double>::quiet_NaN();
-  raw.ranges[300] = -1.0;
-  raw.ranges[400] = std::numeric_limits<double>::infinity();
-  const ScanFilter::Result result = ScanFilter{}.run(raw, {.stamp = 6.9, .pose = {1.0, 2.0, 3.0}, .velocity = {}});
-  EXPECT_EQ(result.scan->stamp, 7.0);
+  raw.stamp = std::chrono::seconds(7);
+  raw.ranges.assign(721, 4.0F);
+  raw.ranges[100] = 1.0F;
+  raw.ranges[200] = std::numeric_limits<float>::quiet_NaN();
+  raw.ranges[300] = -1.0F;
+  raw.ranges[400] = std::numeric_limits<float>::infinity();
+  const ScanFilter::Result result =
+      ScanFilter{}.run(raw, {.stamp = std::chrono::milliseconds(6900), .pose = {1.0, 2.0, 3.0}, .velocity = {}});
+  EXPECT_EQ(result.scan->stamp, raw.stamp);
   EXPECT_EQ(result.scan->odometry.pose, (Pose{1.0, 2.0, 3.0}));
-  EXPECT_EQ(result.scan->ranges, std::vector<double>(Scan::kBeams, 4.0));
-  EXPECT_EQ(result.work.beams, Scan::kBeams);
+  EXPECT_EQ(result.scan->ranges, std::vector<float>(721, 4.0F));
+  EXPECT_EQ(result.work.beams, 721U);
 }
 
 TEST(ScanFilter, MakesPointsOfHitsThinnedOutWhereTheyAreDense) {
   Scan raw;
-  raw.ranges.fill(Scan::kMaxRange);
-  for (std::size_t beam = 0; beam < 200; ++beam) raw.ranges[beam] = 1.0;  // 4.4 mm apart
+  raw.ranges.assign(721, std::numeric_limits<float>::infinity());
+  for (std::size_t beam = 0; beam < 200; ++beam) raw.ranges[beam] = 1.0F;  // 4.4 mm apart
   const ScanFilter::Result result = ScanFilter{}.run(raw, {});
   ASSERT_GT(result.scan->points.size(), 20U);
   ASSERT_LT(result.scan->points.size(), 40U);

@@ -58,10 +58,12 @@ class DynamicWindow {
     static const std::vector<Point> kOutline = make_outline();
     const double speed = std::clamp(odometry_.velocity.linear, limits.slowest, limits.fastest);
     const double turn = odometry_.velocity.angular;
-    const double slowest = std::max(limits.slowest, speed - LocalPlanner::kAcceleration * kWindow);
-    const double fastest = std::min(limits.fastest, speed + LocalPlanner::kAcceleration * kWindow);
-    const double right = std::max(-LocalPlanner::kMaxTurn, turn - LocalPlanner::kTurnAcceleration * kWindow);
-    const double left = std::min(LocalPlanner::kMaxTurn, turn + LocalPlanner::kTurnAcceleration * kWindow);
+    const double slowest = std::max(limits.slowest, speed - LocalPlanner::kLimits.acceleration * kWindow);
+    const double fastest = std::min(limits.fastest, speed + LocalPlanner::kLimits.acceleration * kWindow);
+    const double right =
+        std::max(-LocalPlanner::kLimits.turn_rate, turn - LocalPlanner::kLimits.turn_acceleration * kWindow);
+    const double left =
+        std::min(LocalPlanner::kLimits.turn_rate, turn + LocalPlanner::kLimits.turn_acceleration * kWindow);
     Choice best;
     for (int i = 0; i < kSpeeds; ++i) {
       for (int j = 0; j < kTurns; ++j) {
@@ -103,8 +105,8 @@ class DynamicWindow {
       const double seconds = (step - 1) * kStep;
       const double speed = std::abs(velocity.linear);
       const double turn = std::abs(velocity.angular);
-      const bool brakes = LocalPlanner::kReaction + speed / (2.0 * LocalPlanner::kAcceleration) <= seconds &&
-                          LocalPlanner::kReaction + turn / (2.0 * LocalPlanner::kTurnAcceleration) <= seconds;
+      const bool brakes = LocalPlanner::kReaction + speed / (2.0 * LocalPlanner::kLimits.acceleration) <= seconds &&
+                          LocalPlanner::kReaction + turn / (2.0 * LocalPlanner::kLimits.turn_acceleration) <= seconds;
       if (!brakes && (speed > 0.0 || turn > 0.0)) return -std::numeric_limits<double>::infinity();
       break;
     }
@@ -126,8 +128,9 @@ LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odom
   if (command.stop) return {};
   const Pose& pose = odometry.pose;
   const double bearing = wrapped(std::atan2(command.carrot.y - pose.y, command.carrot.x - pose.x) - pose.heading);
-  const double end = std::max(0.1, std::sqrt(kMaxSpeed * command.distance_left));  // slower towards the end of the path
-  const double fastest = std::abs(bearing) > kTurnFirst ? 0.0 : std::min(kMaxSpeed, end);
+  const double end =
+      std::max(0.1, std::sqrt(kLimits.speed * command.distance_left));  // slower towards the end of the path
+  const double fastest = std::abs(bearing) > kTurnFirst ? 0.0 : std::min(kLimits.speed, end);
 
   DynamicWindow window(map, odometry, command);
   Choice choice = window.choose({kMargin, 0.0, fastest});

@@ -8,19 +8,20 @@
 // Units: metres, radians, seconds. Thread safety: no state.
 #pragma once
 
+#include "geometry.h"
 #include "local_mapper.h"
 #include "navigation_command.h"
-#include "types.h"
+#include "robot.h"
+#include "sensors.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
 class LocalPlanner {
  public:
-  static constexpr double kMaxTurn = 1.5;           // rad/s
-  static constexpr double kAcceleration = 1.0;      // m/s^2, also for braking
-  static constexpr double kTurnAcceleration = 3.0;  // rad/s^2
-  static constexpr double kReaction = 0.2;          // seconds that pass before the robot brakes
-  static constexpr double kMargin = 0.09;           // around the robot
+  static constexpr RobotLimits kLimits{};
+  static constexpr double kReaction = 0.2;  // seconds that pass before the robot brakes
+  static constexpr double kMargin = 0.09;   // around the robot
 
   struct Result {
     Velocity velocity;

@@ -39,9 +39,9 @@ TEST(LocalPlanner, DrivesStraightToACarrotAhead) {
 TEST(LocalPlanner, IsNeverFasterThanTheRobotMayBe) {
   LocalMap map;
   const LocalPlanner planner;
-  const Odometry odometry{0.0, {}, {kMaxSpeed, 0.0}};
-  EXPECT_LE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, kMaxSpeed);
-  EXPECT_GE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, 0.9 * kMaxSpeed);
+  const Odometry odometry{{}, {}, {LocalPlanner::kLimits.speed, 0.0}};
+  EXPECT_LE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, LocalPlanner::kLimits.speed);
+  EXPECT_GE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, 0.9 * LocalPlanner::kLimits.speed);
 }
 
 TEST(LocalPlanner, StandsStillWhenToldTo) {

@@ -12,8 +12,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry.h"
 #include "grid.h"
-#include "types.h"
+#include "work.h"
 
 namespace ctn::navigation {
 

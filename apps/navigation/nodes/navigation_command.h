@@ -3,17 +3,21 @@
 // The robot's pose is the odometry's, corrected by GL. From the point of the path nearest to it, a point a little
 // ahead is looked up, the carrot. LP gets the carrot in the odometry's frame, so that it needs no correction.
 //
-// Units: metres, seconds. Thread safety: no state.
+// Units: metres, nanoseconds. Thread safety: no state.
 #pragma once
 
+#include <chrono>
+
+#include "geometry.h"
 #include "global_localizer.h"
 #include "global_planner.h"
-#include "types.h"
+#include "sensors.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
 struct Command {
-  double stamp = 0.0;  // of the odometry that it was made from
+  std::chrono::nanoseconds stamp{};  // of the odometry that it was made from
   bool stop = true;
   bool arrived = false;        // at the goal, not at a frontier
   Point carrot;                // in the odometry's frame

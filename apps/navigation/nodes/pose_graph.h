@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "types.h"
+#include "geometry.h"
 
 namespace ctn::navigation {
 

@@ -4,21 +4,21 @@
 // beams removes single outliers, and leaves edges where they are. Hits are turned into points, each at least kSpacing
 // from the one before it, so that a near wall does not outweigh the rest.
 //
-// Units: metres, radians, seconds. Thread safety: no state.
+// Units: metres, radians, nanoseconds. Thread safety: no state.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "types.h"
+#include "geometry.h"
+#include "sensors.h"
+#include "work.h"
 
 namespace ctn::navigation {
 
-struct CleanScan {
-  double stamp = 0.0;          // the raw scan's
-  Odometry odometry;           // the newest when the scan was taken
-  std::vector<double> ranges;  // Scan::kBeams of them; Scan::kMaxRange: nothing was hit
-  std::vector<Point> points;   // of hits, thinned out, as seen from the robot
+struct CleanScan : Scan {
+  Odometry odometry;          // the newest when the scan was taken
+  std::vector<Point> points;  // of hits, thinned out, as seen from the robot
 };
 using SharedScan = std::shared_ptr<const CleanScan>;
 

@@ -37,7 +37,7 @@ std::vector<Point> corners_of(Point centre, double length, double width, double 
 
 void add_clutter(WorldFile& world, const CrowdSpec& spec) {
   Draws draws(spec.seed, kClutter);
-  const double radius = kRobotSize / std::numbers::sqrt2 + kCell;
+  const double radius = kRobotSide / std::numbers::sqrt2 + kCell;
   Grid grid(world, kCell);
   double covered = 0.0;
   for (int i = 0; i < kTries && covered < spec.density * spec.length * spec.width; ++i) {
@@ -50,7 +50,7 @@ void add_clutter(WorldFile& world, const CrowdSpec& spec) {
     add_block(block, corners_of(centre, length, width, heading));
     Grid with = grid;
     for (const Segment& side : block.walls) with.add(side);
-    if (!with.path_exists(world.start.point(), *world.goal, radius)) continue;
+    if (!with.path_exists(position(world.start), *world.goal, radius)) continue;
     grid = std::move(with);
     add_block(world, std::move(block.blocks.front()));
     covered += length * width;
@@ -73,7 +73,7 @@ void add_movers(WorldFile& world, const CrowdSpec& spec) {
     if (draws.between(0, 2) == 0) {
       mover.radius = rounded(draws.between(0.2, 0.4));
     } else {
-      mover.length = mover.width = kRobotSize;
+      mover.length = mover.width = kRobotSide;
       mover.heading = static_cast<double>(draws.between(0, 89)) * (std::numbers::pi / 180.0);
     }
     mover.speed = rounded(draws.between(0.2, 0.8));

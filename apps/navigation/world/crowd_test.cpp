@@ -24,7 +24,7 @@ CrowdSpec any_crowd() {
 TEST(Crowd, AlwaysLeavesTheRobotAWay) {
   rc::check([] {
     const WorldFile world = make_crowd(any_crowd());
-    RC_ASSERT(Grid(world, 0.1).path_exists(world.start.point(), *world.goal, kRobotSize / std::numbers::sqrt2));
+    RC_ASSERT(Grid(world, 0.1).path_exists(position(world.start), *world.goal, kRobotSide / std::numbers::sqrt2));
   });
 }
 
@@ -39,7 +39,7 @@ TEST(Crowd, MoversKeepToFreeSpaceAndAwayFromTheStart) {
         double nearest = 10.0;
         for (const Segment& wall : world.walls) nearest = std::min(nearest, distance(wall, where));
         RC_ASSERT(nearest > mover.spec().reach());
-        RC_ASSERT(scene.to_mover(i, world.start, kRobotSize, at) > 0.3);
+        RC_ASSERT(scene.to_mover(i, world.start, kRobotSide, at) > 0.3);
       }
     }
   });

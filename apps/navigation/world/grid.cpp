@@ -120,7 +120,7 @@ bool Grid::path_exists(Point from, Point to, double radius) const {
 Explored::Explored(const WorldFile& world, double resolution)
     : grid_(world, resolution),
       resolution_(resolution),
-      free_(grid_.reachable(world.start.point(), 0.0)),
+      free_(grid_.reachable(position(world.start), 0.0)),
       seen_(grid_.size()) {
   free_count_ = static_cast<std::size_t>(std::ranges::count(free_, std::uint8_t{1}));
 }
@@ -133,7 +133,7 @@ void Explored::see(const Pose& from, double field, double range, const std::vect
     const Point ahead{std::cos(angle), std::sin(angle)};
     const double length = std::min(range, static_cast<double>(rays[ray]));
     for (double along = 0.0; along < length; along += step) {
-      const auto cell = grid_.cell(from.point() + ahead * along);
+      const auto cell = grid_.cell(position(from) + ahead * along);
       if (!cell) break;
       if (free_[*cell] == 0 || seen_[*cell] != 0) continue;
       seen_[*cell] = 1;

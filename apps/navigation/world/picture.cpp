@@ -78,11 +78,10 @@ void draw_unseen(Drawing& drawing, const Explored& explored) {
   }
 }
 
-Point end_of(const Pose& from, const Laser& laser, const std::vector<float>& rays, std::size_t ray) {
-  const double angle =
-      from.heading + laser.field * (static_cast<double>(ray) / static_cast<double>(rays.size() - 1) - 0.5);
-  const double length = std::min(laser.range, static_cast<double>(rays[ray]));
-  return from.point() + Point{std::cos(angle), std::sin(angle)} * length;
+Point end_of(const Pose& from, const Scan& scan, std::size_t ray) {
+  const double angle = from.heading + scan.angle(ray);
+  const double length = std::min(scan.max_range, static_cast<double>(scan.ranges[ray]));
+  return position(from) + Point{std::cos(angle), std::sin(angle)} * length;
 }
 
 void draw_movers(Drawing& drawing, const World& world) {
@@ -113,9 +112,9 @@ Status write_picture(World& world, const std::string& path) {
   if (world.explored()) draw_unseen(drawing, *world.explored());
   const Scan& scan = world.scan_at(world.now());
   const Pose scanned = world.truth_at(scan.stamp);
-  std::vector<Point> view{scanned.point()};
+  std::vector<Point> view{position(scanned)};
   for (std::size_t ray = 0; ray < scan.ranges.size(); ++ray) {
-    view.push_back(end_of(scanned, world.options().laser, scan.ranges, ray));
+    view.push_back(end_of(scanned, scan, ray));
   }
   drawing.fill(view, kView);
   for (const auto& block : file.blocks) drawing.fill(block, kBlock);
@@ -125,17 +124,17 @@ Status write_picture(World& world, const std::string& path) {
     if (std::isfinite(scan.ranges[ray])) drawing.disc(view[ray + 1], drawing.pixels(1.0), kHit, cv::FILLED);
   }
   for (std::chrono::nanoseconds at{}; at + kSensorPeriod <= world.now(); at += kSensorPeriod) {
-    const Point from = world.truth_at(at).point();
-    drawing.line(from, world.truth_at(at + kSensorPeriod).point(), kWay, 1);
+    const Point from = position(world.truth_at(at));
+    drawing.line(from, position(world.truth_at(at + kSensorPeriod)), kWay, 1);
   }
   if (file.goal) {
     drawing.disc(*file.goal, kGoalRadius, kGoal, 2);
     drawing.disc(*file.goal, drawing.pixels(2.0), kGoal, cv::FILLED);
   }
   const Pose robot = world.truth();
-  drawing.fill(box_at(robot.point(), kRobotSize, kRobotSize, robot.heading), kRobot);
-  drawing.line(robot.point(), along_arc(robot, kRobotSize * 0.4, 0.0).point(), kPaper, 2);
-  for (const Contact& contact : world.score().contacts) drawing.disc(contact.pose.point(), kRobotSize, kHit, 1);
+  drawing.fill(box_at(position(robot), kRobotSide, kRobotSide, robot.heading), kRobot);
+  drawing.line(position(robot), position(along_arc(robot, kRobotSide * 0.4, 0.0)), kPaper, 2);
+  for (const Contact& contact : world.score().contacts) drawing.disc(position(contact.pose), kRobotSide, kHit, 1);
   try {
     if (cv::imwrite(path, drawing.image())) return Done{};
   } catch (const cv::Exception&) {  // as below

@@ -106,9 +106,9 @@ void Scene::cast(const Pose& from, double time, double field, double range, std:
   const double first = rays.size() > 1 ? -field / 2.0 : 0.0;
   const auto end_of = [&](std::size_t ray) {
     const double angle = from.heading + first + step * static_cast<double>(ray);
-    return vector_of(from.point() + Point{std::cos(angle), std::sin(angle)} * range);
+    return vector_of(position(from) + Point{std::cos(angle), std::sin(angle)} * range);
   };
-  const b2Vec2 begin = vector_of(from.point());
+  const b2Vec2 begin = vector_of(position(from));
   for (std::size_t ray = 0; ray < rays.size(); ++ray) {
     NearestHit hit;
     shapes_->walls.RayCast(&hit, begin, end_of(ray));
@@ -117,7 +117,7 @@ void Scene::cast(const Pose& from, double time, double field, double range, std:
   for (std::size_t i = 0; i < movers_.size(); ++i) {
     const MoverSpec& spec = movers_[i].spec();
     const Point at = movers_[i].at(time);
-    const double away = distance(at, from.point());
+    const double away = distance(at, position(from));
     if (away - spec.reach() > range) continue;
     // Tries only the rays that can meet it.
     std::size_t low = 0;
@@ -147,12 +147,12 @@ void Scene::cast(const Pose& from, double time, double field, double range, std:
 
 double Scene::to_walls(const Pose& pose, double size, double limit) const {
   const b2PolygonShape square = box_shape(size, size);
-  const b2Transform at = placed(pose.point(), pose.heading);
+  const b2Transform at = placed(position(pose), pose.heading);
   NearestWall nearest(square, at, limit);
   const double reach = size / std::numbers::sqrt2 + limit;
   b2AABB around;
-  around.lowerBound = vector_of(pose.point() - Point{reach, reach});
-  around.upperBound = vector_of(pose.point() + Point{reach, reach});
+  around.lowerBound = vector_of(position(pose) - Point{reach, reach});
+  around.upperBound = vector_of(position(pose) + Point{reach, reach});
   shapes_->walls.QueryAABB(&nearest, around);
   return nearest.nearest;
 }
@@ -161,7 +161,7 @@ double Scene::to_mover(std::size_t mover, const Pose& pose, double size, double 
   const MoverSpec& spec = movers_[mover].spec();
   const b2PolygonShape square = box_shape(size, size);
   const double apart = between(*shapes_->movers[mover], placed(movers_[mover].at(time), spec.heading), square,
-                               placed(pose.point(), pose.heading));
+                               placed(position(pose), pose.heading));
   return std::max(0.0, apart - spec.radius);
 }
 

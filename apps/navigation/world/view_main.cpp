@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
     return complain(ctn::Error::environment(fmt::format("{} cannot be written", yaml), "name another file"));
   }
   World world(*read, options);
-  world.command(std::chrono::nanoseconds(0), speed, turn_rate);
+  world.command(std::chrono::nanoseconds(0), {speed, turn_rate});
   world.advance(std::chrono::nanoseconds(static_cast<std::int64_t>(seconds * 1e9)));
   if (!picture.empty()) {
     if (ctn::Status drawn = write_picture(world, picture); !drawn) return complain(drawn.error());

@@ -51,16 +51,16 @@ World::World(const WorldFile& file, const WorldOptions& options)
       touching_(file.movers.size() + 1) {
   double fastest = 0.0;
   for (const MoverSpec& mover : file.movers) fastest = std::max(fastest, mover.speed);
-  closing_speed_ = fastest + options.limits.speed + options.limits.turn_rate * kRobotSize / std::numbers::sqrt2;
+  closing_speed_ = fastest + options.limits.speed + options.limits.turn_rate * kRobotSide / std::numbers::sqrt2;
   if (file.explore()) explored_.emplace(file, kSeenCell);
   take_instant();
 }
 
-void World::command(nanoseconds time, double speed, double turn_rate) {
+void World::command(nanoseconds time, const Velocity& velocity) {
   advance(time);
   const std::int64_t first = (time + kWorldStep - nanoseconds(1)) / kWorldStep;
-  next_ = {std::max(first, step_), limited(speed, options_.limits.speed),
-           limited(turn_rate, options_.limits.turn_rate)};
+  next_ = {std::max(first, step_),
+           {limited(velocity.linear, options_.limits.speed), limited(velocity.angular, options_.limits.turn_rate)}};
 }
 
 void World::advance(nanoseconds time) {
@@ -68,8 +68,8 @@ void World::advance(nanoseconds time) {
 }
 
 double World::distance_to(std::size_t obstacle, const Pose& pose, double time) const {
-  return obstacle < scene_.movers().size() ? scene_.to_mover(obstacle, pose, kRobotSize, time)
-                                           : scene_.to_walls(pose, kRobotSize, kNear);
+  return obstacle < scene_.movers().size() ? scene_.to_mover(obstacle, pose, kRobotSide, time)
+                                           : scene_.to_walls(pose, kRobotSide, kNear);
 }
 
 // The largest share of the step, to the nanosecond, at which robot and obstacle do not touch yet. Precondition: they do
@@ -127,8 +127,8 @@ void World::step() {
   if (step_ >= next_.from_step) current_ = next_;
   if (!ended_) {
     const RobotLimits& limits = options_.limits;
-    Motion motion{speed_, turn_rate_, towards(speed_, current_.speed, limits.acceleration * kStepSeconds),
-                  towards(turn_rate_, current_.turn_rate, limits.turn_acceleration * kStepSeconds)};
+    Motion motion{speed_, turn_rate_, towards(speed_, current_.velocity.linear, limits.acceleration * kStepSeconds),
+                  towards(turn_rate_, current_.velocity.angular, limits.turn_acceleration * kStepSeconds)};
     const Pose before = pose_;
     const std::size_t met_before = contacts_.size();
     const double share = driven_share(motion);
@@ -142,7 +142,7 @@ void World::step() {
     turn_rate_ = stopped ? 0.0 : motion.turn_rate_after;
   }
   ++step_;
-  if (!reached_at_ && file_.goal && distance(pose_.point(), *file_.goal) <= kGoalRadius) reached_at_ = now();
+  if (!reached_at_ && file_.goal && distance(position(pose_), *file_.goal) <= kGoalRadius) reached_at_ = now();
   if (step_ % kStepsPerInstant == 0) take_instant();
 }
 
@@ -162,8 +162,8 @@ void World::take_instant() {
                                             drift_noise_.normal(index + 1);
     const double lasted = std::chrono::duration<double>(kSensorPeriod).count();
     odometry.pose = along_arc(instants_.back().odometry.pose, counted, turned);
-    odometry.speed = counted / lasted;
-    odometry.turn_rate = turned / lasted;
+    odometry.velocity.linear = counted / lasted;
+    odometry.velocity.angular = turned / lasted;
   }
   distance_since_ = turn_since_ = 0.0;
   instants_.push_back({pose_, odometry});
@@ -188,6 +188,8 @@ const Scan& World::scan_at(nanoseconds time) {
   if (scan_of_ == instant) return scan_;
   const Laser& laser = options_.laser;
   scan_.stamp = instants_[instant].odometry.stamp;
+  scan_.field = laser.field;
+  scan_.max_range = laser.range;
   scan_.ranges.resize(laser.beams);
   scene_.cast(instants_[instant].truth, std::chrono::duration<double>(scan_.stamp).count(), laser.field, laser.range,
               scan_.ranges);

@@ -25,7 +25,9 @@
 #include "geometry.h"
 #include "grid.h"
 #include "random.h"
+#include "robot.h"
 #include "scene.h"
+#include "sensors.h"
 #include "world_file.h"
 
 namespace ctn::navigation::world {
@@ -34,14 +36,6 @@ inline constexpr std::chrono::nanoseconds kWorldStep = std::chrono::milliseconds
 inline constexpr std::chrono::nanoseconds kSensorPeriod = std::chrono::milliseconds(20);  // of laser and odometry
 inline constexpr double kGoalRadius = 0.3;  // no farther from it, the robot has reached the goal
 inline constexpr double kSeenCell = 0.1;    // side of a cell of the grid of what was seen
-
-// The speed is the case study's; turning and accelerations are those of a small robot of its kind.
-struct RobotLimits {
-  double speed = 0.75;
-  double turn_rate = 1.5;
-  double acceleration = 1.0;
-  double turn_acceleration = 3.0;
-};
 
 struct Laser {
   std::size_t beams = 721;
@@ -71,19 +65,6 @@ struct WorldOptions {
   AfterContact after_contact = AfterContact::kStop;
 };
 
-struct Scan {
-  std::chrono::nanoseconds stamp{};
-  // From the right, `-field / 2` off the heading, to the left. Infinite: nothing within range.
-  std::vector<float> ranges;
-};
-
-struct Odometry {
-  std::chrono::nanoseconds stamp{};
-  Pose pose;           // by the wheels, beginning at the true start
-  double speed = 0.0;  // mean since the last one
-  double turn_rate = 0.0;
-};
-
 struct Contact {
   std::chrono::nanoseconds at{};
   std::optional<std::size_t> mover;  // none: a wall
@@ -109,13 +90,14 @@ class World {
 
   World(const WorldFile& file, const WorldOptions& options);
 
-  // The robot is to drive at these speeds from `time` on, or from now on if that is past, as far as its limits allow.
+  // The robot is to drive at this velocity from `time` on, or from now on if that is past, as far as its limits allow.
   // Advances the world to `time` first.
-  void command(std::chrono::nanoseconds time, double speed, double turn_rate);
+  void command(std::chrono::nanoseconds time, const Velocity& velocity);
   void advance(std::chrono::nanoseconds time);
   std::chrono::nanoseconds now() const { return kWorldStep * step_; }
 
-  // The newest one that is not after `time`. Advances the world to `time` first. Precondition: time >= 0.
+  // The newest one that is not after `time`. The odometry begins at the true start. Advances the world to `time` first.
+  // Precondition: time >= 0.
   const Scan& scan_at(std::chrono::nanoseconds time);
   const Odometry& odometry_at(std::chrono::nanoseconds time);
 
@@ -135,8 +117,7 @@ class World {
  private:
   struct Command {
     std::int64_t from_step = 0;
-    double speed = 0.0;
-    double turn_rate = 0.0;
+    Velocity velocity;
   };
   struct Instant {
     Pose truth;

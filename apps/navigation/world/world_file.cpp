@@ -247,7 +247,7 @@ class WorldReader {
     }
     with("path", [&](const YAML::Node& at, const std::string& full) { mover.path = points(at, full, 2); });
     mover.speed = value("speed", 0.01, 10.0, 1.0);
-    mover.length = mover.width = kRobotSize;
+    mover.length = mover.width = kRobotSide;
     mover.radius = value("radius", 0.05, 5.0, 0.0);
     with("size", [&](const YAML::Node& at, const std::string& full) {
       if (keys.contains("radius")) add(at, full, "a mover that has a radius is round", "leave size or radius out");
@@ -369,11 +369,11 @@ class WorldReader {
       add(root_at_, "bounds", "there are walls outside these bounds",
           fmt::format("the walls need [{}, {}, {}, {}]", around.low.x, around.low.y, around.high.x, around.high.y));
     }
-    if (world_.bounds.width() < kRobotSize || world_.bounds.height() < kRobotSize) {
-      add(root_at_, "bounds", "there is no room for the robot", fmt::format("it is {} m square", kRobotSize));
+    if (world_.bounds.width() < kRobotSide || world_.bounds.height() < kRobotSide) {
+      add(root_at_, "bounds", "there is no room for the robot", fmt::format("it is {} m square", kRobotSide));
       return;
     }
-    check_inside(robot_at_, "robot.at", world_.start.point());
+    check_inside(robot_at_, "robot.at", position(world_.start));
     if (world_.goal) check_inside(goal_at_, "goal", *world_.goal);
     for (std::size_t i = 0; i < world_.movers.size(); ++i) {
       for (const Point at : world_.movers[i].path) check_inside(mover_at_[i], fmt::format("movers[{}].path", i), at);
@@ -390,20 +390,20 @@ class WorldReader {
 
   void check_room() {
     const Scene scene(world_, 0);
-    if (scene.to_walls(world_.start, kRobotSize, 1.0) <= 0.0) {
-      add(robot_at_, "robot.at", "the robot starts in a wall", fmt::format("it is {} m square", kRobotSize));
+    if (scene.to_walls(world_.start, kRobotSide, 1.0) <= 0.0) {
+      add(robot_at_, "robot.at", "the robot starts in a wall", fmt::format("it is {} m square", kRobotSide));
       return;
     }
     for (std::size_t i = 0; i < world_.movers.size(); ++i) {
       const MoverSpec& mover = world_.movers[i];
-      double nearest = scene.to_mover(i, world_.start, kRobotSize, 0.0);
+      double nearest = scene.to_mover(i, world_.start, kRobotSide, 0.0);
       if (!mover.phase) {
         // Its phase is drawn, so it may be anywhere on its path when the robot starts.
         for (std::size_t at = 0; at < mover.path.size(); ++at) {
           if (at + 1 == mover.path.size() && !mover.closed) break;
           const Segment leg{mover.path[at], mover.path[(at + 1) % mover.path.size()]};
           nearest =
-              std::min(nearest, distance(leg, world_.start.point()) - mover.reach() - kRobotSize / std::sqrt(2.0));
+              std::min(nearest, distance(leg, position(world_.start)) - mover.reach() - kRobotSide / std::sqrt(2.0));
         }
       }
       if (nearest <= 0.0) {
@@ -414,9 +414,9 @@ class WorldReader {
     if (!world_.goal) return;
     // Half the robot's side: what any robot of its width needs.
     const Grid grid(world_, kCoarse);
-    if (!grid.path_exists(world_.start.point(), *world_.goal, kRobotSize / 2.0)) {
+    if (!grid.path_exists(position(world_.start), *world_.goal, kRobotSide / 2.0)) {
       add(goal_at_, "goal", "the robot cannot get there",
-          fmt::format("leave a way that is {} m wide", kRobotSize + kCoarse));
+          fmt::format("leave a way that is {} m wide", kRobotSide + kCoarse));
     }
   }
 
@@ -502,7 +502,7 @@ std::string to_yaml(const WorldFile& world) {
   if (!walls.empty()) text += "walls:\n" + walls;
   if (!world.blocks.empty()) text += "blocks:\n";
   for (const auto& block : world.blocks) text += fmt::format("  - {}\n", list_of(block));
-  text += fmt::format("robot: {{ at: {}, heading: {:.3f} }}\n", text_of(world.start.point()),
+  text += fmt::format("robot: {{ at: {}, heading: {:.3f} }}\n", text_of(position(world.start)),
                       world.start.heading / kDegree);
   text += world.goal ? fmt::format("goal: {}\n", text_of(*world.goal)) : "explore: true\n";
   if (!world.movers.empty()) text += "movers:\n";

@@ -14,10 +14,9 @@
 #include "catan/result.h"
 #include "geometry.h"
 #include "mover.h"
+#include "robot.h"
 
 namespace ctn::navigation::world {
-
-inline constexpr double kRobotSize = 0.56;  // side of the robot, which is square
 
 struct WorldFile {
   std::string name;

@@ -148,7 +148,7 @@ TEST(WorldFile, TheCaseStudysAreRight) {
   ASSERT_TRUE(small.ok()) << small.error().message();
   EXPECT_EQ(small->bounds, (Box{{0, 0}, {16, 12}}));
   EXPECT_EQ(small->movers.size(), 3U);
-  EXPECT_TRUE(Grid(*small, 0.1).path_exists(small->start.point(), *small->goal, kRobotSize));
+  EXPECT_TRUE(Grid(*small, 0.1).path_exists(position(small->start), *small->goal, kRobotSide));
   const auto large = read_world(std::string(NAVIGATION_WORLDS) + "/map2.yaml");
   ASSERT_TRUE(large.ok()) << large.error().message();
   EXPECT_EQ(large->bounds, (Box{{0, 0}, {46, 26}}));
@@ -156,8 +156,8 @@ TEST(WorldFile, TheCaseStudysAreRight) {
   // The robot can enter each of the twelve rooms.
   const Grid grid(*large, 0.1);
   for (const double x : {4.0, 11.5, 19.0, 25.0, 36.5, 44.0}) {
-    EXPECT_TRUE(grid.path_exists(large->start.point(), {x, 7.0}, 0.45)) << x;
-    EXPECT_TRUE(grid.path_exists(large->start.point(), {x, 19.0}, 0.45)) << x;
+    EXPECT_TRUE(grid.path_exists(position(large->start), {x, 7.0}, 0.45)) << x;
+    EXPECT_TRUE(grid.path_exists(position(large->start), {x, 19.0}, 0.45)) << x;
   }
 }
 

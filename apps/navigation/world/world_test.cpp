@@ -45,13 +45,13 @@ MoverSpec box_on(Point from, Point to, double speed) {
   MoverSpec spec;
   spec.path = {from, to};
   spec.speed = speed;
-  spec.length = spec.width = kRobotSize;
+  spec.length = spec.width = kRobotSide;
   return spec;
 }
 
 TEST(World, DrivesAlongAnArc) {
   World world(hall(), ideal());
-  world.command(0ms, 0.5, 0.25);
+  world.command(0ms, {0.5, 0.25});
   world.advance(1ms);  // in which the speeds rise
   const Pose start = world.truth();
   world.advance(10'001ms);
@@ -66,14 +66,14 @@ TEST(World, AcceleratesEvenlyToItsLimit) {
   WorldOptions options = ideal();
   options.limits.acceleration = 0.5;
   World world(hall(), options);
-  world.command(0ms, 7.0, 0.0);
+  world.command(0ms, {7.0, 0.0});
   world.advance(1000ms);
   EXPECT_NEAR(world.speed(), 0.5, 1e-9);
   EXPECT_NEAR(world.truth().x, 0.5 * 0.5 * 1.0, 1e-9);
   world.advance(3000ms);
   EXPECT_NEAR(world.speed(), 0.75, 1e-9);
   EXPECT_NEAR(world.truth().x, 0.5 * 0.5 * 1.5 * 1.5 + 1.5 * 0.75, 1e-9);
-  world.command(3000ms, 0.0, 0.0);
+  world.command(3000ms, {0.0, 0.0});
   world.advance(4000ms);
   EXPECT_NEAR(world.speed(), 0.25, 1e-9);
 }
@@ -82,7 +82,7 @@ TEST(World, TurnsWithinItsLimit) {
   WorldOptions options = ideal();
   options.limits.turn_acceleration = 3.0;
   World world(hall(), options);
-  world.command(0ms, 0.0, -9.0);
+  world.command(0ms, {0.0, -9.0});
   world.advance(500ms);
   EXPECT_NEAR(world.turn_rate(), -1.5, 1e-9);
   EXPECT_NEAR(world.truth().heading, -0.375, 1e-9);
@@ -92,28 +92,28 @@ TEST(World, TurnsWithinItsLimit) {
 
 TEST(World, ObeysACommandFromTheNextStepOn) {
   World world(hall(), ideal());
-  world.command(10'000us, 0.5, 0.0);
-  world.command(20'500us, 0.0, 0.0);
+  world.command(10'000us, {0.5, 0.0});
+  world.command(20'500us, {0.0, 0.0});
   EXPECT_EQ(world.now(), 20ms);
   world.advance(21ms);
   EXPECT_NEAR(world.speed(), 0.5, 1e-12);  // the step from 20 ms on is still the first command's
   world.advance(22ms);
   EXPECT_EQ(world.speed(), 0.0);
-  world.command(5ms, 0.25, 0.0);  // too late: from now on
+  world.command(5ms, {0.25, 0.0});  // too late: from now on
   world.advance(23ms);
   EXPECT_NEAR(world.speed(), 0.25, 1e-12);
 }
 
 TEST(World, TakesNoNumberThatIsNone) {
   World world(hall(), ideal());
-  world.command(0ms, std::nan(""), INFINITY);
+  world.command(0ms, {std::nan(""), INFINITY});
   world.advance(1s);
   EXPECT_EQ(world.truth(), Pose());
 }
 
 TEST(World, ContactWithAWallHasItsInstant) {
   World world(hall(), ideal());
-  world.command(0ms, 0.7, 0.0);
+  world.command(0ms, {0.7, 0.0});
   world.advance(60s);
   const Score score = world.score();
   ASSERT_EQ(score.contacts.size(), 1U);
@@ -129,9 +129,9 @@ TEST(World, ACornerTouchesFirst) {
   WorldFile file = hall();
   file.start.heading = kQuarter / 2.0;
   World world(file, ideal());
-  world.command(0ms, 0.0, 0.0);
+  world.command(0ms, {0.0, 0.0});
   world.advance(1ms);
-  world.command(1ms, 0.5, 0.0);
+  world.command(1ms, {0.5, 0.0});
   world.advance(60s);
   ASSERT_EQ(world.score().contacts.size(), 1U);
   // Along the diagonal of the hall, into its corner: two sides' ends arrive together.
@@ -143,13 +143,13 @@ TEST(World, BacksOutOfContactAndCanMeetTheWallAgain) {
   WorldFile file = hall();
   file.start.x = 19.0;
   World world(file, ideal());
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(10s);
   EXPECT_EQ(world.score().contacts.size(), 1U);  // it pushes on, but that is the same one
-  world.command(10s, -0.5, 0.0);
+  world.command(10s, {-0.5, 0.0});
   world.advance(11s);
   EXPECT_NEAR(world.truth().x, 20.0 - 0.28 - 0.5, 1e-3);
-  world.command(11s, 0.5, 0.0);
+  world.command(11s, {0.5, 0.0});
   world.advance(15s);
   EXPECT_EQ(world.score().contacts.size(), 2U);
 }
@@ -158,12 +158,12 @@ TEST(World, ContactWithAMoverHasItsInstant) {
   WorldFile file = hall();
   file.movers.push_back(box_on({10, 0}, {-10, 0}, 0.5));
   World world(file, ideal());
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(30s);
   const Score score = world.score();
   ASSERT_EQ(score.contacts.size(), 1U);  // it goes through, which is one
   EXPECT_EQ(score.contacts[0].mover, 0U);
-  EXPECT_NEAR(in_seconds(score.contacts[0].at), 0.00025 + (10.0 - kRobotSize) / 1.0, 4e-5);
+  EXPECT_NEAR(in_seconds(score.contacts[0].at), 0.00025 + (10.0 - kRobotSide) / 1.0, 4e-5);
 }
 
 TEST(World, AMoverRunsIntoARobotThatStands) {
@@ -185,12 +185,12 @@ TEST(World, AMoverIsMetWhileTheRobotPushesAWall) {
   file.start.x = 19.0;
   file.movers.push_back(box_on({19.5, 10}, {19.5, -10}, 0.5));
   World world(file, ideal());
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(25s);
   const Score score = world.score();
   ASSERT_EQ(score.contacts.size(), 2U);
   EXPECT_EQ(score.contacts[1].mover, 0U);
-  EXPECT_NEAR(in_seconds(score.contacts[1].at), (10.0 - kRobotSize) / 0.5, 5e-5);
+  EXPECT_NEAR(in_seconds(score.contacts[1].at), (10.0 - kRobotSide) / 0.5, 5e-5);
 }
 
 TEST(World, MayEndAtTheFirstContact) {
@@ -199,11 +199,11 @@ TEST(World, MayEndAtTheFirstContact) {
   WorldOptions options = ideal();
   options.after_contact = AfterContact::kEnd;
   World world(file, options);
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(5s);
   EXPECT_TRUE(world.ended());
   const Pose there = world.truth();
-  world.command(5s, -0.5, 0.0);
+  world.command(5s, {-0.5, 0.0});
   world.advance(8s);
   EXPECT_EQ(world.truth(), there);
   EXPECT_EQ(world.odometry_at(8s).stamp, 8s);  // time goes on
@@ -215,11 +215,11 @@ TEST(World, NothingIsMissedWhileNothingIsNear) {
     WorldFile file = hall();
     file.movers.push_back(box_on({*rc::gen::inRange(2, 15) * 1.0, -15}, {1, 15}, *rc::gen::inRange(1, 50) * 0.1));
     World world(file, ideal());
-    world.command(0ms, *rc::gen::inRange(-7, 8) * 0.1, *rc::gen::inRange(-10, 11) * 0.1);
+    world.command(0ms, {*rc::gen::inRange(-7, 8) * 0.1, *rc::gen::inRange(-10, 11) * 0.1});
     for (nanoseconds at = 1ms; at <= 20s; at += 1ms) {
       world.advance(at);
-      const bool wall = world.scene().to_walls(world.truth(), kRobotSize, 1.0) <= 0.0;
-      const bool mover = world.scene().to_mover(0, world.truth(), kRobotSize, in_seconds(at)) <= 0.0;
+      const bool wall = world.scene().to_walls(world.truth(), kRobotSide, 1.0) <= 0.0;
+      const bool mover = world.scene().to_mover(0, world.truth(), kRobotSide, in_seconds(at)) <= 0.0;
       RC_ASSERT(!wall);
       if (!mover) continue;
       const std::vector<Contact> contacts = world.score().contacts;
@@ -231,7 +231,7 @@ TEST(World, NothingIsMissedWhileNothingIsNear) {
 
 TEST(World, SensorsAreAClockOfTheirOwn) {
   World world(hall(), WorldOptions());
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   const Scan first = world.scan_at(39'999'999ns);
   EXPECT_EQ(first.stamp, 20ms);
   const Scan again = world.scan_at(39'999'999ns);
@@ -246,7 +246,7 @@ TEST(World, SensorsAreAClockOfTheirOwn) {
 TEST(World, ScansAreFromWhereTheRobotWas) {
   WorldOptions options = ideal();
   World world(hall(), options);
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(10s);
   const Scan scan = world.scan_at(4s);
   EXPECT_EQ(scan.ranges.size(), 721U);
@@ -294,7 +294,7 @@ TEST(World, OdometryDriftsWithTheWay) {
     options.seed = static_cast<std::uint64_t>(seed);
     options.drift = {0.02, 0.0, 0.01};
     World world(hall(), options);
-    world.command(0ms, 0.5, 0.0);
+    world.command(0ms, {0.5, 0.0});
     for (const std::size_t i : {0U, 1U}) {
       const nanoseconds at = i == 0 ? 4s : 16s;  // 2 m and 8 m
       const Pose pose = world.odometry_at(at).pose;
@@ -311,18 +311,18 @@ TEST(World, OdometryDriftsWithTheWay) {
 
 TEST(World, OdometryWithoutDriftIsTheTruth) {
   World world(hall(), ideal());
-  world.command(0ms, 0.5, 0.2);
+  world.command(0ms, {0.5, 0.2});
   const Odometry odometry = world.odometry_at(10s);
   EXPECT_NEAR(odometry.pose.x, world.truth().x, 1e-5);
   EXPECT_NEAR(odometry.pose.y, world.truth().y, 1e-5);
   EXPECT_NEAR(odometry.pose.heading, world.truth().heading, 1e-9);
-  EXPECT_NEAR(odometry.speed, 0.5, 1e-9);
-  EXPECT_NEAR(odometry.turn_rate, 0.2, 1e-9);
+  EXPECT_NEAR(odometry.velocity.linear, 0.5, 1e-9);
+  EXPECT_NEAR(odometry.velocity.angular, 0.2, 1e-9);
 }
 
 TEST(World, KnowsWhenTheGoalWasReached) {
   World world(hall(), ideal());
-  world.command(0ms, 0.5, 0.0);
+  world.command(0ms, {0.5, 0.0});
   world.advance(30s);
   const auto reached = world.score().reached_at;
   ASSERT_TRUE(reached.has_value());
@@ -334,7 +334,7 @@ TEST(World, CountsWhatWasSeen) {
   file.goal.reset();
   World world(file, ideal());
   EXPECT_NEAR(world.score().explored, 0.5, 0.02);  // half of the hall is in front of it
-  world.command(0ms, 0.0, 1.0);
+  world.command(0ms, {0.0, 1.0});
   world.advance(4s);
   EXPECT_GT(world.score().explored, 0.98);
 }
@@ -351,8 +351,8 @@ TEST(World, DoesNotDependOnTheCallersSteps) {
     for (int i = 0; i < 10; ++i) {
       const double speed = *rc::gen::inRange(-75, 76) * 0.01;
       const double turn_rate = *rc::gen::inRange(-150, 151) * 0.01;
-      steady.command(at, speed, turn_rate);
-      erratic.command(at, speed, turn_rate);
+      steady.command(at, {speed, turn_rate});
+      erratic.command(at, {speed, turn_rate});
       const nanoseconds next = at + nanoseconds(*rc::gen::inRange(1, 1'000'000'000));
       while (at < next) {
         at = std::min(next, at + nanoseconds(*rc::gen::inRange(1, 300'000'000)));
@@ -373,13 +373,13 @@ TEST(World, TakesFarLessThanRealTime) {
   CrowdSpec spec;
   spec.movers = 12;
   World world(make_crowd(spec), WorldOptions());
-  world.command(0ms, 0.3, 0.2);
+  world.command(0ms, {0.3, 0.2});
   const auto begin = std::chrono::steady_clock::now();
   for (nanoseconds at{}; at < 10s; at += kSensorPeriod) world.scan_at(at);
   world.advance(10s);
   const double all = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   World unread(make_crowd(spec), WorldOptions());
-  unread.command(0ms, 0.3, 0.2);
+  unread.command(0ms, {0.3, 0.2});
   const auto again = std::chrono::steady_clock::now();
   unread.advance(10s);
   const double alone = std::chrono::duration<double>(std::chrono::steady_clock::now() - again).count();

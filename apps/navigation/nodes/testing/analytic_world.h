@@ -5,12 +5,16 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <vector>
 
-#include "types.h"
+#include "geometry.h"
+#include "robot.h"
+#include "sensors.h"
 
 namespace ctn::navigation::testing {
 
@@ -35,48 +39,54 @@ class AnalyticWorld {
 
   // The base takes up the velocity as fast as it can and keeps it.
   void advance(double seconds, const Velocity& wanted) {
-    constexpr double kStep = 0.005;
-    const int steps = static_cast<int>(std::lround(seconds / kStep));
+    constexpr std::chrono::milliseconds kStep(5);
+    const double step = std::chrono::duration<double>(kStep).count();
+    const int steps = static_cast<int>(std::lround(seconds / step));
     for (int i = 0; i < steps; ++i) {
-      velocity_.linear += std::clamp(wanted.linear - velocity_.linear, -kAcceleration * kStep, kAcceleration * kStep);
-      velocity_.angular +=
-          std::clamp(wanted.angular - velocity_.angular, -kTurnAcceleration * kStep, kTurnAcceleration * kStep);
-      const double way = velocity_.linear * kStep;
-      const double turn = velocity_.angular * kStep;
+      constexpr RobotLimits kLimits;
+      const double speed_up = kLimits.acceleration * step;
+      const double turn_up = kLimits.turn_acceleration * step;
+      velocity_.linear += std::clamp(wanted.linear - velocity_.linear, -speed_up, speed_up);
+      velocity_.angular += std::clamp(wanted.angular - velocity_.angular, -turn_up, turn_up);
+      const double way = velocity_.linear * step;
+      const double turn = velocity_.angular * step;
       truth_ = transformed(truth_, Pose{way, 0.0, turn});
-      const double noise = way == 0.0 ? 0.0 : errors_.turn_noise * std::sqrt(kStep) * normal_(random_);
+      const double noise = way == 0.0 ? 0.0 : errors_.turn_noise * std::sqrt(step) * normal_(random_);
       odometry_.pose =
           transformed(odometry_.pose, Pose{way * (1.0 + errors_.way), 0.0, turn * (1.0 + errors_.turn) + noise});
       driven_ += std::abs(way);
-      time_ += kStep;
+      now_ += kStep;
       touched_ = touched_ || touches();
     }
-    odometry_.stamp = time_;
+    odometry_.stamp = now_;
     odometry_.velocity = velocity_;
   }
 
   Scan scan() {
     Scan scan;
-    scan.stamp = time_;
-    for (std::size_t beam = 0; beam < Scan::kBeams; ++beam) {
-      const double range = cast(truth_.heading + beam_angle(beam));
-      scan.ranges[beam] = range >= Scan::kMaxRange ? range : range + errors_.range * normal_(random_);
+    scan.stamp = now_;
+    scan.ranges.resize(721);
+    for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
+      const double range = cast(truth_.heading + scan.angle(beam));
+      const double noisy = range >= kMaxRange ? kNothing : range + errors_.range * normal_(random_);
+      scan.ranges[beam] = static_cast<float>(noisy);
     }
     return scan;
   }
 
   const Odometry& odometry() const { return odometry_; }
   const Pose& truth() const { return truth_; }
-  double time() const { return time_; }
+  std::chrono::nanoseconds now() const { return now_; }
+  double time() const { return std::chrono::duration<double>(now_).count(); }
   double driven() const { return driven_; }
   bool touched() const { return touched_; }  // ever
   std::vector<Wall>& walls() { return walls_; }
 
-  // Of a ray from the robot in a direction of the world; Scan::kMaxRange: nothing is hit.
+  // Of a ray from the robot in a direction of the world; kMaxRange: nothing is hit.
   double cast(double direction) const {
     const double dx = std::cos(direction);
     const double dy = std::sin(direction);
-    double nearest = Scan::kMaxRange;
+    double nearest = kMaxRange;
     for (const Wall& wall : walls_) {
       const double wx = wall.to.x - wall.from.x;
       const double wy = wall.to.y - wall.from.y;
@@ -92,8 +102,8 @@ class AnalyticWorld {
   }
 
  private:
-  static constexpr double kAcceleration = 1.0;
-  static constexpr double kTurnAcceleration = 3.0;
+  static constexpr double kMaxRange = 30.0;  // as Scan::max_range
+  static constexpr double kNothing = std::numeric_limits<double>::infinity();
 
   // Whether a wall crosses the robot's square.
   bool touches() const {
@@ -125,7 +135,7 @@ class AnalyticWorld {
   Pose truth_;
   Velocity velocity_;
   Odometry odometry_;
-  double time_ = 0.0;
+  std::chrono::nanoseconds now_{};
   double driven_ = 0.0;
   bool touched_ = false;
 };

@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "global_localizer.h"
-#include "global_mapper.h"
-#include "global_planner.h"
-#include "local_mapper.h"
-#include "local_planner.h"
-#include "navigation_command.h"
-#include "scan_filter.h"
-#include "testing/analytic_world.h"
+#include "nodes/global_localizer.h"
+#include "nodes/global_mapper.h"
+#include "nodes/global_planner.h"
+#include "nodes/local_mapper.h"
+#include "nodes/local_planner.h"
+#include "nodes/navigation_command.h"
+#include "nodes/scan_filter.h"
+#include "nodes/testing/analytic_world.h"
 
 namespace ctn::navigation::testing {
 

@@ -1,12 +1,15 @@
-// Points, poses and angles in the plane.
+// Points, poses, velocities and boxes in the plane, for the navigation app's world and nodes.
 //
-// Units: metres, radians, counter-clockwise from the x axis. Thread safety: plain values.
+// A pose is where a frame lies in another one: the robot in the odometry's frame, or that frame in the map's.
+//
+// Units: metres, radians, m/s, rad/s. Angles are anticlockwise from the x axis; y is to the left of x.
+// Thread safety: values.
 #pragma once
 
 #include <cmath>
 #include <numbers>
 
-namespace ctn::navigation::world {
+namespace ctn::navigation {
 
 struct Point {
   double x = 0.0;
@@ -46,23 +49,53 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
-// Headings are not wrapped.
+// Headings need not be wrapped.
 struct Pose {
   double x = 0.0;
   double y = 0.0;
   double heading = 0.0;
 
-  Point point() const { return {x, y}; }
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-// The same angle in [-pi, pi).
+inline Point position(const Pose& pose) { return {pose.x, pose.y}; }
+
+struct Velocity {
+  double linear = 0.0;   // m/s, forwards
+  double angular = 0.0;  // rad/s, anticlockwise
+
+  friend bool operator==(const Velocity&, const Velocity&) = default;
+};
+
+// The same angle in (-pi, pi].
 inline double wrapped(double angle) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  return angle - kTurn * std::floor((angle + std::numbers::pi) / kTurn);
+  const double rest = std::remainder(angle, 2.0 * std::numbers::pi);
+  return rest <= -std::numbers::pi ? rest + 2.0 * std::numbers::pi : rest;
 }
 
-// The exact pose of a robot that has driven `length` along an arc on which it turned by `turn`.
+// `point`, given in the frame that `frame` is the pose of, in the frame that `frame` is given in.
+inline Point transformed(const Pose& frame, Point point) {
+  const double c = std::cos(frame.heading);
+  const double s = std::sin(frame.heading);
+  return {frame.x + c * point.x - s * point.y, frame.y + s * point.x + c * point.y};
+}
+
+inline Pose transformed(const Pose& frame, const Pose& pose) {
+  const Point at = transformed(frame, position(pose));
+  return {at.x, at.y, wrapped(frame.heading + pose.heading)};
+}
+
+// transformed(inverse(frame), frame) is {0, 0, 0}.
+inline Pose inverse(const Pose& frame) {
+  const double c = std::cos(frame.heading);
+  const double s = std::sin(frame.heading);
+  return {-c * frame.x - s * frame.y, s * frame.x - c * frame.y, wrapped(-frame.heading)};
+}
+
+// `to` as seen from `from`.
+inline Pose between(const Pose& from, const Pose& to) { return transformed(inverse(from), to); }
+
+// The exact pose of a robot that has driven `length` along an arc on which it turned by `turn`. Not wrapped.
 inline Pose along_arc(const Pose& from, double length, double turn) {
   const double half = turn / 2.0;
   const double chord = length * (std::abs(half) < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half);
@@ -70,4 +103,4 @@ inline Pose along_arc(const Pose& from, double length, double turn) {
   return {from.x + chord * std::cos(direction), from.y + chord * std::sin(direction), from.heading + turn};
 }
 
-}  // namespace ctn::navigation::world
+}  // namespace ctn::navigation

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace ctn::navigation::world {
+namespace ctn::navigation {
 namespace {
 
 constexpr double kHalfTurn = std::numbers::pi;
@@ -41,8 +41,9 @@ TEST(SegmentDistance, IsToTheNearestPoint) {
 
 TEST(WrappedHeading, StaysInHalfATurn) {
   EXPECT_NEAR(wrapped(1.5 * kHalfTurn), -0.5 * kHalfTurn, 1e-12);
-  EXPECT_DOUBLE_EQ(wrapped(kHalfTurn), -kHalfTurn);
+  EXPECT_DOUBLE_EQ(wrapped(kHalfTurn), kHalfTurn);
+  EXPECT_DOUBLE_EQ(wrapped(-kHalfTurn), kHalfTurn);
 }
 
 }  // namespace
-}  // namespace ctn::navigation::world
+}  // namespace ctn::navigation

@@ -1,0 +1,24 @@
+// The case study's robot: a square with differential drive, whose centre is the laser and the axis of its wheels.
+//
+// Units: metres, m/s, rad/s, m/s^2, rad/s^2. Thread safety: constants.
+#pragma once
+
+#include <numbers>
+
+namespace ctn::navigation {
+
+inline constexpr double kRobotSide = 0.56;
+inline constexpr double kInnerRadius = kRobotSide / 2.0;  // what is nearer touches the robot
+inline constexpr double kOuterRadius =
+    kRobotSide / 2.0 * std::numbers::sqrt2;  // what is farther leaves it free to turn
+
+// What the base can do. The speed is the case study's; turning and accelerations are those of a small robot of its
+// kind.
+struct RobotLimits {
+  double speed = 0.75;
+  double turn_rate = 1.5;
+  double acceleration = 1.0;  // also of braking
+  double turn_acceleration = 3.0;
+};
+
+}  // namespace ctn::navigation
