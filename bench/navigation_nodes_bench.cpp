@@ -1,41 +1,59 @@
-// What the navigation app's nodes cost: a robot explores an office floor of 46 m x 26 m in virtual time, and each run
-// of a node is measured (CPU time of the thread). Prints mean and 95th percentile beside the figures that the authors
-// of the paper worked with, the work of a run in units (cost.h) and the time that a unit took.
+// What the navigation app's nodes cost, and whether they find their way: a robot drives in one of the case study's
+// worlds, all nodes in a loop at fixed rates in virtual time, and each run of a node is measured (CPU time of the
+// thread). Prints
 //
-//   navigation_nodes_bench [SECONDS [SEED]]     of virtual time: 300, 1
+//   - how the drive went: contacts, time to the goal or to 90 % explored, way, error of the localisation;
+//   - mean and 95th percentile of each node beside the figures that the authors of the paper worked with;
+//   - how far cost() (nodes/cost.h) is from what was measured;
+//   - factors for cost.h, fitted to these runs: for each node those that are nowhere negative and leave the least sum
+//   of
+//     squared relative errors.
+//
+//   navigation_nodes_bench [--map FILE] [--seconds N] [--seed N] [--no-movers] [--pictures FOLDER]
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <ctime>
-#include <map>
+#include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+#include <Eigen/Dense>
+
 #include "nodes/cost.h"
 #include "nodes/testing/closed_loop.h"
+#include "nodes/testing/simulated_world.h"
+#include "world/picture.h"
 
 namespace {
 
 using namespace ctn::navigation;
 
-struct Measured {
-  std::vector<double> times;  // ms
-  std::vector<double> units;
+constexpr std::size_t kNodes = kNodeNames.size();
+
+struct Sample {
+  double time;  // seconds
+  Work work;
 };
 
 struct Published {
-  const char* node;
-  double mean;
+  double mean;  // ms
   double p95;
 };
-constexpr Published kPublished[] = {{"scan", 1.2, 1.2}, {"LM", 1.2, 1.2},   {"LP", 1.0, 1.0}, {"GL", 2.52, 9.18},
-                                    {"GM", 143, 291},   {"GP", 140, 197.5}, {"NC", 1.2, 1.2}};
+constexpr std::array<Published, kNodes> kPublished{
+    {{1.2, 1.2}, {1.2, 1.2}, {1.0, 1.0}, {2.52, 9.18}, {143, 291}, {140, 197.5}, {1.2, 1.2}}};
 
 double cpu_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 double mean(const std::vector<double>& values) {
@@ -44,40 +62,185 @@ double mean(const std::vector<double>& values) {
   return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
 }
 
-double p95(std::vector<double> values) {
+double percentile(std::vector<double> values, std::size_t percent) {
   if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() * 95 + 99) / 100 - 1);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() * percent + 99) / 100 - 1);
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+std::array<double, 5> features(const Work& work) {
+  return {1.0, static_cast<double>(work.beams), static_cast<double>(work.cells), static_cast<double>(work.candidates),
+          static_cast<double>(work.expanded)};
+}
+
+// All subsets of the factors are tried, since there are few: the best one without a negative factor is the fit.
+CostFactors fitted(const std::vector<Sample>& samples) {
+  const auto rows = static_cast<Eigen::Index>(samples.size());
+  double smallest_error = -1.0;
+  std::array<double, 5> best{};
+  for (unsigned subset = 1; subset < 32; ++subset) {
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < 5; ++i) {
+      if ((subset >> i & 1U) != 0) used.push_back(i);
+    }
+    Eigen::MatrixXd matrix(rows, static_cast<Eigen::Index>(used.size()));
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const Sample& sample = samples[static_cast<std::size_t>(row)];
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        matrix(row, static_cast<Eigen::Index>(i)) = features(sample.work)[used[i]] / sample.time;
+      }
+    }
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(rows);
+    const Eigen::VectorXd factors = matrix.colPivHouseholderQr().solve(ones);
+    if (factors.minCoeff() < 0.0) continue;
+    const double error = (matrix * factors - ones).squaredNorm();
+    if (smallest_error >= 0.0 && error > smallest_error * (1.0 - 1e-6)) continue;
+    smallest_error = error;
+    best = {};
+    for (std::size_t i = 0; i < used.size(); ++i) best[used[i]] = factors[static_cast<Eigen::Index>(i)] * 1e9;
+  }
+  return {best[0], best[1], best[2], best[3], best[4]};
+}
+
+struct Misfit {
+  double median;  // of the relative error
+  double p95;
+  double sum;  // of all costs, relative to that of all times
+};
+
+Misfit misfit_of(const CostFactors& factors, const std::vector<Sample>& samples) {
+  std::vector<double> errors;
+  double costs = 0.0;
+  double times = 0.0;
+  for (const Sample& sample : samples) {
+    const double computed = cost(factors, sample.work);
+    errors.push_back(std::abs(computed - sample.time) / sample.time);
+    costs += computed;
+    times += sample.time;
+  }
+  return {percentile(errors, 50), percentile(errors, 95), costs / times};
+}
+
+// Unknown cells grey, free ones white, obstacles black; the path and the robot's pose as it knows it darker grey.
+void write_map(const testing::ClosedLoop& loop, const Odometry& odometry, const std::string& name) {
+  const GlobalMap& map = loop.map();
+  std::vector<char> pixels(map.frame.cells());
+  std::transform(map.cells.begin(), map.cells.end(), pixels.begin(), [](Cell cell) {
+    return static_cast<char>(cell == Cell::kUnknown ? 200 : cell == Cell::kFree ? 255 : 0);
+  });
+  const auto mark = [&](const Point& point, int size) {
+    for (int row = map.frame.row(point.y) - size; row <= map.frame.row(point.y) + size; ++row) {
+      for (int column = map.frame.column(point.x) - size; column <= map.frame.column(point.x) + size; ++column) {
+        if (map.frame.inside(column, row)) pixels[map.frame.index(column, row)] = 90;
+      }
+    }
+  };
+  for (const Point& point : loop.path().points) mark(point, 1);
+  for (const Keyframe& keyframe : *loop.localization().keyframes) mark(position(keyframe.pose), 0);
+  mark(position(loop.localization().pose_at(odometry)), 5);
+  std::ofstream out(name, std::ios::binary);
+  out << "P5\n" << map.frame.width << " " << map.frame.height << "\n255\n";
+  for (int row = map.frame.height - 1; row >= 0; --row) {
+    out.write(pixels.data() + map.frame.index(0, row), map.frame.width);
+  }
+}
+
+void print_costs(const std::array<std::vector<Sample>, kNodes>& measured) {
+  fmt::print("\nnode   runs  mean ms   p95 ms  published mean, p95   cost() off by: median    p95    sum\n");
+  for (std::size_t node = 0; node < kNodes; ++node) {
+    const std::vector<Sample>& samples = measured[node];
+    std::vector<double> times;
+    for (const Sample& sample : samples) times.push_back(sample.time * 1e3);
+    const Misfit misfit = misfit_of(kCostFactors[node], samples);
+    fmt::print("{:<5} {:>5} {:>8.3f} {:>8.3f} {:>12.2f} {:>7.2f} {:>23.0f} % {:>4.0f} % {:>+4.0f} %\n",
+               kNodeNames[node], samples.size(), mean(times), percentile(times, 95), kPublished[node].mean,
+               kPublished[node].p95, misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
+  }
+  fmt::print("\nfitted to these runs, in ns:\n");
+  for (std::size_t node = 0; node < kNodes; ++node) {
+    const CostFactors factors = fitted(measured[node]);
+    const Misfit misfit = misfit_of(factors, measured[node]);
+    fmt::print("    {{{:.0f}, {:.2f}, {:.3f}, {:.3f}, {:.2f}}},  // {}; off by {:.0f} %, p95 {:.0f} %, sum {:+.0f} %\n",
+               factors.run, factors.beam, factors.cell, factors.candidate, factors.expanded, kNodeNames[node],
+               misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double seconds = argc > 1 ? std::strtod(argv[1], nullptr) : 300.0;
-  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  std::map<std::string, Measured> measured;
-  testing::AnalyticWorld world(testing::office(), {2.0, 13.0, 0.0}, {0.01, 0.01, 0.01, 0.005}, seed);
-  testing::ClosedLoop loop(world, std::nullopt, [&](const char* node, const std::function<Work()>& run) {
+  CLI::App app("What the navigation app's nodes cost, and whether they find their way.");
+  std::string map = "apps/navigation/worlds/map2.yaml";
+  std::string pictures;
+  double seconds = 900.0;
+  bool no_movers = false;
+  world::WorldOptions options;
+  app.add_option("--map", map, "File of a world")->capture_default_str();
+  app.add_option("--seconds", seconds, "The longest drive, in virtual time")->capture_default_str();
+  app.add_option("--seed", options.seed, "Of noise, drift and phases")->capture_default_str();
+  app.add_flag("--no-movers", no_movers, "Leave out what moves");
+  app.add_option("--pictures", pictures, "Every 20 s, draw the world (PNG) and the robot's map (PGM) into this folder");
+  CLI11_PARSE(app, argc, argv);
+  ctn::Result<world::WorldFile> file = world::read_world(map);
+  if (!file) {
+    fmt::print(stderr, "{}\n", file.error().message());
+    return file.error().kind() == ctn::ErrorKind::kCaller ? 2 : 1;
+  }
+  if (no_movers) file->movers.clear();
+
+  std::array<std::vector<Sample>, kNodes> measured;
+  testing::SimulatedWorld plant(*file, options);
+  testing::ClosedLoop loop(plant, file->goal, [&](const char* name, const std::function<Work()>& run) {
+    const auto node = static_cast<std::size_t>(std::find(kNodeNames.begin(), kNodeNames.end(), std::string(name)) -
+                                               kNodeNames.begin());
     const double begin = cpu_time();
     const Work work = run();
-    Measured& of_node = measured[node];
-    of_node.times.push_back(cpu_time() - begin);
-    of_node.units.push_back(units(work));
+    const double time = cpu_time() - begin;
+    if (!(work == Work{})) measured[node].push_back({time, work});
   });
-  loop.run(seconds);
 
-  fmt::print("{:.0f} s, {:.0f} m driven, {} keyframes, {} loops closed, {}{}\n\n", world.time(), world.driven(),
-             loop.localization().keyframes->size(), loop.localization().loops,
-             loop.explored() ? "all explored" : "not all explored", world.touched() ? ", touched a wall" : "");
-  fmt::print("node   runs  mean ms   p95 ms  published mean, p95  mean units  ns a unit\n");
-  for (const Published& published : kPublished) {
-    const Measured& of_node = measured[published.node];
-    const double time = mean(of_node.times);
-    const double work = mean(of_node.units);
-    fmt::print("{:<5} {:>5} {:>8.3f} {:>8.3f} {:>12.2f} {:>7.2f} {:>11.0f} {:>10.2f}\n", published.node,
-               of_node.times.size(), time, p95(of_node.times), published.mean, published.p95, work,
-               work > 0.0 ? time * 1e6 / work : 0.0);
+  world::World& world = plant.world();
+  std::optional<double> explored_at;
+  double next_picture = 1.0;
+  double max_error = 0.0;
+  loop.run(seconds, [&] {
+    if (plant.time() + 1e-9 >= next_picture) {
+      const world::Score score = world.score();
+      const double error = distance(position(loop.localization().pose_at(plant.odometry())), position(world.truth()));
+      max_error = std::max(max_error, error);
+      if (file->explore() && !explored_at && score.explored >= 0.9) explored_at = plant.time();
+      if (!pictures.empty() && std::fmod(next_picture, 20.0) < 1.5 && std::fmod(next_picture, 20.0) > 0.5) {
+        const std::string name = fmt::format("{}/{:04.0f}", pictures, next_picture);
+        if (!ctn::navigation::world::write_picture(world, name + ".png")) fmt::print(stderr, "no picture {}\n", name);
+        write_map(loop, plant.odometry(), name + ".pgm");
+        fmt::print(stderr, "{:.0f} s, {:.1f} % seen, {} contacts, {:.0f} m, off by {:.2f} m, {} keyframes, {} loops\n",
+                   plant.time(), score.explored * 100.0, score.contacts.size(), score.travelled, error,
+                   loop.localization().keyframes->size(), loop.localization().loops);
+      }
+      next_picture += 1.0;
+    }
+    return world.score().reached_at.has_value();
+  });
+
+  const world::Score score = world.score();
+  fmt::print(
+      "{}, seed {}: {:.0f} s, {:.0f} m driven, {} contacts, {} keyframes, {} loops closed, pose off by {:.2f} m "
+      "at most\n",
+      file->name, options.seed, plant.time(), score.travelled, score.contacts.size(),
+      loop.localization().keyframes->size(), loop.localization().loops, max_error);
+  for (const world::Contact& contact : score.contacts) {
+    fmt::print("contact with {} at {:.1f} s, {:.2f} {:.2f}, robot at {:.2f} m/s\n",
+               contact.mover ? fmt::format("mover {}", *contact.mover) : "a wall",
+               std::chrono::duration<double>(contact.at).count(), contact.pose.x, contact.pose.y, contact.speed);
   }
+  if (file->explore()) {
+    fmt::print("{:.1f} % seen{}{}\n", score.explored * 100.0,
+               explored_at ? fmt::format(", 90 % after {:.0f} s", *explored_at) : "",
+               loop.explored() ? ", nothing left that GP knows of" : "");
+  } else {
+    fmt::print("{}\n", score.reached_at ? "goal reached" : "goal not reached");
+  }
+  print_costs(measured);
   return 0;
 }

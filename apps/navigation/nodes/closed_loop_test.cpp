@@ -7,12 +7,16 @@
 #include <map>
 #include <string>
 
+#include "testing/analytic_world.h"
+#include "testing/simulated_world.h"
+
 namespace ctn::navigation {
 namespace {
 
 using testing::AnalyticWorld;
 using testing::ClosedLoop;
 using testing::Errors;
+using testing::SimulatedWorld;
 using testing::two_rooms;
 
 constexpr Errors kLikeReal{.range = 0.01, .way = 0.01, .turn = 0.01, .turn_noise = 0.005};
@@ -84,6 +88,37 @@ TEST(ClosedLoop, IsTheSameEachTimeForASeed) {
   const Exploration first = explore(3);
   EXPECT_EQ(explore(3), first);
   EXPECT_NE(explore(4), first);
+}
+
+world::WorldFile world_file(const std::string& name) {
+  ctn::Result<world::WorldFile> file = world::read_world(std::string(NAVIGATION_WORLDS) + "/" + name);
+  EXPECT_TRUE(file) << file.error().message();
+  return *file;
+}
+
+TEST(ClosedLoop, ReachesTheGoalOfMap1WhereNothingMoves) {
+  world::WorldFile file = world_file("map1.yaml");
+  file.movers.clear();
+  SimulatedWorld plant(file, {});
+  ClosedLoop loop(plant, file.goal);
+  loop.run(90.0);
+  const world::Score score = plant.world().score();
+  EXPECT_TRUE(score.reached_at);
+  EXPECT_TRUE(score.contacts.empty());
+  EXPECT_LT(score.travelled, 25.0);
+}
+
+// A box that the map lacks comes to stand in the way when the robot has seen the place free for long.
+TEST(ClosedLoop, GoesRoundAnObstacleThatComesToStay) {
+  AnalyticWorld world({}, {1.0, 1.25, 0.0}, kLikeReal);
+  testing::add_box(world.walls(), 0.0, 0.0, 14.0, 2.5);
+  ClosedLoop loop(world, Point{13.0, 1.25});
+  loop.run(6.0);
+  ASSERT_LT(world.truth().x, 6.0);
+  testing::add_box(world.walls(), 7.0, 0.6, 7.6, 1.4);
+  loop.run(60.0);
+  EXPECT_TRUE(loop.arrived()) << world.truth().x << " " << world.truth().y;
+  EXPECT_FALSE(world.touched());
 }
 
 }  // namespace

@@ -1,25 +1,57 @@
-// The cost of a run in virtual time: the units of its work, times the time that a unit took where it was measured
-// (navigation_nodes_bench; docs/navigation.md).
+// What a run of a node costs in virtual time: its counted work, times what a unit of it took where that was measured.
 //
-// Units: seconds. Thread safety: no state.
+// So growth of the map, loop closures and modes come out of the work, and a run costs the same wherever it is
+// simulated. docs/navigation.md says how well the factors fit, and how to measure them anew (navigation_nodes_bench).
+//
+// Units: seconds; factors in nanoseconds. Thread safety: no state.
 #pragma once
+
+#include <array>
+#include <cstddef>
 
 #include "work.h"
 
 namespace ctn::navigation {
 
-// Work in units that take about equally long within a node. An expanded entry of a search counts for many, since it
-// takes heap operations and a look at eight neighbours.
-inline double units(const Work& work) {
-  constexpr double kExpanded = 64.0;
-  return static_cast<double>(work.beams) + static_cast<double>(work.cells) + static_cast<double>(work.candidates) +
-         kExpanded * static_cast<double>(work.expanded);
+enum class Node {
+  kScanFilter,
+  kLocalMapper,
+  kLocalPlanner,
+  kGlobalLocalizer,
+  kGlobalMapper,
+  kGlobalPlanner,
+  kNavigationCommand,
+};
+inline constexpr std::array<const char*, 7> kNodeNames{"scan", "LM", "LP", "GL", "GM", "GP", "NC"};  // in the app file
+
+// Of a unit of each kind of work, and of a run that has nothing to do but to take its inputs.
+struct CostFactors {
+  double run = 0.0;
+  double beam = 0.0;
+  double cell = 0.0;
+  double candidate = 0.0;
+  double expanded = 0.0;
+};
+
+// Measured with `navigation_nodes_bench --map apps/navigation/worlds/map2.yaml`.
+inline constexpr std::array<CostFactors, 7> kCostFactors{{
+    {},
+    {},
+    {},
+    {},
+    {},
+    {},
+    {},
+}};
+
+inline double cost(const CostFactors& factors, const Work& work) {
+  return 1e-9 *
+         (factors.run + factors.beam * static_cast<double>(work.beams) +
+          factors.cell * static_cast<double>(work.cells) + factors.candidate * static_cast<double>(work.candidates) +
+          factors.expanded * static_cast<double>(work.expanded));
 }
 
-// `nanoseconds`: the time that a unit of this node takes. `slowdown`: how many times as long the board takes. `min`:
-// the cost, in seconds, of a run that has nothing to do but to take its inputs.
-inline double cost(const Work& work, double nanoseconds, double slowdown, double min = 10e-6) {
-  return slowdown * (min + units(work) * nanoseconds * 1e-9);
-}
+// Times a board's slowdown, if it is slower than where the factors were measured.
+inline double cost(Node node, const Work& work) { return cost(kCostFactors[static_cast<std::size_t>(node)], work); }
 
 }  // namespace ctn::navigation

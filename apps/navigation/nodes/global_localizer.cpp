@@ -6,7 +6,11 @@
 namespace ctn::navigation {
 namespace {
 
-constexpr std::size_t kRecent = 15;        // keyframes that a scan is matched against
+constexpr std::size_t kRecent = 30;               // keyframes that a scan is matched against: the last dozen metres
+constexpr Matcher::Window kTracking{0.04, 0.02};  // what odometry errs by, from one keyframe to the next
+constexpr std::size_t kSameView = 5;              // keyframes from nearly the same pose that count
+constexpr double kSameViewDistance = 0.25;
+constexpr double kSameViewTurn = 0.25;
 constexpr double kFits = 0.35;             // the lowest score of a match that is used
 constexpr std::size_t kLoopLength = 40;    // the fewest keyframes of a loop
 constexpr std::size_t kLoopPause = 8;      // keyframes between attempts to close one
@@ -28,21 +32,50 @@ bool GlobalLocalizer::tells_news(const Odometry& odometry) const {
 void GlobalLocalizer::match(const SharedScan& scan, Work& work) {
   const Pose expected = transformed(correction_, scan->odometry.pose);
   Pose pose = expected;
+  draw_field(expected);
   if (!keyframes_.empty()) {
-    matcher_.start(expected);
-    const std::size_t first = keyframes_.size() - std::min(kRecent, keyframes_.size());
-    for (std::size_t i = first; i < keyframes_.size(); ++i) {
-      if (distance(position(keyframes_[i].pose), position(expected)) > Matcher::kReach) continue;
-      matcher_.add(keyframes_[i].pose, keyframes_[i].scan->points);
-    }
     const Matcher::Match found = matcher_.match(scan->points, {});
     if (found.score >= kFits) pose = found.pose;
-    work += matcher_.work();
     constraints_.push_back({keyframes_.size() - 1, keyframes_.size(), between(keyframes_.back().pose, pose), 1.0});
   }
   keyframes_.push_back({pose, scan});
+  matcher_.add(pose, scan->points);
+  work += matcher_.take_work();
+  outdate_oldest_like_newest(work);
   close_loop(work);
   correction_ = transformed(keyframes_.back().pose, inverse(scan->odometry.pose));
+}
+
+void GlobalLocalizer::draw_field(const Pose& pose) {
+  matcher_.start(pose);
+  const std::size_t first = keyframes_.size() - std::min(kRecent, keyframes_.size());
+  for (std::size_t i = first; i < keyframes_.size(); ++i) {
+    if (distance(position(keyframes_[i].pose), position(pose)) > Matcher::kReach) continue;
+    matcher_.add(keyframes_[i].pose, keyframes_[i].scan->points);
+  }
+}
+
+Pose GlobalLocalizer::tracked(const CleanScan& scan, Work& work) {
+  const Pose expected = transformed(correction_, scan.odometry.pose);
+  const Matcher::Match found = matcher_.refine(scan.points, expected, kTracking);
+  work += matcher_.take_work();
+  return transformed(found.score >= kFits ? found.pose : expected, inverse(scan.odometry.pose));
+}
+
+void GlobalLocalizer::outdate_oldest_like_newest(Work& work) {
+  const Pose& newest = keyframes_.back().pose;
+  std::size_t alike = 0;
+  Keyframe* oldest = nullptr;
+  for (Keyframe& keyframe : keyframes_) {
+    if (keyframe.outdated || distance(position(keyframe.pose), position(newest)) > kSameViewDistance ||
+        std::abs(wrapped(keyframe.pose.heading - newest.heading)) > kSameViewTurn) {
+      continue;
+    }
+    if (oldest == nullptr) oldest = &keyframe;
+    ++alike;
+  }
+  if (alike > kSameView) oldest->outdated = true;
+  work.expanded += keyframes_.size();
 }
 
 void GlobalLocalizer::close_loop(Work& work) {
@@ -62,13 +95,14 @@ void GlobalLocalizer::close_loop(Work& work) {
   if (how_near >= kLoopDistance) return;
 
   last_loop_ = newest;
-  matcher_.start(keyframes_[newest].pose);
+  Matcher matcher;
+  matcher.start(keyframes_[newest].pose);
   const std::size_t first = nearest - std::min(nearest, kLoopKeyframes / 2);
   for (std::size_t i = first; i < first + kLoopKeyframes && i < newest; ++i) {
-    matcher_.add(keyframes_[i].pose, keyframes_[i].scan->points);
+    matcher.add(keyframes_[i].pose, keyframes_[i].scan->points);
   }
-  const Matcher::Match found = matcher_.match(keyframes_[newest].scan->points, kLoopWindow);
-  work += matcher_.work();
+  const Matcher::Match found = matcher.match(keyframes_[newest].scan->points, kLoopWindow);
+  work += matcher.take_work();
   if (found.score < kLoopFits) return;
 
   constraints_.push_back({nearest, newest, between(keyframes_[nearest].pose, found.pose), 4.0});
@@ -79,6 +113,8 @@ void GlobalLocalizer::close_loop(Work& work) {
   for (std::size_t i = 0; i < poses.size(); ++i) keyframes_[i].pose = poses[i];
   work.expanded += 10 * poses.size();
   ++loops_;
+  draw_field(keyframes_.back().pose);
+  work += matcher_.take_work();
 }
 
 GlobalLocalizer::Result GlobalLocalizer::run(const std::vector<SharedScan>& scans) {
@@ -92,7 +128,10 @@ GlobalLocalizer::Result GlobalLocalizer::run(const std::vector<SharedScan>& scan
     result.mode = Mode::kMatch;
   }
   if (result.news) shared_ = std::make_shared<const std::vector<Keyframe>>(keyframes_);
-  result.localization = {stamp_, correction_, shared_, loops_};
+  if (result.mode == Mode::kSkip && !scans.empty()) tracked_ = tracked(*scans.back(), result.work);
+  if (result.mode == Mode::kMatch) tracked_ = correction_;
+  result.localization = {stamp_, tracked_, shared_, loops_, scans.empty() ? newest_ : scans.back()};
+  newest_ = result.localization.newest;
   return result;
 }
 

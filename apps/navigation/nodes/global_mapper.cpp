@@ -9,9 +9,9 @@
 namespace ctn::navigation {
 namespace {
 
-// A hit outweighs three beams that graze the cell.
-constexpr float kSureOfHit = 0.8F;
-constexpr float kSureOfPassing = 0.6F;
+// A hit outweighs almost two beams that graze the cell: a wall stays, and the trace of what moved is soon seen through.
+constexpr float kSureOfHit = 0.75F;
+constexpr float kSureOfPassing = 0.65F;
 constexpr float kFreeFrom = 0.55F;  // MRPT's cells are probabilities to be free
 constexpr float kObstacleBelow = 0.45F;
 constexpr double kBorder = 0.4;
@@ -24,6 +24,7 @@ Box seen_from(const std::vector<Keyframe>& keyframes, Work& work) {
     box.high = {std::max(box.high.x, point.x), std::max(box.high.y, point.y)};
   };
   for (const Keyframe& keyframe : keyframes) {
+    if (keyframe.outdated) continue;
     include(position(keyframe.pose));
     for (std::size_t beam = 0; beam < keyframe.scan->ranges.size(); ++beam) {
       const double range = std::min(static_cast<double>(keyframe.scan->ranges[beam]), GlobalMapper::kReach);
@@ -72,7 +73,9 @@ GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
   grid.insertionOptions.maxOccupancyUpdateCertainty = kSureOfHit;
   grid.insertionOptions.maxFreenessUpdateCertainty = kSureOfPassing;
   grid.insertionOptions.maxFreenessInvalidRanges = kSureOfPassing;
+  grid.insertionOptions.wideningBeamsWithDistance = true;
   for (const Keyframe& keyframe : keyframes) {
+    if (keyframe.outdated) continue;
     const mrpt::poses::CPose3D pose(keyframe.pose.x, keyframe.pose.y, 0.0, keyframe.pose.heading, 0.0, 0.0);
     grid.insertObservation(observation_of(*keyframe.scan), pose);
     for (const float range : keyframe.scan->ranges) {

@@ -6,7 +6,9 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <queue>
+#include <utility>
 
 namespace ctn::navigation {
 namespace {
@@ -16,6 +18,8 @@ constexpr float kTightCost = 10.0F;  // of such a cell
 constexpr float kNearCost = 3.0F;    // of a cell at kClearance, more than of one in the open
 constexpr float kUnknownCost = 3.0F;       // likewise of an unknown one
 constexpr double kFrontierDistance = 0.5;  // the robot sees nearer ones by turning
+constexpr double kFrontierGain = 1.0;      // metres of way that a metre of a frontier is worth
+constexpr double kFrontierMax = 3.0;       // a longer one is worth no more
 
 struct Step {
   int column;
@@ -32,62 +36,75 @@ constexpr std::array<Step, 8> kSteps{{{1, 0, 1.0F},
                                       {-1, -1, kDiagonal},
                                       {1, -1, kDiagonal}}};
 
+// Places that are obstacles although the map has none there.
+using Extra = std::vector<Point>;
+
 // One search over the cells of one map.
 class Search {
  public:
-  Search(const GlobalMap& map, const Pose& robot, bool through_unknown)
-      : map_(map), frame_(map.frame), robot_(position(robot)), through_unknown_(through_unknown) {
+  Search(const GlobalMap& map, const Point& robot, const Extra& extra, bool through_unknown)
+      : map_(map), frame_(map.frame), robot_(robot) {
     std::vector<std::uint8_t> obstacles(map.cells.size());
     std::transform(map.cells.begin(), map.cells.end(), obstacles.begin(),
                    [](Cell cell) { return static_cast<std::uint8_t>(cell == Cell::kObstacle); });
+    for (const Point& point : extra) {
+      const int column = frame_.column(point.x);
+      const int row = frame_.row(point.y);
+      if (frame_.inside(column, row)) obstacles[frame_.index(column, row)] = 1;
+    }
     clearance_ = navigation::clearance(frame_, obstacles, GlobalPlanner::kComfortable);
-    work_.cells += 4 * frame_.cells();
-  }
-
-  // The cells of frontiers that are large enough.
-  std::vector<std::uint8_t> frontiers() {
-    std::vector<std::uint8_t> kind(frame_.cells(), 0);  // 1: borders on the unknown, 2: in a large enough group
-    for (int row = 1; row + 1 < frame_.height; ++row) {
-      for (int column = 1; column + 1 < frame_.width; ++column) {
-        if (borders_on_unknown(column, row)) kind[frame_.index(column, row)] = 1;
+    costs_.resize(frame_.cells());
+    for (int row = 0; row < frame_.height; ++row) {
+      for (int column = 0; column < frame_.width; ++column) {
+        const std::size_t cell = frame_.index(column, row);
+        costs_[cell] = obstacles[cell] != 0 ? 0.0F : cost_of(cell, column, row, through_unknown);
       }
     }
-    std::vector<std::uint8_t> large(frame_.cells(), 0);
-    std::vector<std::size_t> group;
-    for (std::size_t cell = 0; cell < kind.size(); ++cell) {
-      if (kind[cell] != 1) continue;
-      collect(cell, kind, group);
-      if (static_cast<double>(group.size()) * kCell < GlobalPlanner::kSmallestFrontier) continue;
-      for (const std::size_t member : group) large[member] = 1;
-    }
-    work_.cells += 2 * frame_.cells();
-    return large;
+    work_.cells += 5 * frame_.cells();
   }
 
-  // The cells from the robot to the first one for which `is_end` holds; none: there is no way. `estimate` must not
-  // exceed the cost of the way that is left.
-  std::vector<std::size_t> run(const std::function<bool(std::size_t)>& is_end,
-                               const std::function<float(int, int)>& estimate) {
+  // The groups of cells of frontiers that are large enough.
+  std::vector<std::vector<std::size_t>> frontiers() {
+    std::vector<std::uint8_t> of_frontier(frame_.cells(), 0);
+    for (int row = 1; row + 1 < frame_.height; ++row) {
+      for (int column = 1; column + 1 < frame_.width; ++column) {
+        if (borders_on_unknown(column, row)) of_frontier[frame_.index(column, row)] = 1;
+      }
+    }
+    std::vector<std::vector<std::size_t>> groups;
+    for (std::size_t cell = 0; cell < of_frontier.size(); ++cell) {
+      if (of_frontier[cell] == 0) continue;
+      std::vector<std::size_t> group = collect(cell, of_frontier);
+      if (static_cast<double>(group.size()) * kCell >= GlobalPlanner::kSmallestFrontier) {
+        groups.push_back(std::move(group));
+      }
+    }
+    work_.cells += 2 * frame_.cells();
+    return groups;
+  }
+
+  // Finds the ways from the robot to all cells, or to those that come before `end`. `estimate` must not exceed the cost
+  // of the way that is left.
+  void run(const std::optional<std::size_t>& end, const std::function<float(int, int)>& estimate) {
+    reached_.assign(frame_.cells(), kUnreached);
+    before_.assign(frame_.cells(), 0);
     const int start_column = frame_.column(robot_.x);
     const int start_row = frame_.row(robot_.y);
-    if (!frame_.inside(start_column, start_row)) return {};
-    const std::size_t start = frame_.index(start_column, start_row);
-    constexpr float kUnreached = std::numeric_limits<float>::max();
-    std::vector<float> cost(frame_.cells(), kUnreached);
-    std::vector<std::uint32_t> before(frame_.cells(), 0);
-    using Entry =
-        std::pair<float, std::uint32_t>;  // expected cost of the whole way; of equal ones the lower cell comes first
+    if (!frame_.inside(start_column, start_row)) return;
+    start_ = frame_.index(start_column, start_row);
+    // Expected cost of the whole way; of equal ones the lower cell comes first.
+    using Entry = std::pair<float, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     std::vector<std::uint8_t> closed(frame_.cells(), 0);
-    cost[start] = 0.0F;
-    open.emplace(0.0F, static_cast<std::uint32_t>(start));
+    reached_[start_] = 0.0F;
+    open.emplace(0.0F, static_cast<std::uint32_t>(start_));
     while (!open.empty()) {
       const std::size_t cell = open.top().second;
       open.pop();
       if (closed[cell] != 0) continue;
       closed[cell] = 1;
       ++work_.expanded;
-      if (is_end(cell)) return way_to(cell, start, before);
+      if (end == cell) return;
       const int column = static_cast<int>(cell % static_cast<std::size_t>(frame_.width));
       const int row = static_cast<int>(cell / static_cast<std::size_t>(frame_.width));
       for (const Step& step : kSteps) {
@@ -95,17 +112,26 @@ class Search {
         const int to_row = row + step.row;
         if (!frame_.inside(to_column, to_row)) continue;
         const std::size_t to = frame_.index(to_column, to_row);
-        if (closed[to] != 0) continue;
-        const float factor = cost_of(to, to_column, to_row);
-        if (factor <= 0.0F) continue;
-        const float reached = cost[cell] + step.length * factor;
-        if (reached >= cost[to]) continue;
-        cost[to] = reached;
-        before[to] = static_cast<std::uint32_t>(cell);
-        open.emplace(reached + estimate(to_column, to_row), static_cast<std::uint32_t>(to));
+        if (closed[to] != 0 || costs_[to] <= 0.0F) continue;
+        const float cost = reached_[cell] + step.length * costs_[to];
+        if (cost >= reached_[to]) continue;
+        reached_[to] = cost;
+        before_[to] = static_cast<std::uint32_t>(cell);
+        open.emplace(cost + estimate(to_column, to_row), static_cast<std::uint32_t>(to));
       }
     }
-    return {};
+  }
+
+  // Of a way that was found, in lengths of a cell in the open; kUnreached: there is none.
+  static constexpr float kUnreached = std::numeric_limits<float>::max();
+  float cost_to(std::size_t cell) const { return reached_[cell]; }
+
+  // From the robot's cell on.
+  std::vector<std::size_t> way_to(std::size_t end) const {
+    std::vector<std::size_t> way{end};
+    while (way.back() != start_) way.push_back(before_[way.back()]);
+    std::reverse(way.begin(), way.end());
+    return way;
   }
 
   Point centre(std::size_t cell) const {
@@ -125,54 +151,65 @@ class Search {
            map_.cells[cell - width] == Cell::kUnknown || map_.cells[cell + width] == Cell::kUnknown;
   }
 
-  // The group of neighbours that `cell`, which is of kind 1, belongs to; all become of kind 2.
-  void collect(std::size_t cell, std::vector<std::uint8_t>& kind, std::vector<std::size_t>& group) const {
-    group.assign(1, cell);
-    kind[cell] = 2;
+  // The group of neighbours that `cell` belongs to; they are taken out of `of_frontier`.
+  std::vector<std::size_t> collect(std::size_t cell, std::vector<std::uint8_t>& of_frontier) const {
+    std::vector<std::size_t> group{cell};
+    of_frontier[cell] = 0;
     for (std::size_t next = 0; next < group.size(); ++next) {
       const int column = static_cast<int>(group[next] % static_cast<std::size_t>(frame_.width));
       const int row = static_cast<int>(group[next] / static_cast<std::size_t>(frame_.width));
       for (const Step& step : kSteps) {
         if (!frame_.inside(column + step.column, row + step.row)) continue;
         const std::size_t neighbour = frame_.index(column + step.column, row + step.row);
-        if (kind[neighbour] != 1) continue;
-        kind[neighbour] = 2;
+        if (of_frontier[neighbour] == 0) continue;
+        of_frontier[neighbour] = 0;
         group.push_back(neighbour);
       }
     }
+    return group;
   }
 
-  // The cost of a step into the cell, per length; 0: the step is not allowed.
-  float cost_of(std::size_t cell, int column, int row) const {
-    if (map_.cells[cell] == Cell::kObstacle) return 0.0F;
-    const double clear = static_cast<double>(clearance_[cell]);
-    if (map_.cells[cell] == Cell::kUnknown && !through_unknown_) {
-      // The robot may not have seen the cells that it stands on.
-      return distance(frame_.centre(column, row), robot_) <= kEscape ? kTightCost : 0.0F;
-    }
-    if (clear < GlobalPlanner::kClearance) {
+  // The cost of a step into the cell, which is no obstacle, per length; 0: the step is not allowed.
+  float cost_of(std::size_t cell, int column, int row, bool through_unknown) const {
+    const auto clear = static_cast<double>(clearance_[cell]);
+    const bool unknown = map_.cells[cell] == Cell::kUnknown;
+    if (clear < GlobalPlanner::kClearance || (unknown && !through_unknown)) {
+      // The robot may be nearer to an obstacle, and may not have seen the cells that it stands on.
       return distance(frame_.centre(column, row), robot_) <= kEscape ? kTightCost : 0.0F;
     }
     const double missing =
         (GlobalPlanner::kComfortable - clear) / (GlobalPlanner::kComfortable - GlobalPlanner::kClearance);
-    const float unknown = map_.cells[cell] == Cell::kUnknown ? kUnknownCost : 0.0F;
-    return 1.0F + kNearCost * static_cast<float>(missing) + unknown;
-  }
-
-  static std::vector<std::size_t> way_to(std::size_t end, std::size_t start, const std::vector<std::uint32_t>& before) {
-    std::vector<std::size_t> way{end};
-    while (way.back() != start) way.push_back(before[way.back()]);
-    std::reverse(way.begin(), way.end());
-    return way;
+    return 1.0F + kNearCost * static_cast<float>(missing) + (unknown ? kUnknownCost : 0.0F);
   }
 
   const GlobalMap& map_;
   GridFrame frame_;
   Point robot_;
-  bool through_unknown_;
   std::vector<float> clearance_;
+  std::vector<float> costs_;  // of a step into the cell, per length; 0: not allowed
+  std::size_t start_ = 0;
+  std::vector<float> reached_;
+  std::vector<std::uint32_t> before_;
   Work work_;
 };
+
+// The cell of a frontier that is worth its way most, if one can be reached.
+std::optional<std::size_t> best_of(const std::vector<std::vector<std::size_t>>& frontiers, const Search& search,
+                                   const Point& robot) {
+  std::optional<std::size_t> best;
+  double best_cost = std::numeric_limits<double>::max();
+  for (const std::vector<std::size_t>& group : frontiers) {
+    const double gain = kFrontierGain * std::min(kFrontierMax, static_cast<double>(group.size()) * kCell);
+    for (const std::size_t cell : group) {
+      if (search.cost_to(cell) == Search::kUnreached) continue;
+      const double cost = static_cast<double>(search.cost_to(cell)) * kCell - gain;
+      if (cost >= best_cost || distance(search.centre(cell), robot) < kFrontierDistance) continue;
+      best = cell;
+      best_cost = cost;
+    }
+  }
+  return best;
+}
 
 // One point for every so many cells, and one for the last cell.
 std::vector<Point> thinned(const Search& search, const std::vector<std::size_t>& way) {
@@ -205,43 +242,71 @@ GlobalMap extended(const GlobalMap& map, const Point& point) {
   return larger;
 }
 
+GlobalPlanner::Result plan(const GlobalMap& map, const Point& robot, const Extra& extra,
+                           const std::optional<Point>& goal) {
+  GlobalPlanner::Result result;
+  result.path.stamp = map.stamp;
+  result.path.to_goal = goal.has_value();
+  Search search(map, robot, extra, goal.has_value());
+  std::optional<std::size_t> end;
+  if (goal) {
+    const int column = map.frame.column(goal->x);
+    const int row = map.frame.row(goal->y);
+    end = map.frame.index(column, row);
+    search.run(end, [column, row](int at_column, int at_row) {
+      const auto dx = static_cast<float>(std::abs(at_column - column));
+      const auto dy = static_cast<float>(std::abs(at_row - row));
+      return std::max(dx, dy) + (kDiagonal - 1.0F) * std::min(dx, dy);
+    });
+    if (search.cost_to(*end) == Search::kUnreached) end.reset();
+  } else {
+    search.run(std::nullopt, [](int, int) { return 0.0F; });
+    end = best_of(search.frontiers(), search, robot);
+  }
+  if (end) {
+    result.path.outcome = Path::Outcome::kFound;
+    result.path.points = thinned(search, search.way_to(*end));
+  } else {
+    result.path.outcome = goal ? Path::Outcome::kNoWay : Path::Outcome::kNothingLeft;
+  }
+  result.work = search.work();
+  return result;
+}
+
+// What the newest scan hits near the robot.
+Extra shown_by(const Localization& localization) {
+  Extra extra;
+  if (!localization.newest) return extra;
+  const Pose robot = localization.pose_at(localization.newest->odometry);
+  for (const Point& point : localization.newest->points) {
+    if (std::hypot(point.x, point.y) <= GlobalPlanner::kScanReach) extra.push_back(transformed(robot, point));
+  }
+  return extra;
+}
+
 }  // namespace
 
 GlobalPlanner::Result GlobalPlanner::run(const GlobalMap& map, const Pose& robot,
                                          const std::optional<Point>& goal) const {
-  Result result;
-  result.path.stamp = map.stamp;
-  if (map.cells.empty()) return result;
+  if (map.cells.empty()) return {};
   if (goal && !map.frame.inside(map.frame.column(goal->x), map.frame.row(goal->y))) {
     return run(extended(map, *goal), robot, goal);
   }
+  return plan(map, position(robot), {}, goal);
+}
 
-  Search search(map, robot, goal.has_value());
-  std::vector<std::size_t> way;
-  if (goal) {
-    const int column = map.frame.column(goal->x);
-    const int row = map.frame.row(goal->y);
-    const std::size_t end = map.frame.index(column, row);
-    way = search.run([end](std::size_t cell) { return cell == end; },
-                     [column, row](int at_column, int at_row) {
-                       const auto dx = static_cast<float>(std::abs(at_column - column));
-                       const auto dy = static_cast<float>(std::abs(at_row - row));
-                       return std::max(dx, dy) + (kDiagonal - 1.0F) * std::min(dx, dy);
-                     });
-    result.path.to_goal = true;
-    result.path.outcome = way.empty() ? Path::Outcome::kNoWay : Path::Outcome::kFound;
-  } else {
-    const std::vector<std::uint8_t> frontiers = search.frontiers();
-    const Point from = position(robot);
-    way = search.run(
-        [&](std::size_t cell) {
-          return frontiers[cell] != 0 && distance(search.centre(cell), from) >= kFrontierDistance;
-        },
-        [](int, int) { return 0.0F; });
-    result.path.outcome = way.empty() ? Path::Outcome::kNothingLeft : Path::Outcome::kFound;
+GlobalPlanner::Result GlobalPlanner::run(const GlobalMap& map, const Localization& localization,
+                                         const std::optional<Point>& goal) const {
+  if (map.cells.empty() || !localization.newest) return {};
+  if (goal && !map.frame.inside(map.frame.column(goal->x), map.frame.row(goal->y))) {
+    return run(extended(map, *goal), localization, goal);
   }
-  result.path.points = thinned(search, way);
-  result.work = search.work();
+  const Pose robot = localization.pose_at(localization.newest->odometry);
+  Result result = plan(map, position(robot), shown_by(localization), goal);
+  if (result.path.outcome == Path::Outcome::kFound) return result;
+  const Work vain = result.work;
+  result = plan(map, position(robot), {}, goal);
+  result.work += vain;
   return result;
 }
 

@@ -1,10 +1,14 @@
 // The GP node: a path on the global map, to a goal or to where the map ends.
 //
 // Obstacles are inflated by the robot's size; cells near them cost more, so that paths keep away where there is room.
+// What the newest scan shows nearby is an obstacle, too, even if the map does not have it yet, or says that the place
+// was free: a path leads round it. If that leaves no way at all, what the scan shows is taken to be passing by.
+//
 // To a goal: A* over the cells, where unknown ones may be passed at a higher cost. Without a goal: Dijkstra's algorithm
-// over the known free cells, until it reaches a cell of a frontier, a group of cells that border on the unknown,
-// which is large enough for the robot to pass: the nearest frontier (Yamauchi, 1997). If there is none, the robot has
-// explored all that it can.
+// over all known free cells that can be reached gives the cost of the way to each frontier, a group of cells that
+// border on the unknown (Yamauchi, 1997). Of those that are large enough for the robot to pass, the one with the least
+// cost is taken, less what it promises to show (Burgard et al., 2005). If there is none, the robot has explored all
+// that it can.
 //
 // Units: metres, nanoseconds. Thread safety: no state.
 #pragma once
@@ -14,6 +18,7 @@
 #include <vector>
 
 #include "geometry.h"
+#include "global_localizer.h"
 #include "global_mapper.h"
 #include "grid.h"
 #include "work.h"
@@ -24,9 +29,10 @@ struct Path {
   enum class Outcome {
     kFound,
     kNothingLeft,  // no frontier can be reached: all is explored
-    kNoWay,        // the goal cannot be reached, or there is no map yet
+    kNoWay,        // the goal cannot be reached
+    kNoMap,        // nothing was planned yet
   };
-  Outcome outcome = Outcome::kNoWay;
+  Outcome outcome = Outcome::kNoMap;
   std::chrono::nanoseconds stamp{};  // of the map
   std::vector<Point> points;         // in the map's frame, from the robot to the end, at most kSpacing apart
   bool to_goal = false;
@@ -39,11 +45,15 @@ class GlobalPlanner {
   static constexpr double kClearance = 0.42;  // that a path keeps from obstacles, where the robot is not nearer already
   static constexpr double kComfortable = 0.8;       // farther cells cost nothing extra
   static constexpr double kSmallestFrontier = 0.6;  // length
+  static constexpr double kScanReach = 4.0;         // from the robot: farther hits of the newest scan do not count
 
   struct Result {
     Path path;
     Work work;
   };
+  // From where the robot was at the newest scan.
+  Result run(const GlobalMap& map, const Localization& localization, const std::optional<Point>& goal) const;
+  // By the map alone.
   Result run(const GlobalMap& map, const Pose& robot, const std::optional<Point>& goal) const;
 };
 

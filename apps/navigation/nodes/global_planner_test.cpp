@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "navigation_command.h"
@@ -78,8 +80,8 @@ TEST(GlobalPlanner, DoesNotSqueezeThroughAGap) {
 TEST(GlobalPlanner, FindsNoWayIntoAWallNorWithoutAMap) {
   const GlobalMap map = room({8.0, 4.0});
   EXPECT_EQ(GlobalPlanner{}.run(map, {1.0, 2.0, 0.0}, Point{8.01, 2.0}).path.outcome, Path::Outcome::kNoWay);
-  const GlobalPlanner::Result result = GlobalPlanner{}.run({}, {}, Point{1.0, 1.0});
-  EXPECT_EQ(result.path.outcome, Path::Outcome::kNoWay);
+  const GlobalPlanner::Result result = GlobalPlanner{}.run({}, Pose{}, Point{1.0, 1.0});
+  EXPECT_EQ(result.path.outcome, Path::Outcome::kNoMap);
   EXPECT_EQ(result.work, Work{});
 }
 
@@ -114,6 +116,50 @@ TEST(GlobalPlanner, ALargerMapIsMoreWork) {
   EXPECT_GT(large.cells, 2 * small.cells);
 }
 
+// A robot at (1, 2) that looks ahead and sees what the map does not have: a box on the straight way.
+Localization seeing_a_box(double left, double right) {
+  auto scan = std::make_shared<CleanScan>();
+  scan->odometry.pose = {1.0, 2.0, 0.0};
+  for (double y = right; y <= left; y += kCell) scan->points.push_back({2.0, y});
+  Localization localization;
+  localization.newest = scan;
+  return localization;
+}
+
+double least_distance(const Path& path, const Point& from) {
+  double least = 1e9;
+  for (const Point& point : path.points) least = std::min(least, distance(point, from));
+  return least;
+}
+
+TEST(GlobalPlanner, GoesRoundWhatOnlyTheNewestScanShows) {
+  const GlobalMap map = room({8.0, 4.0});
+  const Point goal{7.0, 2.0};
+  const Path through = GlobalPlanner{}.run(map, seeing_a_box(-1.0, 1.0), goal).path;  // sees nothing
+  ASSERT_EQ(through.outcome, Path::Outcome::kFound);
+  EXPECT_LT(least_distance(through, {3.0, 2.0}), 0.15);
+  const Path round = GlobalPlanner{}.run(map, seeing_a_box(0.3, -0.3), goal).path;
+  ASSERT_EQ(round.outcome, Path::Outcome::kFound);
+  EXPECT_GT(least_distance(round, {3.0, 2.0}), GlobalPlanner::kClearance + 0.2);
+  EXPECT_LT(distance(round.points.front(), {1.0, 2.0}), 0.05);
+}
+
+TEST(GlobalPlanner, TakesWhatBlocksAllWaysToBePassingBy) {
+  const GlobalMap map = room({8.0, 4.0});
+  const GlobalPlanner::Result blocked = GlobalPlanner{}.run(map, seeing_a_box(1.9, -1.9), Point{7.0, 2.0});
+  EXPECT_EQ(blocked.path.outcome, Path::Outcome::kFound);
+  EXPECT_NEAR(length(blocked.path.points), 6.0, 0.1);
+
+  GlobalMap open = room({8.0, 4.0});
+  fill(open, {7.0, 1.0}, {8.0, 3.0}, Cell::kUnknown);
+  EXPECT_EQ(GlobalPlanner{}.run(open, seeing_a_box(1.9, -1.9), std::nullopt).path.outcome, Path::Outcome::kFound);
+  EXPECT_EQ(GlobalPlanner{}.run(map, seeing_a_box(1.9, -1.9), std::nullopt).path.outcome, Path::Outcome::kNothingLeft);
+}
+
+TEST(GlobalPlanner, HasNoWayBeforeTheFirstScan) {
+  EXPECT_EQ(GlobalPlanner{}.run(room({8.0, 4.0}), Localization{}, Point{7.0, 2.0}).path.outcome, Path::Outcome::kNoWay);
+}
+
 Path straight() {
   Path path;
   path.outcome = Path::Outcome::kFound;
@@ -137,6 +183,16 @@ TEST(NavigationCommand, PointsToThePathAheadInTheOdometrysFrame) {
   EXPECT_NEAR(command.distance_left, 3.1, 1e-9);
 }
 
+TEST(NavigationCommand, HandsOnThePathBeyondTheCarrot) {
+  Odometry odometry;
+  odometry.pose = {1.0, 1.0, 0.0};
+  const Command command = NavigationCommand{}.run(straight(), {}, odometry).command;
+  ASSERT_FALSE(command.beyond.empty());
+  EXPECT_EQ(command.beyond.front(), command.carrot);
+  EXPECT_NEAR(command.beyond.back().x, 4.0, 1e-9);  // no farther than kBeyond
+  EXPECT_EQ(command.beyond.size(), 12U);
+}
+
 TEST(NavigationCommand, StopsAtTheEndAndWithoutAPath) {
   Odometry odometry;
   odometry.pose = {3.9, 1.0, 0.0};
@@ -149,6 +205,15 @@ TEST(NavigationCommand, StopsAtTheEndAndWithoutAPath) {
   EXPECT_TRUE(NavigationCommand{}.run(frontier, {}, odometry).command.stop);
   EXPECT_TRUE(NavigationCommand{}.run({}, {}, odometry).command.stop);
   EXPECT_FALSE(NavigationCommand{}.run({}, {}, odometry).command.arrived);
+  EXPECT_FALSE(NavigationCommand{}.run({}, {}, odometry).command.look_around);
+}
+
+TEST(NavigationCommand, LooksAroundWhereThereIsNoWay) {
+  Path path;
+  path.outcome = Path::Outcome::kNoWay;
+  const Command command = NavigationCommand{}.run(path, {}, {}).command;
+  EXPECT_TRUE(command.stop);
+  EXPECT_TRUE(command.look_around);
 }
 
 }  // namespace

@@ -8,9 +8,10 @@ namespace {
 
 constexpr float kHit = 1.0F;
 constexpr float kPassed = -0.6F;
-constexpr float kMaxEvidence = 2.0F;   // evidence for an obstacle
-constexpr float kMinEvidence = -1.0F;  // for a free cell
-constexpr float kObstacle = 0.5F;      // from here on
+constexpr float kMaxEvidence = 2.0F;      // evidence for an obstacle
+constexpr float kMinEvidence = -1.0F;     // for a free cell
+constexpr float kObstacle = 0.5F;         // from here on
+constexpr double kRayStep = kCell / 2.0;  // along a beam: no cell is left out of which more than a corner is passed
 
 float towards_nothing(float evidence, float step) {
   return evidence > 0.0F ? std::max(0.0F, evidence - step) : std::min(0.0F, evidence + step);
@@ -72,10 +73,10 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const double angle = pose.heading + scan.angle(beam);
-    const double step_x = std::cos(angle) * kCell;
-    const double step_y = std::sin(angle) * kCell;
-    const int steps =
-        static_cast<int>(std::min({static_cast<double>(scan.ranges[beam]), scan.max_range, kSide}) / kCell);
+    const double step_x = std::cos(angle) * kRayStep;
+    const double step_y = std::sin(angle) * kRayStep;
+    const double free = std::min({static_cast<double>(scan.ranges[beam]), scan.max_range, kSide});
+    const int steps = static_cast<int>(free / kRayStep);
     for (int step = 0; step < steps; ++step) {
       const int column = frame_.column(pose.x + step * step_x);
       const int row = frame_.row(pose.y + step * step_y);

@@ -9,18 +9,19 @@ namespace ctn::navigation {
 namespace {
 
 constexpr double kWindow = 0.25;  // seconds within which a velocity must be reached
-constexpr int kSpeeds = 11;
-constexpr int kTurns = 41;
+constexpr int kSpeeds = 13;       // 4 cm/s from one to the next
+constexpr int kTurns = 61;        // 1.4 degrees/s
 constexpr double kHorizon = 1.5;
-constexpr double kStep = 0.1;
-constexpr int kStepsJudged = 10;    // the pose after so many steps is compared with the carrot
-constexpr double kTurnFirst = 1.2;  // towards a carrot farther to the side, the robot turns on the spot
+constexpr double kStep = 0.05;      // at full speed, a cell
+constexpr int kStepsJudged = 20;    // the pose after so many steps is compared with the target
+constexpr double kTurnFirst = 1.2;  // towards a target farther to the side, the robot turns on the spot
 constexpr double kTightMargin = 0.04;
+constexpr double kLookAround = 0.5;  // rad/s
 constexpr double kBackwards = -0.2;
 constexpr double kBearingWeight = 0.25;  // metres per radian
 constexpr double kRoomWeight = 0.4;      // metres per metre
 constexpr double kRoom = 0.6;            // more room than this is worth nothing extra
-constexpr double kOutlineSpacing = 0.08;
+constexpr double kOutlineSpacing = 0.04;
 
 // Points along the robot's sides, as seen from its centre.
 std::vector<Point> make_outline() {
@@ -51,8 +52,8 @@ struct Choice {
 
 class DynamicWindow {
  public:
-  DynamicWindow(const LocalMap& map, const Odometry& odometry, const Command& command)
-      : map_(map), odometry_(odometry), carrot_(command.carrot) {}
+  DynamicWindow(const LocalMap& map, const Odometry& odometry, Point target)
+      : map_(map), odometry_(odometry), target_(target) {}
 
   Choice choose(const Limits& limits) {
     static const std::vector<Point> kOutline = make_outline();
@@ -110,32 +111,40 @@ class DynamicWindow {
       if (!brakes && (speed > 0.0 || turn > 0.0)) return -std::numeric_limits<double>::infinity();
       break;
     }
-    const double away = distance(position(judged), carrot_);
-    const double bearing = std::atan2(carrot_.y - judged.y, carrot_.x - judged.x) - judged.heading;
+    const double away = distance(position(judged), target_);
+    const double bearing = std::atan2(target_.y - judged.y, target_.x - judged.x) - judged.heading;
     const double off = away > 0.1 ? std::abs(wrapped(bearing)) : 0.0;
     return -away - kBearingWeight * off - kRoomWeight * (kRoom - room);
   }
 
   const LocalMap& map_;
   const Odometry& odometry_;
-  Point carrot_;
+  Point target_;
   std::uint64_t lookups_ = 0;
 };
 
 }  // namespace
 
 LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odometry, const Command& command) const {
-  if (command.stop) return {};
   const Pose& pose = odometry.pose;
-  const double bearing = wrapped(std::atan2(command.carrot.y - pose.y, command.carrot.x - pose.x) - pose.heading);
+  if (command.look_around) {
+    const bool turns_freely = map.clearance_at(position(pose)) >= kOuterRadius + kTightMargin;
+    return {{0.0, turns_freely ? kLookAround : 0.0}, Detour::Kind::kStraight, {.candidates = 1}};
+  }
+  if (command.stop) return {};
+  const Detour detour = find_detour(map, position(pose), command, kMargin);
+  const Point& target = detour.target;
+  const double bearing = wrapped(std::atan2(target.y - pose.y, target.x - pose.x) - pose.heading);
   const double end =
       std::max(0.1, std::sqrt(kLimits.speed * command.distance_left));  // slower towards the end of the path
   const double fastest = std::abs(bearing) > kTurnFirst ? 0.0 : std::min(kLimits.speed, end);
 
-  DynamicWindow window(map, odometry, command);
+  DynamicWindow window(map, odometry, target);
   Choice choice = window.choose({kMargin, 0.0, fastest});
   if (!choice.moves()) choice = window.choose({kTightMargin, kBackwards, fastest});
-  return {choice.velocity, {.candidates = window.lookups()}};
+  Work work = detour.work;
+  work.candidates += window.lookups();
+  return {choice.velocity, detour.kind, work};
 }
 
 }  // namespace ctn::navigation

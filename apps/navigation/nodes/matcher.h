@@ -2,14 +2,16 @@
 //
 // The earlier points are smeared into a grid around the expected pose, whose cells say how likely a hit there is. Every
 // pose of a grid of poses around the expected one is tried, first coarsely, then finely around the best one; the score
-// of a pose is the mean of the cells that the points fall into, less a little for its distance from the expected pose,
-// which decides where walls do not (along a corridor). Unlike iterated closest points (ICP), this needs no starting
-// value that is nearly right, and takes a time that is known.
+// of a pose is the mean of what the points fall on, less a little for its distance from the expected pose, which
+// decides where walls do not (along a corridor). Finely, values between the centres of cells are interpolated, so that
+// a pose is found to less than a cell. Unlike iterated closest points (ICP), this needs no starting value that is
+// nearly right, and takes a time that is known.
 //
 // Units: metres, radians. Thread safety: one thread an object.
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "geometry.h"
@@ -20,8 +22,9 @@ namespace ctn::navigation {
 
 class Matcher {
  public:
+  // Where a pose is looked for. The steps between the poses that are tried are kCoarse... or kFine... (matcher.cpp).
   struct Window {
-    double offset = 0.24;  // to each side, metres
+    double offset = 0.32;  // to each side, metres
     double turn = 0.21;    // to each side, radians
   };
   struct Match {
@@ -36,9 +39,11 @@ class Matcher {
   // Earlier points, seen from `pose`.
   void add(const Pose& pose, const std::vector<Point>& points);
   Match match(const std::vector<Point>& points, const Window& window);
+  // The fine search alone, around a pose that is nearly right and not far from the one of start().
+  Match refine(const std::vector<Point>& points, const Pose& around, const Window& window);
 
-  // The work since start().
-  const Work& work() const { return work_; }
+  // The work since the last call.
+  Work take_work() { return std::exchange(work_, {}); }
 
  private:
   // The points that count, turned by a heading, in cells of the grid.
@@ -47,9 +52,19 @@ class Matcher {
     std::vector<double> y;
   };
 
-  double raw_score(double x, double y) const;
-  Match best_of(const Pose& centre, double offset, double offset_step, double turn, double turn_step,
-                const Window& window);
+  // The poses that are tried.
+  struct Poses {
+    Pose centre;
+    double offset;  // to each side
+    double offset_step;
+    double turn;
+    double turn_step;
+  };
+
+  double coarse_score(double x, double y) const;
+  double fine_score(double x, double y) const;
+  Match best_of(const Poses& poses, bool fine, const Window& window);
+  void take_near(const std::vector<Point>& points);
   void turn_points(double heading);
 
   Pose expected_;

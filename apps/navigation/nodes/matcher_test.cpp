@@ -47,6 +47,19 @@ TEST(Matcher, FindsThePoseThatTheScanWasTakenFrom) {
   }
 }
 
+TEST(Matcher, RefinesAPoseToLessThanACell) {
+  const Pose before{2.0, 2.0, 0.3};
+  const Pose truth{2.1, 2.05, 0.33};
+  Matcher matcher;
+  matcher.start(before);
+  matcher.add(before, points_seen_from(before));
+  const Matcher::Match match =
+      matcher.refine(points_seen_from(truth), {truth.x + 0.02, truth.y - 0.03, truth.heading + 0.01}, {0.04, 0.02});
+  EXPECT_NEAR(match.pose.x, truth.x, 0.75 * kCell);
+  EXPECT_NEAR(match.pose.y, truth.y, 0.75 * kCell);
+  EXPECT_NEAR(match.pose.heading, truth.heading, 0.0065);
+}
+
 TEST(Matcher, ScoresNothingWhereNothingWasSeen) {
   Matcher matcher;
   const Pose here{2.0, 2.0, 0.0};
@@ -59,15 +72,14 @@ TEST(Matcher, ScoresNothingWhereNothingWasSeen) {
 TEST(Matcher, CountsTheSameWorkForTheSameWindow) {
   const std::vector<Point> points = points_seen_from({2.0, 2.0, 0.0});
   Matcher matcher;
-  matcher.start({2.0, 2.0, 0.0});
-  matcher.match(points, {});
-  const Work small = matcher.work();
-  matcher.start({2.0, 2.0, 0.0});
-  matcher.match(points, {0.8, 0.3});
-  EXPECT_GT(matcher.work().candidates, 2 * small.candidates);
-  matcher.start({2.0, 2.0, 0.0});
-  matcher.match(points, {});
-  EXPECT_EQ(matcher.work(), small);
+  const auto work_of = [&](const Matcher::Window& window) {
+    matcher.start({2.0, 2.0, 0.0});
+    matcher.match(points, window);
+    return matcher.take_work();
+  };
+  const Work small = work_of({});
+  EXPECT_GT(work_of({0.8, 0.3}).candidates, 2 * small.candidates);
+  EXPECT_EQ(work_of({}), small);
 }
 
 TEST(PoseGraph, BendsAWayWhoseEndIsKnownToWhereItWas) {

@@ -8,6 +8,7 @@ NavigationCommand::Result NavigationCommand::run(const Path& path, const Localiz
                                                  const Odometry& odometry) const {
   Result result;
   result.command.stamp = odometry.stamp;
+  result.command.look_around = path.outcome == Path::Outcome::kNoWay || path.outcome == Path::Outcome::kNothingLeft;
   if (path.outcome != Path::Outcome::kFound || path.points.empty()) return result;
 
   const Point robot = position(localization.pose_at(odometry));
@@ -28,7 +29,11 @@ NavigationCommand::Result NavigationCommand::run(const Path& path, const Localiz
     return result;
   }
   result.command.stop = false;
-  result.command.carrot = transformed(inverse(localization.correction), path.points[carrot]);
+  const Pose to_odometry = inverse(localization.correction);
+  result.command.carrot = transformed(to_odometry, path.points[carrot]);
+  for (std::size_t i = carrot; i < path.points.size() && distance(path.points[i], robot) <= kBeyond; ++i) {
+    result.command.beyond.push_back(transformed(to_odometry, path.points[i]));
+  }
   result.command.distance_left = along;
   return result;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry.h"
+#include "nodes/testing/plant.h"
 #include "robot.h"
 #include "sensors.h"
 
@@ -30,7 +31,7 @@ struct Errors {
   double turn_noise = 0.0;  // standard deviation of the heading's error after a second of driving
 };
 
-class AnalyticWorld {
+class AnalyticWorld final : public Plant {
  public:
   AnalyticWorld(std::vector<Wall> walls, const Pose& start, const Errors& errors = {}, std::uint64_t seed = 1)
       : walls_(std::move(walls)), errors_(errors), random_(seed), truth_(start) {
@@ -38,7 +39,7 @@ class AnalyticWorld {
   }
 
   // The base takes up the velocity as fast as it can and keeps it.
-  void advance(double seconds, const Velocity& wanted) {
+  void advance(double seconds, const Velocity& wanted) override {
     constexpr std::chrono::milliseconds kStep(5);
     const double step = std::chrono::duration<double>(kStep).count();
     const int steps = static_cast<int>(std::lround(seconds / step));
@@ -62,7 +63,7 @@ class AnalyticWorld {
     odometry_.velocity = velocity_;
   }
 
-  Scan scan() {
+  Scan scan() override {
     Scan scan;
     scan.stamp = now_;
     scan.ranges.resize(721);
@@ -74,10 +75,9 @@ class AnalyticWorld {
     return scan;
   }
 
-  const Odometry& odometry() const { return odometry_; }
+  Odometry odometry() override { return odometry_; }
   const Pose& truth() const { return truth_; }
-  std::chrono::nanoseconds now() const { return now_; }
-  double time() const { return std::chrono::duration<double>(now_).count(); }
+  std::chrono::nanoseconds now() const override { return now_; }
   double driven() const { return driven_; }
   bool touched() const { return touched_; }  // ever
   std::vector<Wall>& walls() { return walls_; }

@@ -1,4 +1,4 @@
-// The nodes in a loop with an analytic world, in virtual time, each at a fixed rate: for tests and benchmarks.
+// The nodes in a loop with a world, in virtual time, each at a fixed rate: for tests and benchmarks.
 //
 // Thread safety: one thread an object.
 #pragma once
@@ -15,7 +15,7 @@
 #include "nodes/local_planner.h"
 #include "nodes/navigation_command.h"
 #include "nodes/scan_filter.h"
-#include "nodes/testing/analytic_world.h"
+#include "nodes/testing/plant.h"
 
 namespace ctn::navigation::testing {
 
@@ -24,15 +24,19 @@ class ClosedLoop {
   // Calls `run`, which runs the node and returns what it did. May measure.
   using Around = std::function<void(const char* node, const std::function<Work()>& run)>;
 
-  ClosedLoop(AnalyticWorld& world, std::optional<Point> goal, Around around = {})
+  ClosedLoop(Plant& world, std::optional<Point> goal, Around around = {})
       : world_(world), goal_(goal), around_(std::move(around)) {
     if (!around_) around_ = [](const char*, const std::function<Work()>& run) { run(); };
   }
 
   // Until the robot has arrived or explored all, at most for `seconds`.
   void run(double seconds) {
+    run(seconds, [] { return false; });
+  }
+  // Or until `enough`, which is asked before each step.
+  void run(double seconds, const std::function<bool()>& enough) {
     const double until = world_.time() + seconds;
-    while (world_.time() < until - 1e-9 && !arrived() && !explored()) step();
+    while (world_.time() < until - 1e-9 && !arrived() && !explored() && !enough()) step();
   }
 
   bool arrived() const { return command_.arrived; }
@@ -40,6 +44,7 @@ class ClosedLoop {
   const Localization& localization() const { return localization_; }
   const GlobalMap& map() const { return *map_; }
   const Path& path() const { return path_; }
+  const Command& command() const { return command_; }
 
  private:
   static constexpr double kStep = 0.04;
@@ -93,13 +98,13 @@ class ClosedLoop {
       return result.work;
     });
     around_("GP", [&] {
-      GlobalPlanner::Result result = planner_.run(*map_, localization_.pose_at(world_.odometry()), goal_);
+      GlobalPlanner::Result result = planner_.run(*map_, localization_, goal_);
       path_ = std::move(result.path);
       return result.work;
     });
   }
 
-  AnalyticWorld& world_;
+  Plant& world_;
   std::optional<Point> goal_;
   Around around_;
   std::uint64_t steps_ = 0;
