@@ -108,6 +108,8 @@ class World {
   double turn_rate() const { return turn_rate_; }
   bool ended() const { return ended_; }
   Score score() const;
+  double travelled() const { return travelled_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
 
   const WorldFile& file() const { return file_; }
   const Scene& scene() const { return scene_; }
