@@ -1,0 +1,50 @@
+// Many runs that differ in their seed alone, and what they come to: medians and spread.
+//
+// With a folder, the outcome of each run is a file there, `run-SEED.json`, which appears whole or not at all; runs of
+// which there is a file are not run again, so a batch that was stopped goes on.
+//
+// Thread safety: one thread.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "catan/result.h"
+#include "run/options.h"
+#include "run/outcome.h"
+#include "run/stored_run.h"
+
+namespace ctn::navigation::run {
+
+struct Batch {
+  Options options;  // those of the first run
+  std::vector<StoredRun> runs;
+  int signal = 0;  // that ended it early; 0: none
+};
+
+// What a figure comes to in several runs. Quartiles are the smallest values such that a quarter (half, three quarters)
+// of all are no larger; `count`: the runs in which there was something to measure.
+struct Spread {
+  std::string figure;
+  std::size_t count = 0;
+  double mean = 0.0;
+  double min = 0.0;
+  double lower_quartile = 0.0;
+  double median = 0.0;
+  double upper_quartile = 0.0;
+  double max = 0.0;
+};
+std::vector<Spread> spreads_of(const std::vector<StoredRun>& runs);
+// For each 5 s the median of the runs' p95; of those runs that lasted so long and gave commands then.
+std::vector<std::optional<double>> median_staleness(const std::vector<StoredRun>& runs);
+
+// `run_one` runs with these options (of which the seed changes); `tell` is told about each run. Errors: its; a folder
+// or a file that cannot be written; a file that is of other options (kCaller).
+Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
+                        const std::function<void(const std::string&)>& tell);
+
+std::string to_json(const Batch& batch);
+std::string to_text(const Batch& batch);
+
+}  // namespace ctn::navigation::run

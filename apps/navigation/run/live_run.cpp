@@ -1,0 +1,83 @@
+#include "run/live_run.h"
+
+#include <chrono>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "catan/session.h"
+#include "run/album.h"
+#include "run/nodes.h"
+#include "run/shortest_way.h"
+#include "run/world_thread.h"
+
+namespace ctn::navigation::run {
+namespace {
+
+SessionOptions session_options(const Options& options, const LiveWatch& watch) {
+  SessionOptions result;
+  result.policy = options.policy;
+  result.cpus = options.cpus;
+  result.record = options.record;
+  result.note = note_of(options);
+  if (watch.notice) result.on_notice = watch.notice;
+  return result;
+}
+
+// Takes longer than the world's thread may, so this is done here.
+Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
+  while (const auto moment = robot.take_moment()) {
+    if (Status drawn = album->draw(*moment); !drawn) return drawn;
+  }
+  return Done{};
+}
+
+}  // namespace
+
+Result<Outcome> run_live(const Options& options, const world::WorldFile& world, const LiveWatch& watch) {
+  auto session = Session::open(options.app_file, session_options(options, watch));
+  if (!session) return session.error();
+  Trial trial(world, options.seed);
+  WorldThread robot(trial, options.cpus);
+  Nodes nodes(robot, world.goal);
+  nodes.attach(*session, options.slowdown);
+
+  std::optional<Album> album;
+  if (!options.pictures.empty()) {
+    auto opened = Album::open(options.pictures, world, trial.world().scene().movers());
+    if (!opened) return opened.error();
+    album.emplace(std::move(opened).value());
+    robot.keep_moments();
+  }
+
+  Outcome outcome;
+  outcome.options = options;
+  outcome.world = world.name;
+  outcome.explores = world.explore();
+  outcome.shortest_way = shortest_way(world);
+  robot.start();
+  if (Status started = session->start(); !started) return started.error();
+  Status drawn = Done{};
+  const std::chrono::duration<double> seconds(options.seconds);
+  while (robot.now() < seconds && outcome.signal == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const Progress progress = robot.progress();
+    if (progress.over) break;
+    if (watch.signal) outcome.signal = watch.signal();
+    if (watch.show) watch.show(progress);
+    drawn = draw_all(robot, album);
+    if (!drawn) break;
+  }
+  outcome.snapshot = session->snapshot();
+  Status stopped = session->stop();
+  robot.stop();
+  if (!stopped) return stopped.error();
+  if (drawn) drawn = draw_all(robot, album);
+  if (!drawn) return drawn.error();
+  outcome.findings = trial.findings();
+  outcome.world_thread = robot.use();
+  outcome.took_seconds = std::chrono::duration<double>(robot.now()).count();
+  return outcome;
+}
+
+}  // namespace ctn::navigation::run

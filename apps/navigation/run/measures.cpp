@@ -1,0 +1,54 @@
+#include "run/measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace ctn::navigation::run {
+namespace {
+
+double in_ms(std::chrono::nanoseconds time) { return std::chrono::duration<double, std::milli>(time).count(); }
+
+}  // namespace
+
+std::optional<double> mean_of(const std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::optional<double> percentile_of(std::vector<double> values, double percent) {
+  if (values.empty()) return std::nullopt;
+  const double share = std::ceil(static_cast<double>(values.size()) * percent / 100.0);
+  const auto rank = std::clamp<std::size_t>(static_cast<std::size_t>(share), 1, values.size()) - 1;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples) {
+  std::vector<double> ages(samples.size());
+  std::transform(samples.begin(), samples.end(), ages.begin(),
+                 [](const AgeSample& sample) { return in_ms(sample.age); });
+  return ages;
+}
+
+std::vector<std::optional<double>> p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
+                                               std::chrono::nanoseconds end) {
+  const auto count = static_cast<std::size_t>((end + width - std::chrono::nanoseconds(1)) / width);
+  std::vector<std::vector<double>> ages(count);
+  for (const AgeSample& sample : samples) {
+    const auto bucket = static_cast<std::size_t>(sample.at / width);
+    if (bucket < count) ages[bucket].push_back(in_ms(sample.age));
+  }
+  std::vector<std::optional<double>> result;
+  result.reserve(count);
+  for (std::vector<double>& bucket : ages) result.push_back(percentile_of(std::move(bucket), 95.0));
+  return result;
+}
+
+double barn_score(bool success, double optimal, double actual) {
+  return success ? optimal / std::clamp(actual, 2.0 * optimal, 8.0 * optimal) : 0.0;
+}
+
+}  // namespace ctn::navigation::run

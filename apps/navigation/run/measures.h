@@ -1,0 +1,35 @@
+// The formulas of what is measured, on plain numbers.
+//
+// Units: as each says. Thread safety: pure functions.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace ctn::navigation::run {
+
+// Something of this age was used at that time.
+struct AgeSample {
+  std::chrono::nanoseconds at{};
+  std::chrono::nanoseconds age{};
+  bool operator==(const AgeSample&) const = default;
+};
+
+// Nothing where there are no values.
+std::optional<double> mean_of(const std::vector<double>& values);
+// The smallest value such that at least `percent` of all are no larger.
+std::optional<double> percentile_of(std::vector<double> values, double percent);
+
+// In ms: for each stretch of `width` from the beginning, the 95th percentile of the ages in it; nothing where there was
+// none. As many stretches as have begun by `end`.
+std::vector<std::optional<double>> p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
+                                               std::chrono::nanoseconds end);
+std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples);
+
+// The score of the BARN challenge: `optimal` / `actual`, where `actual` counts as 2 x `optimal` at least and 8 x at
+// most, so 0.5 at best; 0 without success. Both in the same unit, `optimal` above 0.
+double barn_score(bool success, double optimal, double actual);
+
+}  // namespace ctn::navigation::run

@@ -1,0 +1,47 @@
+#include "run/measures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace ctn::navigation::run {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::Optional;
+
+TEST(Measures, OfNothingAreNothing) {
+  EXPECT_EQ(mean_of({}), std::nullopt);
+  EXPECT_EQ(percentile_of({}, 95.0), std::nullopt);
+  EXPECT_TRUE(p95_by_time({}, 5s, 0s).empty());
+}
+
+TEST(Measures, PercentilesAreSamples) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  EXPECT_THAT(percentile_of(values, 95.0), Optional(95.0));
+  EXPECT_THAT(percentile_of(values, 50.0), Optional(50.0));
+  EXPECT_THAT(percentile_of(values, 100.0), Optional(100.0));
+  EXPECT_THAT(percentile_of({7.0}, 1.0), Optional(7.0));
+  EXPECT_THAT(percentile_of({3.0, 1.0, 2.0}, 50.0), Optional(2.0));
+  EXPECT_THAT(mean_of({1.0, 2.0, 6.0}), Optional(3.0));
+}
+
+TEST(Measures, StalenessIsPutIntoBucketsByWhenItWasUsed) {
+  const std::vector<AgeSample> samples = {{0s, 10ms}, {4999ms, 30ms}, {5s, 70ms}, {15s, 1ms}, {17s, 2ms}};
+  EXPECT_THAT(p95_by_time(samples, 5s, 16s), ElementsAre(30.0, 70.0, std::nullopt, 2.0));
+  EXPECT_THAT(p95_by_time(samples, 5s, 15s), ElementsAre(30.0, 70.0, std::nullopt));
+  EXPECT_THAT(ages_in_ms(samples), ElementsAre(10.0, 30.0, 70.0, 1.0, 2.0));
+}
+
+TEST(Measures, TheBarnScoreIsBoundedOnBothSides) {
+  EXPECT_EQ(barn_score(false, 10.0, 20.0), 0.0);
+  EXPECT_EQ(barn_score(true, 10.0, 12.0), 0.5) << "no better than twice the optimum";
+  EXPECT_EQ(barn_score(true, 10.0, 20.0), 0.5);
+  EXPECT_EQ(barn_score(true, 10.0, 40.0), 0.25);
+  EXPECT_EQ(barn_score(true, 10.0, 80.0), 0.125);
+  EXPECT_EQ(barn_score(true, 10.0, 800.0), 0.125);
+}
+
+}  // namespace
+}  // namespace ctn::navigation::run

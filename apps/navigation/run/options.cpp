@@ -1,0 +1,159 @@
+#include "run/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include <CLI/CLI.hpp>
+
+namespace ctn::navigation::run {
+namespace {
+
+constexpr int kMistake = 2;
+
+const char* const kExamples = R"(
+examples:
+  navigation --virtual --cores 1 --seed 3             simulated: the same bytes each time, on any machine
+  navigation --virtual --scheduler default --runs 20 --out runs/default
+                                                      seeds 1 to 20; run again, it goes on where it stopped
+  navigation --map 2 --seconds 300 --cpus 0           explores an office floor, in real time
+  navigation --map my_world.yaml --pictures out       a picture a second
+
+exit codes: 0 done (collisions included), 1 it could not run, 2 a mistake on the command line or in a file,
+128 + signal number when interrupted (what was measured until then is printed all the same)
+)";
+
+std::optional<int> whole_number(std::string_view text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || value < 0 || value > 4095) return std::nullopt;
+  return value;
+}
+
+// "0", "0,2", "0-3,6"; ascending and without doubles. Nothing where the text is none of these.
+std::optional<std::vector<int>> parse_cpus(const std::string& text) {
+  std::vector<int> cpus;
+  std::stringstream parts(text + ",");
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::size_t dash = part.find('-');
+    const auto first = whole_number(std::string_view(part).substr(0, dash));
+    const auto last = dash == std::string::npos ? first : whole_number(std::string_view(part).substr(dash + 1));
+    if (!first || !last || *last < *first) return std::nullopt;
+    for (int cpu = *first; cpu <= *last; ++cpu) cpus.push_back(cpu);
+  }
+  std::ranges::sort(cpus);
+  if (cpus.empty() || std::ranges::adjacent_find(cpus) != cpus.end()) return std::nullopt;
+  return cpus;
+}
+
+// As CLI::Range, which lets NaN through.
+CLI::Validator within(double min, double max) {
+  const auto check = [=](const std::string& text) -> std::string {
+    double value = 0.0;
+    if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max) return {};
+    return fmt::format("'{}' is no number from {} to {}", text, min, max);
+  };
+  return {check, fmt::format("from {} to {}", min, max)};
+}
+
+// Beside the program (the build tree), or where it was installed to.
+std::string file_of_the_app(const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const std::filesystem::path beside = folder / name;
+  if (!error && std::filesystem::exists(beside, error)) return beside.string();
+  return (folder / "../share/catan/apps" / name).lexically_normal().string();
+}
+
+std::string world_file_of(const std::string& map) {
+  if (map == "crowd") return "";
+  return map == "1" || map == "2" ? file_of_the_app("map" + map + ".yaml") : map;
+}
+
+void add_options(CLI::App& app, Options& options, std::string& cpus) {
+  app.add_option("--map", options.map,
+                 "the world: 1 (two rooms, to a goal), 2 (an office floor, to be explored), crowd (another one for "
+                 "each seed), or a file (docs/navigation-worlds.md)")
+      ->capture_default_str();
+  app.add_option(
+         "--scheduler", options.scheduler,
+         "catan; default (rates set by hand); fast-local (as default, but LM and LP at 50 Hz); or another policy "
+         "of a session")
+      ->capture_default_str();
+  CLI::Option* const real_cpus =
+      app.add_option("--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; all that may be used where not given");
+  app.add_option("--seconds", options.seconds, "how long a run lasts at most: it ends when the goal is reached")
+      ->check(within(0.5, 86400.0))
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "of noise, drift and what moves: equal seeds, equal worlds")
+      ->capture_default_str();
+  CLI::Option* const record =
+      app.add_option("--record", options.record, "write a record of the run to this file (read it with catan report)");
+  app.add_option("--slowdown", options.slowdown, "each run costs X times as much, as on a slower board")
+      ->check(within(1.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--app", options.app_file, "the app file")
+      ->default_str("robot.yaml beside the program, or robot_fast_local.yaml");
+  CLI::Option* const in_virtual_time =
+      app.add_flag("--virtual", options.virtual_time,
+                   "simulate: the real code in virtual time, in which runs cost what their work was worth")
+          ->excludes(real_cpus);
+  app.add_option("--cores", options.cores, "with --virtual: how many cores the nodes have")
+      ->needs(in_virtual_time)
+      ->check(CLI::Range(1, 127))
+      ->capture_default_str();
+  app.add_option("--detector", options.detector, "a detector chain beside navigation; so far there is none")
+      ->check(CLI::IsMember({"none"}))
+      ->capture_default_str();
+  CLI::Option* const runs = app.add_option("--runs", options.runs, "how many runs, with seeds from --seed on")
+                                ->check(CLI::Range(1, 100000))
+                                ->excludes(record)
+                                ->capture_default_str();
+  app.add_option("--out", options.out, "keep each run's outcome in this folder, and go on with what is there")
+      ->needs(runs);
+  app.add_option("--pictures", options.pictures, "draw a picture a second into this folder")->excludes(runs);
+  app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
+}
+
+}  // namespace
+
+std::variant<Options, Leave> parse_options(int argc, const char* const* argv) {
+  Options options;
+  std::string cpus;
+  CLI::App app("A robot that finds its way: real mapping, localisation and planning in a simulated world.",
+               "navigation");
+  app.footer(kExamples);
+  add_options(app, options, cpus);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return Leave{0, app.help()};
+  } catch (const CLI::ParseError& error) {
+    return Leave{kMistake, std::string("navigation: ") + error.what() + "\nSee navigation --help.\n"};
+  }
+  if (!cpus.empty()) {
+    const auto list = parse_cpus(cpus);
+    if (!list) {
+      return Leave{kMistake, "navigation: --cpus: '" + cpus + "' is no list of CPUs; write 0 or 0,1 or 0-3\n"};
+    }
+    options.cpus = *list;
+  }
+  options.world_file = world_file_of(options.map);
+  const bool fast_local = options.scheduler == "fast-local";
+  options.policy = fast_local ? "default" : options.scheduler;
+  if (options.app_file.empty()) options.app_file = file_of_the_app(fast_local ? "robot_fast_local.yaml" : "robot.yaml");
+  return options;
+}
+
+std::string note_of(const Options& options) {
+  return fmt::format("navigation map {}, seed {}, slowdown {}{}", options.map, options.seed, options.slowdown,
+                     options.virtual_time ? ", in virtual time" : "");
+}
+
+}  // namespace ctn::navigation::run

@@ -1,0 +1,42 @@
+// The program's command line.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace ctn::navigation::run {
+
+struct Options {
+  std::string map = "1";   // 1, 2, crowd, or a file
+  std::string world_file;  // of the map; empty: a crowd, made from the run's seed
+  std::string scheduler = "catan";
+  std::string policy = "catan";  // of the session, which the scheduler stands for
+  std::vector<int> cpus;         // empty: all that the process may use
+  double seconds = 60.0;         // at most; it ends when the goal is reached
+  std::uint64_t seed = 1;
+  std::string record;  // empty: none
+  std::string app_file;
+  double slowdown = 1.0;
+  bool virtual_time = false;
+  int cores = 1;  // in virtual time
+  std::string detector = "none";
+  int runs = 1;
+  std::string out;       // folder of a batch's outcomes; empty: they are not kept
+  std::string pictures;  // folder; empty: none
+  bool json = false;
+};
+
+// What a record of the run says of it.
+std::string note_of(const Options& options);
+
+// What to do instead of running: print `text` (to stdout where `code` is 0) and leave with `code`.
+struct Leave {
+  int code = 0;
+  std::string text;
+};
+
+std::variant<Options, Leave> parse_options(int argc, const char* const* argv);
+
+}  // namespace ctn::navigation::run

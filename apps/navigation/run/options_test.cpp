@@ -1,0 +1,92 @@
+#include "run/options.h"
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <vector>
+
+namespace ctn::navigation::run {
+namespace {
+
+std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
+  std::vector<const char*> argv = {"navigation"};
+  argv.insert(argv.end(), words);
+  return parse_options(static_cast<int>(argv.size()), argv.data());
+}
+
+int code_of(std::initializer_list<const char*> words) {
+  const auto parsed = parse(words);
+  return std::holds_alternative<Leave>(parsed) ? std::get<Leave>(parsed).code : -1;
+}
+
+TEST(Options, AreWhatWasGiven) {
+  const auto parsed = parse({"--map",  "w.yaml", "--scheduler", "default",    "--cpus", "0,2-4",      "--seconds",
+                             "3.5",    "--seed", "9",           "--record",   "r.db",   "--slowdown", "2",
+                             "--json", "--app",  "a.yaml",      "--pictures", "p",      "--detector", "none"});
+  ASSERT_TRUE(std::holds_alternative<Options>(parsed));
+  const auto& options = std::get<Options>(parsed);
+  EXPECT_EQ(options.map, "w.yaml");
+  EXPECT_EQ(options.world_file, "w.yaml");
+  EXPECT_EQ(options.scheduler, "default");
+  EXPECT_EQ(options.cpus, (std::vector<int>{0, 2, 3, 4}));
+  EXPECT_EQ(options.seconds, 3.5);
+  EXPECT_EQ(options.seed, 9U);
+  EXPECT_EQ(options.record, "r.db");
+  EXPECT_EQ(options.slowdown, 2.0);
+  EXPECT_EQ(options.app_file, "a.yaml");
+  EXPECT_EQ(options.pictures, "p");
+  EXPECT_TRUE(options.json);
+  EXPECT_FALSE(options.virtual_time);
+}
+
+TEST(Options, OfVirtualTimeAndBatches) {
+  const auto parsed = parse({"--virtual", "--cores", "2", "--runs", "20", "--out", "d", "--map", "2"});
+  ASSERT_TRUE(std::holds_alternative<Options>(parsed));
+  const auto& options = std::get<Options>(parsed);
+  EXPECT_TRUE(options.virtual_time);
+  EXPECT_EQ(options.cores, 2);
+  EXPECT_EQ(options.runs, 20);
+  EXPECT_EQ(options.out, "d");
+  EXPECT_NE(options.world_file.find("map2.yaml"), std::string::npos);
+  EXPECT_EQ(std::get<Options>(parse({"--map", "crowd"})).world_file, "");
+}
+
+TEST(Options, FastLocalIsTheDefaultWithAnotherAppFile) {
+  const auto parsed = std::get<Options>(parse({"--scheduler", "fast-local"}));
+  EXPECT_EQ(parsed.scheduler, "fast-local");
+  EXPECT_EQ(parsed.policy, "default");
+  EXPECT_NE(parsed.app_file.find("robot_fast_local.yaml"), std::string::npos);
+  EXPECT_EQ(std::get<Options>(parse({"--scheduler", "fifo"})).policy, "fifo");
+  EXPECT_NE(std::get<Options>(parse({})).app_file.find("robot.yaml"), std::string::npos);
+  EXPECT_EQ(std::get<Options>(parse({"--scheduler", "fast-local", "--app", "mine.yaml"})).app_file, "mine.yaml");
+}
+
+TEST(Options, MistakesLeaveWithTwo) {
+  EXPECT_EQ(code_of({"--cpus", "0,,1"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "1-0"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "0,0"}), 2);
+  EXPECT_EQ(code_of({"--cpus", "two"}), 2);
+  EXPECT_EQ(code_of({"--seconds", "0"}), 2);
+  EXPECT_EQ(code_of({"--seconds", "nan"}), 2);
+  EXPECT_EQ(code_of({"--slowdown", "0.5"}), 2);
+  EXPECT_EQ(code_of({"--seed", "x"}), 2);
+  EXPECT_EQ(code_of({"--runs", "0"}), 2);
+  EXPECT_EQ(code_of({"--cores", "2"}), 2) << "only in virtual time";
+  EXPECT_EQ(code_of({"--virtual", "--cores", "0"}), 2);
+  EXPECT_EQ(code_of({"--virtual", "--cpus", "0"}), 2);
+  EXPECT_EQ(code_of({"--runs", "2", "--record", "r"}), 2) << "a record is of one run";
+  EXPECT_EQ(code_of({"--out", "d"}), 2) << "only with --runs";
+  EXPECT_EQ(code_of({"--detector", "yolo"}), 2) << "there is none yet";
+  EXPECT_EQ(code_of({"--frobnicate"}), 2);
+  EXPECT_EQ(code_of({"stray"}), 2);
+}
+
+TEST(Options, HelpHasExamples) {
+  const auto parsed = parse({"--help"});
+  ASSERT_TRUE(std::holds_alternative<Leave>(parsed));
+  EXPECT_EQ(std::get<Leave>(parsed).code, 0);
+  EXPECT_NE(std::get<Leave>(parsed).text.find("examples:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ctn::navigation::run

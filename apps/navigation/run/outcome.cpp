@@ -1,0 +1,230 @@
+#include "run/outcome.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include <nlohmann/json.hpp>
+
+#include "robot.h"
+
+namespace ctn::navigation::run {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::nanoseconds;
+
+double in_seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+
+std::optional<double> in_seconds(const std::optional<nanoseconds>& time) {
+  return time ? std::optional(in_seconds(*time)) : std::nullopt;
+}
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+const char* name_of(const Outcome& outcome) {
+  if (outcome.signal != 0) return "interrupted";
+  switch (outcome.findings.ending) {
+    case Ending::kGoal:
+      return "goal";
+    case Ending::kExplored:
+      return "explored";
+    case Ending::kTime:
+      break;
+  }
+  return "time";
+}
+
+std::string name_of(const world::Contact& contact) {
+  return contact.mover ? fmt::format("mover {}", *contact.mover) : "wall";
+}
+
+std::string name_of(const ChainSnapshot& chain) { return fmt::format("{}", fmt::join(chain.path, " -> ")); }
+
+std::vector<double> reactions_in_ms(const Findings& findings) {
+  std::vector<double> reactions;
+  for (const Appearance& appearance : findings.appearances) {
+    if (appearance.reaction) reactions.push_back(1e3 * in_seconds(*appearance.reaction));
+  }
+  return reactions;
+}
+
+void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
+  const Findings& found = outcome.findings;
+  const bool success = found.reached_at && found.contacts.empty();
+  const double optimal = outcome.shortest_way.value_or(0.0) / RobotLimits().speed;
+  figures.push_back({"reached_goal", found.reached_at ? 1.0 : 0.0});
+  figures.push_back({"goal_s", in_seconds(found.reached_at)});
+  std::optional<double> score;
+  if (optimal > 0.0) score = barn_score(success, optimal, in_seconds(found.reached_at).value_or(8.0 * optimal));
+  figures.push_back({"barn_score", score});
+}
+
+Json json_of(const Summary& summary) {
+  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
+  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
+}
+
+Json json_of(const Options& options) {
+  Json json = {{"map", options.map},
+               {"scheduler", options.scheduler},
+               {"seconds", options.seconds},
+               {"seed", options.seed},
+               {"slowdown", options.slowdown},
+               {"detector", options.detector},
+               {"virtual", options.virtual_time}};
+  if (options.virtual_time) {
+    json["cores"] = options.cores;
+  } else {
+    json["cpus"] = options.cpus;
+  }
+  return json;
+}
+
+Json chains_of(const Snapshot& snapshot) {
+  Json chains = Json::array();
+  for (const ChainSnapshot& chain : snapshot.chains) {
+    chains.push_back({{"path", chain.path},
+                      {"response_ms", json_of(chain.response_ms)},
+                      {"predicted_response_ms", or_null(chain.predicted_response_ms)},
+                      {"latency_ms", json_of(chain.latency_ms)},
+                      {"period_ms", json_of(chain.period_ms)}});
+  }
+  return chains;
+}
+
+Json nodes_of(const Snapshot& snapshot) {
+  Json nodes = Json::object();
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
+  }
+  return nodes;
+}
+
+Json contacts_of(const Findings& found) {
+  Json contacts = Json::array();
+  for (const world::Contact& contact : found.contacts) {
+    contacts.push_back({{"at_s", in_seconds(contact.at)},
+                        {"with", name_of(contact)},
+                        {"x", contact.pose.x},
+                        {"y", contact.pose.y},
+                        {"speed", contact.speed}});
+  }
+  return contacts;
+}
+
+Json appearances_of(const Findings& found) {
+  Json appearances = Json::array();
+  for (const Appearance& appearance : found.appearances) {
+    std::optional<double> reaction;
+    if (appearance.reaction) reaction = 1e3 * in_seconds(*appearance.reaction);
+    appearances.push_back(
+        {{"at_s", in_seconds(appearance.at)}, {"mover", appearance.mover}, {"reaction_ms", or_null(reaction)}});
+  }
+  return appearances;
+}
+
+}  // namespace
+
+std::vector<Figure> figures_of(const Outcome& outcome) {
+  const Findings& found = outcome.findings;
+  const std::vector<double> guidance = ages_in_ms(found.guidance_ages);
+  const std::vector<double> scans = ages_in_ms(found.scan_ages);
+  const std::vector<double> reactions = reactions_in_ms(found);
+  std::vector<Figure> figures;
+  figures.push_back({"seconds", in_seconds(found.lasted)});
+  figures.push_back({"collided", found.contacts.empty() ? 0.0 : 1.0});
+  figures.push_back({"contacts", static_cast<double>(found.contacts.size())});
+  figures.push_back({"way_m", found.way});
+  if (outcome.explores) {
+    figures.push_back({"explored", found.explored});
+    figures.push_back({"explored_90_s", in_seconds(found.explored_90_at)});
+  } else {
+    add_goal(outcome, figures);
+  }
+  figures.push_back({"staleness_ms_mean", mean_of(guidance)});
+  figures.push_back({"staleness_ms_p95", percentile_of(guidance, 95.0)});
+  figures.push_back({"scan_age_ms_mean", mean_of(scans)});
+  figures.push_back({"scan_age_ms_p95", percentile_of(scans, 95.0)});
+  figures.push_back({"appearances", static_cast<double>(found.appearances.size())});
+  figures.push_back({"reacted", static_cast<double>(reactions.size())});
+  figures.push_back({"reaction_ms_mean", mean_of(reactions)});
+  figures.push_back({"reaction_ms_p95", percentile_of(reactions, 95.0)});
+  for (const ChainSnapshot& chain : outcome.snapshot.chains) {
+    const bool any = chain.response_ms.count > 0;
+    figures.push_back(
+        {"response_ms_mean " + name_of(chain), any ? std::optional(chain.response_ms.mean) : std::nullopt});
+    figures.push_back({"response_ms_p95 " + name_of(chain), any ? std::optional(chain.response_ms.p95) : std::nullopt});
+  }
+  return figures;
+}
+
+std::string identity_of(const Options& options) { return json_of(options).dump(); }
+
+std::string to_json(const Outcome& outcome) {
+  const Options& options = outcome.options;
+  const Findings& found = outcome.findings;
+  Json figures = Json::object();
+  for (const Figure& figure : figures_of(outcome)) figures[figure.name] = or_null(figure.value);
+  Json staleness = Json::array();
+  for (const auto& p95 : p95_by_time(found.guidance_ages, kStalenessBucket, found.lasted)) {
+    staleness.push_back(or_null(p95));
+  }
+  Json json = json_of(options);
+  json["world"] = outcome.world;
+  if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
+  json["ended_by"] = name_of(outcome);
+  json["figures"] = std::move(figures);
+  json["staleness_ms_p95_by_5s"] = std::move(staleness);
+  json["contacts"] = contacts_of(found);
+  json["appearances"] = appearances_of(found);
+  json["chains"] = chains_of(outcome.snapshot);
+  json["nodes"] = nodes_of(outcome.snapshot);
+  json["plans"] = outcome.snapshot.plans;
+  json["notices"] = outcome.snapshot.notices;
+  if (outcome.world_thread) {
+    json["world_thread"] = {{"real_time", outcome.world_thread->real_time},
+                            {"cpu_share", outcome.world_thread->cpu_share},
+                            {"late_ms_max", outcome.world_thread->late_ms_max}};
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string to_text(const Outcome& outcome) {
+  const Options& options = outcome.options;
+  const std::string machine =
+      options.virtual_time ? fmt::format("in virtual time on {} core{}", options.cores, options.cores == 1 ? "" : "s")
+                           : fmt::format("real-time levels {}", outcome.snapshot.real_time ? "enforced" : "not used");
+  std::string text =
+      fmt::format("navigation in '{}' under '{}', seed {}, slowdown {}, {}; ended by: {}\n", outcome.world,
+                  options.scheduler, options.seed, options.slowdown, machine, name_of(outcome));
+  for (const Figure& figure : figures_of(outcome)) {
+    text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
+  }
+  for (const world::Contact& contact : outcome.findings.contacts) {
+    text += fmt::format("  contact with {} after {:.3f} s at ({:.2f}, {:.2f}), {:.2f} m/s\n", name_of(contact),
+                        in_seconds(contact.at), contact.pose.x, contact.pose.y, contact.speed);
+  }
+  text += "  node        rate Hz   compute ms mean     p95\n";
+  for (const NodeSnapshot& node : outcome.snapshot.nodes) {
+    text += fmt::format("  {:<10} {:>8.2f} {:>17.3f} {:>7.3f}\n", node.name, node.rate_hz, node.compute_ms.mean,
+                        node.compute_ms.p95);
+  }
+  if (outcome.world_thread) {
+    text += fmt::format("  world's thread: {:.2f} % of a CPU, at {} level; readings at most {:.1f} ms late\n",
+                        100.0 * outcome.world_thread->cpu_share,
+                        outcome.world_thread->real_time ? "a real-time" : "the ordinary",
+                        outcome.world_thread->late_ms_max);
+  }
+  return text;
+}
+
+std::string status_line(const Progress& progress) {
+  return fmt::format("{:6.1f} s  {:.1f} m driven, {} contact{}{}", in_seconds(progress.at), progress.way,
+                     progress.contacts, progress.contacts == 1 ? "" : "s",
+                     progress.explored > 0.0 ? fmt::format(", {:.1f} % explored", 100.0 * progress.explored) : "");
+}
+
+}  // namespace ctn::navigation::run

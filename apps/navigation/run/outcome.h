@@ -1,0 +1,55 @@
+// What one run of the program measured, and how it is printed.
+//
+// Thread safety: values, pure functions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "catan/snapshot.h"
+#include "run/options.h"
+#include "run/trial.h"
+
+namespace ctn::navigation::run {
+
+// What the world's thread took, in real time.
+struct WorldThreadUse {
+  bool real_time = false;    // it ran above the nodes' levels
+  double cpu_share = 0.0;    // of one CPU
+  double late_ms_max = 0.0;  // of a reading
+};
+
+struct Outcome {
+  Options options;
+  std::string world;  // its name
+  bool explores = false;
+  std::optional<double> shortest_way;  // to the goal, metres
+  Findings findings;
+  Snapshot snapshot;
+  double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
+  std::optional<WorldThreadUse> world_thread;
+  int signal = 0;  // that ended it early; 0: none
+};
+
+inline constexpr std::chrono::nanoseconds kStalenessBucket = std::chrono::seconds(5);
+
+// One number each, by name, in the order in which they are printed; none where there was nothing to measure. What
+// batches compute medians of.
+struct Figure {
+  std::string name;
+  std::optional<double> value;
+};
+std::vector<Figure> figures_of(const Outcome& outcome);
+
+// JSON of the options that a run's outcome depends on.
+std::string identity_of(const Options& options);
+
+std::string to_json(const Outcome& outcome);
+std::string to_text(const Outcome& outcome);
+
+// One line for a terminal while it runs.
+std::string status_line(const Progress& progress);
+
+}  // namespace ctn::navigation::run

@@ -1,0 +1,122 @@
+// The program as a script sees it: what it prints where, and how it ends.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace ctn::navigation::run {
+namespace {
+
+struct Ended {
+  int code = -1;
+  std::string out;  // stdout; stderr goes with the test's
+};
+
+Ended run_command(const std::string& command) {
+  std::FILE* pipe = popen(command.c_str(), "re");
+  if (pipe == nullptr) return {};
+  Ended ended;
+  std::array<char, 4096> chunk{};
+  while (const std::size_t length = std::fread(chunk.data(), 1, chunk.size(), pipe)) {
+    ended.out.append(chunk.data(), length);
+  }
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) ended.code = WEXITSTATUS(status);
+  return ended;
+}
+
+Ended run(const std::string& arguments, const std::string& before = "") {
+  return run_command(before + " '" NAVIGATION_PROGRAM "' " + arguments);
+}
+
+std::string temporary(const std::string& name) {
+  return testing::TempDir() + "navigation_program_" + std::to_string(getpid()) + "_" + name;
+}
+
+TEST(Program, InVirtualTimePrintsTheSameBytesEachTime) {
+  for (const std::string scheduler : {"catan", "default"}) {
+    const std::string options = "--virtual --seconds 3 --json --scheduler " + scheduler + " --seed ";
+    const Ended first = run(options + "7");
+    ASSERT_EQ(first.code, 0);
+    EXPECT_EQ(first.out, run(options + "7").out);
+    const auto json = nlohmann::json::parse(first.out, nullptr, false);
+    ASSERT_FALSE(json.is_discarded()) << first.out;
+    EXPECT_EQ(json["virtual"], true);
+    EXPECT_EQ(json["scheduler"], scheduler);
+    EXPECT_EQ(json["figures"]["seconds"], 3.0);
+    EXPECT_EQ(json["chains"][0]["predicted_response_ms"].is_number(), scheduler == "catan");
+    EXPECT_NE(first.out, run(options + "8").out);
+  }
+}
+
+TEST(Program, InVirtualTimeItIsRecorded) {
+  const std::string path = temporary("record.catan");
+  std::remove(path.c_str());
+  ASSERT_EQ(run("--virtual --seconds 3 --record " + path).code, 0);
+  const Ended report = run_command("'" CATAN_COMMAND "' report --json " + path);
+  ASSERT_EQ(report.code, 0);
+  const auto json = nlohmann::json::parse(report.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << report.out;
+  EXPECT_EQ(json["scheduler"], "catan");
+  EXPECT_NE(json["note"].get<std::string>().find("virtual"), std::string::npos);
+  std::remove(path.c_str());
+}
+
+TEST(Program, InVirtualTimeABatchGoesOnAndDrawsNothing) {
+  const std::string folder = temporary("batch");
+  std::filesystem::remove_all(folder);
+  const std::string options = "--virtual --seconds 2 --json --scheduler default --runs 2 --out " + folder;
+  const Ended first = run(options);
+  ASSERT_EQ(first.code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder + "/run-1.json"));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/run-2.json"));
+  EXPECT_EQ(run(options).out, first.out);
+  EXPECT_EQ(run("--virtual --seconds 2 --runs 2 --out " + folder).code, 2) << "another scheduler";
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Program, InVirtualTimeItDrawsAPictureASecond) {
+  const std::string folder = temporary("pictures");
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(run("--virtual --seconds 2 --scheduler default --pictures " + folder).code, 0);
+  EXPECT_GT(std::filesystem::file_size(folder + "/second-0001.png"), 5000U);
+  EXPECT_GT(std::filesystem::file_size(folder + "/second-0002.png"), 5000U);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Program, LeavesWithTwoOnAMistake) {
+  for (const char* arguments :
+       {"--virtual --scheduler fastest", "--scheduler rate:0", "--cpus 4095", "--app /nowhere/app.yaml",
+        "--virtual --app /nowhere/app.yaml", "--no-such-option", "--cores 2", "--detector hog", "--virtual --cpus 0"}) {
+    const Ended ended = run(arguments);
+    EXPECT_EQ(ended.code, 2) << arguments;
+    EXPECT_EQ(ended.out, "") << arguments;
+  }
+}
+
+TEST(Program, LeavesWithOneWhereSomethingCannotBeReadOrMade) {
+  EXPECT_EQ(run("--virtual --seconds 1 --record /nowhere/record.db").code, 1);
+  EXPECT_EQ(run("--virtual --map /nowhere/world.yaml").code, 1);
+  EXPECT_EQ(run("--virtual --seconds 1 --pictures /proc/nowhere").code, 1);
+}
+
+TEST(Program, InLifeItDrives) {
+  for (const std::string scheduler : {"default", "catan"}) {
+    const Ended ended = run("--json --seconds 6 --scheduler " + scheduler);
+    ASSERT_EQ(ended.code, 0) << scheduler;
+    const auto json = nlohmann::json::parse(ended.out, nullptr, false);
+    ASSERT_FALSE(json.is_discarded()) << ended.out;
+    EXPECT_GT(json["figures"]["way_m"].get<double>(), 0.0);
+    EXPECT_GT(json["world_thread"]["cpu_share"].get<double>(), 0.0);
+    EXPECT_FALSE(json.contains("cores"));
+  }
+}
+
+}  // namespace
+}  // namespace ctn::navigation::run

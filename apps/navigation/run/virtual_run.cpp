@@ -1,0 +1,94 @@
+#include "run/virtual_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "catan/simulation.h"
+#include "run/album.h"
+#include "run/nodes.h"
+#include "run/shortest_way.h"
+
+namespace ctn::navigation::run {
+namespace {
+
+using std::chrono::nanoseconds;
+
+// Whether the run is over is looked at no more often, so that it does not depend on the step.
+constexpr nanoseconds kLook = std::chrono::milliseconds(500);
+
+class VirtualHardware final : public Hardware {
+ public:
+  VirtualHardware(Trial& trial, const Simulation& simulation) : trial_(trial), simulation_(simulation) {}
+
+  nanoseconds now() const override { return simulation_.now(); }
+  std::shared_ptr<const Reading> laser() override { return trial_.laser(now()); }
+  Odometry odometry() override { return trial_.odometry(now()); }
+  void drive(Drive drive) override {
+    drive.at = now();
+    trial_.drive(drive);
+  }
+  void guided(Guidance guidance) override {
+    guidance.at = now();
+    trial_.guided(guidance);
+  }
+  void planned(Planned planned) override {
+    planned.at = now();
+    trial_.planned(planned);
+  }
+
+ private:
+  Trial& trial_;
+  const Simulation& simulation_;
+};
+
+}  // namespace
+
+Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world, const Watch& watch) {
+  const auto started = std::chrono::steady_clock::now();
+  auto simulation = Simulation::open(options.app_file, {.costs = {},  // each run charges what it costs
+                                                        .slowdown = options.slowdown,
+                                                        .policy = options.policy,
+                                                        .cores = options.cores,
+                                                        .seed = options.seed,
+                                                        .record = options.record,
+                                                        .note = note_of(options)});
+  if (!simulation) return simulation.error();
+  Trial trial(world, options.seed);
+  VirtualHardware hardware(trial, *simulation);
+  Nodes nodes(hardware, world.goal);
+  nodes.attach(*simulation);
+
+  std::optional<Album> album;
+  if (!options.pictures.empty()) {
+    auto opened = Album::open(options.pictures, world, trial.world().scene().movers());
+    if (!opened) return opened.error();
+    album.emplace(std::move(opened).value());
+  }
+
+  Outcome outcome;
+  outcome.options = options;
+  outcome.world = world.name;
+  outcome.explores = world.explore();
+  outcome.shortest_way = shortest_way(world);
+  const nanoseconds end(std::llround(options.seconds * 1e9));
+  while (simulation->now() < end && outcome.signal == 0) {
+    const nanoseconds now = simulation->now();
+    if (now % kLook == nanoseconds(0) && trial.over()) break;
+    const nanoseconds until = std::min({now + watch.step, (now / kLook + 1) * kLook, end});
+    if (Status ran = simulation->run_for(until - now); !ran) return ran.error();
+    trial.advance(simulation->now());
+    if (watch.signal) outcome.signal = watch.signal();
+    if (watch.show) watch.show(trial.progress());
+    if (!album || simulation->now() % kPicturePeriod != nanoseconds(0)) continue;
+    if (Status drawn = album->draw(moment_of(trial)); !drawn) return drawn.error();
+  }
+  if (Status finished = simulation->finish(); !finished) return finished.error();
+  outcome.findings = trial.findings();
+  outcome.snapshot = simulation->snapshot();
+  outcome.took_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return outcome;
+}
+
+}  // namespace ctn::navigation::run

@@ -1,0 +1,147 @@
+#include "run/world_thread.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+namespace ctn::navigation::run {
+namespace {
+
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
+
+constexpr int kAboveNodes = 80;  // Catan's levels end at 70
+constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
+
+// True: at a real-time level.
+bool rise() {
+  sched_param parameter{};
+  parameter.sched_priority = kAboveNodes;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+}
+
+// To CPUs of the process that nodes may not use, if there are any. If it fails, the thread stays where it is.
+void leave(const std::vector<int>& node_cpus) {
+  cpu_set_t cpus;
+  CPU_ZERO(&cpus);
+  if (node_cpus.empty() || pthread_getaffinity_np(pthread_self(), sizeof cpus, &cpus) != 0) return;
+  for (const int cpu : node_cpus) CPU_CLR(static_cast<std::size_t>(cpu), &cpus);
+  if (CPU_COUNT(&cpus) > 0) pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus);
+}
+
+nanoseconds cpu_time() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
+}
+
+template <class T>
+void take_all(Events<T>& events, std::vector<T>& due) {
+  while (auto event = events.take()) due.push_back(std::move(*event));
+}
+
+// The time of the first; none: later than any.
+template <class T>
+nanoseconds first_of(const std::vector<T>& due) {
+  return due.empty() ? nanoseconds::max() : due.front().at;
+}
+
+template <class T, class Do>
+void do_first(std::vector<T>& due, Do&& act) {
+  act(due.front());
+  due.erase(due.begin());
+}
+
+}  // namespace
+
+WorldThread::WorldThread(Trial& trial, std::vector<int> node_cpus) : trial_(trial), node_cpus_(std::move(node_cpus)) {}
+
+WorldThread::~WorldThread() { stop(); }
+
+void WorldThread::start() {
+  publish(nanoseconds(0));
+  start_ = steady_clock::now();
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+void WorldThread::stop() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  thread_.join();
+}
+
+nanoseconds WorldThread::now() const { return steady_clock::now() - start_; }
+
+std::shared_ptr<const Reading> WorldThread::laser() { return readings_.read(); }
+
+Odometry WorldThread::odometry() { return odometry_.read(); }
+
+void WorldThread::drive(Drive drive) {
+  drive.at = now();
+  drives_.write(std::move(drive));
+}
+
+void WorldThread::guided(Guidance guidance) {
+  guidance.at = now();
+  guidances_.write(guidance);
+}
+
+void WorldThread::planned(Planned planned) {
+  planned.at = now();
+  plans_.write(std::move(planned));
+}
+
+void WorldThread::run(const std::stop_token& stop) {
+  leave(node_cpus_);
+  use_.real_time = rise();
+  nanoseconds instant{};
+  nanoseconds late{};
+  while (!stop.stop_requested()) {
+    instant += world::kSensorPeriod;
+    std::this_thread::sleep_until(start_ + instant);
+    take_events();
+    pass(instant);
+    publish(instant);
+    late = std::max(late, now() - instant);
+    if (keeps_moments_ && instant % kPicturePeriod == nanoseconds(0)) moments_.write(moment_of(trial_));
+    if (instant % kProgressPeriod == nanoseconds(0)) progress_.write(trial_.progress());
+  }
+  take_events();
+  pass(now());
+  use_.cpu_share = std::chrono::duration<double>(cpu_time()) / std::chrono::duration<double>(now());
+  use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
+}
+
+void WorldThread::take_events() {
+  take_all(drives_, due_drives_);
+  take_all(guidances_, due_guidances_);
+  take_all(plans_, due_plans_);
+}
+
+void WorldThread::pass(nanoseconds until) {
+  while (true) {
+    const nanoseconds drive = first_of(due_drives_);
+    const nanoseconds guidance = first_of(due_guidances_);
+    const nanoseconds plan = first_of(due_plans_);
+    if (std::min({drive, guidance, plan}) > until) break;
+    if (drive <= guidance && drive <= plan) {
+      do_first(due_drives_, [this](const Drive& first) { trial_.drive(first); });
+    } else if (guidance <= plan) {
+      do_first(due_guidances_, [this](const Guidance& first) { trial_.guided(first); });
+    } else {
+      do_first(due_plans_, [this](const Planned& first) { trial_.planned(first); });
+    }
+  }
+  trial_.advance(until);
+}
+
+void WorldThread::publish(nanoseconds instant) {
+  auto reading = trial_.laser(instant);
+  odometry_.write(reading->odometry);
+  readings_.write(std::move(reading));
+}
+
+}  // namespace ctn::navigation::run

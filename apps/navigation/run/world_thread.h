@@ -1,0 +1,81 @@
+// The robot in real time: a thread that lets the world's time pass, and gives the laser's and the wheels' data to the
+// nodes when they exist, every 20 ms.
+//
+//   LP, NC, GP --what they did, with its time--> [events] --> world's thread: advance, observe
+//   scan, odometry <--the newest reading--------------------- every 20 ms
+//
+// It stands for hardware, which does not wait for the scheduler: it runs on CPUs that the nodes may not use, if there
+// are any, and above their real-time levels, if that is permitted. What it takes of a CPU and how late its readings
+// came is told (use()). A reading that comes late has the stamp of its instant all the same. A command that comes after
+// the world has passed its time counts from then on.
+//
+// Thread safety: as Hardware says; start(), stop() and the rest from one thread.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "run/album.h"
+#include "run/exchange.h"
+#include "run/hardware.h"
+#include "run/outcome.h"
+#include "run/trial.h"
+
+namespace ctn::navigation::run {
+
+class WorldThread final : public Hardware {
+ public:
+  // `trial` must outlive this; it is used by the thread alone between start() and stop(). `node_cpus`: where nodes run.
+  WorldThread(Trial& trial, std::vector<int> node_cpus);
+  ~WorldThread() override;
+
+  // Before start(): a moment a second will be kept for take_moment(), from one thread.
+  void keep_moments() { keeps_moments_ = true; }
+  std::optional<Moment> take_moment() { return moments_.take(); }
+
+  // Time 0 is now.
+  void start();
+  // After the nodes have ended: takes what they did last, and lets time pass until now. May be called twice.
+  void stop();
+  // Of what the thread did since start(). After stop().
+  WorldThreadUse use() const { return use_; }
+  // The newest, while it runs.
+  Progress progress() { return progress_.read(); }
+
+  std::chrono::nanoseconds now() const override;
+  std::shared_ptr<const Reading> laser() override;
+  Odometry odometry() override;
+  void drive(Drive drive) override;
+  void guided(Guidance guidance) override;
+  void planned(Planned planned) override;
+
+ private:
+  void run(const std::stop_token& stop);
+  void take_events();
+  // Does what was to be done by then, in the order of time.
+  void pass(std::chrono::nanoseconds until);
+  void publish(std::chrono::nanoseconds instant);
+
+  Trial& trial_;
+  std::vector<int> node_cpus_;
+  std::chrono::steady_clock::time_point start_;
+  Newest<std::shared_ptr<const Reading>> readings_;
+  Newest<Odometry> odometry_;
+  Newest<Progress> progress_;
+  Events<Drive> drives_;
+  Events<Guidance> guidances_;
+  Events<Planned> plans_;
+  Events<Moment> moments_;
+  bool keeps_moments_ = false;
+  // The thread's own: events that were taken and are not done yet.
+  std::vector<Drive> due_drives_;
+  std::vector<Guidance> due_guidances_;
+  std::vector<Planned> due_plans_;
+  WorldThreadUse use_;
+  std::jthread thread_;  // last: it uses the others
+};
+
+}  // namespace ctn::navigation::run
