@@ -14,7 +14,7 @@ Result<std::string> page_of(const record::Reader& record, const std::string& pat
                             bool all) {
   const auto story = page::tell(record, all);
   if (!story) return story.error();
-  const page::Told run{file_name(path), *story};
+  const page::ShownRun run{file_name(path), *story};
   if (compare.empty()) return page::to_html(run);
   const auto other = record::Reader::open(compare);
   if (!other) return other.error();

@@ -39,8 +39,8 @@ Result<std::optional<page::Glance>> write_look(const std::filesystem::path& fold
     if (!story) return story.error();
     stories.push_back(std::move(*story));
   }
-  const page::Told ours{trials[0].scheduler, stories[0]};
-  const page::Told theirs{trials[1].scheduler, stories[1]};
+  const page::ShownRun ours{trials[0].scheduler, stories[0]};
+  const page::ShownRun theirs{trials[1].scheduler, stories[1]};
   const Result<std::string> html = page::compare_html(ours, theirs);
   if (!html) return html.error();
   if (Status saved = page::save(*html, (folder / kLookPage).string()); !saved) return saved.error();
