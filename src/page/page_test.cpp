@@ -120,7 +120,7 @@ class StoryTest : public testing::Test {
     }
     history->sort();
     story_.figures.header.started = at(Nanos{0});
-    story_.figures.history = std::move(history);
+    story_.history = std::move(history);
   }
   record::PlanChange in_turns() const {
     plan::Plan plan;

@@ -8,6 +8,7 @@
 #include "plan/json.h"
 #include "record/app_changes.h"
 #include "record/lineage.h"
+#include "why/why.h"
 
 namespace ctn::page {
 namespace {
@@ -34,10 +35,13 @@ class Teller {
     }
     story_.responses.resize(trackers_.size());
     auto reading = clocks->begin();
+    auto history = std::make_shared<why::History>(story_.app, record_.header().cpus.size());
     const auto see = [&](const record::Run& run) {
       for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
         for (record::ChainTracker& tracker : trackers_) tracker.set_clock(reading->node, reading->ticks);
+        history->add(*reading);
       }
+      history->add(run);
       add(run);
     };
     auto figures = report::measure(record_, {.whole = whole, .worst = kWorstShown, .see = see});
@@ -46,6 +50,9 @@ class Teller {
       std::stable_sort(responses.begin(), responses.end(), [](const auto& a, const auto& b) { return a.end < b.end; });
     }
     story_.figures = std::move(*figures);
+    if (auto done = why::add_all_but_runs(record_, *history); !done) return done;
+    history->sort();
+    story_.history = std::move(history);
     story_.measured_from = whole ? 0 : std::min(micros(record_.header().warm_up), story_.duration);
     if (auto done = add_triggers(); !done) return done;
     if (auto done = add_slots(); !done) return done;

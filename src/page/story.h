@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "graph/app.h"
 #include "record/reader.h"
 #include "report/metrics.h"
+#include "why/history.h"
 
 namespace ctn::page {
 
@@ -109,6 +111,7 @@ struct Story {
   std::vector<std::vector<ResponsePoint>> responses;  // by chain of figures.chains, by end
   std::vector<PlanSpan> plans;                        // by time
   std::vector<Event> events;                          // by time
+  std::shared_ptr<const why::History> history;        // of the whole run; null: nothing is known of losses
 };
 
 constexpr std::size_t kWorstShown = 5;  // responses of each chain

@@ -50,18 +50,17 @@ NodeMetrics* find_node(RunFigures& metrics, const std::string& name) {
   return found == metrics.nodes.end() ? nullptr : &*found;
 }
 
-Status measure_runs(const record::Reader& record, const graph::App& app, const record::Interval& interval,
-                    const Asked& asked, RunFigures& metrics) {
+// What must be known of the run to find out why responses were late, if that is asked.
+Result<std::optional<why::Survey>> measure_runs(const record::Reader& record, const graph::App& app,
+                                                const record::Interval& interval, const Asked& asked,
+                                                RunFigures& metrics) {
   record::RunMetrics<record::AllSamples> measured(app, interval);
   std::vector<record::AllSamples> wall(app.graph.nodes().size());
   std::optional<record::AgeTracker> ages;
   if (!measured.edges().empty()) ages.emplace(app.graph);
   record::Run aged;
-  std::optional<why::Analyser> late;
-  if (asked.worst) {
-    late.emplace(app, why::chains_of(app), metrics.header.cpus.size(), interval);
-    if (Status done = late->add_all_but_runs(record); !done) return done;
-  }
+  std::optional<why::Survey> survey;
+  if (asked.worst) survey.emplace(app, why::chains_of(app), interval);
   const auto clocks = record.clocks();
   if (!clocks) return clocks.error();
   auto reading = clocks->begin();
@@ -69,9 +68,9 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
     if (asked.see) asked.see(run);
     for (; reading != clocks->end() && reading->at <= run.end; ++reading) {
       measured.set_clock(reading->node, reading->ticks);
-      if (late) late->add(*reading);
+      if (survey) survey->add(*reading);
     }
-    if (late) late->add(run);
+    if (survey) survey->add(run);
     if (ages) {
       aged = run;
       ages->add(aged);
@@ -79,13 +78,9 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
     measured.add(ages ? aged : run);
     if (interval.holds(run.begin, run.end)) wall[run.node.index()].add(run.end - run.begin);
   });
-  if (!done) return done;
+  if (!done) return done.error();
+  if (survey) survey->finish();
   for (const auto& chain : measured.chains()) metrics.chains.push_back(metrics_of(chain, app.graph));
-  if (late) {
-    std::vector<why::Analysis> analyses = late->finish(*asked.worst);
-    for (std::size_t i = 0; i < analyses.size(); ++i) metrics.chains[i].late = std::move(analyses[i]);
-    metrics.history = late->history();
-  }
   for (std::size_t i = 0; i < wall.size(); ++i) {
     const graph::Node& node = app.graph.nodes()[i];
     if (node.external) continue;
@@ -100,7 +95,7 @@ Status measure_runs(const record::Reader& record, const graph::App& app, const r
   }
   metrics.objective.measured = measured.objective(app);
   metrics.ages = measured.ages(app.graph);
-  return Done{};
+  return survey;
 }
 
 Status measure_triggers(const record::Reader& record, const record::Interval& interval, RunFigures& metrics) {
@@ -150,7 +145,13 @@ Result<RunFigures> measure(const record::Reader& record, const Asked& asked) {
   }
   const Result<graph::App> app = record::app_after(record.app(), *changes);
   if (!app) return app.error();
-  if (auto done = measure_runs(record, *app, interval, asked, metrics); !done) return done.error();
+  const auto survey = measure_runs(record, *app, interval, asked, metrics);
+  if (!survey) return survey.error();
+  if (*survey) {
+    auto analyses = why::analyse(record, *app, why::chains_of(*app), interval, **survey, *asked.worst);
+    if (!analyses) return analyses.error();
+    for (std::size_t i = 0; i < analyses->size(); ++i) metrics.chains[i].late = std::move((*analyses)[i]);
+  }
   if (auto done = measure_triggers(record, interval, metrics); !done) return done.error();
   const auto predicted = predictions(record, interval.begin, interval.end);
   if (!predicted) return predicted.error();

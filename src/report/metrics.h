@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,10 +21,6 @@
 #include "record/events.h"
 #include "record/reader.h"
 #include "why/analysis.h"
-
-namespace ctn::why {
-class History;
-}
 
 namespace ctn::report {
 
@@ -86,26 +81,25 @@ struct RunFigures {
   double relax_factor = 1.0;  // the largest among them
   bool for_typical = false;   // what some of them promise is for typical compute times
   ObjectiveMetrics objective;
-  std::vector<ChainMetrics> chains;             // in the order of the objective
-  std::vector<NodeMetrics> nodes;               // in the order of the app
-  std::vector<AgeSnapshot> ages;                // edges with an age limit
-  std::vector<TriggerMetrics> triggers;         // those that were sent any
-  double cores_used = 0.0;                      // by all nodes together; of header.cpus.size()
-  std::vector<AppChangeMetrics> changes;        // of the whole run: figures are by what was in force at its end
-  std::vector<record::Notice> notices;          // of the whole run
-  std::shared_ptr<const why::History> history;  // if it was asked what made responses late: what happened
+  std::vector<ChainMetrics> chains;       // in the order of the objective
+  std::vector<NodeMetrics> nodes;         // in the order of the app
+  std::vector<AgeSnapshot> ages;          // edges with an age limit
+  std::vector<TriggerMetrics> triggers;   // those that were sent any
+  double cores_used = 0.0;                // by all nodes together; of header.cpus.size()
+  std::vector<AppChangeMetrics> changes;  // of the whole run: figures are by what was in force at its end
+  std::vector<record::Notice> notices;    // of the whole run
 };
 
 struct Asked {
   bool whole = false;  // include the warm-up
   // What made responses late (docs/why.md): so many of each chain, the longest, are taken apart. None: it is not asked;
-  // then no memory is needed for what happened, and half of the time.
+  // then the record is read once, not twice.
   std::optional<std::size_t> worst = std::nullopt;
   // Is shown every run of the record, as Reader::each_run() does.
   std::function<void(const record::Run&)> see = {};
 };
 
-// One reading of the runs, whatever is asked. Errors: those of the reader; a plan in the record that cannot be read
+// Errors: those of the reader; a plan in the record that cannot be read
 // (kCaller).
 Result<RunFigures> measure(const record::Reader& record, const Asked& asked = {});
 

@@ -11,14 +11,6 @@ bool is_by_another(PartKind kind) { return kind == PartKind::kPreEmpted || kind 
 // ones.
 constexpr int kSlotsPerLoss = 10;
 
-// The node in whose slot the thief ran.
-NodeId robbed(std::span<const Part> parts, NodeId thief) {
-  for (const Part& part : parts) {
-    if (part.kind == PartKind::kStolen && part.by == thief) return part.node;
-  }
-  return thief;
-}
-
 bool waits_for_trigger(PartKind kind) {
   return kind == PartKind::kWaitingForTrigger || kind == PartKind::kLateTrigger || kind == PartKind::kPlanChange ||
          kind == PartKind::kOwnPreviousRun;
@@ -61,9 +53,9 @@ CauseKind cause_by(PartKind kind) {
   return CauseKind::kUnexplained;
 }
 
-// Of the runs that ended in a stretch of own-previous-run, the one that exceeds what is usual by most.
-std::pair<NodeId, Nanos> longest_excess(const Part& part, const History& history) {
-  std::pair<NodeId, Nanos> longest{part.node, Nanos{0}};
+// Of the runs that ended in a stretch of own-previous-run, the one that computed longer than usual by most.
+Causes::Excess longest_excess(const Part& part, const History& history) {
+  Causes::Excess longest{part.node, part.node, Nanos{0}};
   const graph::Graph& graph = history.app().graph;
   const std::optional<SubchainId> subchain = graph.node(part.node).subchain;
   const std::vector<NodeId> itself{part.node};
@@ -71,7 +63,7 @@ std::pair<NodeId, Nanos> longest_excess(const Part& part, const History& history
     for (std::optional<RunRef> run = history.last_ended(node, part.end, false);
          run && history.run(*run).end > part.begin; --run->index) {
       const Nanos excess = history.run(*run).cpu - history.usual_cpu(node);
-      if (excess > longest.second) longest = {node, excess};
+      if (excess > longest.length) longest = {part.node, node, excess};
       if (run->index == 0) break;
     }
   }
@@ -80,15 +72,43 @@ std::pair<NodeId, Nanos> longest_excess(const Part& part, const History& history
 
 }  // namespace
 
-std::map<Causes::Key, Nanos> Causes::sums(std::span<const Part> parts) {
-  std::map<Key, Nanos> sums;
-  for (const Part& part : parts) sums[whose(part)] += part.length();
-  return sums;
+Causes::Evidence Causes::evidence_of(std::span<const Part> parts) {
+  std::map<Key, Sum> sums;
+  std::map<Key, Nanos> longest;
+  for (const Part& part : parts) {
+    const Key key = whose(part);
+    Sum& sum = sums[key];
+    sum.length += part.length();
+    if (!is_by_another(part.kind) || !part.by) continue;
+    if (part.length() > longest[key]) {
+      longest[key] = part.length();
+      sum.held_up = part.node;
+    }
+    if (part.kind == PartKind::kStolen && !sum.robbed) sum.robbed = part.node;
+  }
+  Evidence evidence;
+  if (!parts.empty()) evidence.first = parts.front().node;
+  for (auto& [key, sum] : sums) {
+    sum.key = key;
+    evidence.sums.push_back(sum);
+  }
+  return evidence;
 }
 
-void Causes::add(std::span<const Part> parts) {
+void Causes::find_excesses(std::span<const Part> parts, const History& history, Evidence& evidence) {
+  for (const Part& part : parts) {
+    if (part.kind != PartKind::kOwnPreviousRun) continue;
+    const Excess excess = longest_excess(part, history);
+    if (excess.length <= Nanos{0}) continue;
+    std::erase_if(evidence.excesses,
+                  [&](const Excess& one) { return one.waiting == excess.waiting && one.length <= excess.length; });
+    evidence.excesses.push_back(excess);
+  }
+}
+
+void Causes::add(const Evidence& response) {
   ++responses_;
-  for (const auto& [key, length] : sums(parts)) lengths_[key].push_back(length);
+  for (const Sum& sum : response.sums) lengths_[sum.key].add(sum.length);
 }
 
 std::vector<std::pair<Causes::Key, Nanos>> Causes::medians() {
@@ -96,83 +116,70 @@ std::vector<std::pair<Causes::Key, Nanos>> Causes::medians() {
   for (auto& [key, lengths] : lengths_) {
     const std::size_t without = responses_ - lengths.size();
     if (rank <= without) continue;
-    const auto median = lengths.begin() + static_cast<std::ptrdiff_t>(rank - without - 1);
-    std::nth_element(lengths.begin(), median, lengths.end());
-    if (*median > Nanos{0}) medians_[key] = *median;
+    const Nanos median = lengths.of_rank(rank - without - 1);
+    if (median > Nanos{0}) medians_[key] = median;
   }
+  lengths_.clear();
   return {medians_.begin(), medians_.end()};
 }
 
-// By how much the parts of a key exceed what is usual of them. `usually_late`: by their whole length.
-Nanos Causes::beyond_usual(const Key& key, const std::map<Key, Nanos>& lengths, bool usually_late) const {
-  const auto in = [&](const std::map<Key, Nanos>& of) {
-    const auto found = of.find(key);
-    return found == of.end() ? Nanos{0} : found->second;
+Cause Causes::cause_of(const Evidence& response, const graph::Graph& graph, bool usually_late) const {
+  const auto length_of = [&](const Key& key) {
+    const auto found =
+        std::find_if(response.sums.begin(), response.sums.end(), [&](const Sum& sum) { return sum.key == key; });
+    return found == response.sums.end() ? std::optional<Nanos>() : found->length;
   };
-  return in(lengths) - (usually_late ? Nanos{0} : in(medians_));
-}
-
-Cause Causes::cause_of(std::span<const Part> parts, const History& history, bool usually_late) const {
-  const std::map<Key, Nanos> lengths = sums(parts);
-  const auto beyond = [&](const Key& key) { return beyond_usual(key, lengths, usually_late); };
-  // What waits for slots of the node's subchain exceed.
+  const auto beyond = [&](const Key& key) {
+    const auto usual = medians_.find(key);
+    return length_of(key).value_or(Nanos{0}) - (usually_late || usual == medians_.end() ? Nanos{0} : usual->second);
+  };
   const auto slots_beyond = [&](NodeId of) {
-    const graph::Graph& graph = history.app().graph;
     Nanos sum{0};
-    for (const auto& [key, length] : lengths) {
-      if (key.first != PartKind::kWaitingForSlot) continue;
-      if (key.second == of || (graph.node(of).subchain && graph.node(key.second).subchain == graph.node(of).subchain)) {
-        sum += std::max(beyond(key), Nanos{0});
+    for (const Sum& each : response.sums) {
+      if (each.key.first != PartKind::kWaitingForSlot) continue;
+      const NodeId node = each.key.second;
+      if (node == of || (graph.node(of).subchain && graph.node(node).subchain == graph.node(of).subchain)) {
+        sum += std::max(beyond(each.key), Nanos{0});
       }
     }
     return sum;
   };
-  Key max{PartKind::kUnexplained, parts.empty() ? NodeId{} : parts.front().node};
+  Sum max{.key = {PartKind::kUnexplained, response.first}};
   Nanos exceeded{0};
-  for (const auto& [key, length] : lengths) {
-    Nanos excess = beyond(key);
-    if (key.first == PartKind::kPlanChange) {
+  for (const Sum& sum : response.sums) {
+    const auto& [kind, node] = sum.key;
+    Nanos excess = beyond(sum.key);
+    if (kind == PartKind::kPlanChange) {
       excess = Nanos{0};
-      for (const PartKind kind :
+      for (const PartKind wait :
            {PartKind::kWaitingForTrigger, PartKind::kLateTrigger, PartKind::kPlanChange, PartKind::kOwnPreviousRun}) {
-        excess += beyond({kind, key.second});
+        excess += beyond({wait, node});
       }
-    } else if (waits_for_trigger(key.first) && lengths.contains({PartKind::kPlanChange, key.second})) {
+    } else if (waits_for_trigger(kind) && length_of({PartKind::kPlanChange, node})) {
       continue;
-    } else if (key.first == PartKind::kStolen || key.first == PartKind::kRunningLonger) {
-      const NodeId whose = key.first == PartKind::kStolen ? robbed(parts, key.second) : key.second;
-      const Nanos slots = slots_beyond(whose);
+    } else if (kind == PartKind::kStolen || kind == PartKind::kRunningLonger) {
+      const Nanos slots = slots_beyond(kind == PartKind::kStolen ? sum.robbed.value_or(node) : node);
       if (kSlotsPerLoss * excess >= slots) excess += slots;
     }
     if (excess > exceeded) {
       exceeded = excess;
-      max = key;
+      max = sum;
     }
   }
-  Cause cause{cause_by(max.first), max.second, {}, exceeded};
-  if (usually_late && max.first == PartKind::kRunning) cause.kind = CauseKind::kLongRun;
-  look_closer(parts, history, max, cause);
+  const auto& [kind, node] = max.key;
+  Cause cause{cause_by(kind), node, {}, exceeded};
+  if (usually_late && kind == PartKind::kRunning) cause.kind = CauseKind::kLongRun;
+  if (max.held_up) {
+    cause.node = *max.held_up;
+    cause.by = node;
+  }
+  if (kind != PartKind::kOwnPreviousRun) return cause;
+  for (const Excess& excess : response.excesses) {
+    if (excess.waiting != node || 2 * excess.length < exceeded) continue;
+    cause.kind = CauseKind::kLongRun;
+    cause.node = excess.node;
+  }
   return cause;
-}
-
-// At the parts of the key that exceeds what is usual by most: who pre-empted or stole whom, and whether a node's
-// previous run was a long one.
-void Causes::look_closer(std::span<const Part> parts, const History& history, const Key& max, Cause& cause) {
-  Nanos longest{0};
-  for (const Part& part : parts) {
-    if (part.kind != max.first) continue;
-    if (is_by_another(max.first) && part.by == max.second && part.length() > longest) {
-      longest = part.length();
-      cause.node = part.node;
-      cause.by = part.by;
-    }
-    if (max.first != PartKind::kOwnPreviousRun || part.node != max.second) continue;
-    const auto [node, excess] = longest_excess(part, history);
-    if (2 * excess >= cause.beyond_usual) {
-      cause.kind = CauseKind::kLongRun;
-      cause.node = node;
-    }
-  }
 }
 
 }  // namespace ctn::why

@@ -20,7 +20,9 @@
 #include <utility>
 #include <vector>
 
+#include "graph/app.h"
 #include "why/analysis.h"
+#include "why/durations.h"
 #include "why/history.h"
 #include "why/parts.h"
 
@@ -30,20 +32,39 @@ class Causes {
  public:
   using Key = std::pair<PartKind, NodeId>;  // as whose() has it
 
-  // Adds the parts of the next response.
-  void add(std::span<const Part> parts);
-  // To be called after all were added. Medians that are not 0.
+  // All parts of a response with one key.
+  struct Sum {
+    Key key;
+    Nanos length{0};
+    std::optional<NodeId> held_up{};  // of pre-empted and stolen: the node that lost most at a stretch
+    std::optional<NodeId> robbed{};   // of stolen: the node that lost first
+  };
+  // A run that ended while `waiting` waited for its own previous run, and computed longer than usual.
+  struct Excess {
+    NodeId waiting;
+    NodeId node;
+    Nanos length{0};
+  };
+  // What the cause of a response depends on.
+  struct Evidence {
+    NodeId first;                  // of the first part
+    std::vector<Sum> sums;         // by key
+    std::vector<Excess> excesses;  // in order of time; of each node that waited, those that no later one exceeds
+  };
+  static Evidence evidence_of(std::span<const Part> parts);
+  // Adds the excesses; needed only to find the cause.
+  static void find_excesses(std::span<const Part> parts, const History& history, Evidence& evidence);
+
+  // Adds the next response.
+  void add(const Evidence& response);
+  // To be called once, after all were added. Medians that are not 0.
   std::vector<std::pair<Key, Nanos>> medians();
   // To be called after medians().
-  Cause cause_of(std::span<const Part> parts, const History& history, bool usually_late) const;
+  Cause cause_of(const Evidence& response, const graph::Graph& graph, bool usually_late) const;
 
  private:
-  static std::map<Key, Nanos> sums(std::span<const Part> parts);
-  Nanos beyond_usual(const Key& key, const std::map<Key, Nanos>& lengths, bool usually_late) const;
-  static void look_closer(std::span<const Part> parts, const History& history, const Key& max, Cause& cause);
-
   std::size_t responses_ = 0;
-  std::map<Key, std::vector<Nanos>> lengths_;  // of responses that have such a part
+  std::map<Key, Durations> lengths_;  // of responses that have such a part
   std::map<Key, Nanos> medians_;
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "plan/json.h"
+#include "why/durations.h"
 
 namespace ctn::why {
 namespace {
@@ -41,14 +42,17 @@ void History::add(const record::Run& run) {
 }
 
 void History::add(const record::Trigger& trigger) {
+  others_sorted_ = false;
   triggers_[trigger.subchain.index()].push_back({std::min(trigger.due, trigger.sent), trigger.sent});
 }
 
 void History::add(const record::SlotUse& slot) {
+  others_sorted_ = false;
   if (slot.begin < slot.end) active_[slot.subchain.index()].push_back({slot.begin, slot.end});
 }
 
 void History::add(const record::Steal& steal) {
+  others_sorted_ = false;
   if (steal.begin >= steal.end) return;
   active_[steal.thief.index()].push_back({steal.begin, steal.end});
   thefts_[steal.victim.index()].push_back({{steal.begin, steal.end}, steal.thief});
@@ -69,6 +73,7 @@ Status History::add(const record::PlanChange& change) {
                            "the record is damaged; take a copy that is not");
     }
   }
+  others_sorted_ = false;
   plans_.push_back({change.at, std::move(*plan)});
   return Done{};
 }
@@ -89,29 +94,29 @@ void History::place_by_plans() {
 }
 
 void History::sort() {
-  std::stable_sort(plans_.begin(), plans_.end(), [](const InForce& a, const InForce& b) { return a.at < b.at; });
+  if (!others_sorted_) sort_others();
   for (auto& runs : runs_) {
     std::stable_sort(runs.begin(), runs.end(),
                      [](const RunTimes& a, const RunTimes& b) { return a.number < b.number; });
   }
   if (!knows_cpus_) place_by_plans();
+  busy_.clear();
   for (std::size_t node = 0; node < runs_.size(); ++node) {
-    std::vector<Nanos> cpu;
     for (std::size_t index = 0; index < runs_[node].size(); ++index) {
       const RunTimes& run = runs_[node][index];
-      cpu.push_back(run.cpu);
       busy_[run.core].push_back({run.begin, run.end, run.end, {NodeId(node), index}});
     }
-    if (cpu.empty()) continue;
-    const auto median = cpu.begin() + static_cast<std::ptrdiff_t>((cpu.size() - 1) / 2);
-    std::nth_element(cpu.begin(), median, cpu.end());
-    usual_cpu_[node] = *median;
   }
   for (auto& [core, busy] : busy_) {
     sort_by_begin(busy);
     TimePoint latest = TimePoint::min();
     for (Busy& each : busy) each.latest = latest = std::max(latest, each.end);
   }
+  if (!knows_usual_) find_usual();
+}
+
+void History::sort_others() {
+  std::stable_sort(plans_.begin(), plans_.end(), [](const InForce& a, const InForce& b) { return a.at < b.at; });
   for (auto& sent : triggers_) {
     std::stable_sort(sent.begin(), sent.end(),
                      [](const SentTrigger& a, const SentTrigger& b) { return a.sent < b.sent; });
@@ -121,6 +126,47 @@ void History::sort() {
     std::stable_sort(thefts.begin(), thefts.end(),
                      [](const Theft& a, const Theft& b) { return a.time.begin < b.time.begin; });
   }
+  others_sorted_ = true;
+}
+
+void History::find_usual() {
+  for (std::size_t node = 0; node < runs_.size(); ++node) {
+    if (runs_[node].empty()) continue;
+    Durations cpu;
+    for (const RunTimes& run : runs_[node]) cpu.add(run.cpu);
+    usual_cpu_[node] = cpu.of_rank((cpu.size() - 1) / 2);
+  }
+}
+
+void History::expect(const std::vector<Nanos>& usual_cpu, bool knows_cpus) {
+  usual_cpu_ = usual_cpu;
+  knows_usual_ = true;
+  knows_cpus_ = knows_cpus;
+}
+
+std::vector<std::size_t> History::forget_before(TimePoint time) {
+  std::vector<std::size_t> forgotten(runs_.size());
+  for (std::size_t node = 0; node < runs_.size(); ++node) {
+    std::vector<RunTimes>& runs = runs_[node];
+    std::size_t kept = 0;  // the first one after the gap
+    std::optional<std::size_t> emitted;
+    for (std::size_t index = 0; index < runs.size() && runs[index].end < time; ++index) {
+      kept = index;
+      if (runs[index].emitted) emitted = index;
+    }
+    kept = std::min(kept, emitted.value_or(kept));
+    if (kept < 2) continue;
+    forgotten[node] = kept - 1;
+    runs.erase(runs.begin() + 1, runs.begin() + static_cast<std::ptrdiff_t>(kept));
+  }
+  busy_.clear();
+  return forgotten;
+}
+
+std::size_t History::size() const {
+  std::size_t size = 0;
+  for (const std::vector<RunTimes>& runs : runs_) size += runs.size();
+  return size;
 }
 
 std::optional<RunRef> History::find(NodeId node, std::uint64_t number) const {

@@ -1,8 +1,9 @@
 // What happened in a run of the app, in memory, sorted for the questions of the analysis: the runs of a node, which run
 // had a core when, which trigger a run goes back to, which plan was in force.
 //
-// It is filled once, then sorted by sort(), and asked only after that. A question about n events takes log n steps. A
-// million runs take about 100 MB.
+// It is filled, then sorted by sort(), and asked only after that. A question about n events takes log n steps. A
+// million runs take about 100 MB. So those of a long record are added in the order of their ends, and forgotten once no
+// question about them is left; the other events stay.
 //
 // The core of a run is the CPU that it ended on. If the record does not say that, it is the one core that the plan in
 // force gave its subchain, or the only CPU there was; else it is not known.
@@ -75,8 +76,16 @@ class History {
   void add(const record::ClockReading& reading);
   Status add(const record::PlanChange& change);  // kCaller: a plan that cannot be read
   void sort();
+  // For a history that will not have all runs at any time: what is usual of all of them (by NodeId), and whether it is
+  // known of any of them on which CPU it ended. To be called before runs are added.
+  void expect(const std::vector<Nanos>& usual_cpu, bool knows_cpus);
+  // After sort(): forgets the runs that ended before then, except those that a question about later times may lead to:
+  // of each node its first one, and the last ones that ended and gave an output before then. Returns how many it forgot
+  // of each node, by NodeId: those that followed the first one. It must be sorted again before it is asked.
+  std::vector<std::size_t> forget_before(TimePoint time);
 
   const graph::App& app() const { return app_; }
+  std::size_t size() const;  // runs
   std::span<const RunTimes> runs(NodeId node) const { return runs_[node.index()]; }
   const RunTimes& run(const RunRef& ref) const { return runs_[ref.node.index()][ref.index]; }
   std::optional<RunRef> find(NodeId node, std::uint64_t number) const;
@@ -127,6 +136,8 @@ class History {
     Ticks ticks;
   };
   void place_by_plans();
+  void sort_others();
+  void find_usual();
   template <class Take>
   void each_in(const std::vector<Busy>& busy, Span span, NodeId but, Take take) const;
 
@@ -141,6 +152,8 @@ class History {
   std::vector<InForce> plans_;
   std::map<int, std::vector<Busy>> busy_;  // by core
   std::vector<Nanos> usual_cpu_;           // by NodeId
+  bool knows_usual_ = false;               // it was told by expect()
+  bool others_sorted_ = false;             // all but runs
 };
 
 template <class Take>

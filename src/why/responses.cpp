@@ -10,8 +10,6 @@
 namespace ctn::why {
 namespace {
 
-constexpr double kLatePercentile = 99.0;
-constexpr int kUnexplainedPart = 50;  // at most one part in so many
 // From about how many responses causes_of() finds out what is usual, so that it does not take long.
 constexpr std::size_t kEnoughToTell = 256;
 
@@ -22,12 +20,6 @@ Chain stages_of(const graph::App& app, std::size_t term) {
   }
   chain.taken.resize(chain.nodes.size());
   return chain;
-}
-
-Nanos unexplained(const std::vector<Part>& parts) {
-  Nanos sum{0};
-  for (const Part& part : parts) sum += part.kind == PartKind::kUnexplained ? part.length() : Nanos{0};
-  return sum;
 }
 
 }  // namespace
@@ -50,10 +42,10 @@ void Responses::add(const record::Run& run) {
   }
   chain_.taken[*stage].push_back(taken);
   for (const record::ChainSample& sample : tracker_.add(run)) {
-    const std::vector<std::uint64_t> path = tracker_.path_of(sample.source_run);
-    samples_.push_back({sample, paths_.size()});
+    std::vector<std::uint64_t> path = tracker_.path_of(sample.source_run);
+    path.resize(chain_.nodes.size());  // one that is not known gets runs of number 0
+    samples_.push_back(sample);
     paths_.insert(paths_.end(), path.begin(), path.end());
-    paths_.resize(samples_.back().path + chain_.nodes.size());  // a path that is not known gets runs of number 0
   }
 }
 
@@ -63,13 +55,18 @@ void Responses::add(const record::ClockReading& reading) {
   if (reading.node == first && app_.graph.node(first).external) chain_.begins_at_clock = true;
 }
 
+void Responses::expect_clock(const Survey& survey) {
+  const NodeId first = app_.objective[term_].path.front();
+  chain_.begins_at_clock = app_.graph.node(first).external && survey.knows_clock(first);
+}
+
 // Of each stage, the first run that the sample reached. The one that the next stage consumed may be a later one, which
 // used the sample again while it waited there.
-Way Responses::way(const History& history, const Known& known) const {
-  Way way{known.sample, {}};
+Way Responses::way(const History& history, std::size_t sample) const {
+  Way way{samples_[sample], {}};
   for (std::size_t stage = 0; stage < chain_.nodes.size(); ++stage) {
-    const std::optional<RunRef> run = history.find(chain_.nodes[stage], paths_[known.path + stage]);
-    if (!run) return {known.sample, {}};
+    const std::optional<RunRef> run = history.find(chain_.nodes[stage], paths_[sample * chain_.nodes.size() + stage]);
+    if (!run) return {samples_[sample], {}};
     way.runs.push_back(run->index);
   }
   for (std::size_t stage = 1; stage + 1 < chain_.nodes.size(); ++stage) {
@@ -83,11 +80,9 @@ Way Responses::way(const History& history, const Known& known) const {
 }
 
 Response Responses::response(const History& history, std::size_t end) const {
-  const Known& known = samples_[end];
-  const Known& before = samples_[end - 1];
-  Response response{.begin = before.sample.begin, .end = known.sample.end, .source_run = known.sample.source_run};
-  const Way way_before = way(history, before);
-  const Way way_here = way(history, known);
+  Response response{.begin = samples_[end - 1].begin, .end = samples_[end].end, .source_run = samples_[end].source_run};
+  const Way way_before = way(history, end - 1);
+  const Way way_here = way(history, end);
   if (way_before.runs.empty() || way_here.runs.empty()) {
     response.parts = {{PartKind::kUnexplained, response.begin, response.end, chain_.nodes.front()}};
   } else {
@@ -98,10 +93,10 @@ Response Responses::response(const History& history, std::size_t end) const {
 
 std::optional<std::size_t> Responses::find(const Span& response) const {
   auto found = std::partition_point(samples_.begin(), samples_.end(),
-                                    [&](const Known& known) { return known.sample.end < response.end; });
-  for (; found != samples_.end() && found->sample.end == response.end; ++found) {
-    if (found == samples_.begin() || !found->sample.response) continue;
-    if ((found - 1)->sample.begin == response.begin) return static_cast<std::size_t>(found - samples_.begin());
+                                    [&](const record::ChainSample& sample) { return sample.end < response.end; });
+  for (; found != samples_.end() && found->end == response.end; ++found) {
+    if (found == samples_.begin() || !found->response) continue;
+    if ((found - 1)->begin == response.begin) return static_cast<std::size_t>(found - samples_.begin());
   }
   return std::nullopt;
 }
@@ -110,13 +105,15 @@ std::vector<CauseKind> Responses::causes_of(const History& history, std::span<co
   std::vector<std::size_t> ends;
   std::vector<Nanos> lengths;
   for (std::size_t end = 1; end < samples_.size(); ++end) {
-    if (!samples_[end].sample.response || length(end) <= Nanos{0}) continue;
+    if (!samples_[end].response || length(end) <= Nanos{0}) continue;
     ends.push_back(end);
     lengths.push_back(length(end));
   }
   Causes causes;
   const std::size_t step = std::max<std::size_t>(ends.size() / kEnoughToTell, 1);
-  for (std::size_t place = 0; place < ends.size(); place += step) causes.add(response(history, ends[place]).parts);
+  for (std::size_t place = 0; place < ends.size(); place += step) {
+    causes.add(Causes::evidence_of(response(history, ends[place]).parts));
+  }
   causes.medians();
   bool usually_late = false;
   if (!lengths.empty() && !late.empty()) {
@@ -129,62 +126,56 @@ std::vector<CauseKind> Responses::causes_of(const History& history, std::span<co
   std::vector<CauseKind> kinds;
   for (const Span& each : late) {
     const std::optional<std::size_t> end = find(each);
-    kinds.push_back(end ? causes.cause_of(response(history, *end).parts, history, usually_late).kind
-                        : CauseKind::kUnexplained);
+    if (!end) {
+      kinds.push_back(CauseKind::kUnexplained);
+      continue;
+    }
+    const std::vector<Part> parts = response(history, *end).parts;
+    Causes::Evidence evidence = Causes::evidence_of(parts);
+    Causes::find_excesses(parts, history, evidence);
+    kinds.push_back(causes.cause_of(evidence, history.app().graph, usually_late).kind);
   }
   return kinds;
 }
 
-Analysis Responses::analyse(const History& history, const record::Interval& measured, std::size_t worst) {
-  Analysis analysis;
-  analysis.term = term_;
-  analysis.bound = app_.objective[term_].max;
-  std::vector<std::size_t> ends;  // the samples that end a response which counts
-  std::vector<double> lengths_ms;
+bool Responses::counts(std::size_t end, const record::Interval& measured) const {
+  return samples_[end].response && length(end) > Nanos{0} && measured.holds(samples_[end - 1].begin, samples_[end].end);
+}
+
+std::vector<double> Responses::lengths_ms(const record::Interval& measured) const {
+  std::vector<double> lengths;
   for (std::size_t end = 1; end < samples_.size(); ++end) {
-    const TimePoint from = samples_[end - 1].sample.begin;
-    const TimePoint until = samples_[end].sample.end;
-    if (!samples_[end].sample.response || !measured.holds(from, until) || from >= until) continue;
-    ends.push_back(end);
-    lengths_ms.push_back(to_millis(until - from).count());
+    if (counts(end, measured)) lengths.push_back(to_millis(length(end)).count());
   }
-  analysis.responses = ends.size();
-  if (ends.empty()) return analysis;
-  std::sort(lengths_ms.begin(), lengths_ms.end());
-  analysis.late_over = analysis.bound.value_or(to_nanos(Millis{percentile_of_sorted(lengths_ms, kLatePercentile)}));
-  analysis.response_ms = summarize(std::move(lengths_ms));
+  return lengths;
+}
 
-  Causes causes;
-  for (const std::size_t end : ends) {
-    const Response each = response(history, end);
-    causes.add(each.parts);
-    if (kUnexplainedPart * unexplained(each.parts) <= each.length()) ++analysis.explained;
+void Responses::take_apart(const History& history, const record::Interval& measured, TimePoint until, Tally& tally) {
+  for (; next_ < samples_.size() && samples_[next_].end <= until; ++next_) {
+    if (counts(next_, measured)) tally.add(response(history, next_), history);
   }
-  for (const auto& [key, median] : causes.medians()) analysis.usual.push_back({key.first, key.second, median});
-  std::stable_sort(analysis.usual.begin(), analysis.usual.end(),
-                   [](const UsualPart& a, const UsualPart& b) { return a.median > b.median; });
+}
 
-  const bool usually_late = to_nanos(Millis{analysis.response_ms.p50}) > analysis.late_over;
-  const auto explain = [&](Response& late) {
-    late.late = true;
-    late.cause = causes.cause_of(late.parts, history, usually_late);
-  };
-  for (const std::size_t end : ends) {
-    if (length(end) <= analysis.late_over) continue;
-    Response late = response(history, end);
-    explain(late);
-    ++analysis.late;
-    ++analysis.causes[static_cast<std::size_t>(late.cause->kind)];
+// A response begins with the sample before the one that ends it. The first sample begins with one of the runs of the
+// chain's first node that the tracker still knows.
+std::optional<TimePoint> Responses::needs_from(const History& history) const {
+  if (!samples_.empty()) return samples_[next_ - 1].begin;
+  const std::span<const RunTimes> sources = history.runs(chain_.nodes.front());
+  if (sources.size() <= record::ChainTracker::kHorizon) return std::nullopt;
+  return sources[sources.size() - record::ChainTracker::kHorizon].begin;
+}
+
+void Responses::forget(const std::vector<std::size_t>& runs) {
+  for (std::size_t stage = 0; stage < chain_.nodes.size(); ++stage) {
+    std::vector<std::uint64_t>& taken = chain_.taken[stage];
+    const std::size_t count = runs[chain_.nodes[stage].index()];
+    if (count > 0) taken.erase(taken.begin() + 1, taken.begin() + 1 + static_cast<std::ptrdiff_t>(count));
   }
-  worst = std::min(worst, ends.size());
-  std::partial_sort(
-      ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(worst), ends.end(),
-      [this](std::size_t a, std::size_t b) { return length(a) != length(b) ? length(a) > length(b) : a < b; });
-  for (std::size_t place = 0; place < worst; ++place) {
-    analysis.worst.push_back(response(history, ends[place]));
-    if (length(ends[place]) > analysis.late_over) explain(analysis.worst.back());
-  }
-  return analysis;
+  if (next_ < 2) return;
+  const std::size_t done = next_ - 1;
+  samples_.erase(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(done));
+  paths_.erase(paths_.begin(), paths_.begin() + static_cast<std::ptrdiff_t>(done * chain_.nodes.size()));
+  next_ = 1;
 }
 
 }  // namespace ctn::why

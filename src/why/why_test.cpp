@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <random>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -57,12 +60,18 @@ struct Written {
 class Story {
  public:
   explicit Story(std::size_t term = 0, std::size_t cpus = 1)
-      : app_(robot()), analyser_(app_, {term}, cpus, {at(Nanos{0})}) {}
+      : app_(robot()), term_(term), cpus_(cpus), analyser_(app_, {term}, cpus, measured_) {}
+
+  template <class One>
+  auto add(const One& event) {
+    events_.emplace_back(event);
+    return analyser_.add(event);
+  }
 
   NodeId id(const std::string& name) const { return *app_.graph.find_node(name); }
   void trigger(double due, double sent) {
     const auto number = ++triggers_;
-    analyser_.add(record::Trigger{SubchainId{0}, number, at(ms(due)), at(ms(sent))});
+    add(record::Trigger{SubchainId{0}, number, at(ms(due)), at(ms(sent))});
   }
   // It took what the node before it in the subchain gave last.
   void run(const std::string& name, const Written& written) {
@@ -84,7 +93,7 @@ class Story {
       }
     }
     if (written.emitted) given_[name] = run.number;
-    analyser_.add(run);
+    add(run);
   }
   // scan 2, LM 3, LP 4, from a trigger at `t` on.
   void round(double t) {
@@ -97,14 +106,24 @@ class Story {
     for (int i = 0; i < count; ++i) round(from + 20.0 * i);
   }
   void clock(const std::string& name, double tick, double period) {
-    analyser_.add(record::ClockReading{at(Nanos{0}), id(name), {at(ms(tick)), ms(period)}});
+    add(record::ClockReading{at(Nanos{0}), id(name), {at(ms(tick)), ms(period)}});
   }
   // From then on.
   void clock(const std::string& name, double from, double tick, double period) {
-    analyser_.add(record::ClockReading{at(ms(from)), id(name), {at(ms(tick)), ms(period)}});
+    add(record::ClockReading{at(ms(from)), id(name), {at(ms(tick)), ms(period)}});
   }
 
-  Analysis finish(std::size_t worst = 1000) { return analyser_.finish(worst).front(); }
+  // Also checks that it comes to the same if it is analysed while it happens, and forgotten.
+  Analysis finish(std::size_t worst = 1000) {
+    sort_events();
+    Analyser at_once(app_, {term_}, cpus_, measured_);
+    for (const Event& event : events_) std::visit([&](const auto& one) { tell(at_once, one); }, event);
+    const std::string expected = to_json(at_once.finish(worst).front(), app_, measured_.begin);
+    for (const std::size_t step : {1U, 3U, 20U}) {
+      EXPECT_EQ(to_json(meanwhile(worst, step), app_, measured_.begin), expected) << step;
+    }
+    return analyser_.finish(worst).front();
+  }
   // "running scan 2" of all parts of the longest response.
   std::vector<std::string> longest() {
     const Analysis analysis = finish(1);
@@ -128,8 +147,46 @@ class Story {
   Analyser& analyser() { return analyser_; }
 
  private:
+  using Event = std::variant<record::Trigger, record::SlotUse, record::Steal, record::PlanChange, record::ClockReading,
+                             record::Run>;
+
+  template <class One>
+  static void tell(Analyser& analyser, const One& one) {
+    if constexpr (std::is_same_v<One, record::PlanChange>) {
+      static_cast<void>(analyser.add(one));  // a plan that cannot be read is passed over
+    } else {
+      analyser.add(one);
+    }
+  }
+  // As a record has them: runs and readings after all others, by time.
+  void sort_events() {
+    const auto time_of = [](const Event& event) {
+      if (const auto* const run = std::get_if<record::Run>(&event)) return run->end;
+      const auto* const reading = std::get_if<record::ClockReading>(&event);
+      return reading != nullptr ? reading->at : TimePoint::min();
+    };
+    std::stable_sort(events_.begin(), events_.end(),
+                     [&](const Event& a, const Event& b) { return time_of(a) < time_of(b); });
+  }
+  Analysis meanwhile(std::size_t worst, std::size_t step) const {
+    Survey survey(app_, {term_}, measured_);
+    for (const Event& event : events_) {
+      if (const auto* const run = std::get_if<record::Run>(&event)) survey.add(*run);
+      if (const auto* const reading = std::get_if<record::ClockReading>(&event)) survey.add(*reading);
+    }
+    survey.finish();
+    Analyser analyser(app_, {term_}, cpus_, measured_);
+    analyser.analyse_meanwhile(survey, worst, step);
+    for (const Event& event : events_) std::visit([&](const auto& one) { tell(analyser, one); }, event);
+    return analyser.finish().front();
+  }
+
   graph::App app_;
+  std::size_t term_;
+  std::size_t cpus_;
+  record::Interval measured_{at(Nanos{0})};
   Analyser analyser_;
+  std::vector<Event> events_;
   std::uint64_t triggers_ = 0;
   std::map<std::string, std::uint64_t> count_;
   std::map<std::string, std::uint64_t> given_;
@@ -418,7 +475,7 @@ TEST(Why, APlanWithCoresThatItHasNotIsNoPlan) {
     }
   }
   const auto added = [&] {
-    return story.analyser().add(record::PlanChange{at(Nanos{0}), "static", plan::to_json(plan, story.app())});
+    return story.add(record::PlanChange{at(Nanos{0}), "static", plan::to_json(plan, story.app())});
   };
   EXPECT_TRUE(added().ok());
   plan.subchains.front().cores = {7};
@@ -495,8 +552,8 @@ RC_GTEST_PROP(WhyProperty, PartsFollowEachOtherAndAddUp, ()) {
     const int length = below(12);
     const SubchainId owner{random() % story.app().graph.subchains().size()};
     const TimePoint begin = at(ms(now));
-    if (below(6) == 0) story.analyser().add(record::SlotUse{0, owner, begin, begin, begin + ms(below(9))});
-    if (below(9) == 0) story.analyser().add(record::Steal{0, owner, SubchainId{0}, begin, begin + ms(below(9))});
+    if (below(6) == 0) story.add(record::SlotUse{0, owner, begin, begin, begin + ms(below(9))});
+    if (below(9) == 0) story.add(record::Steal{0, owner, SubchainId{0}, begin, begin + ms(below(9))});
     story.run(names[below(5)], {now - length, now, 0.5 * below(20), 0.5 * below(4), below(5) > 0});
   }
   const Analysis analysis = story.finish();

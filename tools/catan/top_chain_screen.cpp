@@ -21,11 +21,11 @@ ScreenSection summaries(const view::Chain& chain, const ScreenState& state, std:
   ScreenTable table({{"MEASURED ms", 0}, {"mean", 0}, {"p50", 0}, {"p95", 0}, {"p99", 0}, {"max", 0}, {"samples", 0}});
   const auto add = [&](const char* name, const Summary& summary) {
     table.add({{name},
-               {figure_text(summary, &Summary::mean)},
-               {figure_text(summary, &Summary::p50)},
-               {figure_text(summary, &Summary::p95)},
-               {figure_text(summary, &Summary::p99)},
-               {figure_text(summary, &Summary::max)},
+               {short_figure(summary, &Summary::mean)},
+               {short_figure(summary, &Summary::p50)},
+               {short_figure(summary, &Summary::p95)},
+               {short_figure(summary, &Summary::p99)},
+               {short_figure(summary, &Summary::max)},
                {std::to_string(summary.count), Style::kDim}});
   };
   add("response time", chain.response_ms);
@@ -56,7 +56,7 @@ ScreenSection distribution_section(const view::Distribution& distribution, std::
     const double from = distribution.from_ms + distribution.width_ms * static_cast<double>(index * together);
     const double part = max > 0 ? static_cast<double>(sums[index]) / static_cast<double>(max) : 0.0;
     section.lines.push_back(
-        {{fmt::format("{:>9} ms ", figure_text(from)), Style::kPlain},
+        {{fmt::format("{:>9} ms ", short_figure(from)), Style::kPlain},
          {bar_text(part, width > 40 ? std::min<std::size_t>(width - 30, 100) : 10, unicode), Style::kGood},
          {fmt::format(" {}", sums[index]), sums[index] == 0 ? Style::kDim : Style::kPlain}});
   }
@@ -71,9 +71,9 @@ void chain_screen(const view::Picture& picture, const ScreenState& state, Screen
   const view::Chain& chain = picture.chains[std::min(state.selected, picture.chains.size() - 1)];
   lines.push_back({{shortened(printable(chain.path), size.columns, state.unicode), Style::kTitle}});
   lines.push_back({{"response now ", Style::kPlain},
-                   {figure_text(chain.newest_ms), response_style(chain, chain.newest_ms.value_or(0.0))},
-                   {fmt::format(" ms, expected {}, promised {}, bound {}", figure_text(chain.expected_ms),
-                                figure_text(chain.promised_ms), figure_text(chain.bound_ms)),
+                   {short_figure(chain.newest_ms), response_style(chain, chain.newest_ms.value_or(0.0))},
+                   {fmt::format(" ms, expected {}, promised {}, bound {}", short_figure(chain.expected_ms),
+                                short_figure(chain.promised_ms), short_figure(chain.bound_ms)),
                     Style::kPlain}});
   lines.push_back(
       {{fmt::format("late: {} over the bound, {} over what was promised", chain.over_bound, chain.over_promise),

@@ -7,14 +7,14 @@
 
 namespace ctn::tool {
 
-std::string figure_text(double value) {
+std::string short_figure(double value) {
   if (value < 10.0) return fmt::format("{:.2f}", value);
   if (value < 1000.0) return fmt::format("{:.1f}", value);
   return fmt::format("{:.0f}", value);
 }
-std::string figure_text(const std::optional<double>& value) { return value ? figure_text(*value) : "-"; }
-std::string figure_text(const Summary& summary, double Summary::*which) {
-  return summary.count > 0 ? figure_text(summary.*which) : "-";
+std::string short_figure(const std::optional<double>& value) { return value ? short_figure(*value) : "-"; }
+std::string short_figure(const Summary& summary, double Summary::*which) {
+  return summary.count > 0 ? short_figure(summary.*which) : "-";
 }
 std::string percent_text(double part) { return fmt::format("{:.0f} %", 100.0 * part); }
 

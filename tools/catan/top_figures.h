@@ -16,10 +16,10 @@
 namespace ctn::tool {
 
 // With three to five digits, whatever its size.
-std::string figure_text(double value);
-std::string figure_text(const std::optional<double>& value);
+std::string short_figure(double value);
+std::string short_figure(const std::optional<double>& value);
 // Not known where there were no samples.
-std::string figure_text(const Summary& summary, double Summary::*which);
+std::string short_figure(const Summary& summary, double Summary::*which);
 // "25 %" of 0.25.
 std::string percent_text(double part);
 // "12.3 s", "2:05", "1:02:05".

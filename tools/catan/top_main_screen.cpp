@@ -40,9 +40,9 @@ ScreenLine state_line(const Picture& picture) {
     case view::State::kEnded:
       return {{"the run has ended: figures are of its last seconds", Style::kWarning}};
   }
-  std::string text = fmt::format("objective {}", figure_text(picture.objective));
+  std::string text = fmt::format("objective {}", short_figure(picture.objective));
   if (picture.plan) {
-    text += fmt::format(", planned {}; plan {} old ({}), {} made", figure_text(picture.plan->objective),
+    text += fmt::format(", planned {}; plan {} old ({}), {} made", short_figure(picture.plan->objective),
                         duration_text(picture.up_s - picture.plan->at_s), printable(picture.plan->reason),
                         picture.plans_made);
   } else {
@@ -51,18 +51,18 @@ ScreenLine state_line(const Picture& picture) {
   ScreenLine line{{std::move(text), Style::kPlain}};
   if (picture.starved > 0) {
     line.push_back(
-        {fmt::format("; starved {}x, {} ms", picture.starved, figure_text(picture.starved_ms)), Style::kWarning});
+        {fmt::format("; starved {}x, {} ms", picture.starved, short_figure(picture.starved_ms)), Style::kWarning});
   }
   return line;
 }
 
 std::string bound_text(const view::RelaxedBound& bound) {
   if (bound.bound.ends_with(".min_rate")) {
-    return fmt::format("{} {} Hz, not {} Hz", printable(bound.bound), figure_text(1000.0 / bound.planned_ms),
-                       figure_text(1000.0 / bound.asked_ms));
+    return fmt::format("{} {} Hz, not {} Hz", printable(bound.bound), short_figure(1000.0 / bound.planned_ms),
+                       short_figure(1000.0 / bound.asked_ms));
   }
-  return fmt::format("{} {} ms, not {} ms", printable(bound.bound), figure_text(bound.planned_ms),
-                     figure_text(bound.asked_ms));
+  return fmt::format("{} {} ms, not {} ms", printable(bound.bound), short_figure(bound.planned_ms),
+                     short_figure(bound.asked_ms));
 }
 
 ScreenSection chain_section(const Picture& picture, const ScreenState& state, std::size_t width) {
@@ -85,17 +85,17 @@ ScreenSection chain_section(const Picture& picture, const ScreenState& state, st
     const view::Chain& chain = picture.chains[index];
     const Summary& response = chain.response_ms;
     table.add({{printable(width < 110 ? fmt::format("{}", fmt::join(chain.nodes, ">")) : chain.path)},
-               {figure_text(chain.newest_ms), response_style(chain, chain.newest_ms.value_or(0.0))},
-               {figure_text(response, &Summary::mean)},
-               {figure_text(chain.expected_ms), Style::kDim},
-               {figure_text(response, &Summary::p95), response_style(chain, response.p95)},
-               {figure_text(response, &Summary::max)},
-               {figure_text(chain.promised_ms), Style::kDim},
-               {figure_text(chain.bound_ms), Style::kDim},
+               {short_figure(chain.newest_ms), response_style(chain, chain.newest_ms.value_or(0.0))},
+               {short_figure(response, &Summary::mean)},
+               {short_figure(chain.expected_ms), Style::kDim},
+               {short_figure(response, &Summary::p95), response_style(chain, response.p95)},
+               {short_figure(response, &Summary::max)},
+               {short_figure(chain.promised_ms), Style::kDim},
+               {short_figure(chain.bound_ms), Style::kDim},
                chain.bound_ms ? count_text(chain.over_bound, Style::kBad) : count_text(chain.over_promise),
                {std::to_string(response.count), Style::kDim},
-               {figure_text(response, &Summary::p50)},
-               {figure_text(response, &Summary::p99)},
+               {short_figure(response, &Summary::p50)},
+               {short_figure(response, &Summary::p99)},
                {fmt::format("{:.3g}", chain.weight), Style::kDim},
                {sparkline(chain.worst_ms, drawn, state.unicode), Style::kGood}},
               index == state.selected);
@@ -209,18 +209,18 @@ ScreenSection subchain_section(const Picture& picture, const ScreenState& state,
     std::vector<Span> cells{{printable(subchain.name)},
                             {cores_text(subchain)},
                             {place_text(subchain)},
-                            {figure_text(subchain.period_ms, &Summary::mean)},
-                            {figure_text(subchain.expected_period_ms), Style::kDim},
-                            {figure_text(subchain.used_ms, &Summary::p95), over ? Style::kWarning : Style::kPlain},
-                            {figure_text(subchain.budget_ms), Style::kDim},
+                            {short_figure(subchain.period_ms, &Summary::mean)},
+                            {short_figure(subchain.expected_period_ms), Style::kDim},
+                            {short_figure(subchain.used_ms, &Summary::p95), over ? Style::kWarning : Style::kPlain},
+                            {short_figure(subchain.budget_ms), Style::kDim},
                             count_text(subchain.late),
                             count_text(subchain.stolen),
                             {percent_text(cpu_of(picture, index))},
                             {std::to_string(subchain.runs), Style::kDim},
                             count_text(subchain.overruns),
-                            {figure_text(subchain.execution_ms, &Summary::p95)},
-                            {figure_text(subchain.promised_execution_ms), Style::kDim},
-                            {figure_text(subchain.trigger_late_ms, &Summary::p95)},
+                            {short_figure(subchain.execution_ms, &Summary::p95)},
+                            {short_figure(subchain.promised_execution_ms), Style::kDim},
+                            {short_figure(subchain.trigger_late_ms, &Summary::p95)},
                             count_text(subchain.stole, Style::kPlain),
                             {fmt::format("{:.3g}", subchain.weight), Style::kDim}};
     if (picture.state == view::State::kRunning && is_silent(subchain)) {
@@ -236,7 +236,7 @@ ScreenSection core_section(const Picture& picture, const ScreenState& state, std
   for (const view::Core& core : picture.cores) {
     const std::string cpu = core.cpu ? fmt::format("CPU {}", *core.cpu) : "CPU ?";
     std::string sharing = core.sharing == view::Sharing::kNone ? "-" : to_string(core.sharing);
-    if (core.frame_ms) sharing = fmt::format("frames {}", figure_text(*core.frame_ms));
+    if (core.frame_ms) sharing = fmt::format("frames {}", short_figure(*core.frame_ms));
     ScreenLine line{{fmt::format("{:<6} {:<12} ", cpu, sharing), Style::kPlain},
                     {bar_text(core.busy, width >= 110 ? 20 : 10, state.unicode), Style::kGood},
                     {fmt::format(" {:>5} ", percent_text(core.busy)), Style::kPlain}};

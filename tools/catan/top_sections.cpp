@@ -74,14 +74,14 @@ ScreenSection node_section(const std::vector<const view::Node*>& nodes, const vi
   for (const view::Node* node : nodes) {
     table.add({{printable(node->name)},
                {node->subchain ? printable(picture.subchains[*node->subchain].name) : "-", Style::kDim},
-               {figure_text(node->rate_hz)},
-               {figure_text(node->expected_hz), Style::kDim},
-               {figure_text(node->compute_ms, &Summary::mean)},
-               {figure_text(node->compute_ms, &Summary::p95)},
-               {figure_text(node->compute_ms, &Summary::max)},
-               {figure_text(node->period_ms, &Summary::mean)},
-               {figure_text(node->period_ms, &Summary::p95)},
-               {figure_text(node->wait_ms, &Summary::mean)},
+               {short_figure(node->rate_hz)},
+               {short_figure(node->expected_hz), Style::kDim},
+               {short_figure(node->compute_ms, &Summary::mean)},
+               {short_figure(node->compute_ms, &Summary::p95)},
+               {short_figure(node->compute_ms, &Summary::max)},
+               {short_figure(node->period_ms, &Summary::mean)},
+               {short_figure(node->period_ms, &Summary::p95)},
+               {short_figure(node->wait_ms, &Summary::mean)},
                {percent_text(node->cores)},
                {std::to_string(node->runs), Style::kDim}});
   }
