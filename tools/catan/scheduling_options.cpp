@@ -57,7 +57,7 @@ void SchedulingOptions::add_to(CLI::App& command) {
       ->type_name("MIB")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  command.add_flag("--no-stealing", no_stealing, "No subchain goes on in another's slot when late");
+  command.add_flag("--no-stealing", no_stealing, "No unfinished subchain goes on in another's slot");
   command.add_flag("--no-replan", no_replan, "Keep the first plan that rests on measured times");
   command.add_option("--frames", frames, "Frames of shared cores; else as the app says")
       ->check(CLI::IsMember({"elastic", "fixed"}));

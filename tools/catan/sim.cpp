@@ -275,7 +275,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       ->check(CLI::Range(1, 1024));
   command->add_option("--frames", options->frames, "Frames of shared cores; else as the app says")
       ->check(CLI::IsMember({"elastic", "fixed"}));
-  command->add_flag("--no-stealing", options->no_stealing, "No subchain goes on in another's slot when late");
+  command->add_flag("--no-stealing", options->no_stealing, "No unfinished subchain goes on in another's slot");
   command->add_flag("--no-replan", options->no_replan, "Keep the first plan that rests on measured times");
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
       ->type_name("PCT");

@@ -25,9 +25,9 @@ std::vector<ScreenLine> help_lines() {
           line(""),
           line("Figures are of the last 10 s. 'late' of a chain: over its bound; if it has none,"),
           line("over what was promised. 'late' of a subchain: took longer than was promised."),
-          line("'prio': p3 a fixed priority, 1/4 a share of a frame's slot, own: cores of its own."),
-          line("'used': CPU time of a run, beside the 'budget' that is planned. 'stolen': how often"),
-          line("an unfinished subchain went on in its slot. docs/top.md explains the rest.")};
+          line("'prio': p3 a fixed priority, 1/4 a share of a frame's slot, own: its own cores."),
+          line("'used': CPU time of a run, beside the 'budget' that is planned. 'stolen': how"),
+          line("often an unfinished subchain went on in its slot. docs/top.md tells the rest.")};
 }
 
 }  // namespace
