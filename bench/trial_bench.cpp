@@ -1,5 +1,6 @@
 // How fast a trial (src/trial) is beside the simulator, and how far from it: the same schedule and costs in both, on
-// one CPU. Fixed priorities are those of the baseline `verucchi`, frames and owned cores those that the planner makes.
+// one CPU. Fixed priorities are those of the baseline `verucchi`, frames and owned cores those that the planner makes,
+// and what is searched is what sessions have.
 //
 // Usage: trial_bench [SECONDS [terms]], of virtual time; else 60. With `terms`, each response time and core as well.
 // Exit: 0, however slow or far they are.
@@ -18,6 +19,7 @@
 #include "baselines/policies.h"
 #include "baselines/verucchi.h"
 #include "cases.h"
+#include "planner/expected.h"
 #include "planner/frames.h"
 #include "sim/simulation.h"
 #include "trial/trial.h"
@@ -71,11 +73,23 @@ Schedule fixed_priorities(const Case& of, int cores) {
   return {"priorities", std::move(schedule), {.policy = baseline.policy, .machine = {.cores = cores}, .slack = 0.06}};
 }
 
-Schedule planned(const Case& of, int cores) {
-  const plan::Plan plan = value_of(planner::make_plan_in_frames(of.app, of.work.costs(of.app.graph), {.cores = cores}));
-  return {"planner",
+Schedule planned(const Case& of, int cores, const std::string& method, const plan::Plan& plan) {
+  return {method,
           trial::schedule_of(of.app, plan),
           {.policy = value_of(policy::make_policy("catan")), .machine = {.cores = cores}, .plans = {{Nanos{0}, plan}}}};
+}
+
+Schedule in_frames(const Case& of, int cores) {
+  return planned(of, cores, "frames",
+                 value_of(planner::make_plan_in_frames(of.app, of.work.costs(of.app.graph), {.cores = cores})));
+}
+
+// What sessions have: with budgets, and subchains that others trigger.
+Schedule searched(const Case& of, int cores) {
+  const trial::Samples samples(of.app, of.work, Nanos{0}, kSeed);
+  const model::CostTable costs = of.work.costs(of.app.graph);
+  return planned(of, cores, "searched",
+                 value_of(planner::make_expected_plan(of.app, samples, costs, {.cores = cores, .effort = 0.2})));
 }
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -136,7 +150,8 @@ int main(int argc, char** argv) {
     const Case of = at_start(bench::frozen_case(name));
     for (const int cores : {1, 2, 4}) {
       measure(of, fixed_priorities(of, cores), seconds, terms);
-      measure(of, planned(of, cores), seconds, terms);
+      measure(of, in_frames(of, cores), seconds, terms);
+      measure(of, searched(of, cores), seconds, terms);
     }
   }
 }

@@ -8,16 +8,17 @@
 namespace ctn::trial {
 namespace {
 
-// A leader that is silent for long gives too few samples, whatever its followers do.
-constexpr Nanos kNoSilence = std::chrono::hours{24};
+// Of what waits for an event: until then, nothing is due by time. In life that is when a leader has been silent for
+// long; here it gives too few samples then, whatever its followers do.
+constexpr Nanos kNotByTime = std::chrono::hours{24};
 
 }  // namespace
 
 dispatch::Pacing Machine::pacing_of(const Place& place) const {
   const Nanos period = std::max(place.period, dispatch::kShortestPeriod);
   dispatch::Pacing pacing{.period = period, .max_in_flight = 1, .shortest = period, .budget = place.budget};
+  if (place.after || place.pause) pacing.period = kNotByTime;
   if (place.after) {
-    pacing.period = kNoSilence;
     pacing.after = place.after;
   } else if (place.pause) {
     pacing.after_completion = std::max(*place.pause, Nanos{1});
@@ -40,7 +41,7 @@ void Machine::start_pacing(std::size_t index) {
     subchain.trigger.emplace(TimePoint{}, pacing);
     return subchain.trigger->hear(TimePoint{}, 0, TimePoint{});
   }
-  const Ticks grid{TimePoint{} + place.phase - options_.since, pacing.period};
+  const Ticks grid{TimePoint{} + place.phase - options_.since, pacing.shortest};
   const TimePoint first = place.clock ? TimePoint{} : grid.next(TimePoint{});
   subchain.trigger.emplace(first, pacing);
   set_timer(source_of_subchain(index), first, subchain.timers_set);
