@@ -233,12 +233,11 @@ INSTANTIATE_TEST_SUITE_P(LocalLoop, OwnedCoreTest, testing::Values(Case{"navigat
 
 const std::string kNavigation = std::string(CATAN_APPS) + "/navigation";
 
-json with_detector(const std::string& app, int seconds) {
-  const Outcome outcome = run_catan("sim " + app +
-                                        " --costs navigation_with_detector.costs.yaml --cores 3 --ideal --json"
-                                        " --seconds " +
-                                        std::to_string(seconds),
-                                    kNavigation);
+json with_detector(const std::string& app, int cores, int seconds) {
+  const Outcome outcome =
+      run_catan("sim " + app + " --costs navigation_with_detector.costs.yaml --ideal --json --cores " +
+                    std::to_string(cores) + " --seconds " + std::to_string(seconds),
+                kNavigation);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   const json document = json::parse(outcome.out, nullptr, false);
   return document.is_discarded() ? json() : document["runs"][0];
@@ -247,7 +246,7 @@ json with_detector(const std::string& app, int seconds) {
 TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
   const std::string app = testing::TempDir() + "catan_detector_" + std::to_string(::getpid()) + ".yaml";
   write_in_frames(kNavigation + "/navigation_with_detector.yaml", app);
-  const json run = with_detector(app, 60);
+  const json run = with_detector(app, 3, 60);
   std::filesystem::remove(app);
   ASSERT_TRUE(run.is_object());
   EXPECT_LE(run["objective"]["measured"], run["objective"]["predicted"]);
@@ -262,9 +261,10 @@ TEST(AppsWithMore, TheDetectorIsServedBesideNavigation) {
 // The formulas promise, the search expects: within some percent, on either side. What is expected is of the last plan,
 // what is measured of all: chains that hardly weigh anything differ more from one plan to the next. Long enough for
 // phases to pass: GP comes once a second, GM's outputs come at nearly the same pace, and the one may just miss the
-// other for a minute.
+// other for a minute. On one core, where plans are much alike: on three the detector is four times as slow in the last
+// ones, and what is measured counts its responses, of which most are from before, not how long each plan was in force.
 TEST(AppsWithMore, WhatTheSearchExpectsHappens) {
-  const json run = with_detector("navigation_with_detector.yaml", 300);
+  const json run = with_detector("navigation_with_detector.yaml", 1, 300);
   ASSERT_TRUE(run.is_object());
   const auto ratio = [](const json& measured, const json& expected) {
     return measured.get<double>() / expected.get<double>();
