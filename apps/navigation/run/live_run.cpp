@@ -14,6 +14,8 @@
 namespace ctn::navigation::run {
 namespace {
 
+constexpr std::chrono::seconds kMayBeginLate(10);
+
 SessionOptions session_options(const Options& options, const LiveWatch& watch) {
   SessionOptions result;
   result.policy = options.policy;
@@ -59,7 +61,8 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world, 
   if (Status started = session->start(); !started) return started.error();
   Status drawn = Done{};
   const std::chrono::duration<double> seconds(options.seconds);
-  while (robot.now() < seconds && outcome.signal == 0) {
+  const auto at_last = std::chrono::steady_clock::now() + seconds + kMayBeginLate;
+  while (robot.now() < seconds && outcome.signal == 0 && std::chrono::steady_clock::now() < at_last) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     const Progress progress = robot.progress();
     if (progress.over) break;

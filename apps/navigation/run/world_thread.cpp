@@ -13,7 +13,8 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 
-constexpr int kAboveNodes = 80;  // Catan's levels end at 70
+constexpr int kAboveNodes = 80;                              // Catan's levels end at 70
+constexpr nanoseconds kLead = std::chrono::milliseconds(1);  // of a reading, before the node `laser` looks
 constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
 
 // True: at a real-time level.
@@ -63,7 +64,6 @@ WorldThread::~WorldThread() { stop(); }
 
 void WorldThread::start() {
   publish(nanoseconds(0));
-  start_ = steady_clock::now();
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
@@ -73,9 +73,15 @@ void WorldThread::stop() {
   thread_.join();
 }
 
-nanoseconds WorldThread::now() const { return steady_clock::now() - start_; }
+nanoseconds WorldThread::now() const {
+  const nanoseconds begin = begin_.load();
+  return begin == kNotBegun ? nanoseconds(0) : steady_clock::now().time_since_epoch() - begin;
+}
 
-std::shared_ptr<const Reading> WorldThread::laser() { return readings_.read(); }
+std::shared_ptr<const Reading> WorldThread::laser() {
+  if (begin_.load() == kNotBegun) begin_.store(steady_clock::now().time_since_epoch() - kLead);
+  return readings_.read();
+}
 
 Odometry WorldThread::odometry() { return odometry_.read(); }
 
@@ -97,11 +103,13 @@ void WorldThread::planned(Planned planned) {
 void WorldThread::run(const std::stop_token& stop) {
   leave(node_cpus_);
   use_.real_time = rise();
+  while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLead);
+  const steady_clock::time_point begin(begin_.load());
   nanoseconds instant{};
   nanoseconds late{};
   while (!stop.stop_requested()) {
     instant += world::kSensorPeriod;
-    std::this_thread::sleep_until(start_ + instant);
+    std::this_thread::sleep_until(begin + instant);
     take_events();
     pass(instant);
     publish(instant);
@@ -111,6 +119,7 @@ void WorldThread::run(const std::stop_token& stop) {
   }
   take_events();
   pass(now());
+  if (begin_.load() == kNotBegun) return;
   use_.cpu_share = std::chrono::duration<double>(cpu_time()) / std::chrono::duration<double>(now());
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }

@@ -6,12 +6,14 @@
 //
 // It stands for hardware, which does not wait for the scheduler: it runs on CPUs that the nodes may not use, if there
 // are any, and above their real-time levels, if that is permitted. What it takes of a CPU and how late its readings
-// came is told (use()). A reading that comes late has the stamp of its instant all the same. A command that comes after
-// the world has passed its time counts from then on.
+// came is told (use()). Time begins when the node `laser` looks for the first time, so that a scan is there a moment
+// before it looks each time after, as if the laser had woken its driver. A reading that comes late has the stamp of its
+// instant all the same. A command that comes after the world has passed its time counts from then on.
 //
 // Thread safety: as Hardware says; start(), stop() and the rest from one thread.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -36,7 +38,7 @@ class WorldThread final : public Hardware {
   void keep_moments() { keeps_moments_ = true; }
   std::optional<Moment> take_moment() { return moments_.take(); }
 
-  // Time 0 is now.
+  // Time stays at 0 until laser() is called.
   void start();
   // After the nodes have ended: takes what they did last, and lets time pass until now. May be called twice.
   void stop();
@@ -61,7 +63,8 @@ class WorldThread final : public Hardware {
 
   Trial& trial_;
   std::vector<int> node_cpus_;
-  std::chrono::steady_clock::time_point start_;
+  static constexpr std::chrono::nanoseconds kNotBegun{-1};
+  std::atomic<std::chrono::nanoseconds> begin_ = kNotBegun;  // of time, on the steady clock
   Newest<std::shared_ptr<const Reading>> readings_;
   Newest<Odometry> odometry_;
   Newest<Progress> progress_;
