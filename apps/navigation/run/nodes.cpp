@@ -12,25 +12,21 @@ namespace {
 template <class T>
 using Shared = std::shared_ptr<const T>;
 
-// Nanoseconds that a unit of each node's work takes (cost.h).
-constexpr double kScanUnit = 40.0;
-constexpr double kLocalMapUnit = 2.0;
-constexpr double kLocalPlanUnit = 8.0;
-constexpr double kLocalizeUnit = 2.0;
-constexpr double kMapUnit = 4.0;
-constexpr double kPlanUnit = 2.0;
-constexpr double kCommandUnit = 10.0;
-
 double thread_cpu_seconds() {
   timespec used{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
-// What the run's work was worth on the machine where the units were measured.
-void charge(Run& run, double nanoseconds_a_unit, const Work& work = {}) {
-  run.charge(std::chrono::nanoseconds(std::llround(1e9 * cost(work, nanoseconds_a_unit, 1.0))));
+constexpr std::chrono::nanoseconds kLittle = std::chrono::microseconds(10);
+
+// What the run's work was worth on the machine where the units were measured; at least what it takes to look at the
+// inputs.
+void charge(Run& run, Node node, const Work& work) {
+  run.charge(kLittle + std::chrono::nanoseconds(std::llround(1e9 * cost(node, work))));
 }
+
+void charge_little(Run& run) { run.charge(kLittle); }
 
 }  // namespace
 
@@ -47,28 +43,28 @@ void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
 
   const auto read_odometry = [this, &odometry](Run& run) {
     odometry.write(run, hardware_.odometry());
-    charge(run, 0.0);
+    charge_little(run);
   };
   const auto read_laser = [this, &readings](Run& run) {
     readings.write(run, hardware_.laser());
-    charge(run, 0.0);
+    charge_little(run);
   };
   const auto scan = [this, &readings, &scans, &buffered](Run& run) {
     const Shared<Reading>* reading = readings.read(run);
     if (reading == nullptr || (*reading)->scan.stamp == newest_scan_) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     newest_scan_ = (*reading)->scan.stamp;
     ScanFilter::Result result = filter_.run((*reading)->scan, (*reading)->odometry);
     scans.write(run, result.scan);
     buffered.write(run, std::move(result.scan));
-    charge(run, kScanUnit, result.work);
+    charge(run, Node::kScanFilter, result.work);
   };
   const auto local_map = [this, &scans, &odometry, &surroundings](Run& run) {
     const SharedScan* newest = scans.read(run);
     if (newest == nullptr) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     LocalMapper::Result result = local_mapper_.run(**newest);
@@ -76,19 +72,19 @@ void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
     auto map = std::make_shared<const LocalMap>(std::move(result.map));
     const Odometry now = wheels != nullptr && wheels->stamp > map->stamp ? *wheels : map->odometry;
     surroundings.write(run, std::make_shared<const Surroundings>(Surroundings{std::move(map), now}));
-    charge(run, kLocalMapUnit, result.work);
+    charge(run, Node::kLocalMapper, result.work);
   };
   const auto local_plan = [this, &surroundings, &commands](Run& run) {
     const Shared<Surroundings>* around = surroundings.read(run);
     if (around == nullptr) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     const Shared<Command>* command = commands.read(run);
     const LocalPlanner::Result result =
         local_planner_.run(*(*around)->map, (*around)->odometry, command != nullptr ? **command : Command{});
     drive_ = Drive{{}, result.velocity, (*around)->map};
-    charge(run, kLocalPlanUnit, result.work);
+    charge(run, Node::kLocalPlanner, result.work);
   };
   functions.push_back({"laser", read_laser, {}});
   functions.push_back({"odometry", read_odometry, {}});
@@ -113,7 +109,7 @@ void Nodes::add_global(Host& host, std::vector<Functions>& functions) {
     std::vector<SharedScan> scans;
     while (auto next = buffered.take(run)) scans.push_back(std::move(*next));
     if (scans.empty()) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     GlobalLocalizer::Result result = localizer_.run(scans);
@@ -122,43 +118,42 @@ void Nodes::add_global(Host& host, std::vector<Functions>& functions) {
     to_planner.write(run, fix);
     if (result.news) to_mapper.write(run, fix);
     run.set_mode(static_cast<std::uint32_t>(result.mode));
-    charge(run, kLocalizeUnit, result.work);
+    charge(run, Node::kGlobalLocalizer, result.work);
   };
   const auto map = [this, &to_mapper, &maps](Run& run) {
     const Shared<Fix>* fix = to_mapper.read(run);
     if (fix == nullptr) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     GlobalMapper::Result result = mapper_.run((*fix)->localization);
     maps.write(run, std::move(result.map));
-    charge(run, kMapUnit, result.work);
+    charge(run, Node::kGlobalMapper, result.work);
   };
   const auto plan = [this, &to_planner, &maps, &paths](Run& run) {
     const Shared<Fix>* fix = to_planner.read(run);
     const SharedMap* newest = maps.read(run);
     if (fix == nullptr || newest == nullptr) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
-    const Pose robot = (*fix)->localization.pose_at((*fix)->odometry);
-    GlobalPlanner::Result result = planner_.run(**newest, robot, goal_);
+    GlobalPlanner::Result result = planner_.run(**newest, (*fix)->localization, goal_);
     const auto path = std::make_shared<const Path>(std::move(result.path));
     planned_ = Planned{{}, path, *newest};
     paths.write(run, path);
-    charge(run, kPlanUnit, result.work);
+    charge(run, Node::kGlobalPlanner, result.work);
   };
   const auto command = [this, &to_commander, &paths, &commands](Run& run) {
     const Shared<Fix>* fix = to_commander.read(run);
     const Shared<Path>* path = paths.read(run);
     if (fix == nullptr || path == nullptr) {
-      charge(run, 0.0);
+      charge_little(run);
       return run.skip_output();
     }
     const NavigationCommand::Result result = commander_.run(**path, (*fix)->localization, (*fix)->odometry);
     guidance_ = Guidance{{}, result.command.stamp};
     commands.write(run, std::make_shared<const Command>(result.command));
-    charge(run, kCommandUnit, result.work);
+    charge(run, Node::kNavigationCommand, result.work);
   };
   functions.push_back({"GL", localize, {}});
   functions.push_back({"GM", map, {}});

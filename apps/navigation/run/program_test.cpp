@@ -108,11 +108,11 @@ TEST(Program, LeavesWithOneWhereSomethingCannotBeReadOrMade) {
 
 TEST(Program, InLifeItDrives) {
   for (const std::string scheduler : {"default", "catan"}) {
-    const Ended ended = run("--json --seconds 6 --scheduler " + scheduler);
+    const Ended ended = run("--json --seconds 12 --scheduler " + scheduler);
     ASSERT_EQ(ended.code, 0) << scheduler;
     const auto json = nlohmann::json::parse(ended.out, nullptr, false);
     ASSERT_FALSE(json.is_discarded()) << ended.out;
-    EXPECT_GT(json["figures"]["way_m"].get<double>(), 0.0);
+    EXPECT_GT(json["figures"]["way_m"].get<double>(), 0.0) << "by default, GM first runs after seconds";
     EXPECT_GT(json["world_thread"]["cpu_share"].get<double>(), 0.0);
     EXPECT_FALSE(json.contains("cores"));
   }
