@@ -6,10 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include <opencv2/dnn.hpp>
 
 #include "detector/cost.h"
 #include "detector/film.h"
@@ -69,19 +72,65 @@ void print(const std::string& what, const Measured& measured, double modelled) {
 
 double factor(double ms, std::uint64_t work) { return work == 0 ? 0.0 : ms * 1e6 / static_cast<double>(work); }
 
-void print_detector(const Film& film, const std::string& name, Detector& detector) {
+Measured print_detector(const Film& film, const std::string& name, Detector& detector) {
   const InputForm form = detector.form();
   print(fmt::format("preprocess for {}", name), measure_preprocess(film, form, {}),
         1e3 * cost(Preprocess(form).work(film.size()), 1.0));
   const Measured measured = measure_detector(film, detector);
   print(fmt::format("detect: {}, {} x {}", name, form.size.width, form.size.height), measured,
         1e3 * cost(detector.work(), 1.0));
-  const PictureWork work = detector.work();
-  if (work.windows > 0)
-    fmt::print("  windows {}: {:.1f} ns each\n", work.windows, factor(measured.median, work.windows));
-  if (work.multiply_adds > 0) {
-    fmt::print("  multiply-adds {}: {:.4f} ns each\n", work.multiply_adds, factor(measured.median, work.multiply_adds));
+  return measured;
+}
+
+// Two sizes of picture tell the two kinds of its work apart.
+void print_people(const Film& film) {
+  PeopleDetector large;
+  PeopleDetector small({512, 384});
+  const double first = print_detector(film, "people (HOG)", large).median;
+  const double second = print_detector(film, "people (HOG)", small).median;
+  const auto count = [](std::uint64_t work) { return static_cast<double>(work); };
+  const PictureWork a = large.work();
+  const PictureWork b = small.work();
+  const double common = count(a.windows) * count(b.gradients) - count(b.windows) * count(a.gradients);
+  fmt::print("  gradients: {} and {}, {:.1f} ns each; windows: {} and {}, {:.0f} ns each\n", a.gradients, b.gradients,
+             1e6 * (count(a.windows) * second - count(b.windows) * first) / common, a.windows, b.windows,
+             1e6 * (first * count(b.gradients) - second * count(a.gradients)) / common);
+}
+
+// Nanoseconds of a multiply-add where arithmetic is all: a convolution of 3 x 3 from 256 channels to 256.
+double dense_convolution() {
+  constexpr int kChannels = 256;
+  constexpr int kSide = 40;
+  const std::array<int, 4> kernel{kChannels, kChannels, 3, 3};
+  const std::array<int, 4> shape{1, kChannels, kSide, kSide};
+  cv::dnn::LayerParams parameters;
+  parameters.set("kernel_size", 3);
+  parameters.set("pad", 1);
+  parameters.set("num_output", kChannels);
+  parameters.set("bias_term", false);
+  parameters.blobs = {cv::Mat(4, kernel.data(), CV_32F, cv::Scalar(0.01))};
+  cv::dnn::Net network;
+  network.addLayerToPrev("convolution", "Convolution", parameters);
+  network.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+  const cv::Mat input(4, shape.data(), CV_32F, cv::Scalar(0.5));
+  std::vector<double> times;
+  for (int i = 0; i < 21; ++i) {
+    network.setInput(input);
+    const double begin = cpu_time();
+    (void)network.forward();
+    times.push_back(cpu_time() - begin);
   }
+  std::ranges::sort(times);
+  return factor(times[times.size() / 2], parameters.blobs.front().total() * kSide * kSide);
+}
+
+void print_network(const Film& film, const std::string& name, NetworkDetector& network, double multiply_add) {
+  const double time = print_detector(film, name, network).median;
+  const PictureWork work = network.work();
+  fmt::print(
+      "  {:.1f} million multiply-adds, {:.2f} million numbers emitted: {:.2f} ns each for the rest of the time\n",
+      1e-6 * static_cast<double>(work.multiply_adds), 1e-6 * static_cast<double>(work.emitted),
+      factor(time - 1e-6 * multiply_add * static_cast<double>(work.multiply_adds), work.emitted));
 }
 
 int fail(const ctn::Error& error) {
@@ -126,15 +175,14 @@ int main(int argc, char** argv) {
              factor(rectify.median - decode.median, work_of(whole, rectified).moved),
              factor(to_planes.median - all.median, work_of(planes, {}).moved - work_of(whole, {}).moved));
 
-  PeopleDetector people;
-  print_detector(*film, "people (HOG)", people);
-  PeopleDetector fast({512, 384});
-  print_detector(*film, "people (HOG)", fast);
+  print_people(*film);
+  const double multiply_add = dense_convolution();
+  fmt::print("multiply-adds of a dense convolution: {:.4f} ns each\n", multiply_add);
   for (int i = 1; i + 1 < argc; i += 2) {
     const auto network = NetworkDetector::open({argv[i], argv[i + 1], std::nullopt});
     if (!network) return fail(network.error());
     const std::string path = argv[i];
-    print_detector(*film, path.substr(path.rfind('/') + 1), **network);
+    print_network(*film, path.substr(path.rfind('/') + 1), **network, multiply_add);
   }
   return 0;
 }

@@ -10,19 +10,22 @@ namespace ctn::navigation {
 
 // Nanoseconds for one of each.
 struct PictureCosts {
-  double decoded = 3.4;
+  double decoded = 3.1;
   double taps = 0.62;
-  double moved = 3.5;
-  double windows = 2000.0;
-  double multiply_adds = 0.075;
+  double moved = 3.4;
+  double gradients = 12.3;
+  double windows = 950.0;
+  double multiply_adds = 0.015;
+  double emitted = 0.95;
 };
 
 // `slowdown`: how many times as long the board takes.
 inline double cost(const PictureWork& work, double slowdown, const PictureCosts& costs = {}) {
   const double nanoseconds =
       costs.decoded * static_cast<double>(work.decoded) + costs.taps * static_cast<double>(work.taps) +
-      costs.moved * static_cast<double>(work.moved) + costs.windows * static_cast<double>(work.windows) +
-      costs.multiply_adds * static_cast<double>(work.multiply_adds);
+      costs.moved * static_cast<double>(work.moved) + costs.gradients * static_cast<double>(work.gradients) +
+      costs.windows * static_cast<double>(work.windows) +
+      costs.multiply_adds * static_cast<double>(work.multiply_adds) + costs.emitted * static_cast<double>(work.emitted);
   return slowdown * nanoseconds * 1e-9;
 }
 

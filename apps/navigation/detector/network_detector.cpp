@@ -69,8 +69,8 @@ std::size_t numbers_in(const std::string& weights) {
 }
 
 struct NetworkSize {
-  std::size_t numbers = 0;          // in its file of weights
-  std::uint64_t multiply_adds = 0;  // of one run's convolutions
+  std::size_t numbers = 0;  // in its file of weights
+  PictureWork work;         // of one run
 };
 
 NetworkSize size_of(const cv::dnn::Net& network, cv::Size input) {
@@ -86,7 +86,9 @@ NetworkSize size_of(const cv::dnn::Net& network, cv::Size input) {
     for (const cv::Mat& numbers : layer->blobs) size.numbers += numbers.total();
     if (!convolution) continue;
     const cv::dnn::MatShape& shape = outputs[i].front();  // 1, channels, height, width
-    size.multiply_adds += layer->blobs.front().total() * static_cast<std::uint64_t>(shape[2] * shape[3]);
+    const auto places = static_cast<std::uint64_t>(shape[2]) * static_cast<std::uint64_t>(shape[3]);
+    size.work.multiply_adds += layer->blobs.front().total() * places;
+    size.work.emitted += static_cast<std::uint64_t>(shape[1]) * places;
   }
   return size;
 }
@@ -155,7 +157,7 @@ Result<std::unique_ptr<NetworkDetector>> NetworkDetector::open(const NetworkFile
       return not_together(files, fmt::format("{} has {} numbers, but the network of {} takes {}", files.weights,
                                              numbers_in(*weights), files.description, size.numbers));
     }
-    detector->work_.multiply_adds = size.multiply_adds;
+    detector->work_ = size.work;
     detector->output_names_ = network.getUnconnectedOutLayersNames();
     if (auto checked = detector->check_outputs(files.description, file->classes); !checked) return checked.error();
   } catch (const std::exception& failure) {  // cv::Exception, or out of memory

@@ -36,6 +36,7 @@ PictureWork PeopleDetector::work() const {
     const auto width = static_cast<int>(std::lround(size_.width / scale));
     const auto height = static_cast<int>(std::lround(size_.height / scale));
     if (width < window.width || height < window.height) break;
+    work.gradients += static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     work.windows += static_cast<std::uint64_t>((width - window.width) / kStride + 1) *
                     static_cast<std::uint64_t>((height - window.height) / kStride + 1);
   }
