@@ -25,9 +25,9 @@ user_packages=(
   libeigen3-dev          # linear algebra of the planner
   libcpp-httplib-dev     # the page and metrics of a server
   sqlite3                # reads a record from a shell, as docs/record-schema.md shows
-  libopencv-dev          # the face-tracking app; its package config wants all of OpenCV's modules, so none of the parts
+  libopencv-dev          # cameras and detectors of the case studies; its package config wants all of OpenCV's modules, so none of the parts
   opencv-data            # the face detector's cascades
-  opencv-doc             # video with real faces, for that app
+  opencv-doc             # films with real faces, for that app, and of people, for the navigation app
   libbox2d-dev           # rays and contact in the simulated world of the navigation app
   libmrpt-maps-dev       # occupancy grids of the navigation app; of MRPT the smallest package that has them
   libgtest-dev           # unit tests

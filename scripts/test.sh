@@ -8,6 +8,7 @@
 # out/ci/flaky.txt, and in out/flaky.txt with those of all runs before: that is a defect to work on. If it fails again, the
 # run fails.
 #   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels fail
+#   CATAN_YOLO=FOLDER          the real network for tests that need one (docs/navigation-detector.md); otherwise they are skipped
 #   SKIP_REALTIME=1            only those that do not depend on the clock
 set -euo pipefail
 cd "$(dirname "$0")/.."
