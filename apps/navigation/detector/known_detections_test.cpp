@@ -30,29 +30,19 @@ class Counting final : public Detector {
 
 class Known : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    auto film = Film::open();
-    ASSERT_TRUE(film.ok()) << film.error().message();
-    film_ = std::make_unique<Film>(std::move(film).value());
-  }
-  static void TearDownTestSuite() { film_.reset(); }
-
   KnownDetections with(const PreprocessSettings& settings = {}) {
-    return {*film_, std::make_unique<Counting>(runs_), settings};
+    return {testing::debian_film(), std::make_unique<Counting>(runs_), settings};
   }
 
-  static std::unique_ptr<Film> film_;
   int runs_ = 0;
 };
-
-std::unique_ptr<Film> Known::film_;
 
 TEST_F(Known, AreWhatTheNodesComputeEachFrameOnce) {
   KnownDetections known = with();
   PeopleDetector detector;
   Preprocess preprocess(detector.form());
   for (const std::size_t frame : {50U, 794U, 50U, 794U, 50U}) {
-    const auto prepared = preprocess.run(film_->picture(frame));
+    const auto prepared = preprocess.run(testing::debian_film().picture(frame));
     ASSERT_TRUE(prepared.ok());
     const Detections found = detector.run(*prepared);
     EXPECT_EQ(known.at(frame), found.things);

@@ -5,35 +5,25 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
-#include <memory>
 
 #include "detector/film.h"
 #include "detector/preprocess.h"
+#include "detector/testing/files.h"
 
 namespace ctn::navigation {
 namespace {
 
 class People : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    auto film = Film::open();
-    ASSERT_TRUE(film.ok()) << film.error().message();
-    film_ = std::make_unique<Film>(std::move(film).value());
-  }
-  static void TearDownTestSuite() { film_.reset(); }
-
   Detections look(std::size_t frame) {
-    const auto prepared = preprocess_.run(film_->picture(frame));
+    const auto prepared = preprocess_.run(testing::debian_film().picture(frame));
     EXPECT_TRUE(prepared.ok());
     return detector_.run(*prepared);
   }
 
-  static std::unique_ptr<Film> film_;
   PeopleDetector detector_;
   Preprocess preprocess_{detector_.form()};
 };
-
-std::unique_ptr<Film> People::film_;
 
 struct Person {
   std::size_t frame;
@@ -62,7 +52,7 @@ TEST_F(People, AreFoundInKnownFramesWhereTheyAre) {
 
 TEST_F(People, HaveBoxesInsideThePictureAndTheSurestComesFirst) {
   std::size_t found = 0;
-  for (std::size_t frame = 25; frame < film_->frames(); frame += 100) {
+  for (std::size_t frame = 25; frame < testing::debian_film().frames(); frame += 100) {
     const Detections people = look(frame);
     found += people.things.size();
     for (std::size_t i = 0; i < people.things.size(); ++i) {
@@ -71,7 +61,7 @@ TEST_F(People, HaveBoxesInsideThePictureAndTheSurestComesFirst) {
       EXPECT_GE(person.confidence, PeopleDetector::kConfidenceMin);
       EXPECT_GT(person.box.height, 80.0);  // the classifier's window is 128 pixels high
       EXPECT_GT(person.box.height, 1.5 * person.box.width);
-      EXPECT_EQ(person.box & cv::Rect2d({}, cv::Size2d(film_->size())), person.box);
+      EXPECT_EQ(person.box & cv::Rect2d({}, cv::Size2d(testing::debian_film().size())), person.box);
       EXPECT_LE(person.confidence, people.things[i == 0 ? 0 : i - 1].confidence);
     }
   }
@@ -84,7 +74,7 @@ TEST_F(People, AreTheSameEachTimeForEachObject) {
   look(300);
   EXPECT_EQ(look(50).things, once.things);
   PeopleDetector other;
-  EXPECT_EQ(other.run(*preprocess_.run(film_->picture(50))).things, once.things);
+  EXPECT_EQ(other.run(*preprocess_.run(testing::debian_film().picture(50))).things, once.things);
 }
 
 TEST_F(People, AreLookedForByTheThreadThatAsks) {

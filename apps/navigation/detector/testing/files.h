@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,15 @@ inline std::string written(const std::string& name, std::string_view contents) {
 inline EncodedPicture picture_in(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline const Film& debian_film() {
+  static const Result<Film> kFilm = Film::open();
+  if (!kFilm) {
+    ADD_FAILURE() << kFilm.error().message();
+    std::abort();
+  }
+  return *kFilm;
 }
 
 // The folder with a real network and pictures, in the environment's CATAN_YOLO; empty if it is not given.
