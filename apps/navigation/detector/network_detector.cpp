@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -201,14 +202,14 @@ Detections NetworkDetector::run(const Prepared& picture) {
       const std::span<const float> values(output.ptr<float>(row), static_cast<std::size_t>(output.cols));
       const auto scores = values.subspan(kBeforeClasses);  // already times that there is anything
       const auto best = std::ranges::max_element(scores);
-      if (static_cast<double>(*best) < kConfidenceMin) continue;
+      if (!std::isfinite(*best) || static_cast<double>(*best) < kConfidenceMin) continue;
       const double width = static_cast<double>(values[2]) * input_.width;
       const double height = static_cast<double>(values[3]) * input_.height;
       const cv::Rect2d in_input(static_cast<double>(values[0]) * input_.width - 0.5 * width,
                                 static_cast<double>(values[1]) * input_.height - 0.5 * height, width, height);
       const cv::Rect2d box = picture.letterbox.to_picture(in_input);
       const auto label = static_cast<int>(best - scores.begin());
-      if (!box.empty()) by_class[label].push_back({label, static_cast<double>(*best), box});
+      if (box.area() > 0.0) by_class[label].push_back({label, static_cast<double>(*best), box});
     }
   }
   Detections found{without_overlaps(by_class), work_};

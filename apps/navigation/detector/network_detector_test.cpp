@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -60,6 +62,25 @@ TEST(NetworkDetector, KeepsOneOfThoseThatOverlap) {
   const Detections found = detector->run(prepared_for(*detector, {64, 64}));
   ASSERT_EQ(found.things.size(), 1U);
   EXPECT_EQ(found.things.front().box, cv::Rect2d(0, 0, 64, 64));
+}
+
+TEST(NetworkDetector, TakesNothingFromNumbersThatAreNone) {
+  const NetworkFiles files = testing::tiny_network();
+  const auto with_bias = [&](std::size_t number, float value) {
+    std::string weights = testing::tiny_weights();
+    std::memcpy(weights.data() + 20 + number * sizeof(float), &value, sizeof(value));
+    return opened({files.description, testing::written("odd.weights", weights), std::nullopt});
+  };
+  for (const std::size_t number : {0U, 2U, 4U, 6U}) {  // x, width, whether there is anything, class 1
+    const auto detector = with_bias(number, std::numeric_limits<float>::quiet_NaN());
+    ASSERT_NE(detector, nullptr);
+    EXPECT_TRUE(detector->run(prepared_for(*detector, {64, 64})).things.empty()) << number;
+  }
+  const auto endless = with_bias(2, 1000.0F);  // infinitely wide
+  ASSERT_NE(endless, nullptr);
+  for (const Detection& thing : endless->run(prepared_for(*endless, {64, 64})).things) {
+    EXPECT_EQ(thing.box & cv::Rect2d(0, 0, 64, 64), thing.box);
+  }
 }
 
 TEST(NetworkDetector, CountsMultiplyAdds) {

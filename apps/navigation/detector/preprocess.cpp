@@ -31,6 +31,16 @@ std::uint64_t taps_of(int diameter) {
   return taps;
 }
 
+// Empty if it cannot be decoded; OpenCV throws where the picture would be too large.
+cv::Mat decoded(const EncodedPicture& picture) {
+  if (picture.empty()) return {};
+  try {
+    return cv::imdecode(picture, cv::IMREAD_COLOR);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
 cv::Mat fitted(const cv::Mat& picture, const Letterbox& letterbox) {
   if (!letterbox.scales() && !letterbox.pads()) return picture;
   cv::Mat input =
@@ -66,7 +76,7 @@ std::string Preprocess::identity() const {
 
 Result<Prepared> Preprocess::run(const EncodedPicture& picture) {
   // Each run has its own pixels, since the detector may still look at those of the run before.
-  cv::Mat pixels = picture.empty() ? cv::Mat() : cv::imdecode(picture, cv::IMREAD_COLOR);
+  cv::Mat pixels = decoded(picture);
   if (pixels.empty()) {
     return Error::environment(fmt::format("cannot decode a picture of {} bytes from the camera", picture.size()),
                               "pictures are JPEG, or another format that OpenCV can read");
