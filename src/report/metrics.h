@@ -99,8 +99,7 @@ struct Asked {
   std::function<void(const record::Run&)> see = {};
 };
 
-// Errors: those of the reader; a plan in the record that cannot be read
-// (kCaller).
+// Errors: those of the reader; a plan in the record that cannot be read (kCaller).
 Result<RunFigures> measure(const record::Reader& record, const Asked& asked = {});
 
 }  // namespace ctn::report

@@ -20,7 +20,7 @@ struct ScreenSection {
   std::size_t selected = 0;  // row that must be visible
 };
 
-// Appends the sections to the lines, in at most so many rows. Each gets its least first, then the first ones get more;
+// Appends the sections to the lines, in at most so many rows. Each gets its `min` first, then the first ones get more;
 // what does not fit is left out, and a line says how much that is.
 void place_sections(std::vector<ScreenSection> sections, std::size_t rows, bool unicode,
                     std::vector<ScreenLine>& lines);
