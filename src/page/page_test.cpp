@@ -177,12 +177,12 @@ TEST_F(StoryTest, NoMoreIsLostThanIsUnexplained) {
 }
 
 TEST_F(StoryTest, WhatOthersRunBetweenItsSlotsTakesTheCore) {
-  add("scan", 2'500, 4'500, 2.0F);
+  add("scan", 2'000, 4'500, 2.5F);
   add("LM", 6'000, 7'000, 1.0F);
-  const RunSpan low = add("GL", 1'000, 9'000, 5.0F);
+  const RunSpan low = add("GL", 1'000, 9'000, 4.5F);
   happened(
       {{0, 1, 500, 2'000}, {0, 0, 2'000, 4'500}, {0, 1, 4'500, 6'000}, {0, 0, 6'000, 7'000}, {0, 1, 7'000, 9'000}});
-  EXPECT_THAT(losses_of(story_, low), ElementsAre(Loss{2'500, 4'500, 0}, Loss{6'000, 7'000, 0}));
+  EXPECT_THAT(losses_of(story_, low), ElementsAre(Loss{2'000, 4'500, 0}, Loss{6'000, 7'000, 0}));
 }
 
 TEST_F(StoryTest, WhatTheLaneItselfRunsIsNoLoss) {
