@@ -11,12 +11,12 @@ namespace ctn::navigation {
 // Nanoseconds for one of each.
 struct PictureCosts {
   double decoded = 3.1;
-  double taps = 0.62;
+  double taps = 0.63;
   double moved = 3.4;
-  double gradients = 12.3;
-  double windows = 950.0;
-  double multiply_adds = 0.015;
-  double emitted = 0.95;
+  double gradients = 12.0;
+  double windows = 1000.0;
+  double multiply_adds = 0.0155;
+  double emitted = 1.05;
 };
 
 // `slowdown`: how many times as long the board takes.

@@ -15,6 +15,8 @@
 #include <span>
 #include <utility>
 
+#include <opencv2/core/utils/logger.hpp>
+
 #include "detector/darknet_file.h"
 #include "detector/fingerprint.h"
 
@@ -23,15 +25,21 @@ namespace {
 
 constexpr int kBeforeClasses = 5;  // of an output's row: x, y, width, height, whether there is anything
 
-// OpenCV prints each exception that it throws; here each becomes an error that the caller shows.
+// OpenCV prints what goes wrong when it makes a network; here that becomes an error, which the caller shows.
 class Silence {
  public:
-  Silence() {
+  Silence() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {
     cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
   }
-  ~Silence() { cv::redirectError(nullptr); }
+  ~Silence() {
+    cv::redirectError(nullptr);
+    cv::utils::logging::setLogLevel(before_);
+  }
   Silence(const Silence&) = delete;
   Silence& operator=(const Silence&) = delete;
+
+ private:
+  cv::utils::logging::LogLevel before_;
 };
 
 Result<std::string> contents(const std::string& path, const char* what) {

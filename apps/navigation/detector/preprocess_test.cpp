@@ -119,7 +119,8 @@ TEST(Preprocess, TakesPicturesOfAnySizeOneAfterTheOther) {
     ASSERT_TRUE(prepared.ok());
     EXPECT_EQ(prepared->input.size(), cv::Size(64, 64));
     EXPECT_EQ(prepared->letterbox.picture(), size);
-    EXPECT_EQ(prepared->input.at<cv::Vec3b>(32, 32), cv::Vec3b(50, 100, 200));
+    const cv::Mat content = prepared->input(prepared->letterbox.content());
+    EXPECT_EQ(content.at<cv::Vec3b>(content.rows / 2, content.cols / 2), cv::Vec3b(50, 100, 200));
   }
 }
 
