@@ -156,8 +156,8 @@ TEST(GlobalPlanner, TakesWhatBlocksAllWaysToBePassingBy) {
   EXPECT_EQ(GlobalPlanner{}.run(map, seeing_a_box(1.9, -1.9), std::nullopt).path.outcome, Path::Outcome::kNothingLeft);
 }
 
-TEST(GlobalPlanner, HasNoWayBeforeTheFirstScan) {
-  EXPECT_EQ(GlobalPlanner{}.run(room({8.0, 4.0}), Localization{}, Point{7.0, 2.0}).path.outcome, Path::Outcome::kNoWay);
+TEST(GlobalPlanner, PlansNothingBeforeTheFirstScan) {
+  EXPECT_EQ(GlobalPlanner{}.run(room({8.0, 4.0}), Localization{}, Point{7.0, 2.0}).path.outcome, Path::Outcome::kNoMap);
 }
 
 Path straight() {

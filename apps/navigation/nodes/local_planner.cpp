@@ -18,6 +18,7 @@ constexpr double kTurnFirst = 1.2;  // towards a target farther to the side, the
 constexpr double kTightMargin = 0.04;
 constexpr double kLookAround = 0.5;  // rad/s
 constexpr double kBackwards = -0.2;
+constexpr double kWorthIt = 0.03;        // metres by which going tight or backwards must be better than standing
 constexpr double kBearingWeight = 0.25;  // metres per radian
 constexpr double kRoomWeight = 0.4;      // metres per metre
 constexpr double kRoom = 0.6;            // more room than this is worth nothing extra
@@ -141,7 +142,10 @@ LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odom
 
   DynamicWindow window(map, odometry, target);
   Choice choice = window.choose({kMargin, 0.0, fastest});
-  if (!choice.moves()) choice = window.choose({kTightMargin, kBackwards, fastest});
+  if (!choice.moves()) {
+    const Choice tight = window.choose({kTightMargin, kBackwards, fastest});
+    if (tight.score > choice.score + kWorthIt) choice = tight;
+  }
   Work work = detour.work;
   work.candidates += window.lookups();
   return {choice.velocity, detour.kind, work};
