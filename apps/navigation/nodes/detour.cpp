@@ -44,7 +44,8 @@ class WaveFront {
     reached[static_cast<std::size_t>(*end)] = 0.0F;
     open.emplace(0.0F, *end);
     while (!open.empty()) {
-      const auto [cost, cell] = open.top();
+      const float cost = open.top().first;
+      const int cell = open.top().second;
       open.pop();
       if (cost > reached[static_cast<std::size_t>(cell)]) continue;
       ++expanded_;
@@ -69,8 +70,9 @@ class WaveFront {
 
   Point centre(int cell) const {
     const double side = kCoarse * kCell;
-    return {map_.frame.left * kCell + (cell % width_ + 0.5) * side,
-            map_.frame.bottom * kCell + (cell / width_ + 0.5) * side};
+    const int column = cell % width_;
+    const int row = cell / width_;
+    return {map_.frame.left * kCell + (column + 0.5) * side, map_.frame.bottom * kCell + (row + 0.5) * side};
   }
 
   // Of a metre in the cell; 0: it is not free.

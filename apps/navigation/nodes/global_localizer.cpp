@@ -16,8 +16,8 @@ constexpr std::size_t kLoopLength = 40;    // the fewest keyframes of a loop
 constexpr std::size_t kLoopPause = 8;      // keyframes between attempts to close one
 constexpr double kLoopDistance = 3.0;      // how near the old keyframes must be
 constexpr std::size_t kLoopKeyframes = 7;  // that the scan is matched against
-constexpr double kLoopFits = 0.55;
-constexpr Matcher::Window kLoopWindow{0.8, 0.3};
+constexpr double kLoopFits = 0.6;
+constexpr Matcher::Window kLoopWindow{0.8, 0.15};  // a heading drifts less, and a wrong one bends the whole map
 
 }  // namespace
 
