@@ -86,8 +86,8 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
          "catan; default (rates set by hand); fast-local (as default, but LM and LP at 50 Hz); or another policy "
          "of a session")
       ->capture_default_str();
-  CLI::Option* const real_cpus =
-      app.add_option("--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; all that may be used where not given");
+  CLI::Option* const real_cpus = app.add_option(
+      "--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; else all but the last, where the world runs");
   app.add_option("--seconds", options.seconds, "how long a run lasts at most: it ends when the goal is reached")
       ->check(within(0.5, 86400.0))
       ->capture_default_str();

@@ -185,8 +185,7 @@ std::string to_json(const Outcome& outcome) {
   json["plans"] = outcome.snapshot.plans;
   json["notices"] = outcome.snapshot.notices;
   if (outcome.world_thread) {
-    json["world_thread"] = {{"real_time", outcome.world_thread->real_time},
-                            {"cpu_share", outcome.world_thread->cpu_share},
+    json["world_thread"] = {{"cpu_share", outcome.world_thread->cpu_share},
                             {"late_ms_max", outcome.world_thread->late_ms_max}};
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -213,10 +212,8 @@ std::string to_text(const Outcome& outcome) {
                         node.compute_ms.p95);
   }
   if (outcome.world_thread) {
-    text += fmt::format("  world's thread: {:.2f} % of a CPU, at {} level; readings at most {:.1f} ms late\n",
-                        100.0 * outcome.world_thread->cpu_share,
-                        outcome.world_thread->real_time ? "a real-time" : "the ordinary",
-                        outcome.world_thread->late_ms_max);
+    text += fmt::format("  world's thread: {:.2f} % of a CPU; readings at most {:.1f} ms late\n",
+                        100.0 * outcome.world_thread->cpu_share, outcome.world_thread->late_ms_max);
   }
   return text;
 }

@@ -16,7 +16,6 @@ namespace ctn::navigation::run {
 
 // What the world's thread took, in real time.
 struct WorldThreadUse {
-  bool real_time = false;    // it ran above the nodes' levels
   double cpu_share = 0.0;    // of one CPU
   double late_ms_max = 0.0;  // of a reading
 };

@@ -1,11 +1,10 @@
 #include "run/world_thread.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
-#include <ctime>
 #include <utility>
+
+#include "os/cpu_set.h"
+#include "os/linux/linux_os.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -13,30 +12,17 @@ namespace {
 using std::chrono::nanoseconds;
 using std::chrono::steady_clock;
 
-constexpr int kAboveNodes = 80;                              // Catan's levels end at 70
 constexpr nanoseconds kLead = std::chrono::milliseconds(1);  // of a reading, before the node `laser` looks
 constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
 
-// True: at a real-time level.
-bool rise() {
-  sched_param parameter{};
-  parameter.sched_priority = kAboveNodes;
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
-}
-
-// To CPUs of the process that nodes may not use, if there are any. If it fails, the thread stays where it is.
-void leave(const std::vector<int>& node_cpus) {
-  cpu_set_t cpus;
-  CPU_ZERO(&cpus);
-  if (node_cpus.empty() || pthread_getaffinity_np(pthread_self(), sizeof cpus, &cpus) != 0) return;
-  for (const int cpu : node_cpus) CPU_CLR(static_cast<std::size_t>(cpu), &cpus);
-  if (CPU_COUNT(&cpus) > 0) pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus);
-}
-
-nanoseconds cpu_time() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
+// To CPUs that it may use and nodes may not, if there are any. If it fails, the thread stays where it is.
+void leave(os::Os& os, const std::vector<int>& node_cpus) {
+  const os::ThreadId thread = os.current_thread();
+  const Result<os::CpuSet> cpus = os.affinity(thread);
+  if (!cpus) return;
+  std::vector<int> free = cpus->cpus();
+  std::erase_if(free, [&](int cpu) { return os::CpuSet(node_cpus).contains(cpu); });
+  if (!free.empty()) (void)os.set_affinity(thread, os::CpuSet(std::move(free)));
 }
 
 template <class T>
@@ -101,8 +87,8 @@ void WorldThread::planned(Planned planned) {
 }
 
 void WorldThread::run(const std::stop_token& stop) {
-  leave(node_cpus_);
-  use_.real_time = rise();
+  const std::unique_ptr<os::Os> os = os::make_linux_os();
+  leave(*os, node_cpus_);
   while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLead);
   const steady_clock::time_point begin(begin_.load());
   nanoseconds instant{};
@@ -120,7 +106,7 @@ void WorldThread::run(const std::stop_token& stop) {
   take_events();
   pass(now());
   if (begin_.load() == kNotBegun) return;
-  use_.cpu_share = std::chrono::duration<double>(cpu_time()) / std::chrono::duration<double>(now());
+  use_.cpu_share = std::chrono::duration<double>(os->thread_cpu_time()) / std::chrono::duration<double>(now());
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }
 

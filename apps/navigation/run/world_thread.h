@@ -5,10 +5,11 @@
 //   scan, odometry <--the newest reading--------------------- every 20 ms
 //
 // It stands for hardware, which does not wait for the scheduler: it runs on CPUs that the nodes may not use, if there
-// are any, and above their real-time levels, if that is permitted. What it takes of a CPU and how late its readings
-// came is told (use()). Time begins when the node `laser` looks for the first time, so that a scan is there a moment
-// before it looks each time after, as if the laser had woken its driver. A reading that comes late has the stamp of its
-// instant all the same. A command that comes after the world has passed its time counts from then on.
+// are any. It is an ordinary thread: where nodes may use all CPUs, its readings come late when these are busy. What it
+// takes of a CPU and how late its readings came is told (use()). Time begins when the node `laser` looks for the first
+// time, so that a scan is there a moment before it looks each time after, as if the laser had woken its driver. A
+// reading that comes late has the stamp of its instant all the same. A command that comes after the world has passed
+// its time counts from then on.
 //
 // Thread safety: as Hardware says; start(), stop() and the rest from one thread.
 #pragma once
