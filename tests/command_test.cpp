@@ -214,8 +214,9 @@ TEST(Plan, ExplainsItselfToPrograms) {
   EXPECT_EQ(why["bounds"][0]["binds"], false);
   EXPECT_LE(why["objective"], plan["expected"]["objective"]);
   EXPECT_GE(why["noise"], 0.01);
-  // GL may not run more often, so a third core gains next to nothing; a second one does.
-  const double by_noise = why["objective"].get<double>() * (1.0 + why["noise"].get<double>());
+  // GL may not run more often, so a third core gains next to nothing; a second one does. What the search compares has
+  // tails in it, which may cost as much again as noise.
+  const double by_noise = why["objective"].get<double>() * (1.0 + 2.0 * why["noise"].get<double>());
   EXPECT_LT(why["one_core_more"]["objective"], by_noise);
   EXPECT_GT(why["one_core_fewer"]["objective"], by_noise);
   ASSERT_EQ(why["weight_doubled"].size(), 5U);

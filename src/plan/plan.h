@@ -147,8 +147,8 @@ struct Batch {
 };
 
 // What is to be expected on average: plans are cut for a high percentile of the compute times, most runs cost less, and
-// elastic frames hand on what they leave. A figure is at most the planned one, unless that is for typical times, or is a
-// period under fixed priorities: where runs differ much, triggers are missed while a long one lasts.
+// elastic frames hand on what they leave. A figure is at most the planned one, unless that is for typical times, or is
+// a period under fixed priorities: where runs differ much, triggers are missed while a long one lasts.
 struct Expectation {
   struct Timing {
     Millis period{0};

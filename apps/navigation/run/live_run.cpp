@@ -1,15 +1,11 @@
 #include "run/live_run.h"
 
 #include <chrono>
-#include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "catan/session.h"
-#include "os/cpu_set.h"
-#include "os/linux/linux_os.h"
 #include "run/album.h"
 #include "run/nodes.h"
 #include "run/shortest_way.h"
@@ -20,20 +16,10 @@ namespace {
 
 constexpr std::chrono::seconds kMayBeginLate(10);
 
-// Those that were asked for; else all that the process may use but the last, which the world has, if there are several.
-std::vector<int> node_cpus(const Options& options) {
-  if (!options.cpus.empty()) return options.cpus;
-  const std::unique_ptr<os::Os> os = os::make_linux_os();
-  Result<os::CpuSet> allowed = os->affinity(os->current_thread());
-  if (!allowed) return {};
-  std::vector<int> cpus = std::move(*allowed).cpus();
-  if (cpus.size() > 1) cpus.pop_back();
-  return cpus;
-}
-
 SessionOptions session_options(const Options& options, const LiveWatch& watch) {
   SessionOptions result;
   result.policy = options.policy;
+  result.cpus = options.cpus;
   result.record = options.record;
   result.note = note_of(options);
   if (watch.notice) result.on_notice = watch.notice;
@@ -51,13 +37,10 @@ Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
 }  // namespace
 
 Result<Outcome> run_live(const Options& options, const world::WorldFile& world, const LiveWatch& watch) {
-  const std::vector<int> cpus = node_cpus(options);
-  SessionOptions asked = session_options(options, watch);
-  asked.cpus = cpus;
-  auto session = Session::open(options.app_file, asked);
+  auto session = Session::open(options.app_file, session_options(options, watch));
   if (!session) return session.error();
   Trial trial(world, options.seed);
-  WorldThread robot(trial, cpus);
+  WorldThread robot(trial);
   Nodes nodes(robot, world.goal);
   nodes.attach(*session, options.slowdown);
 

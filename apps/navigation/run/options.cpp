@@ -87,7 +87,7 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
          "of a session")
       ->capture_default_str();
   CLI::Option* const real_cpus = app.add_option(
-      "--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; else all but the last, where the world runs");
+      "--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; else all, though the world needs one, too");
   app.add_option("--seconds", options.seconds, "how long a run lasts at most: it ends when the goal is reached")
       ->check(within(0.5, 86400.0))
       ->capture_default_str();

@@ -1,10 +1,8 @@
 #include "run/world_thread.h"
 
 #include <algorithm>
+#include <ctime>
 #include <utility>
-
-#include "os/cpu_set.h"
-#include "os/linux/linux_os.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -15,14 +13,10 @@ using std::chrono::steady_clock;
 constexpr nanoseconds kLead = std::chrono::milliseconds(1);  // of a reading, before the node `laser` looks
 constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
 
-// To CPUs that it may use and nodes may not, if there are any. If it fails, the thread stays where it is.
-void leave(os::Os& os, const std::vector<int>& node_cpus) {
-  const os::ThreadId thread = os.current_thread();
-  const Result<os::CpuSet> cpus = os.affinity(thread);
-  if (!cpus) return;
-  std::vector<int> free = cpus->cpus();
-  std::erase_if(free, [&](int cpu) { return os::CpuSet(node_cpus).contains(cpu); });
-  if (!free.empty()) (void)os.set_affinity(thread, os::CpuSet(std::move(free)));
+nanoseconds cpu_time() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
 }
 
 template <class T>
@@ -44,7 +38,7 @@ void do_first(std::vector<T>& due, Do&& act) {
 
 }  // namespace
 
-WorldThread::WorldThread(Trial& trial, std::vector<int> node_cpus) : trial_(trial), node_cpus_(std::move(node_cpus)) {}
+WorldThread::WorldThread(Trial& trial) : trial_(trial) {}
 
 WorldThread::~WorldThread() { stop(); }
 
@@ -87,8 +81,6 @@ void WorldThread::planned(Planned planned) {
 }
 
 void WorldThread::run(const std::stop_token& stop) {
-  const std::unique_ptr<os::Os> os = os::make_linux_os();
-  leave(*os, node_cpus_);
   while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLead);
   const steady_clock::time_point begin(begin_.load());
   nanoseconds instant{};
@@ -106,7 +98,7 @@ void WorldThread::run(const std::stop_token& stop) {
   take_events();
   pass(now());
   if (begin_.load() == kNotBegun) return;
-  use_.cpu_share = std::chrono::duration<double>(os->thread_cpu_time()) / std::chrono::duration<double>(now());
+  use_.cpu_share = std::chrono::duration<double>(cpu_time()) / std::chrono::duration<double>(now());
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }
 

@@ -4,9 +4,9 @@
 //   LP, NC, GP --what they did, with its time--> [events] --> world's thread: advance, observe
 //   scan, odometry <--the newest reading--------------------- every 20 ms
 //
-// It stands for hardware, which does not wait for the scheduler: it runs on CPUs that the nodes may not use, if there
-// are any. It is an ordinary thread: where nodes may use all CPUs, its readings come late when these are busy. What it
-// takes of a CPU and how late its readings came is told (use()). Time begins when the node `laser` looks for the first
+// It stands for hardware, which does not wait for the scheduler: but it is an ordinary thread, so nodes should
+// not be given all CPUs: its readings come late where nodes keep them busy. What it takes of a CPU and how late its
+// readings came is told (use()). Time begins when the node `laser` looks for the first
 // time, so that a scan is there a moment before it looks each time after, as if the laser had woken its driver. A
 // reading that comes late has the stamp of its instant all the same. A command that comes after the world has passed
 // its time counts from then on.
@@ -31,8 +31,8 @@ namespace ctn::navigation::run {
 
 class WorldThread final : public Hardware {
  public:
-  // `trial` must outlive this; it is used by the thread alone between start() and stop(). `node_cpus`: where nodes run.
-  WorldThread(Trial& trial, std::vector<int> node_cpus);
+  // `trial` must outlive this; it is used by the thread alone between start() and stop().
+  explicit WorldThread(Trial& trial);
   ~WorldThread() override;
 
   // Before start(): a moment a second will be kept for take_moment(), from one thread.
@@ -63,7 +63,6 @@ class WorldThread final : public Hardware {
   void publish(std::chrono::nanoseconds instant);
 
   Trial& trial_;
-  std::vector<int> node_cpus_;
   static constexpr std::chrono::nanoseconds kNotBegun{-1};
   std::atomic<std::chrono::nanoseconds> begin_ = kNotBegun;  // of time, on the steady clock
   Newest<std::shared_ptr<const Reading>> readings_;
