@@ -31,7 +31,7 @@ inline std::string tiny_weights(int numbers = kTinyNumbers) {
   const std::array<std::int32_t, 5> header{0, 2, 0, 0, 0};
   std::string bytes(sizeof(header) + values.size() * sizeof(float), '\0');
   std::memcpy(bytes.data(), header.data(), sizeof(header));
-  std::memcpy(bytes.data() + sizeof(header), values.data(), values.size() * sizeof(float));
+  if (!values.empty()) std::memcpy(bytes.data() + sizeof(header), values.data(), values.size() * sizeof(float));
   return bytes;
 }
 
