@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <array>
-#include <ctime>
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,6 +19,7 @@
 #include "detector/network_detector.h"
 #include "detector/people_detector.h"
 #include "detector/preprocess.h"
+#include "program/slowed.h"
 
 namespace {
 
@@ -28,11 +29,7 @@ constexpr double kPublishedPreprocess = 25.0;  // ms
 constexpr double kAssumedDetect = 150.0;       // ms; the authors do not say
 constexpr std::size_t kStep = 20;              // every so many frames of the film
 
-double cpu_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
+double cpu_time() { return std::chrono::duration<double, std::milli>(ctn::program::thread_cpu_time()).count(); }
 
 struct Measured {
   double median = 0.0;  // ms

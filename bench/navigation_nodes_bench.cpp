@@ -18,7 +18,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -30,6 +29,7 @@
 #include "nodes/cost.h"
 #include "nodes/testing/closed_loop.h"
 #include "nodes/testing/simulated_world.h"
+#include "program/slowed.h"
 #include "world/picture.h"
 
 namespace {
@@ -50,11 +50,7 @@ struct Published {
 constexpr std::array<Published, kNodes> kPublished{
     {{1.2, 1.2}, {1.2, 1.2}, {1.0, 1.0}, {2.52, 9.18}, {143, 291}, {140, 197.5}, {1.2, 1.2}}};
 
-double cpu_time() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
+double cpu_time() { return std::chrono::duration<double>(ctn::program::thread_cpu_time()).count(); }
 
 double mean(const std::vector<double>& values) {
   double sum = 0.0;

@@ -2,10 +2,8 @@
 // what was measured.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <thread>
 #include <utility>
@@ -18,38 +16,17 @@
 #include "nodes.h"
 #include "options.h"
 #include "outcome.h"
+#include "program/terminal.h"
 #include "virtual_run.h"
 #include "world_thread.h"
 
 namespace ctn::face_tracking {
 namespace {
 
-constexpr int kFailure = 1;
-constexpr int kMistake = 2;
+using program::StatusLine;
+
+constexpr const char* kProgram = "face_tracking";
 constexpr double kWarmUpLimit = 30.0;  // seconds
-
-volatile std::sig_atomic_t g_signal = 0;
-
-void remember_signal(int number) { g_signal = number; }
-
-int fail(const Error& error) {
-  fmt::print(stderr, "face_tracking: {}\n", error.message());
-  return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
-}
-
-// The live line on a terminal; nothing where stderr is none.
-class StatusLine {
- public:
-  void show(const std::string& line) {
-    if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
-  }
-  void clear() {
-    if (terminal_) fmt::print(stderr, "\r\033[K");
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) == 1;
-};
 
 SessionOptions session_options(const Options& options) {
   SessionOptions result;
@@ -66,7 +43,7 @@ bool let_run(const Session& session, const Stopwatch& clock, Nodes& nodes, World
   constexpr auto kStep = std::chrono::milliseconds(50);
   StatusLine status;
   double measuring_since = -1.0;
-  for (int step = 0; g_signal == 0; ++step) {
+  for (int step = 0; program::signal_so_far() == 0; ++step) {
     std::this_thread::sleep_for(kStep);
     const double now = clock.now();
     if (measuring_since >= 0.0 && now - measuring_since >= outcome.options.seconds) break;
@@ -86,19 +63,17 @@ bool let_run(const Session& session, const Stopwatch& clock, Nodes& nodes, World
 }
 
 int print(const Outcome& outcome) {
-  const std::string text = outcome.options.json ? to_json(outcome) : to_text(outcome);
-  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
-  return outcome.signal == 0 ? 0 : 128 + outcome.signal;
+  return program::print(outcome.options.json ? to_json(outcome) : to_text(outcome), outcome.signal);
 }
 
 int run(const Options& options) {
   const FootageFiles files;
   auto detector = Detector::open(files.cascade());
-  if (!detector) return fail(detector.error());
+  if (!detector) return program::fail(kProgram, detector.error());
   auto session = Session::open(options.app_file, session_options(options));
-  if (!session) return fail(session.error());
+  if (!session) return program::fail(kProgram, session.error());
   auto footage = load_footage(files);
-  if (!footage) return fail(footage.error());
+  if (!footage) return program::fail(kProgram, footage.error());
 
   const View view(std::move(footage).value(), options.seed);
   const Stopwatch clock;
@@ -110,17 +85,18 @@ int run(const Options& options) {
   Outcome outcome;
   outcome.options = options;
   WorldThread world_thread(world, clock);
-  if (Status started = session->start(); !started) return fail(started.error());
+  if (Status started = session->start(); !started) return program::fail(kProgram, started.error());
   const bool warm = let_run(*session, clock, nodes, world_thread, outcome);
   world_thread.stop();
   outcome.tracking = world_thread.tracking();
   outcome.sightings = nodes.sightings();
   outcome.snapshot = session->snapshot();
-  outcome.signal = g_signal;
-  if (Status stopped = session->stop(); !stopped) return fail(stopped.error());
+  outcome.signal = program::signal_so_far();
+  if (Status stopped = session->stop(); !stopped) return program::fail(kProgram, stopped.error());
   if (!warm) {
-    return fail(Error::environment(fmt::format("not warm after {:.0f} s", kWarmUpLimit * options.slowdown),
-                                   "are the CPUs in use by others?"));
+    return program::fail(kProgram,
+                         Error::environment(fmt::format("not warm after {:.0f} s", kWarmUpLimit * options.slowdown),
+                                            "are the CPUs in use by others?"));
   }
 
   return print(outcome);
@@ -128,10 +104,10 @@ int run(const Options& options) {
 
 int run_in_virtual_time(const Options& options) {
   StatusLine status;
-  const auto outcome = run_virtually(options, {.signal = [] { return static_cast<int>(g_signal); },
-                                               .show = [&status](const std::string& line) { status.show(line); }});
+  const auto outcome = run_virtually(
+      options, {.signal = program::signal_so_far, .show = [&status](const std::string& line) { status.show(line); }});
   status.clear();
-  if (!outcome) return fail(outcome.error());
+  if (!outcome) return program::fail(kProgram, outcome.error());
   fmt::print(stderr, "face_tracking: {:.1f} s of virtual time in {:.1f} s, {:.2g} times as fast as real time\n",
              outcome->virtual_seconds, outcome->took_seconds, outcome->virtual_seconds / outcome->took_seconds);
   return print(*outcome);
@@ -143,12 +119,11 @@ int run_in_virtual_time(const Options& options) {
 int main(int argc, char** argv) {
   using namespace ctn::face_tracking;
   const auto parsed = parse_options(argc, argv);
-  if (const auto* leave = std::get_if<Leave>(&parsed)) {
+  if (const auto* leave = std::get_if<ctn::program::Leave>(&parsed)) {
     fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
     return leave->code;
   }
-  std::signal(SIGINT, remember_signal);
-  std::signal(SIGTERM, remember_signal);
+  ctn::program::remember_signals();
   cv::setNumThreads(1);  // a node is one thread: no pool of OpenCV's beside it
   const auto& options = std::get<Options>(parsed);
   return options.virtual_time ? run_in_virtual_time(options) : run(options);

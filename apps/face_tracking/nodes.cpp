@@ -1,33 +1,18 @@
 #include "nodes.h"
 
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "lens.h"
+#include "program/slowed.h"
 
 namespace ctn::face_tracking {
 namespace {
 
+using program::slowed;
+
 constexpr double kWhollyInView = 0.42;  // radians; beyond it the picture's edge cuts the face
 constexpr double kSameFace = 0.06;      // radians between a detection and the truth
-
-double thread_cpu_seconds() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
-
-std::function<void(Run&)> slowed(std::function<void(Run&)> body, double slowdown) {
-  if (slowdown == 1.0) return body;
-  return [body = std::move(body), slowdown](Run& run) {
-    const double begin = thread_cpu_seconds();
-    body(run);
-    const double end = begin + slowdown * (thread_cpu_seconds() - begin);
-    while (thread_cpu_seconds() < end) {
-    }
-  };
-}
 
 }  // namespace
 

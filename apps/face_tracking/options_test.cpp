@@ -8,6 +8,8 @@
 namespace ctn::face_tracking {
 namespace {
 
+using program::Leave;
+
 std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
   std::vector<const char*> argv = {"face_tracking"};
   argv.insert(argv.end(), words);

@@ -2,33 +2,19 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
+#include "program/testing/run_command.h"
+
 namespace ctn::face_tracking {
 namespace {
 
-struct Ended {
-  int code = -1;
-  std::string out;  // stdout; stderr goes with the test's
-};
-
-Ended run_command(const std::string& command) {
-  std::FILE* pipe = popen(command.c_str(), "re");
-  if (pipe == nullptr) return {};
-  Ended ended;
-  std::array<char, 4096> chunk{};
-  while (const std::size_t length = std::fread(chunk.data(), 1, chunk.size(), pipe)) {
-    ended.out.append(chunk.data(), length);
-  }
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) ended.code = WEXITSTATUS(status);
-  return ended;
-}
+using program::testing::Ended;
+using program::testing::run_command;
 
 Ended run(const std::string& before, const std::string& arguments) {
   return run_command(before + " '" FACE_TRACKING_PROGRAM "' " + arguments);

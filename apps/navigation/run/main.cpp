@@ -2,14 +2,13 @@
 // was measured.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <utility>
 #include <variant>
 
+#include "program/terminal.h"
 #include "run/batch.h"
 #include "run/live_run.h"
 #include "run/options.h"
@@ -21,36 +20,9 @@
 namespace ctn::navigation::run {
 namespace {
 
-constexpr int kFailure = 1;
-constexpr int kMistake = 2;
+using program::StatusLine;
 
-volatile std::sig_atomic_t g_signal = 0;
-
-void remember_signal(int number) { g_signal = number; }
-
-int fail(const Error& error) {
-  fmt::print(stderr, "navigation: {}\n", error.message());
-  return error.kind() == ErrorKind::kCaller ? kMistake : kFailure;
-}
-
-// The live line on a terminal; nothing where stderr is none.
-class StatusLine {
- public:
-  void show(const std::string& line) {
-    if (terminal_) fmt::print(stderr, "\r\033[K{}", line);
-  }
-  void clear() {
-    if (terminal_) fmt::print(stderr, "\r\033[K");
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) == 1;
-};
-
-int print(const std::string& text, int signal) {
-  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
-  return signal == 0 ? 0 : 128 + signal;
-}
+constexpr const char* kProgram = "navigation";
 
 Result<world::WorldFile> world_of(const Options& options) {
   if (!options.world_file.empty()) return world::read_world(options.world_file);
@@ -60,24 +32,23 @@ Result<world::WorldFile> world_of(const Options& options) {
 Result<Outcome> run_once(const Options& options, StatusLine& status) {
   auto world = world_of(options);
   if (!world) return world.error();
-  const auto signal = [] { return static_cast<int>(g_signal); };
   const auto show = [&status](const Progress& progress) { status.show(status_line(progress)); };
-  if (options.virtual_time) return run_virtually(options, *world, {.signal = signal, .show = show});
+  if (options.virtual_time) return run_virtually(options, *world, {.signal = program::signal_so_far, .show = show});
   const auto notice = [](const std::string& text) { fmt::print(stderr, "navigation: {}\n", text); };
-  return run_live(options, *world, {signal, show, notice});
+  return run_live(options, *world, {program::signal_so_far, show, notice});
 }
 
 int run_single(const Options& options) {
   StatusLine status;
   const auto outcome = run_once(options, status);
   status.clear();
-  if (!outcome) return fail(outcome.error());
+  if (!outcome) return program::fail(kProgram, outcome.error());
   if (options.virtual_time) {
     const double lasted = std::chrono::duration<double>(outcome->findings.lasted).count();
     fmt::print(stderr, "navigation: {:.1f} s of virtual time in {:.1f} s, {:.2g} times as fast as real time\n", lasted,
                outcome->took_seconds, lasted / outcome->took_seconds);
   }
-  return print(options.json ? to_json(*outcome) : to_text(*outcome), outcome->signal);
+  return program::print(options.json ? to_json(*outcome) : to_text(*outcome), outcome->signal);
 }
 
 int run_many(const Options& options) {
@@ -88,8 +59,8 @@ int run_many(const Options& options) {
         status.clear();
         fmt::print(stderr, "navigation: {}\n", line);
       });
-  if (!batch) return fail(batch.error());
-  return print(options.json ? to_json(*batch) : to_text(*batch), batch->signal);
+  if (!batch) return program::fail(kProgram, batch.error());
+  return program::print(options.json ? to_json(*batch) : to_text(*batch), batch->signal);
 }
 
 }  // namespace
@@ -98,12 +69,11 @@ int run_many(const Options& options) {
 int main(int argc, char** argv) {
   using namespace ctn::navigation::run;
   const auto parsed = parse_options(argc, argv);
-  if (const auto* leave = std::get_if<Leave>(&parsed)) {
+  if (const auto* leave = std::get_if<ctn::program::Leave>(&parsed)) {
     fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
     return leave->code;
   }
-  std::signal(SIGINT, remember_signal);
-  std::signal(SIGTERM, remember_signal);
+  ctn::program::remember_signals();
   const auto& options = std::get<Options>(parsed);
   return options.runs > 1 || !options.out.empty() ? run_many(options) : run_single(options);
 }

@@ -1,22 +1,16 @@
 #include "run/nodes.h"
 
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "nodes/cost.h"
+#include "program/slowed.h"
 
 namespace ctn::navigation::run {
 namespace {
 
 template <class T>
 using Shared = std::shared_ptr<const T>;
-
-double thread_cpu_seconds() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
 
 constexpr std::chrono::nanoseconds kLittle = std::chrono::microseconds(10);
 
@@ -175,13 +169,10 @@ std::vector<Nodes::Functions> Nodes::functions(Host& host) {
 
 void Nodes::attach(Session& session, double slowdown) {
   for (Functions& functions : this->functions(session)) {
-    session.node(functions.node, [functions, slowdown](Run& run) {
-      const double begin = thread_cpu_seconds();
-      functions.body(run);
-      const double end = begin + slowdown * (thread_cpu_seconds() - begin);
-      while (slowdown > 1.0 && thread_cpu_seconds() < end) {
-      }
-      if (functions.effect) functions.effect(run);
+    session.node(functions.node, [body = program::slowed(std::move(functions.body), slowdown),
+                                  effect = std::move(functions.effect)](Run& run) {
+      body(run);
+      if (effect) effect(run);
     });
   }
 }

@@ -2,20 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <charconv>
-#include <filesystem>
-#include <optional>
-#include <sstream>
-#include <string_view>
-#include <system_error>
+#include <utility>
 
 #include <CLI/CLI.hpp>
+
+#include "program/command_line.h"
 
 namespace ctn::navigation::run {
 namespace {
 
-constexpr int kMistake = 2;
+using program::file_of_the_app;
+using program::kMistake;
+using program::Leave;
+using program::parse_cpus;
+using program::within;
 
 const char* const kExamples = R"(
 examples:
@@ -28,48 +28,6 @@ examples:
 exit codes: 0 done (collisions included), 1 it could not run, 2 a mistake on the command line or in a file,
 128 + signal number when interrupted (what was measured until then is printed all the same)
 )";
-
-std::optional<int> whole_number(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || value < 0 || value > 4095) return std::nullopt;
-  return value;
-}
-
-// "0", "0,2", "0-3,6"; ascending and without doubles. Nothing where the text is none of these.
-std::optional<std::vector<int>> parse_cpus(const std::string& text) {
-  std::vector<int> cpus;
-  std::stringstream parts(text + ",");
-  for (std::string part; std::getline(parts, part, ',');) {
-    const std::size_t dash = part.find('-');
-    const auto first = whole_number(std::string_view(part).substr(0, dash));
-    const auto last = dash == std::string::npos ? first : whole_number(std::string_view(part).substr(dash + 1));
-    if (!first || !last || *last < *first) return std::nullopt;
-    for (int cpu = *first; cpu <= *last; ++cpu) cpus.push_back(cpu);
-  }
-  std::ranges::sort(cpus);
-  if (cpus.empty() || std::ranges::adjacent_find(cpus) != cpus.end()) return std::nullopt;
-  return cpus;
-}
-
-// As CLI::Range, which lets NaN through.
-CLI::Validator within(double min, double max) {
-  const auto check = [=](const std::string& text) -> std::string {
-    double value = 0.0;
-    if (CLI::detail::lexical_cast(text, value) && value >= min && value <= max) return {};
-    return fmt::format("'{}' is no number from {} to {}", text, min, max);
-  };
-  return {check, fmt::format("from {} to {}", min, max)};
-}
-
-// Beside the program (the build tree), or where it was installed to.
-std::string file_of_the_app(const std::string& name) {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const std::filesystem::path beside = folder / name;
-  if (!error && std::filesystem::exists(beside, error)) return beside.string();
-  return (folder / "../share/catan/apps" / name).lexically_normal().string();
-}
 
 std::string world_file_of(const std::string& map) {
   if (map == "crowd") return "";
@@ -123,20 +81,14 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
 
 }  // namespace
 
-std::variant<Options, Leave> parse_options(int argc, const char* const* argv) {
+std::variant<Options, program::Leave> parse_options(int argc, const char* const* argv) {
   Options options;
   std::string cpus;
   CLI::App app("A robot that finds its way: real mapping, localisation and planning in a simulated world.",
                "navigation");
   app.footer(kExamples);
   add_options(app, options, cpus);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    return Leave{0, app.help()};
-  } catch (const CLI::ParseError& error) {
-    return Leave{kMistake, std::string("navigation: ") + error.what() + "\nSee navigation --help.\n"};
-  }
+  if (auto leave = program::parse(app, argc, argv)) return *std::move(leave);
   if (!cpus.empty()) {
     const auto list = parse_cpus(cpus);
     if (!list) {

@@ -6,6 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "program/leave.h"
+
 namespace ctn::navigation::run {
 
 struct Options {
@@ -31,12 +33,6 @@ struct Options {
 // What a record of the run says of it.
 std::string note_of(const Options& options);
 
-// What to do instead of running: print `text` (to stdout where `code` is 0) and leave with `code`.
-struct Leave {
-  int code = 0;
-  std::string text;
-};
-
-std::variant<Options, Leave> parse_options(int argc, const char* const* argv);
+std::variant<Options, program::Leave> parse_options(int argc, const char* const* argv);
 
 }  // namespace ctn::navigation::run

@@ -8,6 +8,8 @@
 namespace ctn::navigation::run {
 namespace {
 
+using program::Leave;
+
 std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
   std::vector<const char*> argv = {"navigation"};
   argv.insert(argv.end(), words);

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -10,26 +9,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "program/testing/run_command.h"
+
 namespace ctn::navigation::run {
 namespace {
 
-struct Ended {
-  int code = -1;
-  std::string out;  // stdout; stderr goes with the test's
-};
-
-Ended run_command(const std::string& command) {
-  std::FILE* pipe = popen(command.c_str(), "re");
-  if (pipe == nullptr) return {};
-  Ended ended;
-  std::array<char, 4096> chunk{};
-  while (const std::size_t length = std::fread(chunk.data(), 1, chunk.size(), pipe)) {
-    ended.out.append(chunk.data(), length);
-  }
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) ended.code = WEXITSTATUS(status);
-  return ended;
-}
+using program::testing::Ended;
+using program::testing::run_command;
 
 Ended run(const std::string& arguments, const std::string& before = "") {
   return run_command(before + " '" NAVIGATION_PROGRAM "' " + arguments);

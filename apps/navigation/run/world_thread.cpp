@@ -1,8 +1,9 @@
 #include "run/world_thread.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
+
+#include "program/slowed.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -12,12 +13,6 @@ using std::chrono::steady_clock;
 
 constexpr nanoseconds kLead = std::chrono::milliseconds(1);  // of a reading, before the node `laser` looks
 constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
-
-nanoseconds cpu_time() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
-}
 
 template <class T>
 void take_all(Events<T>& events, std::vector<T>& due) {
@@ -98,7 +93,7 @@ void WorldThread::run(const std::stop_token& stop) {
   take_events();
   pass(now());
   if (begin_.load() == kNotBegun) return;
-  use_.cpu_share = std::chrono::duration<double>(cpu_time()) / std::chrono::duration<double>(now());
+  use_.cpu_share = std::chrono::duration<double>(program::thread_cpu_time()) / std::chrono::duration<double>(now());
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }
 

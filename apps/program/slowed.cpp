@@ -1,0 +1,25 @@
+#include "program/slowed.h"
+
+#include <ctime>
+#include <utility>
+
+namespace ctn::program {
+
+std::chrono::nanoseconds thread_cpu_time() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::chrono::seconds(used.tv_sec) + std::chrono::nanoseconds(used.tv_nsec);
+}
+
+std::function<void(Run&)> slowed(std::function<void(Run&)> body, double slowdown) {
+  if (slowdown == 1.0) return body;
+  return [body = std::move(body), slowdown](Run& run) {
+    const std::chrono::nanoseconds begin = thread_cpu_time();
+    body(run);
+    const auto enough = slowdown * std::chrono::duration<double>(thread_cpu_time() - begin);
+    while (thread_cpu_time() - begin < enough) {
+    }
+  };
+}
+
+}  // namespace ctn::program
