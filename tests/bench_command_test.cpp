@@ -40,7 +40,7 @@ void expect_figure(const json& figure) {
 
 TEST(Bench, MeasuresWhatItMayAndTellsPrograms) {
   const Outcome outcome = bench("--quick --json");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
   const json document = json::parse(outcome.out);
   EXPECT_TRUE(document["core"].is_number());
   EXPECT_TRUE(document["other_core"].is_number() || document["other_core"].is_null());
