@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "detector/fingerprint.h"
+#include "program/fingerprint.h"
 
 namespace ctn::navigation {
 namespace {
@@ -42,7 +42,7 @@ Result<Film> Film::open(const std::string& path) {
   if (!there || !source.open(path, cv::CAP_FFMPEG)) return cannot_play(path, there);
 
   Film film;
-  Fingerprint fingerprint;
+  program::Fingerprint fingerprint;
   cv::Mat frame;
   while (source.read(frame)) {
     EncodedPicture picture;

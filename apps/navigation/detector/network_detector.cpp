@@ -18,7 +18,7 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include "detector/darknet_file.h"
-#include "detector/fingerprint.h"
+#include "program/fingerprint.h"
 
 namespace ctn::navigation {
 namespace {
@@ -173,7 +173,7 @@ Result<std::unique_ptr<NetworkDetector>> NetworkDetector::open(const NetworkFile
     return not_together(files, fmt::format("OpenCV cannot make a network of {} and {}: {}", files.description,
                                            files.weights, failure.what()));
   }
-  Fingerprint fingerprint;
+  program::Fingerprint fingerprint;
   fingerprint.add(*description);
   fingerprint.add(*weights);
   detector->identity_ = fmt::format("network {:016x} {} {}", fingerprint.value(), kConfidenceMin, kOverlapMax);

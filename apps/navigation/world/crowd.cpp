@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "grid.h"
-#include "random.h"
+#include "program/random.h"
 
 namespace ctn::navigation::world {
 namespace {
@@ -36,7 +36,7 @@ std::vector<Point> corners_of(Point centre, double length, double width, double 
 }
 
 void add_clutter(WorldFile& world, const CrowdSpec& spec) {
-  Draws draws(spec.seed, kClutter);
+  program::Draws draws(spec.seed, kClutter);
   const double radius = kRobotSide / std::numbers::sqrt2 + kCell;
   Grid grid(world, kCell);
   double covered = 0.0;
@@ -66,7 +66,7 @@ bool clear_way(const Grid& grid, Point from, Point to, double reach) {
 }
 
 void add_movers(WorldFile& world, const CrowdSpec& spec) {
-  Draws draws(spec.seed, kPaths);
+  program::Draws draws(spec.seed, kPaths);
   const Grid grid(world, kCell);
   for (int i = 0; i < kTries && std::cmp_less(world.movers.size(), spec.movers); ++i) {
     MoverSpec mover;

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "random.h"
+#include "program/random.h"
 
 namespace ctn::navigation::world {
 namespace {
@@ -89,7 +89,7 @@ Scene::Scene(const WorldFile& world, std::uint64_t seed) : shapes_(std::make_uni
     edge.SetTwoSided(vector_of(wall.from), vector_of(wall.to));
     body->CreateFixture(&edge, 0.0F);
   }
-  const Noise phases(seed, kPhases);
+  const program::Noise phases(seed, kPhases);
   for (const MoverSpec& mover : world.movers) {
     movers_.emplace_back(mover, phases.uniform(movers_.size()));
     shapes_->movers.push_back(shape_of(mover));

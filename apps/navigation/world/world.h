@@ -24,7 +24,7 @@
 
 #include "geometry.h"
 #include "grid.h"
-#include "random.h"
+#include "program/random.h"
 #include "robot.h"
 #include "scene.h"
 #include "sensors.h"
@@ -139,8 +139,8 @@ class World {
   WorldFile file_;
   WorldOptions options_;
   Scene scene_;
-  Noise range_noise_;
-  Noise drift_noise_;
+  program::Noise range_noise_;
+  program::Noise drift_noise_;
   std::int64_t step_ = 0;  // the next one
   Command current_;
   Command next_;  // in force from its step on

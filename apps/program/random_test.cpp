@@ -1,8 +1,8 @@
-#include "random.h"
+#include "program/random.h"
 
 #include <gtest/gtest.h>
 
-namespace ctn::navigation::world {
+namespace ctn::program {
 namespace {
 
 TEST(Noise, IsNormal) {
@@ -49,4 +49,4 @@ TEST(Draws, StayInTheirRangeAndReachItsEnds) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation::world
+}  // namespace ctn::program

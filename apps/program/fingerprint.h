@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace ctn::navigation {
+namespace ctn::program {
 
 class Fingerprint {
  public:
@@ -23,4 +23,4 @@ class Fingerprint {
   std::uint64_t value_ = 0xcbf29ce484222325U;
 };
 
-}  // namespace ctn::navigation
+}  // namespace ctn::program

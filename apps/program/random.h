@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace ctn::navigation::world {
+namespace ctn::program {
 
 // The finaliser of splitmix64: neighbouring numbers become unrelated ones.
 inline std::uint64_t scrambled(std::uint64_t x) {
@@ -55,4 +55,4 @@ class Draws {
   std::uint64_t next_ = 0;
 };
 
-}  // namespace ctn::navigation::world
+}  // namespace ctn::program
