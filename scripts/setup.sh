@@ -30,6 +30,10 @@ user_packages=(
   opencv-doc             # films with real faces, for that app, and of people, for the navigation app
   libbox2d-dev           # rays and contact in the simulated world of the navigation app
   libmrpt-maps-dev       # occupancy grids of the navigation app; of MRPT the smallest package that has them
+  libegl-dev             # the VR app draws without a window: headers of EGL
+  libgles-dev            # and of OpenGL ES
+  libegl-mesa0           # the driver, which needs no GPU
+  libgl1-mesa-dri        # and what it draws with
   libgtest-dev           # unit tests
   libgmock-dev           # their matchers
   librapidcheck-dev      # property tests

@@ -60,7 +60,7 @@ class Builder {
   // Light comes from above and, a little, from the window.
   static float shade_of(const Vector& outwards) {
     const Vector light = Vector(0.25F, 0.35F, 0.9F).normalized();
-    return 0.72F + 0.28F * outwards.normalized().dot(light);
+    return 0.78F + 0.22F * outwards.normalized().dot(light);
   }
   void add(const Vector& origin, const Vector& right, const Vector& down, Surface surface, float metres,
            std::size_t variant = 0) {
