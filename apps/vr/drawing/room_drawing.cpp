@@ -90,8 +90,8 @@ Result<RoomDrawing> RoomDrawing::make(const Gl& gl, const world::Room& room, con
   for (const world::Rectangle& rectangle : room.rectangles()) {
     const auto first = static_cast<unsigned>(vertices.size());
     for (const unsigned corner : {0U, 1U, 2U, 3U}) {
-      const auto s = static_cast<float>(corner % 2);
-      const auto t = static_cast<float>(corner / 2);
+      const auto s = static_cast<float>(corner & 1U);
+      const auto t = static_cast<float>(corner >> 1U);
       const Eigen::Vector3f at = rectangle.origin + s * rectangle.right + t * rectangle.down;
       vertices.push_back({{at.x(), at.y(), at.z()},
                           {s * rectangle.repeats.x(), t * rectangle.repeats.y(), static_cast<float>(rectangle.texture)},
@@ -114,8 +114,7 @@ Result<RoomDrawing> RoomDrawing::make(const Gl& gl, const world::Room& room, con
                 indices.data(), GL_STATIC_DRAW);
   const auto attribute = [&](GLuint location, GLint size, std::size_t offset) {
     gl.EnableVertexAttribArray(location);
-    gl.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                           reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr): OpenGL's way
+    gl.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(Vertex), reinterpret_cast<const void*>(offset));
   };
   attribute(0, 3, offsetof(Vertex, position));
   attribute(1, 3, offsetof(Vertex, on_texture));
