@@ -29,7 +29,7 @@ world::Belief belief_of(const Planned& plan) {
 
 }  // namespace
 
-Moment moment_of(Trial& trial) { return {world::take_shot(trial.world()), trial.plan()}; }
+Moment moment_of(Drive& drive) { return {world::take_shot(drive.world()), drive.plan()}; }
 
 Album::Album(std::string folder, world::WorldFile file, std::vector<world::Mover> movers)
     : folder_(std::move(folder)), file_(std::move(file)), movers_(std::move(movers)) {}

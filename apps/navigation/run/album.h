@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "catan/result.h"
+#include "run/drive.h"
 #include "run/hardware.h"
-#include "run/trial.h"
 #include "world/mover.h"
 #include "world/picture.h"
 #include "world/world_file.h"
@@ -18,13 +18,13 @@ namespace ctn::navigation::run {
 
 inline constexpr std::chrono::nanoseconds kPicturePeriod = std::chrono::seconds(1);
 
-// What is needed to draw an instant of a trial.
+// What is needed to draw an instant of a drive.
 struct Moment {
   world::Shot shot;
   Planned plan;
 };
-// At the instant that the trial has come to.
-Moment moment_of(Trial& trial);
+// At the instant that the drive has come to.
+Moment moment_of(Drive& drive);
 
 class Album {
  public:

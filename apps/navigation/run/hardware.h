@@ -1,9 +1,9 @@
 // The robot as its nodes see it: a laser, wheels that count, and a base that is told how fast to move. One interface
 // for the robot in virtual time and for the one that a thread of its own simulates. The nodes also tell it what they
-// did, for the figures of the run (trial.h).
+// did, for the figures of the run (drive.h).
 //
 // Units: metres, radians; times in nanoseconds since the run began.
-// Thread safety: laser() from one thread at a time, odometry(), drive(), guided() and planned() likewise, each from its
+// Thread safety: laser() from one thread at a time, odometry(), move(), guided() and planned() likewise, each from its
 // own; now() from any. No call waits for another thread.
 #pragma once
 
@@ -23,7 +23,7 @@ struct Reading {
 };
 
 // LP told the base how to move.
-struct Drive {
+struct Motion {
   std::chrono::nanoseconds at{};
   Velocity velocity;
   std::shared_ptr<const LocalMap> map;  // on which the velocity was chosen
@@ -52,7 +52,7 @@ class Hardware {
   virtual Odometry odometry() = 0;
 
   // What happened just now; `at` is filled in.
-  virtual void drive(Drive drive) = 0;
+  virtual void move(Motion motion) = 0;
   virtual void guided(Guidance guidance) = 0;
   virtual void planned(Planned planned) = 0;
 };

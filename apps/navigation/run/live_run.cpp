@@ -39,14 +39,14 @@ Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
 Result<Outcome> run_live(const Options& options, const world::WorldFile& world, const LiveWatch& watch) {
   auto session = Session::open(options.app_file, session_options(options, watch));
   if (!session) return session.error();
-  Trial trial(world, options.seed);
-  WorldThread robot(trial);
+  Drive drive(world, options.seed);
+  WorldThread robot(drive);
   Nodes nodes(robot, world.goal);
   nodes.attach(*session, options.slowdown);
 
   std::optional<Album> album;
   if (!options.pictures.empty()) {
-    auto opened = Album::open(options.pictures, world, trial.world().scene().movers());
+    auto opened = Album::open(options.pictures, world, drive.world().scene().movers());
     if (!opened) return opened.error();
     album.emplace(std::move(opened).value());
     robot.keep_moments();
@@ -77,7 +77,7 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world, 
   if (!stopped) return stopped.error();
   if (drawn) drawn = draw_all(robot, album);
   if (!drawn) return drawn.error();
-  outcome.findings = trial.findings();
+  outcome.findings = drive.findings();
   outcome.world_thread = robot.use();
   outcome.took_seconds = std::chrono::duration<double>(robot.now()).count();
   return outcome;

@@ -77,7 +77,7 @@ void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
     const Shared<Command>* command = commands.read(run);
     const LocalPlanner::Result result =
         local_planner_.run(*(*around)->map, (*around)->odometry, command != nullptr ? **command : Command{});
-    drive_ = Drive{{}, result.velocity, (*around)->map};
+    motion_ = Motion{{}, result.velocity, (*around)->map};
     charge(run, Node::kLocalPlanner, result.work);
   };
   functions.push_back({"laser", read_laser, {}});
@@ -85,7 +85,7 @@ void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
   functions.push_back({"scan", scan, {}});
   functions.push_back({"LM", local_map, {}});
   functions.push_back({"LP", local_plan, [this](Run&) {
-                         if (drive_) hardware_.drive(*std::exchange(drive_, std::nullopt));
+                         if (motion_) hardware_.move(*std::exchange(motion_, std::nullopt));
                        }});
 }
 

@@ -82,7 +82,7 @@ class Nodes {
   NavigationCommand commander_;
   std::chrono::nanoseconds newest_scan_{-1};
   // What a run is to do to the robot when it ends; each is its node's own.
-  std::optional<Drive> drive_;
+  std::optional<Motion> motion_;
   std::optional<Guidance> guidance_;
   std::optional<Planned> planned_;
 };

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "catan/snapshot.h"
+#include "run/drive.h"
 #include "run/options.h"
-#include "run/trial.h"
 
 namespace ctn::navigation::run {
 

@@ -20,26 +20,26 @@ constexpr nanoseconds kLook = std::chrono::milliseconds(500);
 
 class VirtualHardware final : public Hardware {
  public:
-  VirtualHardware(Trial& trial, const Simulation& simulation) : trial_(trial), simulation_(simulation) {}
+  VirtualHardware(Drive& drive, const Simulation& simulation) : drive_(drive), simulation_(simulation) {}
 
   nanoseconds now() const override { return simulation_.now(); }
-  std::shared_ptr<const Reading> laser() override { return trial_.laser(now()); }
-  Odometry odometry() override { return trial_.odometry(now()); }
-  void drive(Drive drive) override {
-    drive.at = now();
-    trial_.drive(drive);
+  std::shared_ptr<const Reading> laser() override { return drive_.laser(now()); }
+  Odometry odometry() override { return drive_.odometry(now()); }
+  void move(Motion motion) override {
+    motion.at = now();
+    drive_.move(motion);
   }
   void guided(Guidance guidance) override {
     guidance.at = now();
-    trial_.guided(guidance);
+    drive_.guided(guidance);
   }
   void planned(Planned planned) override {
     planned.at = now();
-    trial_.planned(planned);
+    drive_.planned(planned);
   }
 
  private:
-  Trial& trial_;
+  Drive& drive_;
   const Simulation& simulation_;
 };
 
@@ -55,14 +55,14 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
                                                         .record = options.record,
                                                         .note = note_of(options)});
   if (!simulation) return simulation.error();
-  Trial trial(world, options.seed);
-  VirtualHardware hardware(trial, *simulation);
+  Drive drive(world, options.seed);
+  VirtualHardware hardware(drive, *simulation);
   Nodes nodes(hardware, world.goal);
   nodes.attach(*simulation);
 
   std::optional<Album> album;
   if (!options.pictures.empty()) {
-    auto opened = Album::open(options.pictures, world, trial.world().scene().movers());
+    auto opened = Album::open(options.pictures, world, drive.world().scene().movers());
     if (!opened) return opened.error();
     album.emplace(std::move(opened).value());
   }
@@ -75,17 +75,17 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   const nanoseconds end(std::llround(options.seconds * 1e9));
   while (simulation->now() < end && outcome.signal == 0) {
     const nanoseconds now = simulation->now();
-    if (now % kLook == nanoseconds(0) && trial.over()) break;
+    if (now % kLook == nanoseconds(0) && drive.over()) break;
     const nanoseconds until = std::min({now + watch.step, (now / kLook + 1) * kLook, end});
     if (Status ran = simulation->run_for(until - now); !ran) return ran.error();
-    trial.advance(simulation->now());
+    drive.advance(simulation->now());
     if (watch.signal) outcome.signal = watch.signal();
-    if (watch.show) watch.show(trial.progress());
+    if (watch.show) watch.show(drive.progress());
     if (!album || simulation->now() % kPicturePeriod != nanoseconds(0)) continue;
-    if (Status drawn = album->draw(moment_of(trial)); !drawn) return drawn.error();
+    if (Status drawn = album->draw(moment_of(drive)); !drawn) return drawn.error();
   }
   if (Status finished = simulation->finish(); !finished) return finished.error();
-  outcome.findings = trial.findings();
+  outcome.findings = drive.findings();
   outcome.snapshot = simulation->snapshot();
   outcome.took_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return outcome;

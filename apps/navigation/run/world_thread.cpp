@@ -33,7 +33,7 @@ void do_first(std::vector<T>& due, Do&& act) {
 
 }  // namespace
 
-WorldThread::WorldThread(Trial& trial) : trial_(trial) {}
+WorldThread::WorldThread(Drive& drive) : drive_(drive) {}
 
 WorldThread::~WorldThread() { stop(); }
 
@@ -60,9 +60,9 @@ std::shared_ptr<const Reading> WorldThread::laser() {
 
 Odometry WorldThread::odometry() { return odometry_.read(); }
 
-void WorldThread::drive(Drive drive) {
-  drive.at = now();
-  drives_.write(std::move(drive));
+void WorldThread::move(Motion motion) {
+  motion.at = now();
+  motions_.write(std::move(motion));
 }
 
 void WorldThread::guided(Guidance guidance) {
@@ -87,8 +87,8 @@ void WorldThread::run(const std::stop_token& stop) {
     pass(instant);
     publish(instant);
     late = std::max(late, now() - instant);
-    if (keeps_moments_ && instant % kPicturePeriod == nanoseconds(0)) moments_.write(moment_of(trial_));
-    if (instant % kProgressPeriod == nanoseconds(0)) progress_.write(trial_.progress());
+    if (keeps_moments_ && instant % kPicturePeriod == nanoseconds(0)) moments_.write(moment_of(drive_));
+    if (instant % kProgressPeriod == nanoseconds(0)) progress_.write(drive_.progress());
   }
   take_events();
   pass(now());
@@ -98,30 +98,30 @@ void WorldThread::run(const std::stop_token& stop) {
 }
 
 void WorldThread::take_events() {
-  take_all(drives_, due_drives_);
+  take_all(motions_, due_motions_);
   take_all(guidances_, due_guidances_);
   take_all(plans_, due_plans_);
 }
 
 void WorldThread::pass(nanoseconds until) {
   while (true) {
-    const nanoseconds drive = first_of(due_drives_);
+    const nanoseconds motion = first_of(due_motions_);
     const nanoseconds guidance = first_of(due_guidances_);
     const nanoseconds plan = first_of(due_plans_);
-    if (std::min({drive, guidance, plan}) > until) break;
-    if (drive <= guidance && drive <= plan) {
-      do_first(due_drives_, [this](const Drive& first) { trial_.drive(first); });
+    if (std::min({motion, guidance, plan}) > until) break;
+    if (motion <= guidance && motion <= plan) {
+      do_first(due_motions_, [this](const Motion& first) { drive_.move(first); });
     } else if (guidance <= plan) {
-      do_first(due_guidances_, [this](const Guidance& first) { trial_.guided(first); });
+      do_first(due_guidances_, [this](const Guidance& first) { drive_.guided(first); });
     } else {
-      do_first(due_plans_, [this](const Planned& first) { trial_.planned(first); });
+      do_first(due_plans_, [this](const Planned& first) { drive_.planned(first); });
     }
   }
-  trial_.advance(until);
+  drive_.advance(until);
 }
 
 void WorldThread::publish(nanoseconds instant) {
-  auto reading = trial_.laser(instant);
+  auto reading = drive_.laser(instant);
   odometry_.write(reading->odometry);
   readings_.write(std::move(reading));
 }

@@ -22,17 +22,17 @@
 #include <vector>
 
 #include "run/album.h"
+#include "run/drive.h"
 #include "run/exchange.h"
 #include "run/hardware.h"
 #include "run/outcome.h"
-#include "run/trial.h"
 
 namespace ctn::navigation::run {
 
 class WorldThread final : public Hardware {
  public:
-  // `trial` must outlive this; it is used by the thread alone between start() and stop().
-  explicit WorldThread(Trial& trial);
+  // `drive` must outlive this; it is used by the thread alone between start() and stop().
+  explicit WorldThread(Drive& drive);
   ~WorldThread() override;
 
   // Before start(): a moment a second will be kept for take_moment(), from one thread.
@@ -51,7 +51,7 @@ class WorldThread final : public Hardware {
   std::chrono::nanoseconds now() const override;
   std::shared_ptr<const Reading> laser() override;
   Odometry odometry() override;
-  void drive(Drive drive) override;
+  void move(Motion motion) override;
   void guided(Guidance guidance) override;
   void planned(Planned planned) override;
 
@@ -62,19 +62,19 @@ class WorldThread final : public Hardware {
   void pass(std::chrono::nanoseconds until);
   void publish(std::chrono::nanoseconds instant);
 
-  Trial& trial_;
+  Drive& drive_;
   static constexpr std::chrono::nanoseconds kNotBegun{-1};
   std::atomic<std::chrono::nanoseconds> begin_ = kNotBegun;  // of time, on the steady clock
   Newest<std::shared_ptr<const Reading>> readings_;
   Newest<Odometry> odometry_;
   Newest<Progress> progress_;
-  Events<Drive> drives_;
+  Events<Motion> motions_;
   Events<Guidance> guidances_;
   Events<Planned> plans_;
   Events<Moment> moments_;
   bool keeps_moments_ = false;
   // The thread's own: events that were taken and are not done yet.
-  std::vector<Drive> due_drives_;
+  std::vector<Motion> due_motions_;
   std::vector<Guidance> due_guidances_;
   std::vector<Planned> due_plans_;
   WorldThreadUse use_;

@@ -14,7 +14,7 @@
 // sees, but not whether the velocity is a good one, nor whether another would have been chosen without the mover. A
 // mover that leaves the strip for kGone may appear again; one that leaves it before any map showed it was missed.
 //
-// The trial ends when the goal is reached, or when GP has found nothing left to explore for kNothingLeftFor.
+// The drive ends when the goal is reached, or when GP has found nothing left to explore for kNothingLeftFor.
 //
 // Units: metres; times in nanoseconds since the run began. Thread safety: one thread at a time.
 #pragma once
@@ -62,7 +62,7 @@ struct Progress {
   bool over = false;
 };
 
-class Trial {
+class Drive {
  public:
   static constexpr std::size_t kBeamsToSee = 3;
   static constexpr double kWayLength = 2.0;
@@ -71,12 +71,12 @@ class Trial {
   static constexpr std::chrono::nanoseconds kGone = std::chrono::seconds(1);
   static constexpr std::chrono::nanoseconds kNothingLeftFor = std::chrono::seconds(10);
 
-  Trial(const world::WorldFile& file, std::uint64_t seed);
+  Drive(const world::WorldFile& file, std::uint64_t seed);
 
   // Each advances the world to `time` first; times must not decrease.
   std::shared_ptr<const Reading> laser(std::chrono::nanoseconds time);
   Odometry odometry(std::chrono::nanoseconds time);
-  void drive(const Drive& drive);
+  void move(const Motion& motion);
   void guided(const Guidance& guidance);
   void planned(const Planned& planned);
   void advance(std::chrono::nanoseconds time);

@@ -1,4 +1,4 @@
-#include "run/trial.h"
+#include "run/drive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,17 +33,17 @@ double from_outline(const world::MoverSpec& spec, Point at, Point point) {
 }
 
 bool in_way(Point seen) {
-  return seen.x > 0.0 && seen.x <= Trial::kWayLength && std::abs(seen.y) <= Trial::kWayWidth / 2.0;
+  return seen.x > 0.0 && seen.x <= Drive::kWayLength && std::abs(seen.y) <= Drive::kWayWidth / 2.0;
 }
 
 }  // namespace
 
-Trial::Trial(const world::WorldFile& file, std::uint64_t seed)
+Drive::Drive(const world::WorldFile& file, std::uint64_t seed)
     : world_(file, with_seed(seed)), movers_(file.movers.size()) {
   advance(nanoseconds(0));
 }
 
-std::shared_ptr<const Reading> Trial::laser(nanoseconds time) {
+std::shared_ptr<const Reading> Drive::laser(nanoseconds time) {
   advance(time);
   const Scan& scan = world_.scan_at(time);
   if (!reading_ || reading_->scan.stamp != scan.stamp) {
@@ -52,36 +52,36 @@ std::shared_ptr<const Reading> Trial::laser(nanoseconds time) {
   return reading_;
 }
 
-Odometry Trial::odometry(nanoseconds time) {
+Odometry Drive::odometry(nanoseconds time) {
   advance(time);
   return world_.odometry_at(time);
 }
 
-void Trial::drive(const Drive& drive) {
-  advance(drive.at);
-  world_.command(drive.at, over() ? Velocity{} : drive.velocity);
-  if (over() || !drive.map) return;
-  findings_.scan_ages.push_back({drive.at, drive.at - drive.map->stamp});
+void Drive::move(const Motion& motion) {
+  advance(motion.at);
+  world_.command(motion.at, over() ? Velocity{} : motion.velocity);
+  if (over() || !motion.map) return;
+  findings_.scan_ages.push_back({motion.at, motion.at - motion.map->stamp});
   for (std::size_t mover = 0; mover < movers_.size(); ++mover) {
     if (!movers_[mover].open) continue;
     Appearance& appearance = findings_.appearances[*movers_[mover].open];
-    if (drive.map->stamp < appearance.at) continue;
-    const std::vector<Point> hits = hits_in_way(mover, drive.map->stamp);
+    if (motion.map->stamp < appearance.at) continue;
+    const std::vector<Point> hits = hits_in_way(mover, motion.map->stamp);
     const bool shown = std::any_of(hits.begin(), hits.end(), [&](Point hit) {
-      return drive.map->clearance_at(transformed(drive.map->odometry.pose, hit)) <= kShownWithin;
+      return motion.map->clearance_at(transformed(motion.map->odometry.pose, hit)) <= kShownWithin;
     });
     if (!shown) continue;
-    appearance.reaction = drive.at - appearance.at;
+    appearance.reaction = motion.at - appearance.at;
     movers_[mover].open.reset();
   }
 }
 
-void Trial::guided(const Guidance& guidance) {
+void Drive::guided(const Guidance& guidance) {
   advance(guidance.at);
   if (!over()) findings_.guidance_ages.push_back({guidance.at, guidance.at - guidance.stamp});
 }
 
-void Trial::planned(const Planned& planned) {
+void Drive::planned(const Planned& planned) {
   advance(planned.at);
   plan_ = planned;
   if (planned.path->outcome != Path::Outcome::kNothingLeft) {
@@ -91,7 +91,7 @@ void Trial::planned(const Planned& planned) {
   }
 }
 
-void Trial::advance(nanoseconds time) {
+void Drive::advance(nanoseconds time) {
   for (; next_instant_ <= time; next_instant_ += world::kSensorPeriod) {
     world_.advance(next_instant_);
     if (!over()) observe(next_instant_);
@@ -99,7 +99,7 @@ void Trial::advance(nanoseconds time) {
   world_.advance(time);
 }
 
-void Trial::observe(nanoseconds instant) {
+void Drive::observe(nanoseconds instant) {
   look_for_movers(instant);
   findings_.lasted = instant;
   if (world_.explored() && instant % kLookPeriod == nanoseconds(0)) {
@@ -112,14 +112,14 @@ void Trial::observe(nanoseconds instant) {
   }
 }
 
-void Trial::end(Ending ending, nanoseconds at) {
+void Drive::end(Ending ending, nanoseconds at) {
   const Findings now = findings();
   findings_ = now;
   findings_.ending = ending;
   ended_at_ = at;
 }
 
-void Trial::look_for_movers(nanoseconds instant) {
+void Drive::look_for_movers(nanoseconds instant) {
   for (std::size_t mover = 0; mover < movers_.size(); ++mover) {
     Watched& watched = movers_[mover];
     if (watched.in_way && instant - watched.last_seen >= kGone) {
@@ -136,7 +136,7 @@ void Trial::look_for_movers(nanoseconds instant) {
   }
 }
 
-std::vector<Point> Trial::hits_in_way(std::size_t mover, nanoseconds instant) {
+std::vector<Point> Drive::hits_in_way(std::size_t mover, nanoseconds instant) {
   const world::Mover& moves = world_.scene().movers()[mover];
   const Pose robot = world_.truth_at(instant);
   const Point at = moves.at(to_seconds(instant));
@@ -158,11 +158,11 @@ std::vector<Point> Trial::hits_in_way(std::size_t mover, nanoseconds instant) {
   return hits;
 }
 
-Progress Trial::progress() const {
+Progress Drive::progress() const {
   return {world_.now(), world_.travelled(), findings_.explored, world_.contacts().size(), over()};
 }
 
-Findings Trial::findings() const {
+Findings Drive::findings() const {
   Findings findings = findings_;
   if (over()) return findings;
   world::Score score = world_.score();
