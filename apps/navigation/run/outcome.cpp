@@ -187,6 +187,7 @@ std::string to_json(const Outcome& outcome) {
   if (outcome.world_thread) {
     json["world_thread"] = {{"cpu_share", outcome.world_thread->cpu_share},
                             {"late_ms_max", outcome.world_thread->late_ms_max}};
+    if (outcome.world_thread->lost > 0) json["world_thread"]["lost"] = outcome.world_thread->lost;
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -214,6 +215,11 @@ std::string to_text(const Outcome& outcome) {
   if (outcome.world_thread) {
     text += fmt::format("  world's thread: {:.2f} % of a CPU; readings at most {:.1f} ms late\n",
                         100.0 * outcome.world_thread->cpu_share, outcome.world_thread->late_ms_max);
+    if (outcome.world_thread->lost > 0) {
+      text += fmt::format("  LOST: the world's thread came too late for {} of LP's, NC's and GP's outputs, which neither "
+                          "the robot nor the figures above know; leave it a CPU with --cpus\n",
+                          outcome.world_thread->lost);
+    }
   }
   return text;
 }

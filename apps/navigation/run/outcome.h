@@ -3,6 +3,7 @@
 // Thread safety: values, pure functions.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,6 +19,7 @@ namespace ctn::navigation::run {
 struct WorldThreadUse {
   double cpu_share = 0.0;    // of one CPU
   double late_ms_max = 0.0;  // of a reading
+  std::uint64_t lost = 0;    // of what nodes did (exchange.h): the robot and the figures know nothing of it
 };
 
 struct Outcome {

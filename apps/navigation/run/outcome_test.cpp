@@ -91,6 +91,16 @@ TEST(Outcome, OfExplorationHasNoGoal) {
   EXPECT_FALSE(json["figures"].contains("barn_score"));
 }
 
+TEST(Outcome, TellsWhatTheWorldsThreadLost) {
+  Outcome outcome = sample();
+  outcome.world_thread = WorldThreadUse{0.01, 0.5, 0};
+  EXPECT_FALSE(nlohmann::json::parse(to_json(outcome))["world_thread"].contains("lost"));
+  EXPECT_EQ(to_text(outcome).find("LOST"), std::string::npos);
+  outcome.world_thread->lost = 7;
+  EXPECT_EQ(nlohmann::json::parse(to_json(outcome))["world_thread"]["lost"], 7);
+  EXPECT_NE(to_text(outcome).find("for 7 of"), std::string::npos);
+}
+
 TEST(Outcome, TextHasTheFiguresAndTheNodes) {
   const std::string text = to_text(sample());
   EXPECT_NE(text.find("two rooms"), std::string::npos);

@@ -94,6 +94,7 @@ void WorldThread::run(const std::stop_token& stop) {
   pass(now());
   if (begin_.load() == kNotBegun) return;
   use_.cpu_share = std::chrono::duration<double>(program::thread_cpu_time()) / std::chrono::duration<double>(now());
+  use_.lost = motions_.lost() + guidances_.lost() + plans_.lost();
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }
 
