@@ -42,7 +42,7 @@ struct Node {
   // Unscheduled nodes, always: how often they run. External nodes that have a clock: how often that ticks.
   std::optional<Nanos> period;
   std::optional<NodeId> follows;       // unscheduled nodes without a period of their own: whose output sets them off
-  std::optional<Nanos> output_period;  // emits less often than it runs
+  std::optional<Nanos> output_period;  // emits less often than it runs; planned with, and done without code
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
   bool relaxes_exact_rate = false;      // where min_rate is max_rate: the first may be relaxed like any other

@@ -366,7 +366,8 @@ void Nodes::end_run(Node& node, int cpu) {
   }
   const bool has_code = node.body || node.effect;
   const bool skips = is_stale(node) || (has_code && !RunAccess::emits(node.seen));
-  node.run.emitted = !skips && output_due(node);
+  // A function says itself which runs give an output, as in a session; `output_period` stands in where there is none.
+  node.run.emitted = !skips && (node.body || output_due(node));
   const TimePoint origin = follows_ages_ ? ages_.add(node.run) : node.run.begin;
   if (has_code) {
     if (!node.run.emitted) node.seen.skip_output();

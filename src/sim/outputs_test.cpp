@@ -113,6 +113,24 @@ TEST(SimulatedOutputs, OutputLessOftenThanRuns) {
   EXPECT_NEAR(node(outcome, "motor").rate_hz, 10.0, 0.06);
 }
 
+// As in a session: `output_period` is what plans go by, and stands in for code where there is none.
+TEST(SimulatedOutputs, AFunctionDecidesWhichRunsGiveAnOutput) {
+  std::string text = kRow;
+  text.replace(text.find("detect: {}"), 10, "detect: { output_period: 100ms }");
+  const graph::App app = parse(text);
+  const auto rate_of_motor = [&](const Body& detect) {
+    auto simulation = simulation_of(app, kRowCosts, "default");
+    simulation->set_body(*app.graph.find_node("detect"), detect);
+    simulation->run_for(simulation->warm_from() - TimePoint{} + seconds{20});
+    return node(simulation->outcome(), "motor").rate_hz;
+  };
+  EXPECT_NEAR(rate_of_motor([](ctn::Run&) {}), 50.0, 0.06);
+  EXPECT_NEAR(rate_of_motor([](ctn::Run& run) {
+                if (run.number() % 2 != 0) run.skip_output();
+              }),
+              25.0, 0.06);
+}
+
 // It is not told that detect gives an output in every fourth run: plans learn it, and expect what happens.
 TEST(SimulatedOutputs, OutputsOfOnlySomeRunsAreMeasuredAndPlannedWith) {
   for (const char* policy : {"catan", "paper"}) {
