@@ -74,14 +74,15 @@ std::vector<Spread> spreads_of(const std::vector<StoredRun>& runs) {
   return spreads;
 }
 
-std::vector<std::optional<double>> median_staleness(const std::vector<StoredRun>& runs) {
+ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*figure) {
   std::size_t length = 0;
-  for (const StoredRun& run : runs) length = std::max(length, run.staleness.size());
-  std::vector<std::optional<double>> medians;
+  for (const StoredRun& run : runs) length = std::max(length, (run.*figure).size());
+  ByTime medians;
   for (std::size_t bucket = 0; bucket < length; ++bucket) {
     std::vector<double> values;
     for (const StoredRun& run : runs) {
-      if (bucket < run.staleness.size() && run.staleness[bucket]) values.push_back(*run.staleness[bucket]);
+      const ByTime& of_run = run.*figure;
+      if (bucket < of_run.size() && of_run[bucket]) values.push_back(*of_run[bucket]);
     }
     medians.push_back(percentile_of(std::move(values), 50.0));
   }
@@ -155,8 +156,13 @@ std::string to_json(const Batch& batch) {
                                    {"max", spread.max}});
   }
   json["summary"] = std::move(summary);
-  json["staleness_ms_p95_by_5s"] = BatchJson::array();
-  for (const auto& median : median_staleness(batch.runs)) json["staleness_ms_p95_by_5s"].push_back(or_null_of(median));
+  const auto medians_of = [&](ByTime StoredRun::*figure) {
+    BatchJson medians = BatchJson::array();
+    for (const auto& median : medians_by_time(batch.runs, figure)) medians.push_back(or_null_of(median));
+    return medians;
+  };
+  json["staleness_ms_p95_by_5s"] = medians_of(&StoredRun::staleness);
+  if (batch.options.detector != "none") json["detector_period_ms_by_10s"] = medians_of(&StoredRun::detector_periods);
   json["interrupted"] = batch.signal != 0;
   return json.dump(2, ' ', false, BatchJson::error_handler_t::replace) + "\n";
 }

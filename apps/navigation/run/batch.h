@@ -7,6 +7,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,10 @@ struct Spread {
   double max = 0.0;
 };
 std::vector<Spread> spreads_of(const std::vector<StoredRun>& runs);
-// For each 5 s the median of the runs' p95; of those runs that lasted so long and gave commands then.
-std::vector<std::optional<double>> median_staleness(const std::vector<StoredRun>& runs);
+// Of a figure by time (StoredRun::staleness, detector_periods), for each stretch the median of the runs; of those that
+// lasted so long and had something to measure then.
+using ByTime = std::vector<std::optional<double>>;
+ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*figure);
 
 // `run_one` runs with these options (of which the seed changes); `tell` is told about each run. Errors: its; a folder
 // or a file that cannot be written; a file that is of other options (kCaller).

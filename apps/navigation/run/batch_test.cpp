@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 class BatchTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) / ("navigation_batch_" + std::to_string(getpid()));
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("navigation_batch_" + std::to_string(getpid()));
     std::filesystem::remove_all(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -86,6 +86,9 @@ TEST_F(BatchTest, DoesNotMixRunsWithOtherOptions) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().kind(), ErrorKind::kCaller);
   EXPECT_NE(refused.error().message().find("scheduler"), std::string::npos);
+  Options with_other_app = options(2);
+  with_other_app.inputs["app"] = "another";
+  EXPECT_FALSE(run(with_other_app).ok()) << "of files with other contents";
   std::ofstream(folder_ / "run-5.json") << "{";
   EXPECT_FALSE(run(options(2)).ok()) << "what is no outcome is not taken for one";
 }
@@ -114,16 +117,17 @@ TEST_F(BatchTest, HasMediansAndSpread) {
   EXPECT_EQ(way["max"], 8.0);
   EXPECT_EQ(json["summary"]["collided"]["mean"], 0.5);
   EXPECT_EQ(json["summary"]["goal_s"]["count"], 0);
-  EXPECT_THAT(median_staleness(batch->runs), ElementsAre(60.0, std::nullopt));
+  EXPECT_THAT(medians_by_time(batch->runs, &StoredRun::staleness), ElementsAre(60.0, std::nullopt));
   EXPECT_NE(to_text(*batch).find("2 with a collision"), std::string::npos);
 }
 
-TEST(MedianStaleness, IsOfTheRunsThatLastedSoLong) {
+TEST(MediansByTime, AreOfTheRunsThatLastedSoLong) {
   std::vector<StoredRun> runs(3);
   runs[0].staleness = {10.0, 20.0, 30.0};
   runs[1].staleness = {30.0, std::nullopt};
   runs[2].staleness = {20.0, 40.0};
-  EXPECT_THAT(median_staleness(runs), ElementsAre(20.0, 20.0, 30.0));
+  EXPECT_THAT(medians_by_time(runs, &StoredRun::staleness), ElementsAre(20.0, 20.0, 30.0));
+  EXPECT_THAT(medians_by_time(runs, &StoredRun::detector_periods), ElementsAre());
 }
 
 }  // namespace

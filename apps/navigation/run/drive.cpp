@@ -91,6 +91,11 @@ void Drive::planned(const Planned& planned) {
   }
 }
 
+void Drive::detected(const Detected& detected) {
+  advance(detected.at);
+  if (!over()) findings_.detections.push_back(detected.at);
+}
+
 void Drive::advance(nanoseconds time) {
   for (; next_instant_ <= time; next_instant_ += world::kSensorPeriod) {
     world_.advance(next_instant_);

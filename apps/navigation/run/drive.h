@@ -51,6 +51,7 @@ struct Findings {
   std::vector<AgeSample> guidance_ages;                    // of the odometry behind NC's commands
   std::vector<AgeSample> scan_ages;                        // of the scans behind LP's velocities
   std::vector<Appearance> appearances;                     // in the order of their times
+  std::vector<std::chrono::nanoseconds> detections;        // when the detector gave an output
 };
 
 // How far a run has come.
@@ -79,6 +80,7 @@ class Drive {
   void move(const Motion& motion);
   void guided(const Guidance& guidance);
   void planned(const Planned& planned);
+  void detected(const Detected& detected);
   void advance(std::chrono::nanoseconds time);
 
   // Nothing that happens afterwards counts.

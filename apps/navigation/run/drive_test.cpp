@@ -73,8 +73,10 @@ TEST(Drive, AgesCountFromTheScan) {
   Drive drive(hall(), 1);
   drive.guided({130ms, 100ms});
   drive.move({150ms, {}, shared(empty_map(120ms, {1, 5, 0}))});
-  EXPECT_THAT(drive.findings().guidance_ages, testing::ElementsAre(AgeSample{130ms, 30ms}));
-  EXPECT_THAT(drive.findings().scan_ages, testing::ElementsAre(AgeSample{150ms, 30ms}));
+  EXPECT_THAT(drive.findings().guidance_ages, ::testing::ElementsAre(AgeSample{130ms, 30ms}));
+  EXPECT_THAT(drive.findings().scan_ages, ::testing::ElementsAre(AgeSample{150ms, 30ms}));
+  drive.detected({170ms});
+  EXPECT_THAT(drive.findings().detections, ::testing::ElementsAre(170ms));
 }
 
 TEST(Drive, TheLaserGivesAScanOnceIn20Ms) {

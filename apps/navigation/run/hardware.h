@@ -3,8 +3,8 @@
 // did, for the figures of the run (drive.h).
 //
 // Units: metres, radians; times in nanoseconds since the run began.
-// Thread safety: laser() from one thread at a time, odometry(), move(), guided() and planned() likewise, each from its
-// own; now() from any. No call waits for another thread.
+// Thread safety: laser() from one thread at a time, odometry(), move(), guided(), planned() and detected() likewise,
+// each from its own; now() from any. No call waits for another thread.
 #pragma once
 
 #include <chrono>
@@ -42,6 +42,11 @@ struct Planned {
   SharedMap map;  // on which it was found
 };
 
+// The detector has looked at a picture.
+struct Detected {
+  std::chrono::nanoseconds at{};
+};
+
 class Hardware {
  public:
   virtual ~Hardware() = default;
@@ -55,6 +60,7 @@ class Hardware {
   virtual void move(Motion motion) = 0;
   virtual void guided(Guidance guidance) = 0;
   virtual void planned(Planned planned) = 0;
+  virtual void detected(Detected detected) = 0;
 };
 
 }  // namespace ctn::navigation::run

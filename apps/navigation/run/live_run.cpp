@@ -36,12 +36,13 @@ Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
 
 }  // namespace
 
-Result<Outcome> run_live(const Options& options, const world::WorldFile& world, const LiveWatch& watch) {
+Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
+                         const std::shared_ptr<DetectorChain>& detector, const LiveWatch& watch) {
   auto session = Session::open(options.app_file, session_options(options, watch));
   if (!session) return session.error();
   Drive drive(world, options.seed);
   WorldThread robot(drive);
-  Nodes nodes(robot, world.goal);
+  Nodes nodes(robot, world.goal, detector);
   nodes.attach(*session, options.slowdown);
 
   std::optional<Album> album;

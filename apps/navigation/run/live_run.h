@@ -4,9 +4,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "catan/result.h"
+#include "run/detector_chain.h"
 #include "run/options.h"
 #include "run/outcome.h"
 #include "world/world_file.h"
@@ -20,7 +22,9 @@ struct LiveWatch {
   std::function<void(const std::string&)> notice;  // of the session
 };
 
-// Errors: as Session::open(), start() and stop(); pictures that cannot be written.
-Result<Outcome> run_live(const Options& options, const world::WorldFile& world, const LiveWatch& watch);
+// `detector`: as the options ask for, null where they ask for none. Errors: as Session::open(), start() and stop();
+// pictures that cannot be written.
+Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
+                         const std::shared_ptr<DetectorChain>& detector, const LiveWatch& watch);
 
 }  // namespace ctn::navigation::run

@@ -5,11 +5,14 @@
 
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <utility>
 #include <variant>
 
 #include "program/terminal.h"
 #include "run/batch.h"
+#include "run/detector_chain.h"
+#include "run/inputs.h"
 #include "run/live_run.h"
 #include "run/options.h"
 #include "run/outcome.h"
@@ -29,18 +32,19 @@ Result<world::WorldFile> world_of(const Options& options) {
   return world::make_crowd({.seed = options.seed});
 }
 
-Result<Outcome> run_once(const Options& options, StatusLine& status) {
+Result<Outcome> run_once(const Options& options, const std::shared_ptr<DetectorChain>& detector, StatusLine& status) {
   auto world = world_of(options);
   if (!world) return world.error();
   const auto show = [&status](const Progress& progress) { status.show(status_line(progress)); };
-  if (options.virtual_time) return run_virtually(options, *world, {.signal = program::signal_so_far, .show = show});
+  if (options.virtual_time)
+    return run_virtually(options, *world, detector, {.signal = program::signal_so_far, .show = show});
   const auto notice = [](const std::string& text) { fmt::print(stderr, "navigation: {}\n", text); };
-  return run_live(options, *world, {program::signal_so_far, show, notice});
+  return run_live(options, *world, detector, {program::signal_so_far, show, notice});
 }
 
-int run_single(const Options& options) {
+int run_single(const Options& options, const std::shared_ptr<DetectorChain>& detector) {
   StatusLine status;
-  const auto outcome = run_once(options, status);
+  const auto outcome = run_once(options, detector, status);
   status.clear();
   if (!outcome) return program::fail(kProgram, outcome.error());
   if (options.virtual_time) {
@@ -51,16 +55,23 @@ int run_single(const Options& options) {
   return program::print(options.json ? to_json(*outcome) : to_text(*outcome), outcome->signal);
 }
 
-int run_many(const Options& options) {
+int run_many(const Options& options, const std::shared_ptr<DetectorChain>& detector) {
   StatusLine status;
   const auto batch = run_batch(
-      options, [&status](const Options& one) { return run_once(one, status); },
+      options, [&](const Options& one) { return run_once(one, detector, status); },
       [&status](const std::string& line) {
         status.clear();
         fmt::print(stderr, "navigation: {}\n", line);
       });
   if (!batch) return program::fail(kProgram, batch.error());
   return program::print(options.json ? to_json(*batch) : to_text(*batch), batch->signal);
+}
+
+int run(Options options) {
+  auto detector = DetectorChain::open(options);
+  if (!detector) return program::fail(kProgram, detector.error());
+  options.inputs = inputs_of(options, detector->get());
+  return options.runs > 1 || !options.out.empty() ? run_many(options, *detector) : run_single(options, *detector);
 }
 
 }  // namespace
@@ -74,6 +85,5 @@ int main(int argc, char** argv) {
     return leave->code;
   }
   ctn::program::remember_signals();
-  const auto& options = std::get<Options>(parsed);
-  return options.runs > 1 || !options.out.empty() ? run_many(options) : run_single(options);
+  return run(std::get<Options>(parsed));
 }

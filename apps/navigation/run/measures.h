@@ -26,6 +26,10 @@ std::optional<double> percentile_of(std::vector<double> values, double percent);
 // none. As many stretches as have begun by `end`.
 std::vector<std::optional<double>> p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
                                                std::chrono::nanoseconds end);
+// In ms: for each stretch of `width` from the beginning, the mean time between two consecutive instants of which the
+// second is in it; nothing where none is. `instants` ascend. As many stretches as have begun by `end`.
+std::vector<std::optional<double>> period_by_time(const std::vector<std::chrono::nanoseconds>& instants,
+                                                  std::chrono::nanoseconds width, std::chrono::nanoseconds end);
 std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples);
 
 // The score of the BARN challenge: `optimal` / `actual`, where `actual` counts as 2 x `optimal` at least and 8 x at

@@ -43,5 +43,11 @@ TEST(Measures, TheBarnScoreIsBoundedOnBothSides) {
   EXPECT_EQ(barn_score(true, 10.0, 800.0), 0.125);
 }
 
+TEST(PeriodByTime, IsTheMeanTimeBetweenOutputs) {
+  EXPECT_THAT(period_by_time({1s, 3s, 4s, 11s, 35s}, 10s, 40s), ElementsAre(1500.0, 7000.0, std::nullopt, 24000.0));
+  EXPECT_THAT(period_by_time({1s, 3s, 12s}, 10s, 10s), ElementsAre(2000.0)) << "what comes after the end is left out";
+  EXPECT_THAT(period_by_time({5s}, 10s, 11s), ElementsAre(std::nullopt, std::nullopt));
+}
+
 }  // namespace
 }  // namespace ctn::navigation::run

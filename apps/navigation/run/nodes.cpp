@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "detector/cost.h"
 #include "nodes/cost.h"
 #include "program/slowed.h"
 
@@ -20,11 +21,16 @@ void charge(Run& run, Node node, const Work& work) {
   run.charge(kLittle + std::chrono::nanoseconds(std::llround(1e9 * cost(node, work))));
 }
 
+void charge(Run& run, const PictureWork& work) {
+  run.charge(kLittle + std::chrono::nanoseconds(std::llround(1e9 * cost(work, 1.0))));
+}
+
 void charge_little(Run& run) { run.charge(kLittle); }
 
 }  // namespace
 
-Nodes::Nodes(Hardware& hardware, const std::optional<Point>& goal) : hardware_(hardware), goal_(goal) {}
+Nodes::Nodes(Hardware& hardware, const std::optional<Point>& goal, std::shared_ptr<DetectorChain> detector)
+    : hardware_(hardware), goal_(goal), detector_(std::move(detector)) {}
 
 template <class Host>
 void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
@@ -160,15 +166,45 @@ void Nodes::add_global(Host& host, std::vector<Functions>& functions) {
 }
 
 template <class Host>
-std::vector<Nodes::Functions> Nodes::functions(Host& host) {
+void Nodes::add_detector(Host& host, std::vector<Functions>& functions, Seeing seeing) {
+  auto& pictures = host.template channel<Picture>("preprocess", "detect");
+  const auto preprocess = [this, &pictures, seeing](Run& run) {
+    Picture picture;
+    if (seeing == Seeing::kReally) {
+      auto prepared = detector_->prepare(detector_->frame_at(hardware_.now()));
+      if (!prepared) return run.skip_output();
+      picture = std::make_shared<const Prepared>(std::move(prepared).value());
+    }
+    pictures.write(run, std::move(picture));
+    charge(run, detector_->preprocess_work());
+  };
+  const auto detect = [this, &pictures, seeing](Run& run) {
+    const Picture* picture = pictures.read(run);
+    if (picture == nullptr) {
+      charge_little(run);
+      return run.skip_output();
+    }
+    if (seeing == Seeing::kReally) detector_->detect(**picture);
+    detected_ = Detected{};
+    charge(run, detector_->detect_work());
+  };
+  functions.push_back({"preprocess", preprocess, {}});
+  functions.push_back({"detect", detect, [this](Run&) {
+                         if (detected_) hardware_.detected(*std::exchange(detected_, std::nullopt));
+                       }});
+}
+
+template <class Host>
+std::vector<Nodes::Functions> Nodes::functions(Host& host, Seeing seeing) {
   std::vector<Functions> all;
   add_local(host, all);
   add_global(host, all);
+  if (detector_) add_detector(host, all, seeing);
   return all;
 }
 
 void Nodes::attach(Session& session, double slowdown) {
-  for (Functions& functions : this->functions(session)) {
+  for (Functions& functions : this->functions(session, Seeing::kReally)) {
     session.node(functions.node, [body = program::slowed(std::move(functions.body), slowdown),
                                   effect = std::move(functions.effect)](Run& run) {
       body(run);
@@ -178,7 +214,7 @@ void Nodes::attach(Session& session, double slowdown) {
 }
 
 void Nodes::attach(Simulation& simulation) {
-  for (Functions& functions : this->functions(simulation)) {
+  for (Functions& functions : this->functions(simulation, Seeing::kCounted)) {
     simulation.node(functions.node, functions.body);
     if (functions.effect) simulation.on_effect(functions.node, functions.effect);
   }

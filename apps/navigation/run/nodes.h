@@ -9,6 +9,7 @@
 //   GM     the map of everything
 //   GP     the path to the goal or to the nearest frontier
 //   NC     the point to head for, from the pose that GL gave last
+//   preprocess, detect   where there is a detector: a picture of the camera, and what is found in it
 //
 // Values are shared and never change once they are written. In a virtual run each run charges what its work was worth
 // (cost.h).
@@ -31,6 +32,7 @@
 #include "nodes/local_planner.h"
 #include "nodes/navigation_command.h"
 #include "nodes/scan_filter.h"
+#include "run/detector_chain.h"
 #include "run/hardware.h"
 
 namespace ctn::navigation::run {
@@ -38,8 +40,8 @@ namespace ctn::navigation::run {
 class Nodes {
  public:
   // `hardware` must outlive the session's threads (or the simulation), as must this object. `goal`: in the map's frame,
-  // which begins as the world's; none: the robot explores.
-  Nodes(Hardware& hardware, const std::optional<Point>& goal);
+  // which begins as the world's; none: the robot explores. `detector`: null where there is none.
+  Nodes(Hardware& hardware, const std::optional<Point>& goal, std::shared_ptr<DetectorChain> detector);
 
   // Gives the session all functions. Each run burns `slowdown` - 1 times its own CPU time more.
   void attach(Session& session, double slowdown);
@@ -64,12 +66,18 @@ class Nodes {
     Body effect;  // on the robot, when the run ends; may be none
   };
 
+  // Whether the detector's nodes compute anything, or only charge what that is worth (detector_chain.h).
+  enum class Seeing { kReally, kCounted };
+  using Picture = std::shared_ptr<const Prepared>;  // null where nothing is computed
+
   template <class Host>
-  std::vector<Functions> functions(Host& host);
+  std::vector<Functions> functions(Host& host, Seeing seeing);
   template <class Host>
   void add_local(Host& host, std::vector<Functions>& functions);
   template <class Host>
   void add_global(Host& host, std::vector<Functions>& functions);
+  template <class Host>
+  void add_detector(Host& host, std::vector<Functions>& functions, Seeing seeing);
 
   Hardware& hardware_;
   std::optional<Point> goal_;
@@ -80,11 +88,13 @@ class Nodes {
   GlobalMapper mapper_;
   GlobalPlanner planner_;
   NavigationCommand commander_;
+  std::shared_ptr<DetectorChain> detector_;
   std::chrono::nanoseconds newest_scan_{-1};
   // What a run is to do to the robot when it ends; each is its node's own.
   std::optional<Motion> motion_;
   std::optional<Guidance> guidance_;
   std::optional<Planned> planned_;
+  std::optional<Detected> detected_;
 };
 
 }  // namespace ctn::navigation::run

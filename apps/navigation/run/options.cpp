@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -34,6 +35,28 @@ std::string world_file_of(const std::string& map) {
   return map == "1" || map == "2" ? file_of_the_app("map" + map + ".yaml") : map;
 }
 
+std::string app_of(const Options& options) {
+  if (options.detector != "none") return "robot_with_detector.yaml";
+  return options.scheduler == "fast-local" ? "robot_fast_local.yaml" : "robot.yaml";
+}
+
+std::optional<std::string> mistake_about_detector(const Options& options) {
+  const bool network = options.detector == "yolo";
+  if (network && options.model.empty()) {
+    return "--detector yolo needs a network: add --model FILE.cfg FILE.weights, of the YOLO family in Darknet's format "
+           "(docs/navigation-detector.md), or use --detector hog, which needs none";
+  }
+  if (!network && !options.model.empty()) return "--model is of --detector yolo: add that, or leave out --model";
+  if (options.detector == "none") {
+    if (!options.film.empty()) return "--film is what a detector sees: add --detector hog, or leave out --film";
+    return std::nullopt;
+  }
+  if (options.scheduler == "fast-local" && options.app_file.empty()) {
+    return "fast-local has no app file with a detector: give one with --app, or use another --scheduler";
+  }
+  return std::nullopt;
+}
+
 void add_options(CLI::App& app, Options& options, std::string& cpus) {
   app.add_option("--map", options.map,
                  "the world: 1 (two rooms, to a goal), 2 (an office floor, to be explored), crowd (another one for "
@@ -57,7 +80,7 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
       ->check(within(1.0, 100.0))
       ->capture_default_str();
   app.add_option("--app", options.app_file, "the app file")
-      ->default_str("robot.yaml beside the program, or robot_fast_local.yaml");
+      ->default_str("robot.yaml beside the program, robot_fast_local.yaml or robot_with_detector.yaml");
   CLI::Option* const in_virtual_time =
       app.add_flag("--virtual", options.virtual_time,
                    "simulate: the real code in virtual time, in which runs cost what their work was worth")
@@ -66,9 +89,21 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
       ->needs(in_virtual_time)
       ->check(CLI::Range(1, 127))
       ->capture_default_str();
-  app.add_option("--detector", options.detector, "a detector chain beside navigation; so far there is none")
-      ->check(CLI::IsMember({"none"}))
+  app.add_option(
+         "--detector", options.detector,
+         "what looks at the camera's pictures beside navigation: none, hog (people, by OpenCV alone) or yolo (a "
+         "network of yours, with --model)")
+      ->check(CLI::IsMember({"none", "hog", "yolo"}))
       ->capture_default_str();
+  app.add_option(
+         "--model", options.model,
+         "with --detector yolo: the network's FILE.cfg and FILE.weights, and a file with the names of its classes "
+         "if you like")
+      ->type_name("FILE")
+      ->expected(2, 3);
+  app.add_option("--film", options.film,
+                 "with a detector: what the camera sees, over and over; else Debian's vtest.avi")
+      ->type_name("FILE");
   CLI::Option* const runs = app.add_option("--runs", options.runs, "how many runs, with seeds from --seed on")
                                 ->check(CLI::Range(1, 100000))
                                 ->excludes(record)
@@ -97,9 +132,9 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
     options.cpus = *list;
   }
   options.world_file = world_file_of(options.map);
-  const bool fast_local = options.scheduler == "fast-local";
-  options.policy = fast_local ? "default" : options.scheduler;
-  if (options.app_file.empty()) options.app_file = file_of_the_app(fast_local ? "robot_fast_local.yaml" : "robot.yaml");
+  options.policy = options.scheduler == "fast-local" ? "default" : options.scheduler;
+  if (auto mistake = mistake_about_detector(options)) return Leave{kMistake, "navigation: " + *mistake + "\n"};
+  if (options.app_file.empty()) options.app_file = file_of_the_app(app_of(options));
   return options;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <variant>
 #include <vector>
@@ -22,12 +23,16 @@ struct Options {
   std::string app_file;
   double slowdown = 1.0;
   bool virtual_time = false;
-  int cores = 1;  // in virtual time
-  std::string detector = "none";
+  int cores = 1;                   // in virtual time
+  std::string detector = "none";   // none, hog, yolo
+  std::vector<std::string> model;  // of yolo: FILE.cfg, FILE.weights and, if given, the names of its classes
+  std::string film;                // that the camera plays; empty: Debian's
   int runs = 1;
   std::string out;       // folder of a batch's outcomes; empty: they are not kept
   std::string pictures;  // folder; empty: none
   bool json = false;
+  // What the files hold that a run depends on, told apart by fingerprints: "app", "world", ... (inputs.h).
+  std::map<std::string, std::string> inputs;
 };
 
 // What a record of the run says of it.

@@ -63,6 +63,24 @@ TEST(Options, FastLocalIsTheDefaultWithAnotherAppFile) {
   EXPECT_EQ(std::get<Options>(parse({"--scheduler", "fast-local", "--app", "mine.yaml"})).app_file, "mine.yaml");
 }
 
+TEST(Options, WithADetectorTheAppFileHasOne) {
+  const auto hog = std::get<Options>(parse({"--detector", "hog", "--film", "f.avi"}));
+  EXPECT_EQ(hog.detector, "hog");
+  EXPECT_EQ(hog.film, "f.avi");
+  EXPECT_NE(hog.app_file.find("robot_with_detector.yaml"), std::string::npos);
+  const auto yolo =
+      std::get<Options>(parse({"--detector", "yolo", "--model", "a.cfg", "a.weights", "--app", "b.yaml"}));
+  EXPECT_EQ(yolo.model, (std::vector<std::string>{"a.cfg", "a.weights"}));
+  EXPECT_EQ(yolo.app_file, "b.yaml");
+  const auto named = std::get<Options>(parse({"--detector", "yolo", "--model", "a.cfg", "a.weights", "a.names"}));
+  EXPECT_EQ(named.model.size(), 3U);
+}
+
+TEST(Options, SaysWhatYoloNeeds) {
+  const auto parsed = parse({"--detector", "yolo"});
+  EXPECT_NE(std::get<Leave>(parsed).text.find("--model FILE.cfg FILE.weights"), std::string::npos);
+}
+
 TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--cpus", "0,,1"}), 2);
   EXPECT_EQ(code_of({"--cpus", "1-0"}), 2);
@@ -78,7 +96,12 @@ TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--virtual", "--cpus", "0"}), 2);
   EXPECT_EQ(code_of({"--runs", "2", "--record", "r"}), 2) << "a record is of one run";
   EXPECT_EQ(code_of({"--out", "d"}), 2) << "only with --runs";
-  EXPECT_EQ(code_of({"--detector", "yolo"}), 2) << "there is none yet";
+  EXPECT_EQ(code_of({"--detector", "eyes"}), 2);
+  EXPECT_EQ(code_of({"--detector", "yolo"}), 2) << "needs a network";
+  EXPECT_EQ(code_of({"--detector", "yolo", "--model", "a.cfg"}), 2) << "two files";
+  EXPECT_EQ(code_of({"--detector", "hog", "--model", "a.cfg", "a.weights"}), 2) << "needs no network";
+  EXPECT_EQ(code_of({"--film", "a.avi"}), 2) << "seen by no detector";
+  EXPECT_EQ(code_of({"--detector", "hog", "--scheduler", "fast-local"}), 2) << "there is no such app file";
   EXPECT_EQ(code_of({"--frobnicate"}), 2);
   EXPECT_EQ(code_of({"stray"}), 2);
 }

@@ -75,12 +75,39 @@ Json json_of(const Options& options) {
                {"slowdown", options.slowdown},
                {"detector", options.detector},
                {"virtual", options.virtual_time}};
+  json["inputs"] = options.inputs;
   if (options.virtual_time) {
     json["cores"] = options.cores;
   } else {
     json["cpus"] = options.cpus;
   }
   return json;
+}
+
+std::vector<std::optional<double>> staleness_of(const Findings& found) {
+  return p95_by_time(found.guidance_ages, kStalenessBucket, found.lasted);
+}
+
+std::vector<std::optional<double>> detector_periods_of(const Findings& found) {
+  return period_by_time(found.detections, kDetectorBucket, found.lasted);
+}
+
+Json json_of(const std::vector<std::optional<double>>& values) {
+  Json json = Json::array();
+  for (const auto& value : values) json.push_back(or_null(value));
+  return json;
+}
+
+// In rows of ten, each with the time at which it begins.
+std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values, nanoseconds width) {
+  constexpr std::size_t kInARow = 10;
+  std::string text = fmt::format("  {}\n", name);
+  for (std::size_t index = 0; index < values.size(); ++index) {
+    if (index % kInARow == 0) text += fmt::format("  {:>6.0f} s ", in_seconds(width) * static_cast<double>(index));
+    text += values[index] ? fmt::format(" {:>8.1f}", *values[index]) : fmt::format(" {:>8}", "-");
+    if (index % kInARow == kInARow - 1 || index + 1 == values.size()) text += "\n";
+  }
+  return text;
 }
 
 Json chains_of(const Snapshot& snapshot) {
@@ -152,6 +179,15 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
   figures.push_back({"reacted", static_cast<double>(reactions.size())});
   figures.push_back({"reaction_ms_mean", mean_of(reactions)});
   figures.push_back({"reaction_ms_p95", percentile_of(reactions, 95.0)});
+  if (outcome.options.detector != "none") {
+    const std::vector<nanoseconds>& outputs = found.detections;
+    figures.push_back({"detector_outputs", static_cast<double>(outputs.size())});
+    std::optional<double> period;
+    if (outputs.size() > 1) {
+      period = 1e3 * in_seconds(outputs.back() - outputs.front()) / static_cast<double>(outputs.size() - 1);
+    }
+    figures.push_back({"detector_period_ms_mean", period});
+  }
   for (const ChainSnapshot& chain : outcome.snapshot.chains) {
     const bool any = chain.response_ms.count > 0;
     figures.push_back(
@@ -168,16 +204,13 @@ std::string to_json(const Outcome& outcome) {
   const Findings& found = outcome.findings;
   Json figures = Json::object();
   for (const Figure& figure : figures_of(outcome)) figures[figure.name] = or_null(figure.value);
-  Json staleness = Json::array();
-  for (const auto& p95 : p95_by_time(found.guidance_ages, kStalenessBucket, found.lasted)) {
-    staleness.push_back(or_null(p95));
-  }
   Json json = json_of(options);
   json["world"] = outcome.world;
   if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
   json["ended_by"] = name_of(outcome);
   json["figures"] = std::move(figures);
-  json["staleness_ms_p95_by_5s"] = std::move(staleness);
+  json["staleness_ms_p95_by_5s"] = json_of(staleness_of(found));
+  if (options.detector != "none") json["detector_period_ms_by_10s"] = json_of(detector_periods_of(found));
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
   json["chains"] = chains_of(outcome.snapshot);
@@ -203,6 +236,10 @@ std::string to_text(const Outcome& outcome) {
   for (const Figure& figure : figures_of(outcome)) {
     text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
   }
+  text += rows_of("staleness_ms_p95 by 5 s", staleness_of(outcome.findings), kStalenessBucket);
+  if (options.detector != "none") {
+    text += rows_of("detector_period_ms by 10 s", detector_periods_of(outcome.findings), kDetectorBucket);
+  }
   for (const world::Contact& contact : outcome.findings.contacts) {
     text += fmt::format("  contact with {} after {:.3f} s at ({:.2f}, {:.2f}), {:.2f} m/s\n", name_of(contact),
                         in_seconds(contact.at), contact.pose.x, contact.pose.y, contact.speed);
@@ -216,9 +253,10 @@ std::string to_text(const Outcome& outcome) {
     text += fmt::format("  world's thread: {:.2f} % of a CPU; readings at most {:.1f} ms late\n",
                         100.0 * outcome.world_thread->cpu_share, outcome.world_thread->late_ms_max);
     if (outcome.world_thread->lost > 0) {
-      text += fmt::format("  LOST: the world's thread came too late for {} of LP's, NC's and GP's outputs, which neither "
-                          "the robot nor the figures above know; leave it a CPU with --cpus\n",
-                          outcome.world_thread->lost);
+      text += fmt::format(
+          "  LOST: the world's thread came too late for {} of LP's, NC's and GP's outputs, which neither "
+          "the robot nor the figures above know; leave it a CPU with --cpus\n",
+          outcome.world_thread->lost);
     }
   }
   return text;

@@ -35,6 +35,7 @@ struct Outcome {
 };
 
 inline constexpr std::chrono::nanoseconds kStalenessBucket = std::chrono::seconds(5);
+inline constexpr std::chrono::nanoseconds kDetectorBucket = std::chrono::seconds(10);
 
 // One number each, by name, in the order in which they are printed; none where there was nothing to measure. What
 // batches compute medians of.

@@ -58,6 +58,21 @@ TEST(Outcome, JsonHasWhatScriptsRead) {
   EXPECT_EQ(json["staleness_ms_p95_by_5s"][9], 50.0);
 }
 
+TEST(Outcome, HasTheDetectorsPeriodWhereThereIsOne) {
+  Outcome outcome = sample();
+  outcome.findings.detections = {1s, 3s, 7s, 11s};
+  EXPECT_FALSE(nlohmann::json::parse(to_json(outcome)).contains("detector_period_ms_by_10s"));
+  outcome.options.detector = "hog";
+  const auto json = nlohmann::json::parse(to_json(outcome));
+  EXPECT_EQ(json["figures"]["detector_outputs"], 4.0);
+  EXPECT_NEAR(json["figures"]["detector_period_ms_mean"].get<double>(), 10000.0 / 3.0, 1e-9);
+  ASSERT_EQ(json["detector_period_ms_by_10s"].size(), 5U);
+  EXPECT_EQ(json["detector_period_ms_by_10s"][0], 3000.0);
+  EXPECT_EQ(json["detector_period_ms_by_10s"][1], 4000.0);
+  EXPECT_TRUE(json["detector_period_ms_by_10s"][2].is_null());
+  EXPECT_NE(to_text(outcome).find("detector_period_ms by 10 s"), std::string::npos);
+}
+
 TEST(Outcome, WhatWasNotMeasuredIsNull) {
   const auto json = nlohmann::json::parse(to_json(Outcome{}));
   EXPECT_TRUE(json["figures"]["staleness_ms_mean"].is_null());

@@ -8,6 +8,7 @@
 #include <string>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/videoio.hpp>
 
 #include "program/testing/run_command.h"
 
@@ -22,7 +23,7 @@ Ended run(const std::string& arguments, const std::string& before = "") {
 }
 
 std::string temporary(const std::string& name) {
-  return testing::TempDir() + "navigation_program_" + std::to_string(getpid()) + "_" + name;
+  return ::testing::TempDir() + "navigation_program_" + std::to_string(getpid()) + "_" + name;
 }
 
 TEST(Program, InVirtualTimePrintsTheSameBytesEachTime) {
@@ -79,7 +80,9 @@ TEST(Program, InVirtualTimeItDrawsAPictureASecond) {
 TEST(Program, LeavesWithTwoOnAMistake) {
   for (const char* arguments :
        {"--virtual --scheduler fastest", "--scheduler rate:0", "--cpus 4095", "--app /nowhere/app.yaml",
-        "--virtual --app /nowhere/app.yaml", "--no-such-option", "--cores 2", "--detector hog", "--virtual --cpus 0"}) {
+        "--virtual --app /nowhere/app.yaml", "--no-such-option", "--cores 2", "--detector yolo", "--virtual --cpus 0",
+        "--virtual --detector yolo --model /nowhere/a.cfg /nowhere/a.weights",
+        "--virtual --detector hog --film /nowhere"}) {
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.code, 2) << arguments;
     EXPECT_EQ(ended.out, "") << arguments;
@@ -90,6 +93,21 @@ TEST(Program, LeavesWithOneWhereSomethingCannotBeReadOrMade) {
   EXPECT_EQ(run("--virtual --seconds 1 --record /nowhere/record.db").code, 1);
   EXPECT_EQ(run("--virtual --map /nowhere/world.yaml").code, 1);
   EXPECT_EQ(run("--virtual --seconds 1 --pictures /proc/nowhere").code, 1);
+}
+
+TEST(Program, InLifeTheDetectorLooks) {
+  const std::string film = temporary("film.avi");
+  cv::VideoWriter writer(film, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 10.0, {320, 240});
+  for (int frame = 0; frame < 3; ++frame) writer.write(cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(40 * frame)));
+  writer.release();
+  const Ended ended = run("--json --seconds 6 --scheduler default --detector hog --film " + film);
+  std::remove(film.c_str());
+  ASSERT_EQ(ended.code, 0);
+  const auto json = nlohmann::json::parse(ended.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << ended.out;
+  EXPECT_GT(json["figures"]["detector_outputs"].get<double>(), 1.0);
+  EXPECT_EQ(json["detector_period_ms_by_10s"].size(), 1U);
+  EXPECT_EQ(json["detector"], "hog");
 }
 
 TEST(Program, InLifeItDrives) {

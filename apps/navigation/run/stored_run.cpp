@@ -15,6 +15,13 @@ std::optional<double> number_of(const StoredJson& json) {
   return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
 
+std::vector<std::optional<double>> numbers_of(const StoredJson& json, const char* key) {
+  std::vector<std::optional<double>> numbers;
+  if (!json.contains(key)) return numbers;
+  for (const auto& value : json[key]) numbers.push_back(number_of(value));
+  return numbers;
+}
+
 }  // namespace
 
 std::optional<double> StoredRun::figure(const std::string& name) const {
@@ -39,9 +46,8 @@ Result<StoredRun> read_run(const std::string& text, const std::string& file, con
   run.seed = options.seed;
   run.ended_by = json.value("ended_by", "");
   for (const auto& [name, value] : json["figures"].items()) run.figures.push_back({name, number_of(value)});
-  if (json.contains("staleness_ms_p95_by_5s")) {
-    for (const auto& value : json["staleness_ms_p95_by_5s"]) run.staleness.push_back(number_of(value));
-  }
+  run.staleness = numbers_of(json, "staleness_ms_p95_by_5s");
+  run.detector_periods = numbers_of(json, "detector_period_ms_by_10s");
   return run;
 }
 

@@ -37,6 +37,10 @@ class VirtualHardware final : public Hardware {
     planned.at = now();
     drive_.planned(planned);
   }
+  void detected(Detected detected) override {
+    detected.at = now();
+    drive_.detected(detected);
+  }
 
  private:
   Drive& drive_;
@@ -45,7 +49,8 @@ class VirtualHardware final : public Hardware {
 
 }  // namespace
 
-Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world, const Watch& watch) {
+Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world,
+                              const std::shared_ptr<DetectorChain>& detector, const Watch& watch) {
   const auto started = std::chrono::steady_clock::now();
   auto simulation = Simulation::open(options.app_file, {.costs = {},  // each run charges what it costs
                                                         .slowdown = options.slowdown,
@@ -57,7 +62,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   if (!simulation) return simulation.error();
   Drive drive(world, options.seed);
   VirtualHardware hardware(drive, *simulation);
-  Nodes nodes(hardware, world.goal);
+  Nodes nodes(hardware, world.goal, detector);
   nodes.attach(*simulation);
 
   std::optional<Album> album;

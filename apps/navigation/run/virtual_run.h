@@ -5,8 +5,10 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 
 #include "catan/result.h"
+#include "run/detector_chain.h"
 #include "run/options.h"
 #include "run/outcome.h"
 #include "world/world_file.h"
@@ -21,7 +23,9 @@ struct Watch {
       = std::chrono::milliseconds(500);
 };
 
-// Errors: as Simulation::open(); pictures that cannot be written.
-Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world, const Watch& watch);
+// `detector`: as the options ask for, null where they ask for none. Errors: as Simulation::open(); pictures that cannot
+// be written.
+Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world,
+                              const std::shared_ptr<DetectorChain>& detector, const Watch& watch);
 
 }  // namespace ctn::navigation::run

@@ -75,6 +75,11 @@ void WorldThread::planned(Planned planned) {
   plans_.write(std::move(planned));
 }
 
+void WorldThread::detected(Detected detected) {
+  detected.at = now();
+  detections_.write(detected);
+}
+
 void WorldThread::run(const std::stop_token& stop) {
   while (begin_.load() == kNotBegun && !stop.stop_requested()) std::this_thread::sleep_for(kLead);
   const steady_clock::time_point begin(begin_.load());
@@ -94,7 +99,7 @@ void WorldThread::run(const std::stop_token& stop) {
   pass(now());
   if (begin_.load() == kNotBegun) return;
   use_.cpu_share = std::chrono::duration<double>(program::thread_cpu_time()) / std::chrono::duration<double>(now());
-  use_.lost = motions_.lost() + guidances_.lost() + plans_.lost();
+  use_.lost = motions_.lost() + guidances_.lost() + plans_.lost() + detections_.lost();
   use_.late_ms_max = std::chrono::duration<double, std::milli>(late).count();
 }
 
@@ -102,6 +107,7 @@ void WorldThread::take_events() {
   take_all(motions_, due_motions_);
   take_all(guidances_, due_guidances_);
   take_all(plans_, due_plans_);
+  take_all(detections_, due_detections_);
 }
 
 void WorldThread::pass(nanoseconds until) {
@@ -109,13 +115,17 @@ void WorldThread::pass(nanoseconds until) {
     const nanoseconds motion = first_of(due_motions_);
     const nanoseconds guidance = first_of(due_guidances_);
     const nanoseconds plan = first_of(due_plans_);
-    if (std::min({motion, guidance, plan}) > until) break;
-    if (motion <= guidance && motion <= plan) {
+    const nanoseconds detection = first_of(due_detections_);
+    const nanoseconds first_at = std::min({motion, guidance, plan, detection});
+    if (first_at > until) break;
+    if (motion == first_at) {
       do_first(due_motions_, [this](const Motion& first) { drive_.move(first); });
-    } else if (guidance <= plan) {
+    } else if (guidance == first_at) {
       do_first(due_guidances_, [this](const Guidance& first) { drive_.guided(first); });
-    } else {
+    } else if (plan == first_at) {
       do_first(due_plans_, [this](const Planned& first) { drive_.planned(first); });
+    } else {
+      do_first(due_detections_, [this](const Detected& first) { drive_.detected(first); });
     }
   }
   drive_.advance(until);

@@ -1,7 +1,7 @@
 // The robot in real time: a thread that lets the world's time pass, and gives the laser's and the wheels' data to the
 // nodes when they exist, every 20 ms.
 //
-//   LP, NC, GP --what they did, with its time--> [events] --> world's thread: advance, observe
+//   LP, NC, GP, detect --what they did, with its time--> [events] --> world's thread: advance, observe
 //   scan, odometry <--the newest reading--------------------- every 20 ms
 //
 // It stands for hardware, which does not wait for the scheduler: but it is an ordinary thread, so nodes should
@@ -54,6 +54,7 @@ class WorldThread final : public Hardware {
   void move(Motion motion) override;
   void guided(Guidance guidance) override;
   void planned(Planned planned) override;
+  void detected(Detected detected) override;
 
  private:
   void run(const std::stop_token& stop);
@@ -71,12 +72,14 @@ class WorldThread final : public Hardware {
   Events<Motion> motions_;
   Events<Guidance> guidances_;
   Events<Planned> plans_;
+  Events<Detected> detections_;
   Events<Moment> moments_;
   bool keeps_moments_ = false;
   // The thread's own: events that were taken and are not done yet.
   std::vector<Motion> due_motions_;
   std::vector<Guidance> due_guidances_;
   std::vector<Planned> due_plans_;
+  std::vector<Detected> due_detections_;
   WorldThreadUse use_;
   std::jthread thread_;  // last: it uses the others
 };
