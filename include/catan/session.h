@@ -13,13 +13,16 @@
 //
 // Policies:
 //   "catan"          plans rates, cores, shares of cores and levels from measured compute times, again and again
-//   "static:FILE"    follows a plan that `catan plan --json` made, and never revises it
+//   "static:FILE"    follows a plan that `catan plan --json` (or planning.h) made, and never revises it
+//   "rates-of:FILE"  has the rates of such a plan set by hand: whole subchains, under ordinary scheduling on all CPUs,
+//                    whatever the plan says of cores and priorities
 //   "default"        triggers nodes at their `fallback_rate`, under ordinary scheduling; a node of a subchain that has
 //                    none is triggered by the one before it
 //   "rate:HZ"        whole subchains at the `fallback_rate` of their heads, but at a given rate where these are sources
 //   "fifo"           as "default", but at fixed real-time priorities in the order of stealing (by weight)
 //   "picas:COSTS"    as "default", but each subchain on one core, at chain-aware fixed priorities
-//   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file
+//   "davare:COSTS", "verucchi:COSTS"   rates, cores and fixed priorities by published methods; COSTS: a cost file, or
+//                    the record of a run
 // CPUs that go offline, or that are taken from the process while the session runs (its cpuset, or `taskset` on its main
 // thread or on all threads), are not planned with until they are back.
 // The last seconds of what happens are kept in memory (docs/flight-recorder.md): `catan top` shows them, save_flight()

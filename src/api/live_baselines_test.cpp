@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <memory>
 
 #include "baselines/davare.h"
 #include "baselines/policies.h"
 #include "baselines/verucchi.h"
 #include "config/testing/apps.h"
+#include "policy/hand_set.h"
+#include "policy/planned.h"
 #include "runtime/testing/planned_rates.h"
 #include "runtime/testing/virtual_session.h"
 
@@ -59,6 +62,25 @@ TEST_F(LiveBaselines, RatesByVerucchiAreKept) {
   ASSERT_TRUE(plan.ok());
   const Snapshot snapshot = run_method(seconds{20}, "verucchi", 1);
   runtime::expect_planned_rates(app, snapshot, *plan);
+}
+
+// On one core planned, on two set by hand.
+TEST_F(LiveBaselines, APlansRatesAreKeptUnderOrdinaryScheduling) {
+  const os::CpuSet one{0};
+  const model::CostTable known = known_costs(app);
+  const auto decision =
+      policy::FormulaPolicy().decide({.app = app, .cpus = one, .costs = known, .typical = known, .slack = 0.06});
+  ASSERT_TRUE(decision.ok()) << decision.error().message();
+  const plan::Plan& plan = *decision->plan;
+  open(app, std::make_shared<policy::PlannedRatesPolicy>("rates-of:plan.json", plan), 2);
+  const Snapshot snapshot = run_for(seconds{20});
+  EXPECT_EQ(snapshot.policy, "rates-of:plan.json");
+  EXPECT_FALSE(snapshot.chains[0].predicted_response_ms) << "nothing is promised";
+  for (std::size_t index = 0; index < plan.subchains.size(); ++index) {
+    const graph::Subchain& subchain = app.graph.subchain(SubchainId(index));
+    const double planned = 1000.0 / plan::usual_timing(plan, SubchainId(index)).period.count();
+    EXPECT_NEAR(rate(snapshot, app.graph.node(subchain.head()).name), planned, 0.02 * planned) << subchain.name;
+  }
 }
 
 }  // namespace

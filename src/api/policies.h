@@ -5,8 +5,9 @@
 //   "paper"                                 the paper's Catan; "catan" is the same where the app file says
 //                                           `planner: paper`
 //   "static:FILE"                           a plan that `catan plan --json` wrote, which is followed and never revised
+//   "rates-of:FILE"                         the rates of such a plan, set by hand under ordinary scheduling
 //   "picas", "davare", "verucchi"           of others, which decide once, by compute times: NAME:FILE takes them from a
-//                                           cost file, NAME from known costs, which only a simulation has
+//                                           cost file or a record, NAME from known costs, which only a simulation has
 //   "deadline"                              the same, with reservations of CPU time, which only a simulation has
 //
 // Files that a name mentions are read here, so that policies are pure.

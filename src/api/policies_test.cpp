@@ -83,19 +83,36 @@ nodes: { a: {} }
 objective: [ { response_time: [a], weight: 1 } ]
 )");
   EXPECT_FALSE(live_policy("static:" + costs, other).ok());
+  EXPECT_FALSE(live_policy("rates-of:" + costs, other).ok());
+  // Of a plan for two cores, on one: its rates alone count.
+  const os::CpuSet one{2};
+  const auto rates = live_policy("rates-of:" + costs, app);
+  ASSERT_TRUE(rates.ok()) << rates.error().message();
+  EXPECT_FALSE((*rates)->raises());
+  const auto set = (*rates)->decide({.app = app, .cpus = one, .costs = ten, .typical = ten});
+  ASSERT_TRUE(set.ok()) << set.error().message();
+  EXPECT_FALSE(set->plan);
+  for (std::size_t index = 0; index < set->assignment.places.size(); ++index) {
+    EXPECT_EQ(set->assignment.places[index].pacing.period,
+              to_nanos(plan::usual_timing(*planned->plan, SubchainId(index)).period));
+    EXPECT_EQ(set->assignment.places[index].cpus, one);
+    EXPECT_EQ(set->assignment.places[index].level, os::Level::kOrdinary);
+  }
 }
 
 TEST_F(PoliciesTest, FilesThatAreNotThereAreRefused) {
-  for (const char* name : {"static:/nowhere", "picas:/nowhere", "deadline:/nowhere", "davare:/nowhere"}) {
+  for (const char* name :
+       {"static:/nowhere", "rates-of:/nowhere", "picas:/nowhere", "deadline:/nowhere", "davare:/nowhere"}) {
     EXPECT_NE(message(name).find("/nowhere"), std::string::npos) << name;
     EXPECT_FALSE(simulated_policy(name, app).ok()) << name;
   }
 }
 
 TEST_F(PoliciesTest, WhatIsNoNameIsToldWhatWouldBeRight) {
-  for (const char* name : {"", "catn", "static", "static:", "fifo:", "fifo:x", "rate:", "rate:fast", "picas:", ":x"}) {
+  for (const char* name :
+       {"", "catn", "static", "static:", "rates-of", "fifo:", "fifo:x", "rate:", "rate:fast", "picas:", ":x"}) {
     EXPECT_NE(message(name).find("is no scheduler"), std::string::npos) << name;
-    for (const char* right : {"static:PLAN.json", "rate:12.5", "picas:COSTS.yaml", "verucchi"}) {
+    for (const char* right : {"static:PLAN.json", "rates-of:PLAN.json", "rate:12.5", "picas:COSTS.yaml", "verucchi"}) {
       EXPECT_NE(message(name).find(right), std::string::npos) << name;
     }
   }

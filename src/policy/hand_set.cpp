@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "plan/limits.h"
+#include "plan/validate.h"
 #include "policy/levels.h"
 #include "policy/replan.h"
 
@@ -49,6 +51,18 @@ Result<Decision> RatePolicy::decide(const Situation& situation) const {
   const Result<std::vector<Rate>> set = rates(situation.app, rate_);
   if (!set) return set.error();
   return at(*set, situation.cpus);
+}
+
+Result<Decision> PlannedRatesPolicy::decide(const Situation& situation) const {
+  const graph::App app = plan::as_planned(situation.app, plan_);
+  if (Status valid = plan::validate_layout(plan_, app, static_cast<int>(plan_.cores.size())); !valid) {
+    return valid.error();
+  }
+  std::vector<Rate> rates;
+  for (std::size_t index = 0; index < plan_.subchains.size(); ++index) {
+    rates.push_back(Rate::every(plan::usual_timing(plan_, SubchainId(index)).period));
+  }
+  return at(rates, situation.cpus);
 }
 
 Result<Decision> FifoPolicy::decide(const Situation& situation) const {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "plan/plan.h"
 #include "policy/policy.h"
 
 namespace ctn::policy {
@@ -46,6 +47,19 @@ class RatePolicy : public HandSetPolicy {
 
  private:
   Rate rate_;
+};
+
+// The rates of a plan, for whole subchains: what the plan says of cores and priorities is left to ordinary scheduling.
+class PlannedRatesPolicy : public HandSetPolicy {
+ public:
+  // `plan` is of the situation's app, which is checked when it is decided upon, and for any number of cores.
+  PlannedRatesPolicy(std::string name, plan::Plan plan) : HandSetPolicy(std::move(name)), plan_(std::move(plan)) {}
+  bool cuts_subchains() const override { return false; }
+  bool raises() const override { return false; }
+  Result<Decision> decide(const Situation& situation) const override;
+
+ private:
+  plan::Plan plan_;
 };
 
 // One real-time priority a subchain, in the app's order of stealing; nodes that run by themselves above them, and

@@ -9,9 +9,9 @@ constexpr double kTypical = 50.0;  // percentile
 
 }  // namespace
 
-MeasuredCosts::MeasuredCosts(const graph::App& app) : app_(app), batches_(app.graph) {
+MeasuredCosts::MeasuredCosts(const graph::App& app, RunsThatCount count) : app_(app), batches_(app.graph) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
-    nodes_.emplace_back(app, NodeId(index));
+    nodes_.emplace_back(app, NodeId(index), count);
     outputs_.emplace_back(app.graph, NodeId(index));
   }
 }

@@ -22,7 +22,7 @@ namespace ctn::policy {
 class MeasuredCosts {
  public:
   // `app` outlives it.
-  explicit MeasuredCosts(const graph::App& app);
+  explicit MeasuredCosts(const graph::App& app, RunsThatCount count = RunsThatCount::kRecent);
 
   // A run on a core of that kind; in the order of their ends, each after those that it consumed. Where it shows that
   // the node's compute time has changed permanently: from what to what.

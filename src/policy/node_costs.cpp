@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint64_t kColdRuns = 3;
 // So are the first on another number of threads: they are left out, and nothing is told of it before there are a few.
 constexpr std::size_t kMinElapsedRuns = 5;
+// More than a record has of a node.
+constexpr int kAllRuns = 100'000'000;
 // What an item adds has changed by little, if by no more than this part of it.
 constexpr double kMoved = 0.1;
 
@@ -19,9 +21,10 @@ const model::Estimator& alone(const auto& by_threads) { return by_threads.begin(
 
 }  // namespace
 
-NodeCosts::NodeCosts(const graph::App& app, NodeId node)
+NodeCosts::NodeCosts(const graph::App& app, NodeId node, RunsThatCount count)
     : app_(app),
       node_(node),
+      counted_(count),
       takes_batches_(app.graph.node(node).input == graph::InputKind::kQueue),
       kinds_(app.kinds()) {}
 
@@ -29,7 +32,8 @@ NodeCosts::Seen& NodeCosts::like(std::size_t kind, int threads) {
   const auto known = kinds_[kind].find(threads);
   if (known != kinds_[kind].end()) return known->second;
   const std::vector<std::string>& modes = app_.graph.node(node_).modes;
-  const model::Estimator nothing(app_.scheduler.window, app_.scheduler.percentile, modes);
+  const int window = counted_ == RunsThatCount::kAll ? kAllRuns : app_.scheduler.window;
+  const model::Estimator nothing(window, app_.scheduler.percentile, modes);
   const std::vector<model::ChangeDetector> detectors(std::max<std::size_t>(modes.size(), 1));
   return kinds_[kind].emplace(threads, Seen{nothing, nothing, detectors}).first->second;
 }
@@ -57,6 +61,7 @@ std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::si
   if (run.threads > 1 && ++alike.runs > kColdRuns) alike.elapsed.add({run.elapsed, run.wait}, mode, items);
   const Millis per_item = alike.batches.per_item();
   if (takes_batches_ && alike.batches.add(run.cpu, items, mode)) per_item_changed(alike, run.threads, per_item);
+  if (counted_ == RunsThatCount::kAll) return std::nullopt;
   const std::optional<std::size_t> runs = alike.detectors[mode].add(alike.batches.without_items(run.cpu, items));
   if (!runs) return std::nullopt;
   if (takes_batches_ && alike.batches.explains(mode, *runs)) {

@@ -43,10 +43,14 @@
 
 namespace ctn::policy {
 
+// Which runs count: those in the window that the app file says, of which those from before a lasting change are
+// forgotten; or all, whatever changed.
+enum class RunsThatCount { kRecent, kAll };
+
 class NodeCosts {
  public:
   // `app` outlives it.
-  NodeCosts(const graph::App& app, NodeId node);
+  NodeCosts(const graph::App& app, NodeId node, RunsThatCount count = RunsThatCount::kRecent);
 
   // A run on a core of that kind, with so many items (batch_sizes.h). Where it shows that the compute time has changed
   // permanently: from what to what. Precondition: kind < app.kinds().
@@ -86,6 +90,7 @@ class NodeCosts {
 
   const graph::App& app_;
   NodeId node_;
+  RunsThatCount counted_;
   bool takes_batches_;
   std::vector<OnKind> kinds_;
   std::size_t newest_kind_ = 0;

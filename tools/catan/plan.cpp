@@ -7,14 +7,15 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
+#include "api/known_costs.h"
 #include "baselines/davare.h"
 #include "baselines/verucchi.h"
 #include "command.h"
 #include "config/app_file.h"
-#include "config/cost_file.h"
 #include "config/quantity.h"
 #include "explain.h"
 #include "paper/paper.h"
@@ -42,8 +43,8 @@ struct PlanOptions {
   bool explain = false;
 };
 
-Result<model::Workload> work_of(const graph::App& app, const std::string& file) {
-  if (!file.empty()) return config::load_workload(file, app);
+Result<api::KnownCosts> costs_to_plan_by(const graph::App& app, const std::string& file) {
+  if (!file.empty()) return api::known_costs(file, app);
   note(fmt::format(
       "no cost file: every node is taken to cost {} (scheduler.bootstrap_cost); --costs FILE gives real ones",
       config::format_duration(app.scheduler.bootstrap_cost)));
@@ -52,7 +53,7 @@ Result<model::Workload> work_of(const graph::App& app, const std::string& file) 
     if (app.graph.nodes()[i].external) continue;
     work.set(NodeId(i), model::NodeWork::constant(to_millis(app.scheduler.bootstrap_cost)));
   }
-  return work;
+  return api::KnownCosts{work.costs(app.graph), trial::Samples(app, work, Nanos{0}, 1)};
 }
 
 // How long the search is, as a multiple of a few seconds.
@@ -140,12 +141,12 @@ int make(PlanOptions options) {
   const graph::App app = by_paper ? paper::as_in_the_paper(*loaded) : *loaded;
   const auto slack = slack_of(app, options.slack);
   if (!slack) return report_error(slack.error());
-  const auto work = work_of(app, options.costs);
-  if (!work) return report_error(work.error());
+  auto known = costs_to_plan_by(app, options.costs);
+  if (!known) return report_error(known.error());
   const int cores = options.cores.value_or(app.core_count().value_or(1));
   Task task{.app = app,
-            .costs = work->costs(app.graph),
-            .samples = trial::Samples(app, *work, Nanos{0}, 1),
+            .costs = std::move(known->costs),
+            .samples = std::move(known->samples),
             .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
   if (const RateMethod rates = rate_method(options.planner)) return make_rates(task, rates, options.json);
   const auto plan = timed(
@@ -169,6 +170,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "Examples:\n"
       "  catan plan app.yaml --cores 4 --costs costs.yaml\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --json > plan.json\n"
+      "  catan plan app.yaml --cores 2 --costs run.catan                by what a recorded run cost\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --explain    why, and what else could be had\n"
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads\n"
       "Exit code: 0 there is a plan, which may relax bounds and then says so, 2 a mistake, or rates that no plan "
@@ -176,7 +178,10 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--cores", options->cores, "How many cores the app gets; else those that it lists, or 1")
       ->check(CLI::Range(1, planner::kMaxCores));
-  command->add_option("--costs", options->costs, "Compute times (docs/cost-file.md); else scheduler.bootstrap_cost")
+  command
+      ->add_option("--costs", options->costs,
+                   "Compute times (docs/cost-file.md), or a record of a run; else "
+                   "scheduler.bootstrap_cost")
       ->type_name("FILE");
   command->add_option("--slack", options->slack, "Share of a core left to ordinary threads, as in 6%; else the app's")
       ->type_name("PCT");

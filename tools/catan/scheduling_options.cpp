@@ -42,11 +42,12 @@ void SchedulingOptions::add_to(CLI::App& command) {
   command
       .add_option("--scheduler", scheduler,
                   "catan; auto (the same, whatever planner the app file names); paper (the paper's two stages, fixed "
-                  "frames); static:PLAN.json (a plan that is never "
-                  "revised); default (nodes at their "
+                  "frames); static:PLAN.json (a plan that is never revised); rates-of:PLAN.json (its rates alone, "
+                  "ordinary scheduling); default (nodes at their "
                   "fallback_rate, ordinary scheduling); rate:HZ (sources at it); fifo (as default, at fixed "
                   "real-time priorities); picas:COSTS (as default, at chain-aware priorities), davare:COSTS and "
-                  "verucchi:COSTS (rates by published methods, for the compute times in a cost file)")
+                  "verucchi:COSTS (rates by published methods, for the compute times in a cost file or a "
+                  "record)")
       ->capture_default_str();
   command.add_option("--cpus", cpus, "CPUs for the nodes, as in 0-3,6; else all that may be used")->type_name("LIST");
   command.add_option("--record", record, "Keep the record of the run in this new file (catan report)")

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "api/known_costs.h"
 #include "api/policies.h"
 #include "command.h"
 #include "config/app_file.h"
@@ -90,15 +90,9 @@ struct Costs {
   std::optional<model::CostTable> known;  // what is planned with; none of a record
 };
 
-bool is_record(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(15, '\0');
-  return file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == "SQLite format 3";
-}
-
 // From a cost file, or from the record of a run. `app` outlives what it makes.
 Result<Costs> costs_of(const graph::App& app, const std::string& file, bool resample, Nanos overhead) {
-  if (!is_record(file)) {
+  if (!api::is_record(file)) {
     auto work = config::load_workload(file, app);
     if (!work) return work.error();
     model::CostTable known = work->costs(app.graph);
@@ -221,7 +215,7 @@ int run(const SimOptions& options) {
     return report_error(
         Error::caller("no app or no costs to simulate", "write catan sim APP --costs FILE, or --validate RECORD"));
   }
-  if (options.resample && !is_record(options.costs)) {
+  if (options.resample && !api::is_record(options.costs)) {
     return report_error(Error::caller("--resample draws from the runs of a record, and --costs is none",
                                       "leave it out: costs of a cost file are drawn already"));
   }
@@ -259,7 +253,8 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       ->check(CLI::Range(1, sim::kMaxCores));
   command
       ->add_option("--scheduler", options->scheduler,
-                   "As catan run has them: catan, auto, paper, default, fifo, rate:HZ, static:PLAN.json; picas, "
+                   "As catan run has them: catan, auto, paper, default, fifo, rate:HZ, static:PLAN.json, rates-of:PLAN.json; "
+                   "picas, "
                    "deadline, davare, verucchi, each by --costs or, as in picas:COSTS.yaml, by a file of its own")
       ->capture_default_str();
   command->add_option("--seconds", options->seconds, "How long to measure, after the warm-up; of simulated time")
