@@ -171,10 +171,10 @@ std::string to_text(const Batch& batch) {
   const Options& options = batch.options;
   const auto with_collision = std::ranges::count_if(
       batch.runs, [](const StoredRun& run) { return run.figure("collided").value_or(0.0) > 0.0; });
-  std::string text =
-      fmt::format("{} of {} runs on map {} under '{}', seeds from {}, slowdown {}{}: {} with a collision\n",
-                  batch.runs.size(), options.runs, options.map, options.scheduler, options.seed, options.slowdown,
-                  batch.signal != 0 ? " (interrupted)" : "", with_collision);
+  std::string text = fmt::format(
+      "{} of {} runs on map {} under '{}'{}, seeds from {}, slowdown {}{}: {} with a collision\n", batch.runs.size(),
+      options.runs, options.map, options.scheduler, options.stealing ? "" : " without stealing", options.seed,
+      options.slowdown, batch.signal != 0 ? " (interrupted)" : "", with_collision);
   text += fmt::format("  {:<46} {:>5} {:>10} {:>10} {:>10} {:>10}\n", "figure", "runs", "mean", "lower q.", "median",
                       "upper q.");
   for (const Spread& spread : spreads_of(batch.runs)) {

@@ -21,7 +21,8 @@ std::string fingerprint_of(const std::string& text) {
 
 std::map<std::string, std::string> inputs_of(const Options& options, const DetectorChain* detector) {
   std::map<std::string, std::string> inputs;
-  for (const auto& [name, path] : {std::pair{"app", options.app_file}, std::pair{"world", options.world_file}}) {
+  for (const auto& [name, path] : {std::pair{"app", options.app_file}, std::pair{"world", options.world_file},
+                                   std::pair{"costs", options.costs}}) {
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
     if (!path.empty() && text << file.rdbuf()) inputs[name] = fingerprint_of(text.str());

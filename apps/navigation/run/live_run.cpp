@@ -22,6 +22,7 @@ SessionOptions session_options(const Options& options, const LiveWatch& watch) {
   result.cpus = options.cpus;
   result.record = options.record;
   result.note = note_of(options);
+  result.stealing = options.stealing;
   if (watch.notice) result.on_notice = watch.notice;
   return result;
 }

@@ -16,6 +16,7 @@
 #include "run/live_run.h"
 #include "run/options.h"
 #include "run/outcome.h"
+#include "run/scheme.h"
 #include "run/virtual_run.h"
 #include "world/crowd.h"
 #include "world/world_file.h"
@@ -32,14 +33,26 @@ Result<world::WorldFile> world_of(const Options& options) {
   return world::make_crowd({.seed = options.seed});
 }
 
-Result<Outcome> run_once(const Options& options, const std::shared_ptr<DetectorChain>& detector, StatusLine& status) {
+Result<Outcome> drive_once(const Options& options, const std::shared_ptr<DetectorChain>& detector, StatusLine& status) {
   auto world = world_of(options);
   if (!world) return world.error();
   const auto show = [&status](const Progress& progress) { status.show(status_line(progress)); };
-  if (options.virtual_time)
+  if (options.virtual_time) {
     return run_virtually(options, *world, detector, {.signal = program::signal_so_far, .show = show});
+  }
   const auto notice = [](const std::string& text) { fmt::print(stderr, "navigation: {}\n", text); };
   return run_live(options, *world, detector, {program::signal_so_far, show, notice});
+}
+
+Result<Outcome> run_once(const Options& options, const std::shared_ptr<DetectorChain>& detector, StatusLine& status) {
+  const auto scheme = Scheme::prepare(options, [&](const Options& measuring) {
+    status.clear();
+    fmt::print(stderr, "navigation: first measures what runs cost, for {:.0f} s at most\n", measuring.seconds);
+    return drive_once(measuring, detector, status);
+  });
+  if (!scheme) return scheme.error();
+  if (scheme->interrupted()) return *scheme->interrupted();
+  return drive_once(scheme->options(), detector, status);
 }
 
 int run_single(const Options& options, const std::shared_ptr<DetectorChain>& detector) {

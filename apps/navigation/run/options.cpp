@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "program/command_line.h"
+#include "run/scheme.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -64,11 +65,19 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
       ->capture_default_str();
   app.add_option(
          "--scheduler", options.scheduler,
-         "catan; default (rates set by hand); fast-local (as default, but LM and LP at 50 Hz); or another policy "
-         "of a session")
+         "catan; paper (the paper's Catan); default (rates set by hand); fast-local (as default, but LM and LP at 50 "
+         "Hz); static-full-run, static-20s (a plan made once, of a whole run's compute times or of its first 20 s; on "
+         "several cores its rates under ordinary scheduling); davare, verucchi, picas (by compute times); or another "
+         "policy of a session")
       ->capture_default_str();
   CLI::Option* const real_cpus = app.add_option(
       "--cpus", cpus, "CPUs for the nodes, as 0 or 0,1 or 0-3; else all, though the world needs one, too");
+  app.add_option(
+         "--costs", options.costs,
+         "a cost file or a record, for schedulers that decide once by compute times; else they are measured by a "
+         "run of its own before each run")
+      ->type_name("FILE");
+  app.add_flag("!--no-stealing", options.stealing, "no subchain goes on in the slot of another that does not need it");
   app.add_option("--seconds", options.seconds, "how long a run lasts at most: it ends when the goal is reached")
       ->check(within(0.5, 86400.0))
       ->capture_default_str();
@@ -134,6 +143,17 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   options.world_file = world_file_of(options.map);
   options.policy = options.scheduler == "fast-local" ? "default" : options.scheduler;
   if (auto mistake = mistake_about_detector(options)) return Leave{kMistake, "navigation: " + *mistake + "\n"};
+  if (needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
+    return Leave{kMistake, "navigation: --scheduler " + options.scheduler +
+                               " needs --cpus in real time, as what it does depends on how many there are; write "
+                               "--cpus 0, or add --virtual\n"};
+  }
+  if (!options.costs.empty() && !needs_costs(options.scheduler)) {
+    return Leave{kMistake,
+                 "navigation: --costs: '" + options.scheduler +
+                     "' does not decide by compute times that are given; leave it out, or use static-full-run, "
+                     "static-20s, davare, verucchi or picas\n"};
+  }
   if (options.app_file.empty()) options.app_file = file_of_the_app(app_of(options));
   return options;
 }

@@ -16,8 +16,10 @@ struct Options {
   std::string world_file;  // of the map; empty: a crowd, made from the run's seed
   std::string scheduler = "catan";
   std::string policy = "catan";  // of the session, which the scheduler stands for
-  std::vector<int> cpus;         // empty: all that the process may use
-  double seconds = 60.0;         // at most; it ends when the goal is reached
+  std::string costs;             // file with compute times, for schedulers that decide by them; empty: measured
+  bool stealing = true;
+  std::vector<int> cpus;  // empty: all that the process may use
+  double seconds = 60.0;  // at most; it ends when the goal is reached
   std::uint64_t seed = 1;
   std::string record;  // empty: none
   std::string app_file;

@@ -76,6 +76,16 @@ TEST(Options, WithADetectorTheAppFileHasOne) {
   EXPECT_EQ(named.model.size(), 3U);
 }
 
+TEST(Options, OfBaselines) {
+  const auto parsed =
+      std::get<Options>(parse({"--scheduler", "davare", "--costs", "c.yaml", "--no-stealing", "--cpus", "0"}));
+  EXPECT_EQ(parsed.costs, "c.yaml");
+  EXPECT_FALSE(parsed.stealing);
+  EXPECT_TRUE(std::get<Options>(parse({"--scheduler", "static-20s", "--virtual"})).stealing);
+  EXPECT_EQ(code_of({"--costs", "c.yaml"}), 2) << "catan measures itself";
+  EXPECT_EQ(code_of({"--scheduler", "static-20s"}), 2) << "on one CPU, or on several?";
+}
+
 TEST(Options, SaysWhatYoloNeeds) {
   const auto parsed = parse({"--detector", "yolo"});
   EXPECT_NE(std::get<Leave>(parsed).text.find("--model FILE.cfg FILE.weights"), std::string::npos);

@@ -68,13 +68,9 @@ Json json_of(const Summary& summary) {
 }
 
 Json json_of(const Options& options) {
-  Json json = {{"map", options.map},
-               {"scheduler", options.scheduler},
-               {"seconds", options.seconds},
-               {"seed", options.seed},
-               {"slowdown", options.slowdown},
-               {"detector", options.detector},
-               {"virtual", options.virtual_time}};
+  Json json = {{"map", options.map},           {"scheduler", options.scheduler}, {"stealing", options.stealing},
+               {"seconds", options.seconds},   {"seed", options.seed},           {"slowdown", options.slowdown},
+               {"detector", options.detector}, {"virtual", options.virtual_time}};
   json["inputs"] = options.inputs;
   if (options.virtual_time) {
     json["cores"] = options.cores;
@@ -230,9 +226,9 @@ std::string to_text(const Outcome& outcome) {
   const std::string machine =
       options.virtual_time ? fmt::format("in virtual time on {} core{}", options.cores, options.cores == 1 ? "" : "s")
                            : fmt::format("real-time levels {}", outcome.snapshot.real_time ? "enforced" : "not used");
-  std::string text =
-      fmt::format("navigation in '{}' under '{}', seed {}, slowdown {}, {}; ended by: {}\n", outcome.world,
-                  options.scheduler, options.seed, options.slowdown, machine, name_of(outcome));
+  std::string text = fmt::format("navigation in '{}' under '{}'{}, seed {}, slowdown {}, {}; ended by: {}\n",
+                                 outcome.world, options.scheduler, options.stealing ? "" : " without stealing",
+                                 options.seed, options.slowdown, machine, name_of(outcome));
   for (const Figure& figure : figures_of(outcome)) {
     text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
   }

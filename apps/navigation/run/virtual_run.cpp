@@ -57,6 +57,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
                                                         .policy = options.policy,
                                                         .cores = options.cores,
                                                         .seed = options.seed,
+                                                        .stealing = options.stealing,
                                                         .record = options.record,
                                                         .note = note_of(options)});
   if (!simulation) return simulation.error();

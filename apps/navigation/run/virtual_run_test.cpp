@@ -89,6 +89,14 @@ TEST(VirtualRun, TheDetectorCostsWhatItsWorkIsWorth) {
   }
 }
 
+TEST(VirtualRun, WithoutStealingIsAnotherRun) {
+  Options without = short_run("paper", 1);
+  without.slowdown = 3.0;  // so that runs are unfinished when their slots end
+  Options with = without;
+  without.stealing = false;
+  EXPECT_TRUE(outcome_of(without).findings.scan_ages != outcome_of(with).findings.scan_ages);
+}
+
 TEST(VirtualRun, SlowerBoardsTakeLonger) {
   const auto mapping_ms = [](double slowdown) {
     Options options = short_run("default", 1);
