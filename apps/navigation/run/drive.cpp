@@ -59,6 +59,7 @@ Odometry Drive::odometry(nanoseconds time) {
 
 void Drive::move(const Motion& motion) {
   advance(motion.at);
+  motion_ = motion;
   world_.command(motion.at, over() ? Velocity{} : motion.velocity);
   if (over() || !motion.map) return;
   findings_.scan_ages.push_back({motion.at, motion.at - motion.map->stamp});

@@ -88,7 +88,8 @@ class Drive {
   Findings findings() const;
 
   world::World& world() { return world_; }
-  const Planned& plan() const { return plan_; }  // GP's newest
+  const Planned& plan() const { return plan_; }     // GP's newest
+  const Motion& motion() const { return motion_; }  // LP's newest
   Progress progress() const;
 
  private:
@@ -108,6 +109,7 @@ class Drive {
   std::chrono::nanoseconds next_instant_{};
   std::shared_ptr<const Reading> reading_;
   Planned plan_;
+  Motion motion_;
   std::vector<Watched> movers_;
   std::optional<std::chrono::nanoseconds> nothing_left_since_;
   std::optional<std::chrono::nanoseconds> ended_at_;

@@ -8,6 +8,7 @@
 #include "catan/session.h"
 #include "run/album.h"
 #include "run/nodes.h"
+#include "run/replay.h"
 #include "run/shortest_way.h"
 #include "run/world_thread.h"
 
@@ -35,6 +36,10 @@ Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
   return Done{};
 }
 
+void add_all(WorldThread& robot, std::optional<Replay>& replay) {
+  while (const auto frame = robot.take_frame()) replay->add(*frame);
+}
+
 }  // namespace
 
 Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
@@ -54,6 +59,12 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
     robot.keep_moments();
   }
 
+  std::optional<Replay> replay;
+  if (!options.replay.empty()) {
+    replay.emplace(world, drive.world().scene().movers(), options.seconds);
+    robot.keep_frames();
+  }
+
   Outcome outcome;
   outcome.options = options;
   outcome.world = world.name;
@@ -70,6 +81,7 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
     if (progress.over) break;
     if (watch.signal) outcome.signal = watch.signal();
     if (watch.show) watch.show(progress);
+    add_all(robot, replay);
     drawn = draw_all(robot, album);
     if (!drawn) break;
   }
@@ -81,6 +93,10 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
   if (!drawn) return drawn.error();
   outcome.findings = drive.findings();
   outcome.world_thread = robot.use();
+  if (replay) {
+    add_all(robot, replay);
+    if (Status written = replay->write(outcome, options.replay); !written) return written.error();
+  }
   outcome.took_seconds = std::chrono::duration<double>(robot.now()).count();
   return outcome;
 }

@@ -26,6 +26,7 @@ examples:
                                                       seeds 1 to 20; run again, it goes on where it stopped
   navigation --map 2 --seconds 300 --cpus 0           explores an office floor, in real time
   navigation --map my_world.yaml --pictures out       a picture a second
+  navigation --virtual --replay drive.html            an animation, to be opened in a browser
 
 exit codes: 0 done (collisions included), 1 it could not run, 2 a mistake on the command line or in a file,
 128 + signal number when interrupted (what was measured until then is printed all the same)
@@ -120,6 +121,9 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
   app.add_option("--out", options.out, "keep each run's outcome in this folder, and go on with what is there")
       ->needs(runs);
   app.add_option("--pictures", options.pictures, "draw a picture a second into this folder")->excludes(runs);
+  app.add_option("--replay", options.replay, "write the drive as an animation into this page, which any browser shows")
+      ->type_name("FILE.html")
+      ->excludes(runs);
   app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
 }
 

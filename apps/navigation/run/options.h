@@ -32,6 +32,7 @@ struct Options {
   int runs = 1;
   std::string out;       // folder of a batch's outcomes; empty: they are not kept
   std::string pictures;  // folder; empty: none
+  std::string replay;    // page to write; empty: none
   bool json = false;
   // What the files hold that a run depends on, told apart by fingerprints: "app", "world", ... (inputs.h).
   std::map<std::string, std::string> inputs;

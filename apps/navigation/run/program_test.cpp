@@ -77,6 +77,17 @@ TEST(Program, InVirtualTimeItDrawsAPictureASecond) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(Program, InVirtualTimeAReplayChangesNothing) {
+  const std::string page = temporary("replay.html");
+  const std::string options = "--virtual --seconds 3 --json --seed 7";
+  const Ended with = run(options + " --replay " + page);
+  ASSERT_EQ(with.code, 0);
+  EXPECT_EQ(with.out, run(options).out);
+  EXPECT_GT(std::filesystem::file_size(page), 20000U);
+  std::filesystem::remove(page);
+  EXPECT_EQ(run("--virtual --seconds 1 --replay /nowhere/page.html").code, 1);
+}
+
 TEST(Program, LeavesWithTwoOnAMistake) {
   for (const char* arguments :
        {"--virtual --scheduler fastest", "--scheduler rate:0", "--cpus 4095", "--app /nowhere/app.yaml",

@@ -35,6 +35,7 @@ Options measuring(const Options& options, const std::string& record) {
   if (options.scheduler == kFirstSeconds) result.seconds = std::min(options.seconds, kFirst);
   result.record = record;
   result.pictures.clear();
+  result.replay.clear();
   return result;
 }
 

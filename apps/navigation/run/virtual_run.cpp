@@ -8,6 +8,7 @@
 #include "catan/simulation.h"
 #include "run/album.h"
 #include "run/nodes.h"
+#include "run/replay.h"
 #include "run/shortest_way.h"
 
 namespace ctn::navigation::run {
@@ -73,6 +74,9 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
     album.emplace(std::move(opened).value());
   }
 
+  std::optional<Replay> replay;
+  if (!options.replay.empty()) replay.emplace(world, drive.world().scene().movers(), options.seconds);
+
   Outcome outcome;
   outcome.options = options;
   outcome.world = world.name;
@@ -82,17 +86,22 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   while (simulation->now() < end && outcome.signal == 0) {
     const nanoseconds now = simulation->now();
     if (now % kLook == nanoseconds(0) && drive.over()) break;
-    const nanoseconds until = std::min({now + watch.step, (now / kLook + 1) * kLook, end});
+    const nanoseconds look = replay ? kFramePeriod : kLook;
+    const nanoseconds until = std::min({now + watch.step, (now / look + 1) * look, end});
     if (Status ran = simulation->run_for(until - now); !ran) return ran.error();
     drive.advance(simulation->now());
     if (watch.signal) outcome.signal = watch.signal();
     if (watch.show) watch.show(drive.progress());
+    if (replay && simulation->now() % kFramePeriod == nanoseconds(0)) replay->add(frame_of(drive));
     if (!album || simulation->now() % kPicturePeriod != nanoseconds(0)) continue;
     if (Status drawn = album->draw(moment_of(drive)); !drawn) return drawn.error();
   }
   if (Status finished = simulation->finish(); !finished) return finished.error();
   outcome.findings = drive.findings();
   outcome.snapshot = simulation->snapshot();
+  if (replay) {
+    if (Status written = replay->write(outcome, options.replay); !written) return written.error();
+  }
   outcome.took_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return outcome;
 }

@@ -93,6 +93,7 @@ void WorldThread::run(const std::stop_token& stop) {
     publish(instant);
     late = std::max(late, now() - instant);
     if (keeps_moments_ && instant % kPicturePeriod == nanoseconds(0)) moments_.write(moment_of(drive_));
+    if (keeps_frames_ && instant % kFramePeriod == nanoseconds(0)) frames_.write(frame_of(drive_));
     if (instant % kProgressPeriod == nanoseconds(0)) progress_.write(drive_.progress());
   }
   take_events();

@@ -26,6 +26,7 @@
 #include "run/exchange.h"
 #include "run/hardware.h"
 #include "run/outcome.h"
+#include "run/replay.h"
 
 namespace ctn::navigation::run {
 
@@ -38,6 +39,10 @@ class WorldThread final : public Hardware {
   // Before start(): a moment a second will be kept for take_moment(), from one thread.
   void keep_moments() { keeps_moments_ = true; }
   std::optional<Moment> take_moment() { return moments_.take(); }
+
+  // The same for frames of a replay.
+  void keep_frames() { keeps_frames_ = true; }
+  std::optional<Frame> take_frame() { return frames_.take(); }
 
   // Time stays at 0 until laser() is called.
   void start();
@@ -74,7 +79,9 @@ class WorldThread final : public Hardware {
   Events<Planned> plans_;
   Events<Detected> detections_;
   Events<Moment> moments_;
+  Events<Frame> frames_;
   bool keeps_moments_ = false;
+  bool keeps_frames_ = false;
   // The thread's own: events that were taken and are not done yet.
   std::vector<Motion> due_motions_;
   std::vector<Guidance> due_guidances_;
