@@ -28,8 +28,9 @@ bool needs_costs(const std::string& scheduler);
 
 class Scheme {
  public:
-  // In real time the options name CPUs (options.cpp). `run` lets the robot drive with other options than these, with a record. Errors: its; those of planning; a folder
-  // for files that are in use while this lives cannot be made (kEnvironment).
+  // In real time the options name CPUs (options.cpp). `run` lets the robot drive with other options than these, with a
+  // record. Errors: its; those of planning; a folder for files that are in use while this lives cannot be made
+  // (kEnvironment).
   static Result<Scheme> prepare(const Options& options, const std::function<Result<Outcome>(const Options&)>& run);
 
   // The options to run with: the policy that is meant.
