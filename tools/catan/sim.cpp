@@ -255,8 +255,7 @@ void add_sim_command(CLI::App& cli, int& exit_code) {
       ->add_option(
           "--scheduler", options->scheduler,
           "As catan run has them: catan, auto, paper, default, fifo, rate:HZ, static:PLAN.json, rates-of:PLAN.json; "
-          "picas, "
-          "deadline, davare, verucchi, each by --costs or, as in picas:COSTS.yaml, by a file of its own")
+          "picas, deadline, davare, verucchi, each by --costs or, as in picas:COSTS.yaml, by a file of its own")
       ->capture_default_str();
   command->add_option("--seconds", options->seconds, "How long to measure, after the warm-up; of simulated time")
       ->check(within(0.1, 8'640'000.0))

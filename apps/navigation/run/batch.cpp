@@ -185,6 +185,12 @@ std::string to_text(const Batch& batch) {
     text += fmt::format("  {:<46} {:>5} {:>10.5g} {:>10.5g} {:>10.5g} {:>10.5g}\n", spread.figure, spread.count,
                         spread.mean, spread.lower_quartile, spread.median, spread.upper_quartile);
   }
+  text +=
+      rows_of("staleness_ms_p95 by 5 s, medians", medians_by_time(batch.runs, &StoredRun::staleness), kStalenessBucket);
+  if (options.detector != "none") {
+    text += rows_of("detector_period_ms by 10 s, medians", medians_by_time(batch.runs, &StoredRun::detector_periods),
+                    kDetectorBucket);
+  }
   return text;
 }
 

@@ -119,6 +119,8 @@ TEST_F(BatchTest, HasMediansAndSpread) {
   EXPECT_EQ(json["summary"]["goal_s"]["count"], 0);
   EXPECT_THAT(medians_by_time(batch->runs, &StoredRun::staleness), ElementsAre(60.0, std::nullopt));
   EXPECT_NE(to_text(*batch).find("2 with a collision"), std::string::npos);
+  EXPECT_NE(to_text(*batch).find("staleness_ms_p95 by 5 s, medians\n       0 s      60.0        -\n"),
+            std::string::npos);
 }
 
 TEST(MediansByTime, AreOfTheRunsThatLastedSoLong) {

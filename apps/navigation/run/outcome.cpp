@@ -94,18 +94,6 @@ Json json_of(const std::vector<std::optional<double>>& values) {
   return json;
 }
 
-// In rows of ten, each with the time at which it begins.
-std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values, nanoseconds width) {
-  constexpr std::size_t kInARow = 10;
-  std::string text = fmt::format("  {}\n", name);
-  for (std::size_t index = 0; index < values.size(); ++index) {
-    if (index % kInARow == 0) text += fmt::format("  {:>6.0f} s ", in_seconds(width) * static_cast<double>(index));
-    text += values[index] ? fmt::format(" {:>8.1f}", *values[index]) : fmt::format(" {:>8}", "-");
-    if (index % kInARow == kInARow - 1 || index + 1 == values.size()) text += "\n";
-  }
-  return text;
-}
-
 Json chains_of(const Snapshot& snapshot) {
   Json chains = Json::array();
   for (const ChainSnapshot& chain : snapshot.chains) {
@@ -191,6 +179,17 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
     figures.push_back({"response_ms_p95 " + name_of(chain), any ? std::optional(chain.response_ms.p95) : std::nullopt});
   }
   return figures;
+}
+
+std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values, nanoseconds width) {
+  constexpr std::size_t kInARow = 10;
+  std::string text = fmt::format("  {}\n", name);
+  for (std::size_t index = 0; index < values.size(); ++index) {
+    if (index % kInARow == 0) text += fmt::format("  {:>6.0f} s ", in_seconds(width) * static_cast<double>(index));
+    text += values[index] ? fmt::format(" {:>8.1f}", *values[index]) : fmt::format(" {:>8}", "-");
+    if (index % kInARow == kInARow - 1 || index + 1 == values.size()) text += "\n";
+  }
+  return text;
 }
 
 std::string identity_of(const Options& options) { return json_of(options).dump(); }

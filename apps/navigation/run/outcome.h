@@ -3,6 +3,7 @@
 // Thread safety: values, pure functions.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -44,6 +45,10 @@ struct Figure {
   std::optional<double> value;
 };
 std::vector<Figure> figures_of(const Outcome& outcome);
+
+// Text: a figure by time, in rows of ten, each with the time at which it begins.
+std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values,
+                    std::chrono::nanoseconds width);
 
 // JSON of the options that a run's outcome depends on.
 std::string identity_of(const Options& options);
