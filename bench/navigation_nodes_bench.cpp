@@ -199,12 +199,12 @@ int main(int argc, char** argv) {
   world::World& world = plant.world();
   std::optional<double> explored_at;
   double next_picture = 1.0;
-  double max_error = 0.0;
+  std::vector<double> errors;  // of the pose, each second
   loop.run(seconds, [&] {
     if (plant.time() + 1e-9 >= next_picture) {
       const world::Score score = world.score();
       const double error = distance(position(loop.localization().pose_at(plant.odometry())), position(world.truth()));
-      max_error = std::max(max_error, error);
+      errors.push_back(error);
       if (file->explore() && !explored_at && score.explored >= 0.9) explored_at = plant.time();
       if (!pictures.empty() && std::fmod(next_picture, 20.0) < 1.5 && std::fmod(next_picture, 20.0) > 0.5) {
         const std::string name = fmt::format("{}/{:04.0f}", pictures, next_picture);
@@ -221,10 +221,11 @@ int main(int argc, char** argv) {
 
   const world::Score score = world.score();
   fmt::print(
-      "{}, seed {}: {:.0f} s, {:.0f} m driven, {} contacts, {} keyframes, {} loops closed, pose off by {:.2f} m "
-      "at most\n",
+      "{}, seed {}: {:.0f} s, {:.0f} m driven, {} contacts, {} keyframes, {} loops closed\n"
+      "pose off by {:.2f} m on average, p95 {:.2f} m, at most {:.2f} m\n",
       file->name, options.seed, plant.time(), score.travelled, score.contacts.size(),
-      loop.localization().keyframes->size(), loop.localization().loops, max_error);
+      loop.localization().keyframes->size(), loop.localization().loops, mean(errors), percentile(errors, 95),
+      percentile(errors, 100));
   for (const world::Contact& contact : score.contacts) {
     fmt::print("contact with {} at {:.1f} s, {:.2f} {:.2f}, robot at {:.2f} m/s\n",
                contact.mover ? fmt::format("mover {}", *contact.mover) : "a wall",

@@ -21,4 +21,12 @@ struct RobotLimits {
   double turn_acceleration = 3.0;
 };
 
+// Errors of what the wheels count, which add up: standard deviations after 1 m or 1 rad. They grow with the square root
+// of the way or turn. The world draws them, and localization weighs odometry by them.
+struct OdometryNoise {
+  double distance_per_metre = 0.02;
+  double turn_per_radian = 0.03;
+  double turn_per_metre = 0.01;
+};
+
 }  // namespace ctn::navigation

@@ -3,21 +3,46 @@
 #include <algorithm>
 #include <cmath>
 
+#include "visibility.h"
+
 namespace ctn::navigation {
 namespace {
 
-constexpr std::size_t kRecent = 30;               // keyframes that a scan is matched against: the last dozen metres
+constexpr std::size_t kRecent = 40;               // keyframes that a scan is matched against: the last dozen metres
 constexpr Matcher::Window kTracking{0.04, 0.02};  // what odometry errs by, from one keyframe to the next
 constexpr std::size_t kSameView = 5;              // keyframes from nearly the same pose that count
 constexpr double kSameViewDistance = 0.25;
 constexpr double kSameViewTurn = 0.25;
 constexpr double kFits = 0.35;             // the lowest score of a match that is used
+constexpr std::size_t kWitnesses = 5;      // keyframes before a keyframe that show what moves
 constexpr std::size_t kLoopLength = 40;    // the fewest keyframes of a loop
-constexpr std::size_t kLoopPause = 8;      // keyframes between attempts to close one
+constexpr std::size_t kLoopPause = 4;      // keyframes between attempts to close one
 constexpr double kLoopDistance = 3.0;      // how near the old keyframes must be
+constexpr double kLoopTurn = 1.0;          // how nearly they must look the same way
 constexpr std::size_t kLoopKeyframes = 7;  // that the scan is matched against
 constexpr double kLoopFits = 0.6;
-constexpr Matcher::Window kLoopWindow{0.8, 0.15};  // a heading drifts less, and a wrong one bends the whole map
+constexpr double kMaxConflict = 0.08;  // of the points: what moves makes up less
+constexpr double kLoopWindow = 2.5;    // standard deviations of where the robot may be
+constexpr Matcher::Window kMinLoopWindow{0.24, 0.06};
+constexpr Matcher::Window kMaxLoopWindow{1.2, 0.2};  // the largest that the matcher's grid has room for
+constexpr std::uint64_t kBeamsForPoint = 7;          // that are looked at to say whether a scan saw through it
+
+// `to` less `from`, component by component.
+Pose difference(const Pose& from, const Pose& to) {
+  return {to.x - from.x, to.y - from.y, wrapped(to.heading - from.heading)};
+}
+
+// In which a place is looked for that the robot is uncertain of by so much.
+Matcher::Window window_for(const PoseMatrix& drift) {
+  return {
+      std::clamp(kLoopWindow * std::sqrt(std::max(drift.xx, drift.yy)), kMinLoopWindow.offset, kMaxLoopWindow.offset),
+      std::clamp(kLoopWindow * std::sqrt(drift.hh), kMinLoopWindow.turn, kMaxLoopWindow.turn)};
+}
+
+// Whether two poses that ought to be the same differ by no more than they may, by the sum of their covariances.
+bool agree(const Pose& one, const Pose& other, const PoseMatrix& covariance) {
+  return squared(inverse(covariance), difference(one, other)) <= kOneInThousand;
+}
 
 }  // namespace
 
@@ -31,33 +56,50 @@ bool GlobalLocalizer::tells_news(const Odometry& odometry) const {
 
 void GlobalLocalizer::match(const SharedScan& scan, Work& work) {
   const Pose expected = transformed(correction_, scan->odometry.pose);
-  Pose pose = expected;
-  draw_field(expected);
-  if (!keyframes_.empty()) {
-    const Matcher::Match found = matcher_.match(scan->points, {});
-    if (found.score >= kFits) pose = found.pose;
-    constraints_.push_back({keyframes_.size() - 1, keyframes_.size(), between(keyframes_.back().pose, pose), 1.0});
+  keyframes_.push_back({expected, scan});
+  still_.push_back(scan->points);
+  const std::size_t newest = keyframes_.size() - 1;
+  draw_field(expected, newest);
+  if (newest > 0) {
+    const Pose& before = keyframes_[newest - 1].pose;
+    PoseMatrix information = inverse(odometry_error_.covariance());
+    const Matcher::Match found = matcher_.match(scan->points, {}, turned(information, before.heading));
+    if (found.score >= kFits) {
+      keyframes_[newest].pose = found.pose;
+      information = information + turned(inverse(found.covariance), -before.heading);
+    }
+    constraints_.push_back({newest - 1, newest, between(before, keyframes_[newest].pose), information});
   }
-  keyframes_.push_back({pose, scan});
-  matcher_.add(pose, scan->points);
+  leave_out_what_moved(work);
+  matcher_.add(keyframes_[newest].pose, still_[newest]);
   work += matcher_.take_work();
+  odometry_error_.start(scan->odometry.pose);
   outdate_oldest_like_newest(work);
   close_loop(work);
   correction_ = transformed(keyframes_.back().pose, inverse(scan->odometry.pose));
 }
 
-void GlobalLocalizer::draw_field(const Pose& pose) {
+void GlobalLocalizer::leave_out_what_moved(Work& work) {
+  const std::size_t newest = keyframes_.size() - 1;
+  for (std::size_t i = newest - std::min(kWitnesses, newest); i < newest; ++i) {
+    work.beams += kBeamsForPoint * (still_[newest].size() + still_[i].size());
+    remove_free(*keyframes_[i].scan, between(keyframes_[i].pose, keyframes_[newest].pose), still_[newest]);
+    remove_free(*keyframes_[newest].scan, between(keyframes_[newest].pose, keyframes_[i].pose), still_[i]);
+  }
+}
+
+void GlobalLocalizer::draw_field(const Pose& pose, std::size_t end) {
   matcher_.start(pose);
-  const std::size_t first = keyframes_.size() - std::min(kRecent, keyframes_.size());
-  for (std::size_t i = first; i < keyframes_.size(); ++i) {
+  for (std::size_t i = end - std::min(kRecent, end); i < end; ++i) {
     if (distance(position(keyframes_[i].pose), position(pose)) > Matcher::kReach) continue;
-    matcher_.add(keyframes_[i].pose, keyframes_[i].scan->points);
+    matcher_.add(keyframes_[i].pose, still_[i]);
   }
 }
 
 Pose GlobalLocalizer::tracked(const CleanScan& scan, Work& work) {
   const Pose expected = transformed(correction_, scan.odometry.pose);
-  const Matcher::Match found = matcher_.refine(scan.points, expected, kTracking);
+  const PoseMatrix known = turned(inverse(odometry_error_.covariance()), keyframes_.back().pose.heading);
+  const Matcher::Match found = matcher_.refine(scan.points, expected, kTracking, known);
   work += matcher_.take_work();
   return transformed(found.score >= kFits ? found.pose : expected, inverse(scan.odometry.pose));
 }
@@ -78,42 +120,58 @@ void GlobalLocalizer::outdate_oldest_like_newest(Work& work) {
   work.expanded += keyframes_.size();
 }
 
-void GlobalLocalizer::close_loop(Work& work) {
-  const std::size_t newest = keyframes_.size() - 1;
-  if (newest < kLoopLength || newest - last_loop_ < kLoopPause) return;
-  const Point here = position(keyframes_[newest].pose);
-  std::size_t nearest = 0;
+std::optional<std::size_t> GlobalLocalizer::nearest_of_long_ago(Work& work) const {
+  const Pose& here = keyframes_.back().pose;
+  std::optional<std::size_t> nearest;
   double how_near = kLoopDistance;
-  for (std::size_t i = 0; i + kLoopLength <= newest; ++i) {
-    const double away = distance(position(keyframes_[i].pose), here);
-    const bool same_view = std::abs(wrapped(keyframes_[i].pose.heading - keyframes_[newest].pose.heading)) < 1.0;
-    if (away >= how_near || !same_view) continue;
+  for (std::size_t i = 0; i + kLoopLength < keyframes_.size(); ++i) {
+    const Pose& there = keyframes_[i].pose;
+    const double away = distance(position(there), position(here));
+    if (away >= how_near || std::abs(wrapped(there.heading - here.heading)) >= kLoopTurn) continue;
     nearest = i;
     how_near = away;
   }
-  work.expanded += newest;
-  if (how_near >= kLoopDistance) return;
+  work.expanded += keyframes_.size();
+  return nearest;
+}
+
+bool GlobalLocalizer::contradict(std::size_t one, std::size_t other, const Pose& other_from_one, Work& work) const {
+  const Conflict first = conflict(*keyframes_[one].scan, other_from_one, still_[other]);
+  const Conflict second = conflict(*keyframes_[other].scan, inverse(other_from_one), still_[one]);
+  work.beams += kBeamsForPoint * (still_[one].size() + still_[other].size());
+  return static_cast<double>(first.free + second.free) >
+         kMaxConflict * static_cast<double>(first.judged + second.judged);
+}
+
+void GlobalLocalizer::close_loop(Work& work) {
+  const std::size_t newest = keyframes_.size() - 1;
+  if (newest < kLoopLength || newest - last_loop_ < kLoopPause) return;
+  const std::optional<std::size_t> old = nearest_of_long_ago(work);
+  if (!old) return;
 
   last_loop_ = newest;
-  Matcher matcher;
-  matcher.start(keyframes_[newest].pose);
-  const std::size_t first = nearest - std::min(nearest, kLoopKeyframes / 2);
-  for (std::size_t i = first; i < first + kLoopKeyframes && i < newest; ++i) {
-    matcher.add(keyframes_[i].pose, keyframes_[i].scan->points);
-  }
-  const Matcher::Match found = matcher.match(keyframes_[newest].scan->points, kLoopWindow);
-  work += matcher.take_work();
-  if (found.score < kLoopFits) return;
-
-  constraints_.push_back({nearest, newest, between(keyframes_[nearest].pose, found.pose), 4.0});
   std::vector<Pose> poses;
   poses.reserve(keyframes_.size());
   for (const Keyframe& keyframe : keyframes_) poses.push_back(keyframe.pose);
-  relax(poses, constraints_);
+  const PoseMatrix drift = turned(covariance_between(poses, constraints_, *old, newest), poses[*old].heading);
+  work.expanded += constraints_.size();
+  Matcher matcher;
+  matcher.start(poses[newest]);
+  const std::size_t first = *old - std::min(*old, kLoopKeyframes / 2);
+  for (std::size_t i = first; i < first + kLoopKeyframes && i < newest; ++i) matcher.add(poses[i], still_[i]);
+  const Matcher::Match found = matcher.match(still_[newest], window_for(drift), inverse(drift));
+  work += matcher.take_work();
+  const Pose measured = between(poses[*old], found.pose);
+  if (found.score < kLoopFits || contradict(*old, newest, measured, work) ||
+      !agree(poses[newest], found.pose, drift + found.covariance)) {
+    return;
+  }
+  constraints_.push_back({*old, newest, measured, turned(inverse(found.covariance), -poses[*old].heading), true});
+  const Relaxed relaxed = relax(poses, constraints_);
+  work.expanded += relaxed.steps * constraints_.size();
   for (std::size_t i = 0; i < poses.size(); ++i) keyframes_[i].pose = poses[i];
-  work.expanded += 10 * poses.size();
   ++loops_;
-  draw_field(keyframes_.back().pose);
+  draw_field(keyframes_.back().pose, keyframes_.size());
   work += matcher_.take_work();
 }
 
@@ -122,6 +180,7 @@ GlobalLocalizer::Result GlobalLocalizer::run(const std::vector<SharedScan>& scan
   for (const SharedScan& scan : scans) {
     ++result.work.expanded;
     stamp_ = scan->stamp;
+    odometry_error_.follow(scan->odometry.pose);
     if (!tells_news(scan->odometry)) continue;
     match(scan, result.work);
     result.news = true;

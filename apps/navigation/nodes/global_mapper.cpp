@@ -85,6 +85,7 @@ GlobalMapper::Result GlobalMapper::run(const Localization& localization) {
 
   auto map = std::make_shared<GlobalMap>();
   map->stamp = localization.stamp;
+  map->anchor = {keyframes.size(), keyframes.back().pose};
   map->frame = {static_cast<int>(std::lround(static_cast<double>(grid.getXMin()) / kCell)),
                 static_cast<int>(std::lround(static_cast<double>(grid.getYMin()) / kCell)),
                 static_cast<int>(grid.getSizeX()), static_cast<int>(grid.getSizeY())};

@@ -25,6 +25,7 @@ struct GlobalMap {
   std::chrono::nanoseconds stamp{};  // of the localization that it was made from
   GridFrame frame;                   // in the map's frame
   std::vector<Cell> cells;
+  Anchor anchor;  // of the keyframes that it was made from
 
   Cell at(const Point& point) const {
     const int column = frame.column(point.x);

@@ -252,6 +252,7 @@ GlobalMap extended(const GlobalMap& map, const Point& point) {
   const int bottom = std::min(0, row - kMore);
   GlobalMap larger;
   larger.stamp = map.stamp;
+  larger.anchor = map.anchor;
   larger.frame = {map.frame.left + left, map.frame.bottom + bottom, std::max(map.frame.width, column + kMore) - left,
                   std::max(map.frame.height, row + kMore) - bottom};
   larger.cells.assign(larger.frame.cells(), Cell::kUnknown);
@@ -268,6 +269,7 @@ GlobalPlanner::Result plan(const GlobalMap& map, const Point& robot, const Extra
                            const std::optional<Point>& goal) {
   GlobalPlanner::Result result;
   result.path.stamp = map.stamp;
+  result.path.anchor = map.anchor;
   result.path.to_goal = goal.has_value();
   Search search(map, robot, extra, goal.has_value());
   std::optional<std::size_t> end;
@@ -293,12 +295,10 @@ GlobalPlanner::Result plan(const GlobalMap& map, const Point& robot, const Extra
   return result;
 }
 
-// What the newest scan hits near the robot.
-Extra shown_by(const Localization& localization) {
+// What the scan hits near the robot.
+Extra shown_by(const CleanScan& scan, const Pose& robot) {
   Extra extra;
-  if (!localization.newest) return extra;
-  const Pose robot = localization.pose_at(localization.newest->odometry);
-  for (const Point& point : localization.newest->points) {
+  for (const Point& point : scan.points) {
     if (std::hypot(point.x, point.y) <= GlobalPlanner::kScanReach) extra.push_back(transformed(robot, point));
   }
   return extra;
@@ -321,8 +321,8 @@ GlobalPlanner::Result GlobalPlanner::run(const GlobalMap& map, const Localizatio
   if (goal && !map.frame.inside(map.frame.column(goal->x), map.frame.row(goal->y))) {
     return run(extended(map, *goal), localization, goal);
   }
-  const Pose robot = localization.pose_at(localization.newest->odometry);
-  Result result = plan(map, position(robot), shown_by(localization), goal);
+  const Pose robot = localization.pose_on(map.anchor, localization.newest->odometry);
+  Result result = plan(map, position(robot), shown_by(*localization.newest, robot), goal);
   if (result.path.outcome == Path::Outcome::kFound) return result;
   const Work vain = result.work;
   result = plan(map, position(robot), {}, goal);

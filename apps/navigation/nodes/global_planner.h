@@ -36,6 +36,7 @@ struct Path {
   std::chrono::nanoseconds stamp{};  // of the map
   std::vector<Point> points;         // in the map's frame, from the robot to the end, at most kSpacing apart
   bool to_goal = false;
+  Anchor anchor;  // of the map
 
   static constexpr double kSpacing = 0.2;
 };

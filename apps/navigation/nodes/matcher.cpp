@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 namespace ctn::navigation {
 namespace {
@@ -16,7 +17,11 @@ constexpr double kCoarseTurn = 0.02;  // at 3 m, what a step is
 constexpr double kFineStep = 0.01;    // what the laser errs by
 constexpr double kFineTurn = 0.004;   // a beam
 constexpr std::uint64_t kCellsInterpolated = 4;
-constexpr double kPenalty = 0.1;  // of the score, at the window's edge
+constexpr double kPointsPerFact = 2.0;  // neighbouring points err alike: so many tell as much as one that is alone
+constexpr double kUnlikely = 10.0;      // of the logarithm: poses that are less likely by more do not count
+// What every match may be off by, however sharp its peak: the earlier poses are not exact.
+constexpr double kOffsetFloor = 0.01;
+constexpr double kTurnFloor = 0.002;
 
 using Kernel = std::array<std::uint8_t, (2 * kKernel + 1) * (2 * kKernel + 1)>;
 
@@ -110,13 +115,18 @@ double Matcher::fine_score(double x, double y) const {
   return static_cast<double>(sum) / (255.0 * static_cast<double>(turned_.x.size()));
 }
 
-Matcher::Match Matcher::best_of(const Poses& poses, bool fine, const Window& window) {
+double Matcher::judged(const Pose& pose, double score, const PoseMatrix& known) const {
+  const Pose off{pose.x - expected_.x, pose.y - expected_.y, wrapped(pose.heading - expected_.heading)};
+  return static_cast<double>(near_.size()) / kPointsPerFact * score - 0.5 * squared(known, off);
+}
+
+Matcher::Match Matcher::best_of(const Poses& poses, bool fine, const PoseMatrix& known) {
   const Pose& centre = poses.centre;
   const int offsets = steps_to_each_side(poses.offset, poses.offset_step);
   const int turns = steps_to_each_side(poses.turn, poses.turn_step);
+  scores_.clear();
   Match best;
-  best.score = -1.0;
-  double best_judged = -1.0;
+  double most_likely = -std::numeric_limits<double>::infinity();
   for (int k = -turns; k <= turns; ++k) {
     const double heading = centre.heading + k * poses.turn_step;
     turn_points(heading);
@@ -124,12 +134,12 @@ Matcher::Match Matcher::best_of(const Poses& poses, bool fine, const Window& win
       for (int i = -offsets; i <= offsets; ++i) {
         const Pose pose{centre.x + i * poses.offset_step, centre.y + j * poses.offset_step, heading};
         const double score = fine ? fine_score(pose.x, pose.y) : coarse_score(pose.x, pose.y);
-        const double away = distance(position(pose), position(expected_)) / window.offset;
-        const double turned = wrapped(heading - expected_.heading) / window.turn;
-        const double judged = score * (1.0 - kPenalty * std::min(1.0, 0.5 * (away * away + turned * turned)));
-        if (judged <= best_judged) continue;
-        best_judged = judged;
-        best = {pose, score};
+        scores_.push_back(static_cast<float>(score));
+        const double likely = judged(pose, score, known);
+        if (likely <= most_likely) continue;
+        most_likely = likely;
+        best.pose = pose;
+        best.score = score;
       }
     }
   }
@@ -140,24 +150,98 @@ Matcher::Match Matcher::best_of(const Poses& poses, bool fine, const Window& win
   return best;
 }
 
+Matcher::Match Matcher::polished(Match match, const PoseMatrix& known) {
+  constexpr int kRounds = 2;  // an offset and a turn may make up for one another
+  const auto judge = [&](const Pose& pose) {
+    turn_points(pose.heading);
+    match.score = fine_score(pose.x, pose.y);
+    work_.candidates += kCellsInterpolated * near_.size();
+    return judged(pose, match.score, known);
+  };
+  double likely = judge(match.pose);
+  const auto move = [&](double Pose::*axis, double step) {
+    Pose before = match.pose;
+    Pose after = match.pose;
+    before.*axis -= step;
+    after.*axis += step;
+    const double falls_before = likely - judge(before);
+    const double falls_after = likely - judge(after);
+    const double curvature = falls_before + falls_after;
+    if (curvature <= 0.0) return;
+    Pose peak = match.pose;
+    peak.*axis += step * std::clamp(0.5 * (falls_before - falls_after) / curvature, -1.0, 1.0);
+    const double at_peak = judge(peak);
+    if (at_peak <= likely) return;
+    likely = at_peak;
+    match.pose = peak;
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    move(&Pose::heading, kFineTurn);
+    move(&Pose::x, kFineStep);
+    move(&Pose::y, kFineStep);
+  }
+  judge(match.pose);
+  match.pose.heading = wrapped(match.pose.heading);
+  return match;
+}
+
+PoseMatrix Matcher::spread_of(const Poses& poses) const {
+  const int offsets = steps_to_each_side(poses.offset, poses.offset_step);
+  const int turns = steps_to_each_side(poses.turn, poses.turn_step);
+  const double facts = static_cast<double>(near_.size()) / kPointsPerFact;
+  const auto best = static_cast<double>(*std::max_element(scores_.begin(), scores_.end()));
+  double sum = 0.0;
+  Pose mean;
+  PoseMatrix squares;
+  std::size_t at = 0;
+  for (int k = -turns; k <= turns; ++k) {
+    for (int j = -offsets; j <= offsets; ++j) {
+      for (int i = -offsets; i <= offsets; ++i) {
+        const double less_likely = facts * (best - static_cast<double>(scores_[at++]));
+        if (less_likely > kUnlikely) continue;
+        const double weight = std::exp(-less_likely);
+        const Pose off{i * poses.offset_step, j * poses.offset_step, k * poses.turn_step};
+        sum += weight;
+        mean = {mean.x + weight * off.x, mean.y + weight * off.y, mean.heading + weight * off.heading};
+        squares = squares + PoseMatrix{weight * off.x * off.x,       weight * off.x * off.y,
+                                       weight * off.x * off.heading, weight * off.y * off.y,
+                                       weight * off.y * off.heading, weight * off.heading * off.heading};
+      }
+    }
+  }
+  mean = {mean.x / sum, mean.y / sum, mean.heading / sum};
+  return {squares.xx / sum - mean.x * mean.x,       squares.xy / sum - mean.x * mean.y,
+          squares.xh / sum - mean.x * mean.heading, squares.yy / sum - mean.y * mean.y,
+          squares.yh / sum - mean.y * mean.heading, squares.hh / sum - mean.heading * mean.heading};
+}
+
 void Matcher::take_near(const std::vector<Point>& points) {
   near_.clear();
   std::copy_if(points.begin(), points.end(), std::back_inserter(near_),
                [](const Point& point) { return std::hypot(point.x, point.y) <= kReach; });
 }
 
-Matcher::Match Matcher::match(const std::vector<Point>& points, const Window& window) {
+Matcher::Match Matcher::match(const std::vector<Point>& points, const Window& window, const PoseMatrix& known) {
   take_near(points);
-  if (near_.empty()) return {expected_, 0.0};
-  const Match coarse = best_of({expected_, window.offset, kCoarseStep, window.turn, kCoarseTurn}, false, window);
-  return best_of({coarse.pose, kCoarseStep, kFineStep, kCoarseTurn, kFineTurn}, true, window);
+  if (near_.empty()) return {expected_, 0.0, {}};
+  const Poses all{expected_, window.offset, kCoarseStep, window.turn, kCoarseTurn};
+  const Match coarse = best_of(all, false, known);
+  const PoseMatrix places = spread_of(all);
+  const Poses around{coarse.pose, kCoarseStep, kFineStep, kCoarseTurn, kFineTurn};
+  Match fine = best_of(around, true, known);
+  fine.covariance = places + spread_of(around) + covariance_of(kOffsetFloor, kOffsetFloor, kTurnFloor);
+  return polished(fine, known);
 }
 
-Matcher::Match Matcher::refine(const std::vector<Point>& points, const Pose& around, const Window& window) {
+Matcher::Match Matcher::refine(const std::vector<Point>& points, const Pose& around, const Window& window,
+                               const PoseMatrix& known) {
   take_near(points);
-  if (near_.empty()) return {around, 0.0};
+  if (near_.empty()) return {around, 0.0, {}};
   expected_ = around;
-  return best_of({around, window.offset, kFineStep, window.turn, kFineTurn}, true, window);
+  const Poses all{around, window.offset, kFineStep, window.turn, kFineTurn};
+  Match fine = best_of(all, true, known);
+  fine.covariance = spread_of(all) + covariance_of(kOffsetFloor, kOffsetFloor, kTurnFloor);
+  return polished(fine, known);
 }
 
 }  // namespace ctn::navigation

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "grid.h"
-#include "pose_graph.h"
 #include "scan_filter.h"
 #include "testing/analytic_world.h"
 
@@ -82,41 +81,72 @@ TEST(Matcher, CountsTheSameWorkForTheSameWindow) {
   EXPECT_EQ(work_of({}), small);
 }
 
-TEST(PoseGraph, BendsAWayWhoseEndIsKnownToWhereItWas) {
-  // Round a square, with an odometer that turns too little; the last pose was seen to be at the first.
-  std::vector<Pose> truth{{0.0, 0.0, 0.0}};
-  std::vector<Pose> poses{{0.0, 0.0, 0.0}};
-  std::vector<Constraint> constraints;
-  for (std::size_t i = 0; i < 40; ++i) {
-    const double turn = i % 10 == 9 ? std::numbers::pi / 2.0 : 0.0;
-    truth.push_back(transformed(truth.back(), Pose{0.5, 0.0, turn}));
-    const Pose measured{0.5, 0.0, turn - 0.01};
-    poses.push_back(transformed(poses.back(), measured));
-    constraints.push_back({i, i + 1, measured, 1.0});
-  }
-  const double before = distance(position(poses.back()), position(truth.back()));
-  ASSERT_GT(before, 0.5);
-  constraints.push_back({0, 40, between(truth[0], truth[40]), 100.0});
-  relax(poses, constraints);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    EXPECT_LT(distance(position(poses[i]), position(truth[i])), 0.5 * before) << i;
-  }
-  EXPECT_LT(distance(position(poses.back()), position(truth.back())), 0.05);
-  EXPECT_EQ(poses.front(), truth.front());
+// A scan in a corridor along the x axis, 2.5 m wide, in which nothing but its walls can be seen.
+std::vector<Point> points_in_corridor(const Pose& pose, std::uint64_t seed) {
+  AnalyticWorld world({}, pose, {.range = 0.01}, seed);
+  testing::add_box(world.walls(), -40.0, 0.0, 40.0, 2.5);
+  return ScanFilter{}.run(world.scan(), world.odometry()).scan->points;
 }
 
-TEST(PoseGraph, LeavesWhatAgrees) {
-  std::vector<Pose> poses{{1.0, 2.0, 0.5}, {2.0, 2.0, 0.1}, {2.0, 3.0, -3.0}};
-  const std::vector<Pose> before = poses;
-  const std::vector<Constraint> constraints{{0, 1, between(poses[0], poses[1]), 1.0},
-                                            {1, 2, between(poses[1], poses[2]), 1.0},
-                                            {0, 2, between(poses[0], poses[2]), 5.0}};
-  EXPECT_LT(relax(poses, constraints), 1e-20);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    EXPECT_NEAR(poses[i].x, before[i].x, 1e-9);
-    EXPECT_NEAR(poses[i].y, before[i].y, 1e-9);
-    EXPECT_NEAR(poses[i].heading, before[i].heading, 1e-9);
+// What a robot has seen on the last metres before x = 0, in a map whose axes are turned by `turn`.
+void see_corridor(Matcher& matcher, double turn) {
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const Pose pose{-0.45 * static_cast<double>(i + 1), 1.25, 0.0};
+    matcher.add(transformed(Pose{0.0, 0.0, turn}, pose), points_in_corridor(pose, i + 1));
   }
+}
+
+TEST(Matcher, KnowsThatACorridorSaysNothingAlongItsAxis) {
+  for (const double turn : {0.0, 0.7}) {  // also where the axis is not one of the grid's
+    const Pose in_corridor{0.0, 1.25, 0.05};
+    Matcher matcher;
+    matcher.start(transformed(Pose{0.0, 0.0, turn}, in_corridor));
+    see_corridor(matcher, turn);
+    const Matcher::Match match = matcher.match(points_in_corridor(in_corridor, 99), {});
+    const PoseMatrix covariance = turned(match.covariance, -turn);  // along the corridor's axes
+    const PoseMatrix information = inverse(covariance);
+    EXPECT_GT(std::sqrt(covariance.xx), 0.1);  // the window is 0.32 to each side
+    EXPECT_LT(std::sqrt(covariance.yy), 0.03);
+    EXPECT_LT(std::sqrt(covariance.hh), 0.01);
+    EXPECT_LT(information.xx, 0.02 * information.yy);
+  }
+  // In a room both directions are as sure.
+  const Pose here{2.0, 2.0, 0.3};
+  Matcher matcher;
+  matcher.start(here);
+  matcher.add(here, points_seen_from(here));
+  const PoseMatrix covariance = matcher.match(points_seen_from(here), {}).covariance;
+  EXPECT_LT(std::sqrt(covariance.xx), 0.02);
+  EXPECT_LT(std::sqrt(covariance.yy), 0.02);
+}
+
+TEST(Matcher, LeavesTheWayAlongACorridorToWhatWasKnown) {
+  const Pose truth{0.0, 1.3, 0.03};
+  const Pose expected{0.1, 1.26, 0.01};
+  Matcher matcher;
+  matcher.start(expected);
+  see_corridor(matcher, 0.0);
+  const PoseMatrix known = inverse(covariance_of(0.013, 0.05, 0.02));
+  const Matcher::Match match = matcher.match(points_in_corridor(truth, 99), {}, known);
+  EXPECT_NEAR(match.pose.x, expected.x, 0.015);
+  EXPECT_NEAR(match.pose.y, truth.y, 0.015);
+  EXPECT_NEAR(match.pose.heading, truth.heading, 0.004);
+}
+
+TEST(PoseMatrix, TurnsAndInverts) {
+  const PoseMatrix matrix = turned(covariance_of(0.1, 0.4, 0.02), 0.5) + PoseMatrix{0.0, 0.0, 1e-4, 0.0, -2e-4, 0.0};
+  const PoseMatrix back = inverse(inverse(matrix));
+  EXPECT_NEAR(back.xx, matrix.xx, 1e-12);
+  EXPECT_NEAR(back.xy, matrix.xy, 1e-12);
+  EXPECT_NEAR(back.xh, matrix.xh, 1e-12);
+  EXPECT_NEAR(back.yy, matrix.yy, 1e-12);
+  EXPECT_NEAR(back.yh, matrix.yh, 1e-12);
+  EXPECT_NEAR(back.hh, matrix.hh, 1e-12);
+  // Ten centimetres ahead of a robot that looks along y are ten centimetres along y.
+  const PoseMatrix ahead = turned(covariance_of(0.1, 0.0, 0.0), std::numbers::pi / 2.0);
+  EXPECT_NEAR(ahead.xx, 0.0, 1e-12);
+  EXPECT_NEAR(ahead.yy, 0.01, 1e-12);
+  EXPECT_DOUBLE_EQ(squared(inverse(covariance_of(0.1, 0.2, 0.5)), {0.1, 0.2, 0.5}), 3.0);
 }
 
 }  // namespace

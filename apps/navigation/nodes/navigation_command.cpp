@@ -11,7 +11,8 @@ NavigationCommand::Result NavigationCommand::run(const Path& path, const Localiz
   result.command.look_around = path.outcome == Path::Outcome::kNoWay || path.outcome == Path::Outcome::kNothingLeft;
   if (path.outcome != Path::Outcome::kFound || path.points.empty()) return result;
 
-  const Point robot = position(localization.pose_at(odometry));
+  const Pose correction = localization.correction_on(path.anchor);
+  const Point robot = position(transformed(correction, odometry.pose));
   std::size_t nearest = 0;
   for (std::size_t i = 1; i < path.points.size(); ++i) {
     if (distance(path.points[i], robot) < distance(path.points[nearest], robot)) nearest = i;
@@ -29,7 +30,7 @@ NavigationCommand::Result NavigationCommand::run(const Path& path, const Localiz
     return result;
   }
   result.command.stop = false;
-  const Pose to_odometry = inverse(localization.correction);
+  const Pose to_odometry = inverse(correction);
   result.command.carrot = transformed(to_odometry, path.points[carrot]);
   for (std::size_t i = carrot; i < path.points.size() && distance(path.points[i], robot) <= kBeyond; ++i) {
     result.command.beyond.push_back(transformed(to_odometry, path.points[i]));

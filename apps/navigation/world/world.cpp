@@ -153,7 +153,7 @@ void World::take_instant() {
     odometry.pose = pose_;
   } else {
     const std::uint64_t index = 2 * instants_.size();
-    const Drift& drift = options_.drift;
+    const OdometryNoise& drift = options_.drift;
     const double metres = std::abs(distance_since_);
     const double radians = std::abs(turn_since_);
     const double counted = distance_since_ + drift.distance_per_metre * std::sqrt(metres) * drift_noise_.normal(index);

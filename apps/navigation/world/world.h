@@ -44,14 +44,6 @@ struct Laser {
   double noise = 0.01;  // standard deviation of a range
 };
 
-// Errors of what the wheels count, which add up: standard deviations after 1 m or 1 rad. They grow with the square root
-// of the way or turn.
-struct Drift {
-  double distance_per_metre = 0.02;
-  double turn_per_radian = 0.03;
-  double turn_per_metre = 0.01;
-};
-
 enum class AfterContact {
   kStop,  // the robot stops, and cannot go further into a wall; a mover passes through the robot
   kEnd,   // the robot stops for good
@@ -61,7 +53,7 @@ struct WorldOptions {
   std::uint64_t seed = 1;  // of noise, drift, and the phases that the file leaves open
   RobotLimits limits;
   Laser laser;
-  Drift drift;
+  OdometryNoise drift;
   AfterContact after_contact = AfterContact::kStop;
 };
 
