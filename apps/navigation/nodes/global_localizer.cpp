@@ -20,29 +20,6 @@ constexpr std::size_t kLoopPause = 4;      // keyframes between attempts to clos
 constexpr double kLoopDistance = 3.0;      // how near the old keyframes must be
 constexpr double kLoopTurn = 1.0;          // how nearly they must look the same way
 constexpr std::size_t kLoopKeyframes = 7;  // that the scan is matched against
-constexpr double kLoopFits = 0.6;
-constexpr double kMaxConflict = 0.08;  // of the points: what moves makes up less
-constexpr double kLoopWindow = 2.5;    // standard deviations of where the robot may be
-constexpr Matcher::Window kMinLoopWindow{0.24, 0.06};
-constexpr Matcher::Window kMaxLoopWindow{1.2, 0.2};  // the largest that the matcher's grid has room for
-constexpr std::uint64_t kBeamsForPoint = 7;          // that are looked at to say whether a scan saw through it
-
-// `to` less `from`, component by component.
-Pose difference(const Pose& from, const Pose& to) {
-  return {to.x - from.x, to.y - from.y, wrapped(to.heading - from.heading)};
-}
-
-// In which a place is looked for that the robot is uncertain of by so much.
-Matcher::Window window_for(const PoseMatrix& drift) {
-  return {
-      std::clamp(kLoopWindow * std::sqrt(std::max(drift.xx, drift.yy)), kMinLoopWindow.offset, kMaxLoopWindow.offset),
-      std::clamp(kLoopWindow * std::sqrt(drift.hh), kMinLoopWindow.turn, kMaxLoopWindow.turn)};
-}
-
-// Whether two poses that ought to be the same differ by no more than they may, by the sum of their covariances.
-bool agree(const Pose& one, const Pose& other, const PoseMatrix& covariance) {
-  return squared(inverse(covariance), difference(one, other)) <= kOneInThousand;
-}
 
 }  // namespace
 
@@ -135,12 +112,8 @@ std::optional<std::size_t> GlobalLocalizer::nearest_of_long_ago(Work& work) cons
   return nearest;
 }
 
-bool GlobalLocalizer::contradict(std::size_t one, std::size_t other, const Pose& other_from_one, Work& work) const {
-  const Conflict first = conflict(*keyframes_[one].scan, other_from_one, still_[other]);
-  const Conflict second = conflict(*keyframes_[other].scan, inverse(other_from_one), still_[one]);
-  work.beams += kBeamsForPoint * (still_[one].size() + still_[other].size());
-  return static_cast<double>(first.free + second.free) >
-         kMaxConflict * static_cast<double>(first.judged + second.judged);
+Sight GlobalLocalizer::sight(std::size_t keyframe) const {
+  return {keyframes_[keyframe].pose, *keyframes_[keyframe].scan, still_[keyframe]};
 }
 
 void GlobalLocalizer::close_loop(Work& work) {
@@ -155,18 +128,16 @@ void GlobalLocalizer::close_loop(Work& work) {
   for (const Keyframe& keyframe : keyframes_) poses.push_back(keyframe.pose);
   const PoseMatrix drift = turned(covariance_between(poses, constraints_, *old, newest), poses[*old].heading);
   work.expanded += constraints_.size();
-  Matcher matcher;
-  matcher.start(poses[newest]);
+  std::vector<Sight> sights{sight(*old)};
   const std::size_t first = *old - std::min(*old, kLoopKeyframes / 2);
-  for (std::size_t i = first; i < first + kLoopKeyframes && i < newest; ++i) matcher.add(poses[i], still_[i]);
-  const Matcher::Match found = matcher.match(still_[newest], window_for(drift), inverse(drift));
-  work += matcher.take_work();
-  const Pose measured = between(poses[*old], found.pose);
-  if (found.score < kLoopFits || contradict(*old, newest, measured, work) ||
-      !agree(poses[newest], found.pose, drift + found.covariance)) {
-    return;
+  for (std::size_t i = first; i < first + kLoopKeyframes && i < newest; ++i) {
+    if (i != *old) sights.push_back(sight(i));
   }
-  constraints_.push_back({*old, newest, measured, turned(inverse(found.covariance), -poses[*old].heading), true});
+  const std::optional<Recognised> found = recognise(sights, sight(newest), drift, work);
+  if (!found) return;
+
+  constraints_.push_back({*old, newest, between(poses[*old], found->pose),
+                          turned(inverse(found->covariance), -poses[*old].heading), true});
   const Relaxed relaxed = relax(poses, constraints_);
   work.expanded += relaxed.steps * constraints_.size();
   for (std::size_t i = 0; i < poses.size(); ++i) keyframes_[i].pose = poses[i];

@@ -10,10 +10,7 @@
 // through.
 //
 // Where the robot comes back to a place that it left long ago, the scan is matched against the keyframes of that time
-// as well. A loop is closed with the match if
-//   - it fits: most points fall on points of that time,
-//   - neither scan saw through what the other one hit,
-//   - it is where it may be, by all that was measured on the way (a chi-square test with the covariance of the graph).
+// as well. If that holds what loop_closure.h asks for, a loop is closed.
 // The poses of all keyframes are then adjusted by a robust method, which may still leave a closed loop out where others
 // contradict it (pose_graph.h). So the pose may jump. What was planned on a map from before the jump lies relative to
 // the keyframes of that time: Anchor says how to find the robot there, until there is a new map.
@@ -31,6 +28,7 @@
 #include <vector>
 
 #include "geometry.h"
+#include "loop_closure.h"
 #include "matcher.h"
 #include "odometry_error.h"
 #include "pose_graph.h"
@@ -99,7 +97,7 @@ class GlobalLocalizer {
   void leave_out_what_moved(Work& work);
   void close_loop(Work& work);
   std::optional<std::size_t> nearest_of_long_ago(Work& work) const;
-  bool contradict(std::size_t one, std::size_t other, const Pose& other_from_one, Work& work) const;
+  Sight sight(std::size_t keyframe) const;
   void outdate_oldest_like_newest(Work& work);
   // The field of the newest keyframes before `end` that are around `pose`.
   void draw_field(const Pose& pose, std::size_t end);

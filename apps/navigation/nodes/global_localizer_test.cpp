@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "global_mapper.h"
+#include "navigation_command.h"
 #include "testing/analytic_world.h"
 
 namespace ctn::navigation {
@@ -122,6 +123,36 @@ TEST(GlobalLocalizer, ClosesALoopWhenItComesBack) {
   EXPECT_LT(error_of(tour.last.localization, world), 0.5);
 }
 
+// Closing a loop moves keyframes. What was planned on the map from before lies where it did beside its newest keyframe.
+TEST(GlobalLocalizer, FindsTheRobotOnAMapFromBeforeALoopWasClosed) {
+  const Pose old_keyframe{4.0, 2.0, 0.3};
+  const Pose robot_there{4.6, 2.3, 0.5};
+  Localization localization;
+  EXPECT_EQ(localization.correction_on({}), localization.correction);
+
+  const Anchor anchor{2, old_keyframe};
+  const Pose moved{0.3, -0.2, 0.02};  // the whole map around
+  Odometry odometry;
+  odometry.pose = {1.0, 0.0, 0.1};
+  localization.keyframes = std::make_shared<const std::vector<Keyframe>>(
+      std::vector<Keyframe>{{{}, nullptr}, {transformed(moved, old_keyframe), nullptr}, {{9.0, 9.0, 1.0}, nullptr}});
+  localization.correction = transformed(transformed(moved, robot_there), inverse(odometry.pose));
+  const Pose found = localization.pose_on(anchor, odometry);
+  EXPECT_NEAR(found.x, robot_there.x, 1e-9);
+  EXPECT_NEAR(found.y, robot_there.y, 1e-9);
+  EXPECT_NEAR(found.heading, robot_there.heading, 1e-9);
+  EXPECT_EQ(localization.pose_on({}, odometry), localization.pose_at(odometry));
+
+  Path path;
+  path.outcome = Path::Outcome::kFound;
+  path.anchor = anchor;
+  for (int i = 0; i < 20; ++i) path.points.push_back(transformed(robot_there, Point{0.2 * i, 0.0}));
+  const Command command = NavigationCommand{}.run(path, localization, odometry).command;
+  const Point ahead = transformed(inverse(odometry.pose), command.carrot);
+  EXPECT_NEAR(ahead.x, NavigationCommand::kLookahead, 1e-9);
+  EXPECT_NEAR(ahead.y, 0.0, 1e-9);
+}
+
 TEST(GlobalMapper, MapsWhatTheKeyframesSaw) {
   AnalyticWorld world(two_rooms(), {2.0, 2.0, 0.0});
   Tour tour(world);
@@ -130,6 +161,8 @@ TEST(GlobalMapper, MapsWhatTheKeyframesSaw) {
   }
   GlobalMapper mapper;
   const SharedMap map = mapper.run(tour.last.localization).map;
+  EXPECT_EQ(map->anchor.keyframes, tour.last.localization.keyframes->size());
+  EXPECT_EQ(map->anchor.newest, tour.last.localization.keyframes->back().pose);
   EXPECT_EQ(map->at({2.0, 2.0}), Cell::kFree);
   EXPECT_EQ(map->at({5.0, 3.0}), Cell::kFree);       // the doorway
   EXPECT_EQ(map->at({-1.0, 3.0}), Cell::kUnknown);   // outside

@@ -6,9 +6,9 @@
 namespace ctn::navigation {
 namespace {
 
-constexpr std::size_t kBeside = 3;      // beams to each side: a wall that they graze is nearer for one of them
-constexpr double kWellBeyond = 0.3;     // what moves covers more from keyframe to keyframe
-constexpr double kReachOfSight = 10.0;  // farther places are seen too coarsely
+constexpr std::size_t kBeside = kBeamsForPoint / 2;  // to each side: a wall that beams graze is nearer for one of them
+constexpr double kWellBeyond = 0.3;                  // what moves covers more from keyframe to keyframe
+constexpr double kReachOfSight = 10.0;               // farther places are seen too coarsely
 
 }  // namespace
 
@@ -17,8 +17,8 @@ Seen seen(const CleanScan& scan, const Point& place) {
   const double away = std::hypot(place.x, place.y);
   const auto last = static_cast<double>(scan.ranges.size() - 1);
   const double at = (std::atan2(place.y, place.x) / scan.field + 0.5) * last;
-  constexpr auto kMargin = static_cast<double>(kBeside);
-  if (away > kReachOfSight || !(at >= kMargin) || at > last - kMargin) return Seen::kUnknown;
+  constexpr auto kEdge = static_cast<double>(kBeside);
+  if (away > kReachOfSight || !(at >= kEdge) || at > last - kEdge) return Seen::kUnknown;
   const auto beam = static_cast<std::size_t>(std::lround(at));
   for (std::size_t i = beam - kBeside; i <= beam + kBeside; ++i) {
     const auto range = static_cast<double>(scan.ranges[i]);

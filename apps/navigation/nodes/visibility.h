@@ -12,6 +12,8 @@
 
 namespace ctn::navigation {
 
+inline constexpr std::size_t kBeamsForPoint = 7;  // that are looked at to say what a scan says of a place
+
 enum class Seen { kUnknown, kFree, kOther };
 
 // What `scan` says of a place, as seen from its robot. kFree: the beams around all end well beyond it. kOther: they go
