@@ -11,7 +11,7 @@ namespace ctn::navigation {
 namespace {
 
 constexpr double kLoopFits = 0.6;      // the lowest score
-constexpr double kMaxConflict = 0.03;  // of the points: on map 2 there are more in 3 % of the true matches
+constexpr double kMaxConflict = 0.03;  // of the points: on map 2 more in 7 % of the true matches
 constexpr double kDeviations = 2.5;    // of where the robot may be, that the window is wide
 constexpr Matcher::Window kMinWindow{0.24, 0.06};
 constexpr Matcher::Window kMaxWindow{1.2, 0.2};  // the matcher's grid has no room for more
