@@ -114,16 +114,18 @@ void Tracker::add_corners(const CameraFrame& frame, Result& result) {
   const auto index = [&](const cv::Point2f& pixel) {
     const int column = std::clamp(static_cast<int>(pixel.x) * columns / model_.width, 0, columns - 1);
     const int row = std::clamp(static_cast<int>(pixel.y) * rows / model_.height, 0, rows - 1);
-    return static_cast<std::size_t>(row * columns + column);
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
   };
-  std::vector<int> filled(static_cast<std::size_t>(columns * rows), 0);
+  std::vector<int> filled(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
   for (const Feature& feature : features_) ++filled[index(feature.pixel)];
 
   const cv::Rect whole(kMargin, kMargin, model_.width - 2 * kMargin, model_.height - 2 * kMargin);
   cv::Mat strength;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      const int missing = settings_.features_in_cell - filled[static_cast<std::size_t>(row * columns + column)];
+      const std::size_t here =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+      const int missing = settings_.features_in_cell - filled[here];
       if (missing <= 0) continue;
       const cv::Point begin(column * model_.width / columns, row * model_.height / rows);
       const cv::Point end((column + 1) * model_.width / columns, (row + 1) * model_.height / rows);
