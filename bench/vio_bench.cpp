@@ -26,11 +26,11 @@
 #include "program/slowed.h"
 #include "vio/cost.h"
 #include "vio/integrator.h"
-#include "vio/testing/euroc.h"
 #include "vio/testing/painted_room.h"
 #include "vio/testing/synthetic.h"
 #include "vio/trajectory_error.h"
 #include "vio/vio.h"
+#include "world/euroc.h"
 
 namespace {
 
@@ -181,20 +181,20 @@ int print(const Measured& measured) {
 }
 
 int run_euroc(const std::string& folder) {
-  const ctn::Result<testing::Euroc> euroc = testing::read_euroc(folder);
+  const ctn::Result<world::Euroc> euroc = world::read_euroc(folder);
   if (!euroc) {
     fmt::print(stderr, "{}\n", euroc.error().message());
     return 1;
   }
   Measured measured;
   for (const State& state : euroc->truth) measured.truth.push_back({state.time, state.pose});
-  Nodes nodes(testing::euroc_camera());
+  Nodes nodes(euroc->camera);
   std::size_t next = 0;
-  for (const testing::EurocPicture& picture : euroc->pictures) {
-    for (; next < euroc->samples.size() && euroc->samples[next].time <= picture.time; ++next) {
-      take(nodes, euroc->samples[next], measured);
+  for (const world::PictureFile& picture : euroc->pictures) {
+    for (; next < euroc->imu.size() && euroc->imu[next].time <= picture.time; ++next) {
+      take(nodes, euroc->imu[next], measured);
     }
-    if (!take(nodes, cv::imread(picture.file, cv::IMREAD_GRAYSCALE), picture.time, measured)) return 1;
+    if (!take(nodes, cv::imread(picture.path, cv::IMREAD_GRAYSCALE), picture.time, measured)) return 1;
   }
   return print(measured);
 }

@@ -6,13 +6,13 @@
 #include <sstream>
 #include <utility>
 
-#include "detector/fingerprint.h"
+#include "program/fingerprint.h"
 
 namespace ctn::navigation::run {
 namespace {
 
 std::string fingerprint_of(const std::string& text) {
-  Fingerprint fingerprint;
+  program::Fingerprint fingerprint;
   fingerprint.add(text);
   return fmt::format("{:016x}", fingerprint.value());
 }

@@ -1,6 +1,4 @@
 // VIO on a piece of the EuRoC data set, which is no part of the project: CATAN_EUROC names the folder that has mav0.
-#include "vio/testing/euroc.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -10,6 +8,7 @@
 
 #include "vio/trajectory_error.h"
 #include "vio/vio.h"
+#include "world/euroc.h"
 
 namespace ctn::vr {
 namespace {
@@ -17,9 +16,9 @@ namespace {
 TEST(Euroc, VioIsWithin30Centimetres) {
   const char* const folder = std::getenv("CATAN_EUROC");
   if (folder == nullptr) GTEST_SKIP() << "set CATAN_EUROC to the folder of a EuRoC sequence, which has mav0 in it";
-  const Result<testing::Euroc> euroc = testing::read_euroc(folder);
+  const Result<world::Euroc> euroc = world::read_euroc(folder);
   ASSERT_TRUE(euroc) << euroc.error().message();
-  const CameraModel model = testing::euroc_camera();
+  const CameraModel& model = euroc->camera;
   Camera camera(model);
   Vio vio(model);
   // Sequences begin at rest or not.
@@ -28,12 +27,12 @@ TEST(Euroc, VioIsWithin30Centimetres) {
   std::vector<StampedPose> truth;
   for (const State& state : euroc->truth) truth.push_back({state.time, state.pose});
   std::size_t next = 0;
-  for (const testing::EurocPicture& picture : euroc->pictures) {
-    for (; next < euroc->samples.size() && euroc->samples[next].time <= picture.time; ++next) {
-      vio.add(euroc->samples[next]);
+  for (const world::PictureFile& picture : euroc->pictures) {
+    for (; next < euroc->imu.size() && euroc->imu[next].time <= picture.time; ++next) {
+      vio.add(euroc->imu[next]);
     }
-    const Result<CameraFrame> frame = camera.run(cv::imread(picture.file, cv::IMREAD_GRAYSCALE), picture.time);
-    ASSERT_TRUE(frame) << picture.file << ": " << frame.error().message();
+    const Result<CameraFrame> frame = camera.run(cv::imread(picture.path, cv::IMREAD_GRAYSCALE), picture.time);
+    ASSERT_TRUE(frame) << picture.path << ": " << frame.error().message();
     const Vio::Result result = vio.run(*frame);
     if (result.state) estimated.push_back({picture.time, result.state->pose});
   }
@@ -41,12 +40,6 @@ TEST(Euroc, VioIsWithin30Centimetres) {
   EXPECT_GT(error.poses, 80U);
   EXPECT_LT(error.position_rmse, 0.3);
   RecordProperty("ate_mm", static_cast<int>(1000.0 * error.position_rmse));
-}
-
-TEST(Euroc, AFolderWithoutASequenceIsAnError) {
-  const Result<testing::Euroc> euroc = testing::read_euroc("/nowhere");
-  ASSERT_FALSE(euroc);
-  EXPECT_EQ(euroc.error().kind(), ErrorKind::kEnvironment);
 }
 
 }  // namespace
