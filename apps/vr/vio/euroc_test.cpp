@@ -1,4 +1,6 @@
 // VIO on a piece of the EuRoC data set, which is no part of the project: CATAN_EUROC names the folder that has mav0.
+#include "world/euroc.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -8,7 +10,6 @@
 
 #include "vio/trajectory_error.h"
 #include "vio/vio.h"
-#include "world/euroc.h"
 
 namespace ctn::vr {
 namespace {
