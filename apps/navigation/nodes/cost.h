@@ -38,7 +38,7 @@ inline constexpr std::array<CostFactors, 7> kCostFactors{{
     {.run = 46'710},
     {.cell = 4.495},
     {.run = 388'461, .candidate = 5.117},
-    {.cell = 0.755, .candidate = 0.817, .expanded = 335.3},
+    {.beam = 12.25, .cell = 0.532, .candidate = 0.837, .expanded = 220.4},
     {.run = 491'663, .beam = 168.9, .cell = 0.858},
     {.run = 136'163, .cell = 1.850, .expanded = 171.9},
     {.run = 2'030, .candidate = 13.14},
