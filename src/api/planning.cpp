@@ -8,6 +8,7 @@
 #include "paper/paper.h"
 #include "plan/json.h"
 #include "planner/expected.h"
+#include "policy/planned.h"
 
 namespace ctn {
 namespace {
@@ -30,11 +31,12 @@ Result<std::string> make_plan(const std::string& app_file, const PlanningOptions
   if (!known) return known.error();
   const int cores = options.cores != 0 ? options.cores : app.core_count().value_or(1);
   const double slack = app.scheduler.slack.value_or(graph::kDefaultSlack);
-  const Result<plan::Plan> plan =
+  Result<plan::Plan> plan =
       by_paper ? paper::make_plan(app, known->costs, {.cores = cores, .slack = slack})
                : planner::make_expected_plan(app, known->samples, known->costs,
                                              {.cores = cores, .slack = slack, .effort = options.effort});
   if (!plan) return plan.error();
+  policy::say_what_is_known(*plan, known->costs, {}, app.graph);
   return plan::to_json(*plan, app);
 }
 

@@ -25,6 +25,7 @@
 #include "planner/expected.h"
 #include "planner/explain.h"
 #include "planner/planner.h"
+#include "policy/planned.h"
 #include "rate_plan_output.h"
 #include "scheduling_options.h"
 #include "status_line.h"
@@ -149,12 +150,13 @@ int make(PlanOptions options) {
             .samples = std::move(known->samples),
             .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
   if (const RateMethod rates = rate_method(options.planner)) return make_rates(task, rates, options.json);
-  const auto plan = timed(
+  auto plan = timed(
       [&] { return by_paper ? paper::make_plan(app, task.costs, {.cores = cores, .slack = *slack}) : planned(task); });
   if (!plan) return report_error(plan.error());
   if (const auto proof = plan::validate(*plan, app, task.costs, cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
+  policy::say_what_is_known(*plan, task.costs, {}, app.graph);
   std::optional<planner::Explanation> why;
   if (options.explain) why = explained(task, *plan);
   print(shown(*plan, app, why ? &*why : nullptr, options.json));

@@ -79,7 +79,9 @@ void Drive::move(const Motion& motion) {
 
 void Drive::guided(const Guidance& guidance) {
   advance(guidance.at);
-  if (!over()) findings_.guidance_ages.push_back({guidance.at, guidance.at - guidance.stamp});
+  if (over()) return;
+  findings_.guidance_ages.push_back({guidance.at, guidance.at - guidance.stamp});
+  findings_.pose_errors.push_back(distance(position(guidance.pose), position(world_.truth_at(guidance.stamp))));
 }
 
 void Drive::planned(const Planned& planned) {

@@ -49,6 +49,7 @@ struct Findings {
   double explored = 0.0;                                   // share of the free space
   std::optional<std::chrono::nanoseconds> explored_90_at;  // to half a second
   std::vector<AgeSample> guidance_ages;                    // of the odometry behind NC's commands
+  std::vector<double> pose_errors;                         // metres, of the poses behind these commands
   std::vector<AgeSample> scan_ages;                        // of the scans behind LP's velocities
   std::vector<Appearance> appearances;                     // in the order of their times
   std::vector<std::chrono::nanoseconds> detections;        // when the detector gave an output

@@ -62,7 +62,7 @@ TEST(Drive, EndsAtTheGoalAndCountsNothingAfterwards) {
   EXPECT_NEAR(std::chrono::duration<double>(*findings.reached_at).count(), 0.75 + (3.7 - 0.28125) / 0.75, 0.002);
   EXPECT_NEAR(findings.way, 3.7, 0.02);
   EXPECT_LT(findings.lasted, 5.4s);
-  drive.guided({11s, 10s});
+  drive.guided({11s, 10s, {}});
   drive.move({11s, {0.75, 0.0}, nullptr});
   drive.advance(60s);
   EXPECT_TRUE(drive.findings().contacts.empty()) << "it stops at the goal";
@@ -71,12 +71,21 @@ TEST(Drive, EndsAtTheGoalAndCountsNothingAfterwards) {
 
 TEST(Drive, AgesCountFromTheScan) {
   Drive drive(hall(), 1);
-  drive.guided({130ms, 100ms});
+  drive.guided({130ms, 100ms, {}});
   drive.move({150ms, {}, shared(empty_map(120ms, {1, 5, 0}))});
   EXPECT_THAT(drive.findings().guidance_ages, ::testing::ElementsAre(AgeSample{130ms, 30ms}));
   EXPECT_THAT(drive.findings().scan_ages, ::testing::ElementsAre(AgeSample{150ms, 30ms}));
   drive.detected({170ms});
   EXPECT_THAT(drive.findings().detections, ::testing::ElementsAre(170ms));
+}
+
+TEST(Drive, ThePoseOfACommandIsComparedWithTheTrueOne) {
+  Drive drive(hall(), 1);
+  drive.advance(100ms);
+  const Pose start = hall().start;
+  drive.guided({130ms, 100ms, {start.x + 0.3, start.y - 0.4, start.heading + 1.0}});
+  ASSERT_EQ(drive.findings().pose_errors.size(), 1U);
+  EXPECT_NEAR(drive.findings().pose_errors[0], 0.5, 1e-9) << "it has not moved";
 }
 
 TEST(Drive, TheLaserGivesAScanOnceIn20Ms) {

@@ -33,6 +33,7 @@ struct Motion {
 struct Guidance {
   std::chrono::nanoseconds at{};
   std::chrono::nanoseconds stamp{};  // of the odometry, and so of the scan, that the command goes back to
+  Pose pose;                         // where GL took the robot to be at that instant
 };
 
 // GP gave a path.

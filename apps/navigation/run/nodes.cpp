@@ -151,7 +151,7 @@ void Nodes::add_global(Host& host, std::vector<Functions>& functions) {
       return run.skip_output();
     }
     const NavigationCommand::Result result = commander_.run(**path, (*fix)->localization, (*fix)->odometry);
-    guidance_ = Guidance{{}, result.command.stamp};
+    guidance_ = Guidance{{}, result.command.stamp, (*fix)->localization.pose_at((*fix)->odometry)};
     commands.write(run, std::make_shared<const Command>(result.command));
     charge(run, Node::kNavigationCommand, result.work);
   };

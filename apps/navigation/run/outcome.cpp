@@ -159,6 +159,9 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
   figures.push_back({"staleness_ms_p95", percentile_of(guidance, 95.0)});
   figures.push_back({"scan_age_ms_mean", mean_of(scans)});
   figures.push_back({"scan_age_ms_p95", percentile_of(scans, 95.0)});
+  figures.push_back({"pose_error_m_mean", mean_of(found.pose_errors)});
+  figures.push_back({"pose_error_m_p95", percentile_of(found.pose_errors, 95.0)});
+  figures.push_back({"pose_error_m_max", percentile_of(found.pose_errors, 100.0)});
   figures.push_back({"appearances", static_cast<double>(found.appearances.size())});
   figures.push_back({"reacted", static_cast<double>(reactions.size())});
   figures.push_back({"reaction_ms_mean", mean_of(reactions)});
