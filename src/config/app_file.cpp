@@ -10,6 +10,7 @@
 
 #include "config/app_reader.h"
 #include "config/problems.h"
+#include "config/ros_binding.h"
 #include "config/yaml.h"
 #include "graph/build.h"
 
@@ -24,6 +25,7 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
   if (!reader.all_read()) return std::move(problems).to_error();
   auto app = graph::build_app(spec);
   if (!app) problems.merge(app.error());
+  if (problems.empty()) static_cast<void>(read_ros_bindings(*root, *app, problems));
   if (!problems.empty()) return std::move(problems).to_error();
   return app;
 }

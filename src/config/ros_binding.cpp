@@ -1,0 +1,177 @@
+#include "config/ros_binding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/text.h"
+#include "config/read.h"
+
+namespace ctn::config {
+namespace {
+
+constexpr std::array<std::string_view, 4> kRosKeys{"node", "topic", "timer", "service"};
+constexpr std::array<std::string_view, 2> kBindFileKeys{"catan", "ros"};
+constexpr std::string_view kRosHint =
+    "write it as in {node: /mapper, topic: /scan}, {node: /mapper, timer: 100ms} or {node: /mapper, service: /save}";
+
+std::optional<std::string> read_ros_name(const Value& value, const std::string& key, Problems& problems) {
+  const std::optional<graph::Name> name = read_name(value, key, problems);
+  if (!name) return std::nullopt;
+  const std::string& text = name->value;
+  const bool has_blanks =
+      std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) <= ' '; });
+  if (text.size() > 1 && text.front() == '/' && !has_blanks) return text;
+  problems.add(value.place, key, fmt::format("{} is not the full name of anything in ROS", quote(text)),
+               "begin it with a slash, as rosnode list and rostopic list print it: /mapper, /robot/scan");
+  return std::nullopt;
+}
+
+class Collected {
+ public:
+  Collected(const graph::App& app, Problems& problems) : app_(app), problems_(problems) {}
+
+  void add(const Entry& entry, const Value& value, const std::string& key) {
+    std::optional<RosCallback> callback = read_ros_callback(value, key, problems_);
+    if (!callback) return;
+    const std::optional<NodeId> node = app_.graph.find_node(entry.key);
+    if (!node) {
+      problems_.add(entry.place, key, fmt::format("app {} has no node {}", app_.name, quote(entry.key)),
+                    "write a name from its nodes section");
+    } else if (app_.graph.node(*node).external) {
+      problems_.add(value.place, key, "an external node is not scheduled, so it has no callback",
+                    "leave ros: out, or external: true");
+    } else if (std::none_of(list_.begin(), list_.end(), [&](const RosBinding& b) { return b.node == *node; })) {
+      check_single(*node, *callback, key);
+      list_.push_back({*node, std::move(*callback)});
+    }
+  }
+
+  std::vector<RosBinding> take() {
+    std::sort(list_.begin(), list_.end(), [](const auto& a, const auto& b) { return a.node.index() < b.node.index(); });
+    return std::move(list_);
+  }
+
+ private:
+  void check_single(NodeId node, const RosCallback& callback, const std::string& key) {
+    const auto other =
+        std::find_if(list_.begin(), list_.end(), [&](const RosBinding& b) { return b.callback.same_as(callback); });
+    if (other == list_.end()) return;
+    problems_.add(callback.place, key,
+                  fmt::format("nodes {} and {} are the same callback", quote(app_.graph.node(other->node).name),
+                              quote(app_.graph.node(node).name)),
+                  "a callback is one node: remove one of the two");
+  }
+
+  const graph::App& app_;
+  Problems& problems_;
+  std::vector<RosBinding> list_;
+};
+
+const Value* value_at(const Value& map, std::string_view key) {
+  const auto found =
+      std::find_if(map.entries.begin(), map.entries.end(), [&](const Entry& entry) { return entry.key == key; });
+  return found == map.entries.end() ? nullptr : &found->value;
+}
+
+// Its shape is right: the app has been read from it.
+void collect_app_file(const Value& root, Collected& collected) {
+  const Value* const nodes = value_at(root, "nodes");
+  if (nodes == nullptr) return;
+  for (const Entry& entry : nodes->entries) {
+    const Value* const ros = value_at(entry.value, "ros");
+    if (ros != nullptr) collected.add(entry, *ros, join_key(join_key("nodes", entry.key), "ros"));
+  }
+}
+
+void collect_bind_file(const Value& root, Collected& collected, Problems& problems) {
+  constexpr std::string_view kHint = "begin the file with catan: 1, and go on with ros:";
+  if (!expect(root, ValueKind::kMap, "", kHint, problems)) return;
+  const MapReader map(root, "", kBindFileKeys, problems);
+  const Value* const version = map.find("catan");
+  if (version == nullptr) {
+    problems.add(root.place, "catan", "the version of the format is missing", "begin the file with catan: 1");
+  } else if (expect(*version, ValueKind::kScalar, "catan", "write catan: 1", problems) && version->text != "1") {
+    problems.add(version->place, "catan", fmt::format("version {} of the format is not known", quote(version->text)),
+                 "write catan: 1");
+  }
+  const Value* const ros = map.find("ros");
+  if (ros == nullptr) {
+    problems.add(root.place, "ros", "the callbacks are missing", "add ros: with one entry a node");
+  } else if (expect(*ros, ValueKind::kMap, "ros", "write one entry a node, as in GL: {node: /gl, topic: /scan}",
+                    problems)) {
+    for (const Entry* entry : read_entries(*ros, "ros", problems)) {
+      collected.add(*entry, entry->value, join_key("ros", entry->key));
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<RosCallback> read_ros_callback(const Value& value, const std::string& key, Problems& problems) {
+  if (!expect(value, ValueKind::kMap, key, kRosHint, problems)) return std::nullopt;
+  const MapReader map(value, key, kRosKeys, problems);
+  const Value* const node = map.find("node");
+  const Value* const topic = map.find("topic");
+  const Value* const timer = map.find("timer");
+  const Value* const service = map.find("service");
+  if (node == nullptr) {
+    problems.add(value.place, key, "the ROS node is missing", std::string(kRosHint));
+    return std::nullopt;
+  }
+  if ((topic != nullptr ? 1 : 0) + (timer != nullptr ? 1 : 0) + (service != nullptr ? 1 : 0) != 1) {
+    problems.add(value.place, key, "a callback has one of topic, timer and service", std::string(kRosHint));
+    return std::nullopt;
+  }
+  RosCallback callback;
+  callback.place = value.place;
+  std::optional<std::string> name = read_ros_name(*node, map.key_of("node"), problems);
+  if (!name) return std::nullopt;
+  callback.node = std::move(*name);
+  if (timer != nullptr) {
+    callback.kind = RosCallback::Kind::kTimer;
+    const auto period = read_positive_duration(*timer, map.key_of("timer"), problems);
+    if (!period) return std::nullopt;
+    callback.period = period->value;
+    return callback;
+  }
+  callback.kind = topic != nullptr ? RosCallback::Kind::kTopic : RosCallback::Kind::kService;
+  name = topic != nullptr ? read_ros_name(*topic, map.key_of("topic"), problems)
+                          : read_ros_name(*service, map.key_of("service"), problems);
+  if (!name) return std::nullopt;
+  callback.name = std::move(*name);
+  return callback;
+}
+
+std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& app, Problems& problems) {
+  Collected collected(app, problems);
+  collect_app_file(root, collected);
+  return collected.take();
+}
+
+Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app) {
+  const auto root = parse_yaml(app_text, file, "docs/app-file.md");
+  if (!root) return root.error();
+  Problems problems;
+  std::vector<RosBinding> bindings = read_ros_bindings(*root, app, problems);
+  if (!problems.empty()) return std::move(problems).to_error();
+  return bindings;
+}
+
+Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app,
+                                             std::string_view bind_text, std::string_view bind_file) {
+  const auto root = parse_yaml(app_text, file, "docs/app-file.md");
+  if (!root) return root.error();
+  const auto bind_root = parse_yaml(bind_text, bind_file, "docs/ros1.md");
+  if (!bind_root) return bind_root.error();
+  Problems problems;
+  Collected collected(app, problems);
+  collect_bind_file(*bind_root, collected, problems);
+  collect_app_file(*root, collected);
+  if (!problems.empty()) return std::move(problems).to_error();
+  return collected.take();
+}
+
+}  // namespace ctn::config

@@ -1,0 +1,80 @@
+// What right bindings mean. What wrong ones in an app file are told is in tests/malformed.
+#include "config/ros_binding.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/app_file.h"
+
+namespace ctn::config {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+constexpr std::string_view kRosApp = R"(catan: 1
+app: robot
+nodes:
+  scan: { ros: { node: /laser, timer: 50ms } }
+  GL: { ros: { node: /localiser, topic: /scan } }
+  GP: {}
+  base: { external: true }
+edges: [scan -> GL -> GP -> base]
+objective: [{ response_time: [scan, GL, GP, base], weight: 1 }]
+)";
+
+graph::App ros_app() {
+  auto app = parse_app(kRosApp, "app.yaml");
+  EXPECT_TRUE(app.ok()) << app.error().message();
+  return std::move(*app);
+}
+
+std::string refused(std::string_view bind_text) {
+  const auto bindings = ros_bindings(kRosApp, "app.yaml", ros_app(), bind_text, "bind.yaml");
+  return bindings.ok() ? "accepted" : bindings.error().message();
+}
+
+TEST(RosBinding, OfTheAppFile) {
+  const graph::App app = ros_app();
+  const auto bindings = ros_bindings(kRosApp, "app.yaml", app);
+  ASSERT_TRUE(bindings.ok()) << bindings.error().message();
+  ASSERT_EQ(bindings->size(), 2U);
+  EXPECT_EQ((*bindings)[0].node, *app.graph.find_node("scan"));
+  EXPECT_EQ((*bindings)[0].callback.kind, RosCallback::Kind::kTimer);
+  EXPECT_EQ((*bindings)[0].callback.period, 50ms);
+  EXPECT_EQ((*bindings)[1].callback.node, "/localiser");
+  EXPECT_EQ((*bindings)[1].callback.kind, RosCallback::Kind::kTopic);
+  EXPECT_EQ((*bindings)[1].callback.name, "/scan");
+}
+
+TEST(RosBinding, ABindFileComesFirst) {
+  const graph::App app = ros_app();
+  const auto bindings = ros_bindings(kRosApp, "app.yaml", app,
+                                     "catan: 1\nros:\n  GP: { node: /planner, service: /plan }\n"
+                                     "  GL: { node: /other, topic: /scan }\n",
+                                     "bind.yaml");
+  ASSERT_TRUE(bindings.ok()) << bindings.error().message();
+  ASSERT_EQ(bindings->size(), 3U);
+  EXPECT_EQ((*bindings)[1].callback.node, "/other");
+  EXPECT_EQ((*bindings)[2].callback.kind, RosCallback::Kind::kService);
+  EXPECT_EQ((*bindings)[2].callback.name, "/plan");
+}
+
+TEST(RosBinding, WhatIsWrongWithABindFileIsToldWithItsPlace) {
+  EXPECT_THAT(refused("catan: 1\nros: { none: { node: /a, topic: /b } }\n"),
+              HasSubstr("bind.yaml:2:8: ros.none: app robot has no node 'none'"));
+  EXPECT_THAT(refused("catan: 1\nros: { base: { node: /a, topic: /b } }\n"), HasSubstr("an external node"));
+  EXPECT_THAT(
+      refused("catan: 1\nros: { GP: { node: /localiser, topic: /scan }, GL: { node: /localiser, topic: /scan } }\n"),
+      HasSubstr("nodes 'GP' and 'GL' are the same callback"));
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: planner, topic: /b } }\n"),
+              HasSubstr("'planner' is not the full name of anything in ROS"));
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, topic: /b, timer: 1s } }\n"),
+              HasSubstr("one of topic, timer and service"));
+  EXPECT_THAT(refused("ros: {}\n"), HasSubstr("the version of the format is missing"));
+  EXPECT_THAT(refused("catan: 1\n"), HasSubstr("the callbacks are missing"));
+  EXPECT_THAT(refused("catan: 1\nros: { GP: { node: /p, topics: /b } }\n"), HasSubstr("topics"));
+}
+
+}  // namespace
+}  // namespace ctn::config
