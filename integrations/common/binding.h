@@ -1,0 +1,50 @@
+// Which callback is which node, as the command tells it to programs: text in an environment variable, a line a node.
+// People write it in YAML (docs/ros1.md), which the command checks against the app.
+//
+//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>/pose,/map
+//
+// are node, ROS node, kind, name (of a timer: its period in ns), what is said of the node (queue, itself, world,
+// separated by commas), and the topics that its successors take (none: any counts). Empty fields are "-".
+//
+// Thread safety: pure functions, plain values.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace catan_ros {
+
+inline constexpr const char* kBindingsVariable = "CATAN_ROS_BINDINGS";
+
+struct Binding {
+  enum class Kind { kTopic, kTimer, kService };
+
+  std::string node{};
+  std::string ros_node{};
+  Kind kind = Kind::kTopic;
+  std::string name{};                        // of a topic or service
+  std::chrono::nanoseconds period{0};        // of a timer
+  bool takes_all = false;                    // input: queue
+  bool runs_by_itself = false;               // an unscheduled node with a period
+  bool always_gives_output = false;          // nothing of the app comes after it
+  std::vector<std::string> output_topics{};  // of its successors; empty: what it publishes anywhere is its output
+
+  friend bool operator==(const Binding&, const Binding&) = default;
+
+  bool gives_output_on(std::string_view topic) const;
+};
+
+std::string to_text(const std::vector<Binding>& bindings);
+// None: it is not what to_text() writes.
+std::optional<std::vector<Binding>> parse_bindings(std::string_view text);
+
+// Those of one ROS node.
+std::vector<Binding> bindings_of(const std::vector<Binding>& bindings, std::string_view ros_node);
+// Null: none.
+const Binding* find_named(const std::vector<Binding>& bindings, Binding::Kind kind, std::string_view name);
+const Binding* find_timer(const std::vector<Binding>& bindings, std::chrono::nanoseconds period);
+
+}  // namespace catan_ros

@@ -1,0 +1,53 @@
+#include "common/binding.h"
+
+#include <gtest/gtest.h>
+
+namespace catan_ros {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<Binding> some_bindings() {
+  Binding scan{.node = "scan", .ros_node = "/laser", .kind = Binding::Kind::kTimer, .period = 50ms};
+  scan.runs_by_itself = true;
+  Binding match{.node = "GL", .ros_node = "/localiser", .name = "/scan"};
+  match.takes_all = true;
+  match.output_topics = {"/pose", "/map"};
+  Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
+  save.always_gives_output = true;
+  return {scan, match, save};
+}
+
+TEST(Bindings, AreTheSameAsText) {
+  const auto read = parse_bindings(to_text(some_bindings()));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(*read, some_bindings());
+  EXPECT_TRUE(parse_bindings("")->empty());
+}
+
+TEST(Bindings, OtherTextIsNone) {
+  for (const char* text : {"GL", "GL\t/l\ttopic\t/scan\t-", "GL\t/l\tsubject\t/scan\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-",
+                           "GL\t/l\ttimer\t-5\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-"}) {
+    EXPECT_FALSE(parse_bindings(text)) << text;
+  }
+}
+
+TEST(Bindings, AreFoundByWhatTheFrameworkKnows) {
+  const std::vector<Binding> own = bindings_of(some_bindings(), "/localiser");
+  ASSERT_EQ(own.size(), 2U);
+  EXPECT_EQ(find_named(own, Binding::Kind::kTopic, "/scan"), &own[0]);
+  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/save"), &own[1]);
+  EXPECT_EQ(find_named(own, Binding::Kind::kService, "/scan"), nullptr);
+  EXPECT_EQ(find_timer(own, 50ms), nullptr);
+  EXPECT_NE(find_timer(bindings_of(some_bindings(), "/laser"), 50ms), nullptr);
+}
+
+TEST(Bindings, WhatIsPublishedForSuccessorsIsOutput) {
+  const std::vector<Binding> all = some_bindings();
+  EXPECT_TRUE(all[1].gives_output_on("/pose"));
+  EXPECT_FALSE(all[1].gives_output_on("/diagnostics"));
+  EXPECT_TRUE(all[2].gives_output_on("/diagnostics")) << "no successor says what it takes";
+}
+
+}  // namespace
+}  // namespace catan_ros

@@ -1,0 +1,66 @@
+#include "common/bound_callback.h"
+
+#include <thread>
+#include <utility>
+
+namespace catan_ros {
+namespace {
+
+thread_local BoundCallback* t_current = nullptr;
+
+// While another thread is in the callback.
+constexpr std::chrono::milliseconds kTryAgain{1};
+constexpr int kMaxTries = 100;
+
+}  // namespace
+
+BoundCallback* BoundCallback::current() { return t_current; }
+
+void BoundCallback::run(Schedule& schedule) {
+  while (!inbox_.stopped() && schedule.wait()) {
+    const bool has_message = wait_for_message();
+    if (inbox_.stopped()) return;
+    if (!has_message && !without_message_) {
+      schedule.begin();
+      schedule.end(false);
+      continue;
+    }
+    if (!turn_.take(inbox_.stopped())) return;
+    schedule.begin();
+    output_ = false;
+    t_current = this;
+    const int calls = call_waiting();
+    t_current = nullptr;
+    schedule.end(calls > 0 && (output_ || options_.always_gives_output));
+    turn_.give_back();
+  }
+}
+
+bool BoundCallback::wait_for_message() {
+  if (options_.runs_by_itself) return inbox_.wait(std::nullopt);
+  return without_message_ ? inbox_.size() > 0 : inbox_.wait(options_.patience);
+}
+
+// How often the program's code was called.
+int BoundCallback::call_waiting() {
+  int calls = 0;
+  std::size_t waiting = options_.takes_all ? inbox_.size() : 1;
+  for (; waiting > 0 && inbox_.size() > 0; --waiting) calls += call_one() ? 1 : 0;
+  if (calls == 0 && without_message_ && without_message_()) ++calls;
+  return calls;
+}
+
+// Whether the program's code was called. What was removed meanwhile is not.
+bool BoundCallback::call_one() {
+  for (int tries = 0; tries < kMaxTries; ++tries) {
+    std::optional<Inbox::Entry> entry = inbox_.take();
+    if (!entry) return false;
+    const Outcome outcome = entry->call();
+    if (outcome != Outcome::kAgain) return outcome == Outcome::kCalled;
+    inbox_.put_back(std::move(*entry));
+    std::this_thread::sleep_for(kTryAgain);
+  }
+  return false;
+}
+
+}  // namespace catan_ros

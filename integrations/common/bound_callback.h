@@ -1,0 +1,78 @@
+// A callback that is a node: what happens from a trigger to the end of its run, whatever the framework.
+//
+//   wait for the trigger          (a node that runs by itself: for its message or timer)
+//   wait for a message            at most `patience`: the network may be later than the trigger. None: an empty run,
+//                                 which gives no output, so that the server knows that the node lives
+//   take a turn                   of the spinners of the queue that the program asked for (turns.h)
+//   begin, call, end              one call, or all that have come where the node's input is a queue
+//   give the turn back            after the end, so that a program which stops spinning has all its runs reported
+//
+// A run gives output if its thread published anything, or if nothing of the app comes after the node.
+//
+// Thread safety: run() by the node's thread; note_output() by the thread that is in run(), from within a call.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+
+#include "common/inbox.h"
+
+namespace catan_ros {
+
+// The scheduler's side of a node.
+class Schedule {
+ public:
+  virtual ~Schedule() = default;
+  virtual bool wait() = 0;  // false: it is over
+  virtual void begin() = 0;
+  virtual void end(bool output) = 0;
+};
+
+// Who else is in callbacks of the same queue.
+class Turn {
+ public:
+  virtual ~Turn() = default;
+  virtual bool take(const std::atomic<bool>& stop) = 0;
+  virtual void give_back() = 0;
+};
+
+struct BoundCallbackOptions {
+  bool takes_all = false;            // input: queue
+  bool runs_by_itself = false;       // an unscheduled node with a period
+  bool always_gives_output = false;  // what it gives is not published: it goes to the world
+  // At most until then it waits for a message that its trigger was for.
+  std::chrono::nanoseconds patience = std::chrono::milliseconds{500};
+};
+
+class BoundCallback {
+ public:
+  // All references outlive it.
+  BoundCallback(const BoundCallbackOptions& options, Inbox& inbox, Turn& turn)
+      : options_(options), inbox_(inbox), turn_(turn) {}
+
+  // What is called where no message or timer has come (a timer that a trigger takes the place of); without it, nothing.
+  // False: it must not be called at this moment.
+  void set_without_message(std::function<bool()> call) { without_message_ = std::move(call); }
+
+  // Until the schedule or the inbox is stopped.
+  void run(Schedule& schedule);
+
+  // The run under way gave output, so far.
+  void note_output() { output_ = true; }
+  // The one whose call the calling thread is in; null: none.
+  static BoundCallback* current();
+
+ private:
+  bool wait_for_message();
+  bool call_one();
+  int call_waiting();
+
+  const BoundCallbackOptions options_;
+  Inbox& inbox_;
+  Turn& turn_;
+  std::function<bool()> without_message_;
+  bool output_ = false;
+};
+
+}  // namespace catan_ros

@@ -1,0 +1,163 @@
+// A schedule that is played, and calls that write down what happens in which order.
+#include "common/bound_callback.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace catan_ros {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+using Log = std::vector<std::string>;
+
+class PlayedSchedule final : public Schedule {
+ public:
+  PlayedSchedule(int triggers, Log& log) : triggers_(triggers), log_(log) {}
+  std::function<void()> at_trigger = [] {};
+
+  bool wait() override {
+    if (triggers_-- == 0) return false;
+    at_trigger();
+    return true;
+  }
+  void begin() override { log_.emplace_back("begin"); }
+  void end(bool output) override { log_.emplace_back(output ? "end with output" : "end"); }
+
+ private:
+  int triggers_;
+  Log& log_;
+};
+
+class LoggedTurn final : public Turn {
+ public:
+  explicit LoggedTurn(Log& log) : log_(log) {}
+  bool take(const std::atomic<bool>& stop) override {
+    log_.emplace_back("take turn");
+    return !stop.load();
+  }
+  void give_back() override { log_.emplace_back("give back"); }
+
+ private:
+  Log& log_;
+};
+
+class BoundCallbackTest : public testing::Test {
+ protected:
+  void play(
+      const BoundCallbackOptions& options, int triggers, std::function<void()> at_trigger = [] {}) {
+    BoundCallback callback(options, inbox, turn);
+    if (without_message) callback.set_without_message(without_message);
+    PlayedSchedule schedule(triggers, log);
+    schedule.at_trigger = std::move(at_trigger);
+    callback.run(schedule);
+  }
+  void put(const std::string& name, bool output = true, Outcome outcome = Outcome::kCalled, Inbox::Id id = 0) {
+    inbox.put({id, [this, name, output, outcome] {
+                 log.push_back(name);
+                 if (output) BoundCallback::current()->note_output();
+                 return outcome;
+               }});
+  }
+
+  Log log;
+  Inbox inbox;
+  LoggedTurn turn{log};
+  std::function<bool()> without_message;
+};
+
+TEST_F(BoundCallbackTest, OneMessageATrigger) {
+  put("first");
+  put("second");
+  play({}, 2);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "first", "end with output", "give back",  //
+                               "take turn", "begin", "second", "end with output", "give back"));
+  EXPECT_EQ(BoundCallback::current(), nullptr);
+}
+
+TEST_F(BoundCallbackTest, NothingIsCalledBeforeTheTrigger) {
+  put("message");
+  play({}, 0);
+  EXPECT_TRUE(log.empty());
+  EXPECT_EQ(inbox.size(), 1U);
+}
+
+TEST_F(BoundCallbackTest, AQueueTakesAllThatHasCome) {
+  put("first");
+  put("second");
+  play({.takes_all = true}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "first", "second", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, ARunThatPublishesNothingGivesNoOutput) {
+  put("quiet", false);
+  play({}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "quiet", "end", "give back"));
+}
+
+TEST_F(BoundCallbackTest, AtTheEndOfAChainItDoes) {
+  put("quiet", false);
+  play({.always_gives_output = true}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "quiet", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, WithoutAMessageTheRunIsEmpty) {
+  play({.always_gives_output = true, .patience = 1ms}, 1);
+  EXPECT_THAT(log, ElementsAre("begin", "end"));
+}
+
+TEST_F(BoundCallbackTest, AMessageThatComesAfterItsTriggerIsTaken) {
+  std::thread network;
+  play({.patience = 1min}, 1, [&] { network = std::thread([&] { put("late"); }); });
+  network.join();
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "late", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, ATriggerTakesThePlaceOfATimer) {
+  without_message = [this] {
+    log.emplace_back("timer");
+    return true;
+  };
+  put("due");
+  play({.always_gives_output = true}, 2);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "due", "end with output", "give back",  //
+                               "take turn", "begin", "timer", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, WhatIsGoneIsNotOutput) {
+  put("gone", false, Outcome::kNothing);
+  play({.always_gives_output = true}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "gone", "end", "give back"));
+}
+
+TEST_F(BoundCallbackTest, ACallbackThatAnotherThreadIsInIsCalledLater) {
+  int calls = 0;
+  inbox.put({0, [&] { return ++calls < 3 ? Outcome::kAgain : Outcome::kCalled; }});
+  play({.always_gives_output = true}, 1);
+  EXPECT_EQ(calls, 3);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, WhatWasRemovedIsNotCalled) {
+  put("removed", true, Outcome::kCalled, 7);
+  put("kept", true, Outcome::kCalled, 8);
+  inbox.remove(7);
+  play({}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "kept", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, StoppingEndsTheWaitForAMessage) {
+  std::thread other;
+  play({.runs_by_itself = true}, 1, [&] { other = std::thread([&] { inbox.stop(); }); });
+  other.join();
+  EXPECT_TRUE(log.empty());
+}
+
+}  // namespace
+}  // namespace catan_ros

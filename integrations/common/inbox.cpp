@@ -1,0 +1,65 @@
+#include "common/inbox.h"
+
+#include <mutex>
+#include <utility>
+
+namespace catan_ros {
+
+void Inbox::put(Entry entry) {
+  const std::lock_guard lock(mutex_);
+  entries_.push_back(std::move(entry));
+  changed_.notify_all();
+}
+
+void Inbox::put_back(Entry entry) {
+  const std::lock_guard lock(mutex_);
+  entries_.push_front(std::move(entry));
+}
+
+// What the entries hold is let go without the mutex: that may be the last reference to the program's objects.
+void Inbox::remove(Id id) {
+  std::deque<Entry> removed;
+  const std::lock_guard lock(mutex_);
+  std::deque<Entry> kept;
+  for (Entry& entry : entries_) (entry.id == id ? removed : kept).push_back(std::move(entry));
+  entries_ = std::move(kept);
+}
+
+std::optional<Inbox::Entry> Inbox::take() {
+  const std::lock_guard lock(mutex_);
+  if (entries_.empty()) return std::nullopt;
+  std::optional<Entry> first = std::move(entries_.front());
+  entries_.pop_front();
+  return first;
+}
+
+std::deque<Inbox::Entry> Inbox::take_all() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(entries_, {});
+}
+
+std::size_t Inbox::size() const {
+  const std::lock_guard lock(mutex_);
+  return entries_.size();
+}
+
+bool Inbox::wait(std::optional<std::chrono::nanoseconds> patience) const {
+  const std::lock_guard lock(mutex_);
+  const auto until = std::chrono::steady_clock::now() + patience.value_or(std::chrono::nanoseconds{0});
+  while (entries_.empty() && !stopped_.load()) {
+    if (!patience) {
+      changed_.wait(mutex_);
+    } else if (!changed_.wait_until(mutex_, until) && entries_.empty()) {
+      return false;
+    }
+  }
+  return !stopped_.load();
+}
+
+void Inbox::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_.store(true);
+  changed_.notify_all();
+}
+
+}  // namespace catan_ros

@@ -1,0 +1,56 @@
+// The calls that the framework has for one bound callback, until its node runs: the place of the callback queue that
+// the program asked for.
+//
+// The framework's threads put calls in; the node's thread waits for them and takes them. A mutex is held no longer than
+// it takes to move a pointer, and has priority inheritance. No call is made with it held.
+//
+// Thread safety: all calls from any thread.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+
+#include "common/priority_mutex.h"
+
+namespace catan_ros {
+
+// What came of a call.
+enum class Outcome {
+  kCalled,
+  kAgain,    // not now: another thread is in this callback
+  kNothing,  // there was nothing to call: the message, or the program's object, is gone
+};
+
+class Inbox {
+ public:
+  using Id = std::uint64_t;  // the framework's, of a subscription, timer or service
+  struct Entry {
+    Id id = 0;
+    std::function<Outcome()> call;
+  };
+
+  void put(Entry entry);
+  void put_back(Entry entry);  // in front
+  void remove(Id id);
+  std::optional<Entry> take();
+  std::deque<Entry> take_all();
+  std::size_t size() const;
+
+  // Until there is a call; false: there was none in that time, or it was stopped.
+  bool wait(std::optional<std::chrono::nanoseconds> patience) const;
+  void stop();
+  const std::atomic<bool>& stopped() const { return stopped_; }
+
+ private:
+  mutable PriorityMutex mutex_;
+  mutable PriorityCondition changed_;
+  std::deque<Entry> entries_;
+  std::atomic<bool> stopped_{false};
+};
+
+}  // namespace catan_ros
