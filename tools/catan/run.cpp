@@ -21,12 +21,9 @@
 #include "config/app_file.h"
 #include "config/cost_file.h"
 #include "os/linux/linux_os.h"
-#include "record/reader.h"
-#include "report/json.h"
-#include "report/metrics.h"
-#include "report/text.h"
 #include "scheduling_options.h"
 #include "serving.h"
+#include "shown_record.h"
 #include "status_line.h"
 #include "synthetic.h"
 #include "temporary_folder.h"
@@ -99,15 +96,6 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
   load.stop();
   if (Status stopped = session->stop(); !stopped) return stopped.error();
   return warm;
-}
-
-int show(const std::string& record_path, bool warm, bool json) {
-  const auto record = record::Reader::open(record_path);
-  if (!record) return report_error(record.error());
-  const auto metrics = report::measure(*record, {.whole = !warm, .worst = 0});
-  if (!metrics) return report_error(metrics.error());
-  print(json ? report::to_json(*metrics) : report::to_text(*metrics));
-  return kSuccess;
 }
 
 // A program that plays nodes, one for each subchain and each unscheduled node.
@@ -188,13 +176,13 @@ int run(const RunOptions& options) {
   if (options.processes || !options.command.empty()) {
     const auto served = run_programs(*file, options, record_path, (*folder)->path());
     if (!served) return report_error(served.error());
-    if (const int shown = show(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
+    if (const int shown = show_record(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
     return served->signal != 0 ? 128 + served->signal : served->exit_code;
   }
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, remember_signal);
   const auto warm = run_synthetic(file->app, options, record_path);
   if (!warm) return report_error(warm.error());
-  if (const int shown = show(record_path, *warm, options.json); shown != kSuccess) return shown;
+  if (const int shown = show_record(record_path, *warm, options.json); shown != kSuccess) return shown;
   return g_signal == 0 ? kSuccess : 128 + g_signal;
 }
 

@@ -140,9 +140,10 @@ void Serving::start_companion() {
 Status Serving::start_commands() {
   if (!options_.commands.empty()) os::adopt_orphans();
   const std::string socket = std::filesystem::absolute(server_.socket()).string();
+  std::vector<std::string> environment = options_.environment;
+  environment.push_back(fmt::format("{}={}", runtime::kSocketVariable, socket));
   for (const std::vector<std::string>& arguments : options_.commands) {
-    Result<os::ChildProcess> command =
-        os::ChildProcess::start(arguments, {fmt::format("{}={}", runtime::kSocketVariable, socket)});
+    Result<os::ChildProcess> command = os::ChildProcess::start(arguments, environment);
     if (!command) return command.error();
     commands_.push_back(std::move(*command));
     if (Status watched = watch_command(commands_.back()); !watched) return watched;

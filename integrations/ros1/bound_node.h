@@ -1,0 +1,71 @@
+// A node of the app that is a callback of a ROS program: the callback queue that roscpp is given in place of the
+// program's, and the thread in which the node's runs take place.
+//
+// As long as no server schedules the node (none is there, or it refuses), callbacks go on to the program's own queue and
+// are called as without Catan.
+//
+// Thread safety: addCallback and removeByID from any thread, as roscpp calls them; what configures it before start().
+#pragma once
+
+#include <ros/callback_queue_interface.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "catan/client.h"
+#include "common/binding.h"
+#include "common/bound_callback.h"
+#include "common/inbox.h"
+
+namespace catan_ros {
+
+class BoundNode final : public ros::CallbackQueueInterface {
+ public:
+  // Waits for the server that schedules the app; null: stopping. May take as long as there is none.
+  using FindClient = std::function<ctn::Client*(const std::atomic<bool>& stop)>;
+
+  // `original` is the program's queue; it outlives the callbacks.
+  BoundNode(Binding binding, ros::CallbackQueueInterface& original, FindClient find_client);
+
+  const Binding& binding() const { return binding_; }
+  ros::CallbackQueueInterface& original() const { return original_; }
+
+  // A timer's callback, which a trigger may call before the timer is due. False: not at this moment.
+  void set_direct_call(std::function<bool()> call);
+  // Of a timer: whether it runs, so that a trigger may call it.
+  bool timer_runs() const { return timer_runs_.load(); }
+  void set_timer_runs(bool runs) { timer_runs_.store(runs); }
+
+  void start();
+  // Its runs end; what comes from now on goes to the program's queue.
+  void stop();
+
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) override;
+  void removeByID(std::uint64_t id) override;
+
+  // The one whose run the calling thread is in; null: none.
+  static BoundNode* current();
+  void note_published(const std::string& topic);
+
+ private:
+  void run();
+  std::optional<ctn::AttachedNode> attach();
+  void bind(bool bound);
+
+  const Binding binding_;
+  ros::CallbackQueueInterface& original_;
+  FindClient find_client_;
+  std::unique_ptr<Turn> turn_;
+  Inbox inbox_;
+  BoundCallback callback_;
+  PriorityMutex bound_mutex_;
+  bool bound_ = false;
+  std::atomic<bool> timer_runs_{true};
+  bool started_ = false;
+};
+
+}  // namespace catan_ros

@@ -1,0 +1,62 @@
+// Between the two libraries of the port to ROS 1.
+//
+// libcatan_ros1_preload.so is loaded into every program that `catan ros run` starts, shells and Python among them. It
+// needs nothing but the C library, takes the place of a few functions of roscpp and passes them on. Where a program uses
+// them and the environment has bindings, it loads libcatan_ros1.so, which has all the rest (and needs roscpp, which such a
+// program has).
+//
+// Thread safety: as roscpp's own functions.
+#pragma once
+
+#include <ros/advertise_service_options.h>
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/steady_timer_options.h>
+#include <ros/subscribe_options.h>
+#include <ros/timer_options.h>
+#include <ros/wall_timer_options.h>
+
+#include <atomic>
+
+namespace catan_ros {
+
+// roscpp's own.
+using Subscribe = ros::Subscriber (ros::NodeHandle::*)(ros::SubscribeOptions&);
+using AdvertiseService = ros::ServiceServer (ros::NodeHandle::*)(ros::AdvertiseServiceOptions&);
+using CreateTimer = ros::Timer (ros::NodeHandle::*)(ros::TimerOptions&) const;
+using CreateWallTimer = ros::WallTimer (ros::NodeHandle::*)(ros::WallTimerOptions&) const;
+using CreateSteadyTimer = ros::SteadyTimer (ros::NodeHandle::*)(ros::SteadyTimerOptions&) const;
+
+struct Hooks {
+  // Each calls `next`, of the same handle, with options of its own where a binding names the callback.
+  ros::Subscriber (*subscribe)(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next);
+  ros::ServiceServer (*advertise_service)(ros::NodeHandle& handle, ros::AdvertiseServiceOptions& options,
+                                          AdvertiseService next);
+  ros::Timer (*create_timer)(const ros::NodeHandle& handle, ros::TimerOptions& options, CreateTimer next);
+  ros::WallTimer (*create_wall_timer)(const ros::NodeHandle& handle, ros::WallTimerOptions& options,
+                                      CreateWallTimer next);
+  ros::SteadyTimer (*create_steady_timer)(const ros::NodeHandle& handle, ros::SteadyTimerOptions& options,
+                                          CreateSteadyTimer next);
+  // Something was published by this thread.
+  void (*published)(const ros::Publisher& publisher);
+  // The node whose run the calling thread is in; null: none. Good for ever.
+  const char* (*current_node)();
+  // The calling thread works for that node.
+  void (*adopt)(const char* node);
+  // ROS is shut down in this program.
+  void (*shut_down)();
+
+  // Whether any queue has bound callbacks, which is what the next four are for (common/turns.h).
+  const std::atomic<bool>* has_turns;
+  void (*enter)(const ros::CallbackQueue* queue);
+  void (*leave)(const ros::CallbackQueue* queue);
+  // What end() gets; null: this queue has none.
+  void* (*begin)(const ros::CallbackQueue* queue);
+  void (*end)(void* begun);
+};
+
+}  // namespace catan_ros
+
+// Of libcatan_ros1.so; null: the environment has no bindings that it understands.
+extern "C" const catan_ros::Hooks* catan_ros1_hooks();

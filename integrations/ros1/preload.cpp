@@ -1,0 +1,217 @@
+// libcatan_ros1_preload.so: functions of roscpp by their own names, found before roscpp's (hooks.h).
+//
+// Names are looked up when they are first used, so that programs without roscpp can have this loaded, too. It needs the
+// libraries of C and C++ alone.
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include "common/binding.h"
+#include "ros1/hooks.h"
+
+namespace {
+
+using catan_ros::Hooks;
+
+std::atomic<const Hooks*> g_hooks{nullptr};
+
+// The function of that name which would have been called without this library.
+void* next_function(const char* name) {
+  void* found = ::dlsym(RTLD_NEXT, name);
+  if (found == nullptr) {
+    // Loaded by a plugin, for itself.
+    void* const library = ::dlopen(CATAN_ROSCPP_LIBRARY, RTLD_LAZY | RTLD_NOLOAD);
+    if (library != nullptr) found = ::dlsym(library, name);
+  }
+  if (found == nullptr) {
+    std::fprintf(stderr, "catan: roscpp has no function %s; start the program without catan ros run\n", name);
+    std::abort();
+  }
+  return found;
+}
+
+// As the Itanium ABI has it, for functions that are not virtual.
+template <class Member>
+Member next_member(const char* name) {
+  struct Representation {
+    void* function;
+    std::ptrdiff_t adjustment;
+  };
+  static_assert(sizeof(Member) == sizeof(Representation));
+  const Representation representation{next_function(name), 0};
+  Member member;
+  std::memcpy(&member, &representation, sizeof member);
+  return member;
+}
+
+// Beside this library.
+const Hooks* load() {
+  if (std::getenv(catan_ros::kBindingsVariable) == nullptr) return nullptr;
+  Dl_info own{};
+  if (::dladdr(reinterpret_cast<void*>(&next_function), &own) == 0) return nullptr;
+  char path[4096];
+  const char* const slash = std::strrchr(own.dli_fname, '/');
+  const int folder = slash != nullptr ? static_cast<int>(slash + 1 - own.dli_fname) : 0;
+  const int length = std::snprintf(path, sizeof path, "%.*slibcatan_ros1.so", folder, own.dli_fname);
+  if (length < 0 || length >= static_cast<int>(sizeof path)) return nullptr;
+  void* const library = ::dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = library != nullptr ? ::dlsym(library, "catan_ros1_hooks") : nullptr;
+  if (symbol == nullptr) {
+    std::fprintf(stderr, "catan: %s; this program is not scheduled\n", ::dlerror());
+    return nullptr;
+  }
+  const Hooks* const hooks = reinterpret_cast<const Hooks* (*)()>(symbol)();
+  g_hooks.store(hooks, std::memory_order_release);
+  return hooks;
+}
+
+const Hooks* hooks() {
+  static const Hooks* const loaded = load();
+  return loaded;
+}
+
+// Those that matter to the queues; null: no queue has bound callbacks.
+const Hooks* hooks_of_queues() {
+  const Hooks* const loaded = g_hooks.load(std::memory_order_acquire);
+  return loaded != nullptr && loaded->has_turns->load(std::memory_order_acquire) ? loaded : nullptr;
+}
+
+// From the call of a function that spins a queue to its return.
+class Spinning {
+ public:
+  explicit Spinning(const ros::CallbackQueue* queue) : queue_(queue) {
+    if (const Hooks* const known = hooks_of_queues()) known->enter(queue_);
+  }
+  ~Spinning() {
+    if (const Hooks* const known = hooks_of_queues()) known->leave(queue_);
+  }
+  Spinning(const Spinning&) = delete;
+  Spinning& operator=(const Spinning&) = delete;
+
+ private:
+  const ros::CallbackQueue* queue_;
+};
+
+// From the call of a callback in a queue to its return.
+class Calling {
+ public:
+  explicit Calling(const ros::CallbackQueue* queue) {
+    if (const Hooks* const known = hooks_of_queues()) begun_ = known->begin(queue);
+  }
+  ~Calling() {
+    if (begun_ != nullptr) hooks_of_queues()->end(begun_);
+  }
+  Calling(const Calling&) = delete;
+  Calling& operator=(const Calling&) = delete;
+
+ private:
+  void* begun_ = nullptr;
+};
+
+// A thread that a node's callback makes, and what it is to do.
+struct Helper {
+  void* (*function)(void*);
+  void* argument;
+  const char* node;
+};
+
+void* run_helper(void* argument) {
+  const std::unique_ptr<Helper> owned(static_cast<Helper*>(argument));
+  const Helper helper = *owned;
+  g_hooks.load(std::memory_order_acquire)->adopt(helper.node);
+  return helper.function(helper.argument);
+}
+
+}  // namespace
+
+// Threads that a bound callback makes (a pool of its own, OpenMP's, OpenCV's) work for its node.
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
+                              void* argument) noexcept {
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto next = reinterpret_cast<Create>(next_function("pthread_create"));
+  const Hooks* const known = g_hooks.load(std::memory_order_acquire);
+  const char* const node = known != nullptr ? known->current_node() : nullptr;
+  if (node == nullptr) return next(thread, attributes, function, argument);
+  auto helper = std::make_unique<Helper>(Helper{function, argument, node});
+  const int result = next(thread, attributes, run_helper, helper.get());
+  if (result == 0) static_cast<void>(helper.release());
+  return result;
+}
+
+namespace ros {
+
+Subscriber NodeHandle::subscribe(SubscribeOptions& ops) {
+  static const auto next = next_member<catan_ros::Subscribe>("_ZN3ros10NodeHandle9subscribeERNS_16SubscribeOptionsE");
+  if (const Hooks* const known = hooks()) return known->subscribe(*this, ops, next);
+  return (this->*next)(ops);
+}
+
+ServiceServer NodeHandle::advertiseService(AdvertiseServiceOptions& ops) {
+  static const auto next =
+      next_member<catan_ros::AdvertiseService>("_ZN3ros10NodeHandle16advertiseServiceERNS_23AdvertiseServiceOptionsE");
+  if (const Hooks* const known = hooks()) return known->advertise_service(*this, ops, next);
+  return (this->*next)(ops);
+}
+
+Timer NodeHandle::createTimer(TimerOptions& ops) const {
+  static const auto next =
+      next_member<catan_ros::CreateTimer>("_ZNK3ros10NodeHandle11createTimerERNS_12TimerOptionsE");
+  if (const Hooks* const known = hooks()) return known->create_timer(*this, ops, next);
+  return (this->*next)(ops);
+}
+
+WallTimer NodeHandle::createWallTimer(WallTimerOptions& ops) const {
+  static const auto next =
+      next_member<catan_ros::CreateWallTimer>("_ZNK3ros10NodeHandle15createWallTimerERNS_16WallTimerOptionsE");
+  if (const Hooks* const known = hooks()) return known->create_wall_timer(*this, ops, next);
+  return (this->*next)(ops);
+}
+
+SteadyTimer NodeHandle::createSteadyTimer(SteadyTimerOptions& ops) const {
+  static const auto next =
+      next_member<catan_ros::CreateSteadyTimer>("_ZNK3ros10NodeHandle17createSteadyTimerERNS_18SteadyTimerOptionsE");
+  if (const Hooks* const known = hooks()) return known->create_steady_timer(*this, ops, next);
+  return (this->*next)(ops);
+}
+
+void Publisher::publish(const boost::function<SerializedMessage(void)>& serfunc, SerializedMessage& m) const {
+  using Publish = void (Publisher::*)(const boost::function<SerializedMessage(void)>&, SerializedMessage&) const;
+  static const auto next = next_member<Publish>(
+      "_ZNK3ros9Publisher7publishERKN5boost8functionIFNS_17SerializedMessageEvEEERS3_");
+  (this->*next)(serfunc, m);
+  if (const Hooks* const known = g_hooks.load(std::memory_order_acquire)) known->published(*this);
+}
+
+void CallbackQueue::callAvailable(WallDuration timeout) {
+  using CallAvailable = void (CallbackQueue::*)(WallDuration);
+  static const auto next = next_member<CallAvailable>("_ZN3ros13CallbackQueue13callAvailableENS_12WallDurationE");
+  const Spinning spinning(this);
+  (this->*next)(timeout);
+}
+
+CallbackQueue::CallOneResult CallbackQueue::callOne(WallDuration timeout) {
+  using CallOne = CallOneResult (CallbackQueue::*)(WallDuration);
+  static const auto next = next_member<CallOne>("_ZN3ros13CallbackQueue7callOneENS_12WallDurationE");
+  const Spinning spinning(this);
+  return (this->*next)(timeout);
+}
+
+CallbackQueue::CallOneResult CallbackQueue::callOneCB(TLS* tls) {
+  using CallOneCallback = CallOneResult (CallbackQueue::*)(TLS*);
+  static const auto next = next_member<CallOneCallback>("_ZN3ros13CallbackQueue9callOneCBEPNS0_3TLSE");
+  const Calling calling(this);
+  return (this->*next)(tls);
+}
+
+void shutdown() {
+  static const auto next = reinterpret_cast<void (*)()>(next_function("_ZN3ros8shutdownEv"));
+  if (const Hooks* const known = g_hooks.load(std::memory_order_acquire)) known->shut_down();
+  next();
+}
+
+}  // namespace ros

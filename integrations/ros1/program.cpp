@@ -1,0 +1,124 @@
+#include "ros1/program.h"
+
+#include <ros/console.h>
+#include <ros/this_node.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+namespace catan_ros {
+namespace {
+
+// After which a callback that a binding names should be there.
+constexpr std::chrono::seconds kAllShouldBeThere{10};
+constexpr double kConnectSeconds = 0.2;
+
+std::string describe(const Binding& binding) {
+  switch (binding.kind) {
+    case Binding::Kind::kTopic: return "a subscription of " + binding.name;
+    case Binding::Kind::kService: return "a service " + binding.name;
+    case Binding::Kind::kTimer: break;
+  }
+  return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
+}
+
+}  // namespace
+
+// Precondition: mutex_ is held.
+const std::vector<Binding>& Program::bindings() {
+  if (!bindings_) {
+    bindings_ = bindings_of(all_bindings_, ros::this_node::getName());
+    if (!bindings_->empty()) std::thread([this] { tell_missing(); }).detach();
+  }
+  return *bindings_;
+}
+
+BoundNode* Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
+  const std::lock_guard lock(mutex_);
+  return find(find_named(bindings(), kind, name), queue);
+}
+
+BoundNode* Program::find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue) {
+  const std::lock_guard lock(mutex_);
+  return find(catan_ros::find_timer(bindings(), period), queue);
+}
+
+BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& queue) {
+  if (binding == nullptr || stopped_.load()) return nullptr;
+  const auto known =
+      std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
+  if (known == nodes_.end()) {
+    nodes_.push_back(
+        std::make_unique<BoundNode>(*binding, queue, [this](const std::atomic<bool>& stop) { return client(stop); }));
+    return nodes_.back().get();
+  }
+  if (&(*known)->original() == &queue) return known->get();
+  ROS_WARN("catan: %s is there twice, in two callback queues; the first one is node %s, the other is not scheduled",
+           describe(*binding).c_str(), binding->node.c_str());
+  return nullptr;
+}
+
+ctn::Client* Program::client(const std::atomic<bool>& stop) {
+  while (!stop.load()) {
+    {
+      const std::lock_guard lock(client_mutex_);
+      if (client_) return &*client_;
+      if (refused_) return nullptr;
+      ctn::ClientOptions options;
+      options.wait_seconds = kConnectSeconds;
+      options.on_notice = [](const std::string& text) { ROS_WARN("catan: %s", text.c_str()); };
+      ctn::Result<ctn::Client> connected = ctn::Client::connect(options);
+      if (connected) {
+        const ctn::Status started = connected->start();
+        if (started) return &client_.emplace(std::move(*connected));
+        ROS_ERROR("catan: %s", started.error().message().c_str());
+        refused_ = true;
+        return nullptr;
+      }
+      if (connected.error().kind() == ctn::ErrorKind::kCaller) {
+        ROS_ERROR("catan: this program is not scheduled: %s", connected.error().message().c_str());
+        refused_ = true;
+        return nullptr;
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  return nullptr;
+}
+
+void Program::adopt_this_thread(const std::string& node) {
+  const std::lock_guard lock(client_mutex_);
+  if (!client_ || stopped_.load()) return;
+  const ctn::Status adopted = client_->adopt_this_thread(node);
+  if (!adopted) ROS_WARN("catan: a thread of node %s: %s", node.c_str(), adopted.error().message().c_str());
+}
+
+void Program::tell_missing() {
+  const auto until = std::chrono::steady_clock::now() + kAllShouldBeThere;
+  while (std::chrono::steady_clock::now() < until) {
+    if (stopped_.load()) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  const std::lock_guard lock(mutex_);
+  for (const Binding& binding : *bindings_) {
+    const bool is_there =
+        std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
+    if (is_there) continue;
+    ROS_WARN("catan: %s has not asked for %s in %d s, which is to be node %s; the others go on", binding.ros_node.c_str(),
+             describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()), binding.node.c_str());
+  }
+}
+
+void Program::stop() {
+  stopped_.store(true);
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& node : nodes_) node->stop();
+  }
+  const std::lock_guard lock(client_mutex_);
+  if (client_) client_->stop();
+}
+
+}  // namespace catan_ros

@@ -1,0 +1,53 @@
+// The program that the port is loaded into: its bindings, its connection to the server, its nodes.
+//
+// Never let go, since threads of the program may use it until the process is gone.
+//
+// Thread safety: all calls from any thread.
+#pragma once
+
+#include <ros/callback_queue_interface.h>
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "catan/client.h"
+#include "common/binding.h"
+#include "ros1/bound_node.h"
+
+namespace catan_ros {
+
+class Program {
+ public:
+  explicit Program(std::vector<Binding> bindings) : all_bindings_(std::move(bindings)) {}
+
+  // The node of a callback of this program; null: no binding names it. Callbacks of the same name and queue are one.
+  BoundNode* find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
+  BoundNode* find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
+
+  // The calling thread works for the node. Where that is refused, it stays as it is.
+  void adopt_this_thread(const std::string& node);
+
+  void stop();
+
+ private:
+  const std::vector<Binding>& bindings();
+  BoundNode* find(const Binding* binding, ros::CallbackQueueInterface& queue);
+  ctn::Client* client(const std::atomic<bool>& stop);
+  void tell_missing();
+
+  const std::vector<Binding> all_bindings_;
+  std::mutex mutex_;
+  std::optional<std::vector<Binding>> bindings_;  // of this ROS node
+  std::deque<std::unique_ptr<BoundNode>> nodes_;
+  std::mutex client_mutex_;
+  std::optional<ctn::Client> client_;
+  bool refused_ = false;
+  std::atomic<bool> stopped_{false};
+};
+
+}  // namespace catan_ros

@@ -1,0 +1,150 @@
+// libcatan_ros1.so: what the functions do that libcatan_ros1_preload.so takes the place of.
+//
+// A callback that a binding names gets a queue of its own when the program asks for it (NodeHandle::subscribe and its
+// like): from then on roscpp does the rest, by its public interface.
+#include <ros/names.h>
+
+#include <cstdlib>
+#include <memory>
+#include <utility>
+
+#include "ros1/hooks.h"
+#include "ros1/program.h"
+#include "ros1/turns_of_queues.h"
+
+namespace catan_ros {
+namespace {
+
+Program* g_program = nullptr;
+
+ros::CallbackQueueInterface& queue_of(const ros::NodeHandle& handle, ros::CallbackQueueInterface* asked_for) {
+  return asked_for != nullptr ? *asked_for : *handle.getCallbackQueue();
+}
+
+// The options are the program's, which may use them again.
+ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next) {
+  ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
+  BoundNode* const node = g_program->find(Binding::Kind::kTopic, handle.resolveName(options.topic), queue);
+  if (node == nullptr) return (handle.*next)(options);
+  ros::SubscribeOptions own = options;
+  own.callback_queue = node;
+  if (!node->binding().takes_all) own.queue_size = 1;
+  ros::Subscriber subscriber = (handle.*next)(own);
+  options.topic = own.topic;
+  options.callback_queue = &queue;
+  node->start();
+  return subscriber;
+}
+
+ros::ServiceServer advertise_service(ros::NodeHandle& handle, ros::AdvertiseServiceOptions& options,
+                                     AdvertiseService next) {
+  ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
+  BoundNode* const node = g_program->find(Binding::Kind::kService, handle.resolveName(options.service), queue);
+  if (node == nullptr) return (handle.*next)(options);
+  ros::AdvertiseServiceOptions own = options;
+  own.callback_queue = node;
+  ros::ServiceServer server = (handle.*next)(own);
+  options.service = own.service;
+  options.callback_queue = &queue;
+  node->start();
+  return server;
+}
+
+// Calls a timer's function as if it were due now.
+template <class Options, class Event>
+class DirectCall {
+ public:
+  DirectCall(const Options& options, const BoundNode& node)
+      : callback_(options.callback), tracked_(options.tracked_object), is_tracked_(options.tracked_object), node_(node) {}
+
+  bool operator()() {
+    if (!node_.timer_runs()) return false;
+    const ros::VoidConstPtr object = tracked_.lock();
+    if (is_tracked_ && !object) return false;
+    Event event;
+    event.last_expected = event.last_real = last_;
+    event.current_expected = event.current_real = last_ = decltype(last_)::now();
+    callback_(event);
+    return true;
+  }
+
+ private:
+  decltype(Options::callback) callback_;
+  ros::VoidConstWPtr tracked_;
+  bool is_tracked_;
+  const BoundNode& node_;
+  decltype(Event::current_real) last_{};
+};
+
+template <class Timer, class Event, class Options, class Next>
+Timer create(const ros::NodeHandle& handle, Options& options, Next next) {
+  ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
+  BoundNode* const node = g_program->find_timer(std::chrono::nanoseconds{options.period.toNSec()}, queue);
+  if (node == nullptr) return (handle.*next)(options);
+  Options own = options;
+  own.callback_queue = node;
+  if (!options.oneshot && !node->binding().runs_by_itself) {
+    node->set_timer_runs(options.autostart);
+    node->set_direct_call(DirectCall<Options, Event>(options, *node));
+  }
+  Timer timer = (handle.*next)(own);
+  options.callback_queue = &queue;
+  node->start();
+  return timer;
+}
+
+ros::Timer create_timer(const ros::NodeHandle& handle, ros::TimerOptions& options, CreateTimer next) {
+  return create<ros::Timer, ros::TimerEvent>(handle, options, next);
+}
+
+ros::WallTimer create_wall_timer(const ros::NodeHandle& handle, ros::WallTimerOptions& options, CreateWallTimer next) {
+  return create<ros::WallTimer, ros::WallTimerEvent>(handle, options, next);
+}
+
+ros::SteadyTimer create_steady_timer(const ros::NodeHandle& handle, ros::SteadyTimerOptions& options,
+                                     CreateSteadyTimer next) {
+  return create<ros::SteadyTimer, ros::SteadyTimerEvent>(handle, options, next);
+}
+
+void published(const ros::Publisher& publisher) {
+  if (BoundNode* const node = BoundNode::current()) node->note_published(publisher.getTopic());
+}
+
+const char* current_node() {
+  const BoundNode* const node = BoundNode::current();
+  return node != nullptr ? node->binding().node.c_str() : nullptr;
+}
+
+void adopt(const char* node) { g_program->adopt_this_thread(node); }
+
+void shut_down() { g_program->stop(); }
+
+void enter(const ros::CallbackQueue* queue) {
+  if (Turns* const turns = find_turns(queue)) turns->enter();
+}
+
+void leave(const ros::CallbackQueue* queue) {
+  if (Turns* const turns = find_turns(queue)) turns->leave();
+}
+
+void* begin(const ros::CallbackQueue* queue) {
+  Turns* const turns = find_turns(queue);
+  return turns != nullptr && turns->begin() ? turns : nullptr;
+}
+
+void end(void* begun) { static_cast<Turns*>(begun)->end(true); }
+
+}  // namespace
+}  // namespace catan_ros
+
+extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
+  using namespace catan_ros;
+  const char* const text = std::getenv(kBindingsVariable);
+  std::optional<std::vector<Binding>> bindings = parse_bindings(text != nullptr ? text : "");
+  if (!bindings || bindings->empty()) return nullptr;
+  g_program = new Program(std::move(*bindings));
+  static const Hooks kHooks{subscribe,         advertise_service, create_timer, create_wall_timer, create_steady_timer,
+                            published, current_node, adopt, shut_down,         &has_turns(), enter,             leave,
+                            &catan_ros::begin, &catan_ros::end};
+  return &kHooks;
+}

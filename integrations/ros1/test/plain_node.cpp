@@ -1,0 +1,154 @@
+// A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
+//
+//   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
+//              [--counts FILE]
+//
+// A message on --in, or the timer, makes it burn CPU time and publish what it has counted, or got, on --out. A message on
+// --beside is counted by another callback. What was counted is written to FILE, as JSON, ten times a second.
+#include <ros/ros.h>
+#include <std_msgs/Int64.h>
+
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+struct Asked {
+  std::string in, out, beside, counts;
+  double timer_ms = 0.0, burn_ms = 0.0;
+  bool spin_once = false;
+  int threads = 1;
+};
+
+struct Counts {
+  std::atomic<long> calls{0}, beside{0}, overlaps{0}, newest{0}, backward{0};
+};
+
+Asked g_asked;
+Counts g_counts;
+std::atomic<int> g_inside{0};
+ros::Publisher g_out;
+
+void burn(double milliseconds) {
+  timespec used{};
+  const auto now = [&] {
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
+  };
+  const double end = now() + milliseconds;
+  while (now() < end) {
+  }
+}
+
+class Inside {
+ public:
+  Inside() {
+    if (++g_inside > 1) ++g_counts.overlaps;
+  }
+  ~Inside() { --g_inside; }
+};
+
+void work(long value) {
+  const Inside inside;
+  burn(g_asked.burn_ms);
+  std_msgs::Int64 message;
+  message.data = value;
+  if (g_out) g_out.publish(message);
+  ++g_counts.calls;
+}
+
+void on_message(const std_msgs::Int64::ConstPtr& message) {
+  if (message->data < g_counts.newest.load()) ++g_counts.backward;
+  g_counts.newest = message->data;
+  work(message->data);
+}
+
+void on_beside(const std_msgs::Int64::ConstPtr&) {
+  const Inside inside;
+  ++g_counts.beside;
+}
+
+void write_counts(const ros::SteadyTimerEvent&) {
+  const std::string written = g_asked.counts + ".new";
+  {
+    std::ofstream file(written);
+    file << "{\"calls\": " << g_counts.calls << ", \"beside\": " << g_counts.beside
+         << ", \"overlaps\": " << g_counts.overlaps << ", \"newest\": " << g_counts.newest
+         << ", \"backward\": " << g_counts.backward << "}";
+  }
+  std::rename(written.c_str(), g_asked.counts.c_str());
+}
+
+bool read(const std::vector<std::string>& arguments) {
+  for (std::size_t index = 1; index < arguments.size(); ++index) {
+    const std::string& option = arguments[index];
+    if (option == "--spin-once") {
+      g_asked.spin_once = true;
+      continue;
+    }
+    if (++index == arguments.size()) return false;
+    const std::string& value = arguments[index];
+    if (option == "--in") {
+      g_asked.in = value;
+    } else if (option == "--out") {
+      g_asked.out = value;
+    } else if (option == "--beside") {
+      g_asked.beside = value;
+    } else if (option == "--counts") {
+      g_asked.counts = value;
+    } else if (option == "--timer") {
+      g_asked.timer_ms = std::stod(value);
+    } else if (option == "--burn") {
+      g_asked.burn_ms = std::stod(value);
+    } else if (option == "--threads") {
+      g_asked.threads = std::stoi(value);
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+void spin() {
+  if (g_asked.spin_once) {
+    ros::WallRate rate(200.0);
+    while (ros::ok()) {
+      {
+        const Inside inside;
+        burn(0.5);
+      }
+      ros::spinOnce();
+      rate.sleep();
+    }
+  } else if (g_asked.threads > 1) {
+    ros::MultiThreadedSpinner(static_cast<std::uint32_t>(g_asked.threads)).spin();
+  } else {
+    ros::spin();
+  }
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  std::vector<std::string> rest;
+  ros::removeROSArgs(count, arguments, rest);
+  rest.erase(rest.begin());
+  if (rest.empty() || !read(rest)) return 2;
+  ros::init(count, arguments, rest[0]);
+  ros::NodeHandle handle;
+  if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
+  ros::Subscriber in, beside;
+  if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, 10, on_message);
+  if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
+  ros::Timer timer;
+  if (g_asked.timer_ms > 0.0) {
+    timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3), [](const ros::TimerEvent&) { work(++g_counts.newest); });
+  }
+  ros::SteadyTimer writer;
+  if (!g_asked.counts.empty()) writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts);
+  spin();
+  return 0;
+}

@@ -1,0 +1,281 @@
+// Unmodified ROS programs under `catan ros run`: a real roscore, processes of their own, the real command. Times are
+// generous: it is the real machine, and it may be busy.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "ros1/test/roscore.h"
+
+namespace catan_ros {
+namespace {
+
+using nlohmann::json;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::HasSubstr;
+
+// A camera, something that takes longer than the camera's period, and something light at the end.
+constexpr const char* kPipeline = R"(catan: 1
+app: pipeline
+nodes: { source: { fallback_rate: 20Hz }, heavy: {}, light: {} }
+edges: [ source -> heavy -> light ]
+subchains: { all: [source, heavy, light] }
+objective: [ { response_time: [source, heavy, light], weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)";
+
+constexpr const char* kPipelineBindings = R"(catan: 1
+ros:
+  source: { node: /source, timer: 20ms }
+  heavy: { node: /heavy, topic: /images }
+  light: { node: /light, topic: /things }
+)";
+
+std::string text_of(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+class ProgramsTest : public testing::Test {
+ protected:
+  ProgramsTest() {
+    folder_ = testing::TempDir() + "catan-ros1-XXXXXX";
+    if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error("no folder " + folder_);
+    roscore_ = std::make_unique<Roscore>(folder_);
+  }
+  ~ProgramsTest() override {
+    for (const int process : processes_) end(process, SIGTERM);
+    roscore_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  void write(const std::string& name, const std::string& text) { std::ofstream(path(name)) << text; }
+
+  // A shell's command, in the folder; what it prints goes to NAME.out and NAME.err.
+  int start(const std::string& name, const std::string& command) {
+    const int process = ::fork();
+    if (process == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+      const std::string line =
+          "cd " + folder_ + " && exec " + command + " > " + name + ".out 2> " + name + ".err < /dev/null";
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      ::_exit(127);
+    }
+    processes_.push_back(process);
+    return process;
+  }
+  int start_node(const std::string& name, const std::string& arguments) {
+    return start(name, std::string(PLAIN_NODE) + " " + name + " " + arguments + " --counts " + name + ".json");
+  }
+
+  int end(int process, int signal) {
+    ::kill(process, signal);
+    return wait(process, seconds{15});
+  }
+  // Exit code, 128 + signal; 255: it did not end.
+  int wait(int process, milliseconds timeout) {
+    const auto until = std::chrono::steady_clock::now() + timeout;
+    int status = 0;
+    while (::waitpid(process, &status, WNOHANG) == 0) {
+      if (std::chrono::steady_clock::now() > until) {
+        ::kill(process, SIGKILL);
+        ::waitpid(process, &status, 0);
+        std::erase(processes_, process);
+        return 255;
+      }
+      std::this_thread::sleep_for(milliseconds{10});
+    }
+    std::erase(processes_, process);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  long counted(const std::string& node, const std::string& what) const {
+    const json counts = json::parse(text_of(path(node + ".json")), nullptr, false);
+    return counts.is_object() ? counts.value(what, 0L) : 0;
+  }
+  // Until it has counted so many more.
+  bool counts(const std::string& node, const std::string& what, long more, milliseconds within = seconds{20}) const {
+    const long goal = counted(node, what) + more;
+    const auto until = std::chrono::steady_clock::now() + within;
+    while (counted(node, what) < goal) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(milliseconds{20});
+    }
+    return true;
+  }
+
+  // Starts these nodes, and waits for them: what a launch file does.
+  void write_launcher(const std::vector<std::string>& lines) {
+    std::string text = "#!/bin/sh\n";
+    for (const std::string& line : lines) text += std::string(PLAIN_NODE) + " " + line + " &\n";
+    write("launch.sh", text + "wait\n");
+    std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
+  }
+
+  static json node(const json& report, const std::string& name) {
+    for (const json& entry : report["nodes"]) {
+      if (entry["node"] == name) return entry;
+    }
+    return json::object();
+  }
+
+ private:
+  std::string folder_;
+  std::unique_ptr<Roscore> roscore_;
+  std::vector<int> processes_;
+};
+
+TEST_F(ProgramsTest, APipelineOfUnmodifiedProgramsIsScheduled) {
+  write("app.yaml", kPipeline);
+  write("bind.yaml", kPipelineBindings);
+  write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json",
+                  "heavy --in /images --burn 30 --out /things --counts heavy.json",
+                  "light --in /things --burn 2 --counts light.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --json --record run.catan --seconds 6 -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  const json report = json::parse(text_of(path("run.out")));
+  for (const char* const name : {"source", "heavy", "light"}) {
+    EXPECT_GT(node(report, name)["runs"].get<long>(), 40) << name << ": " << report["nodes"];
+  }
+  EXPECT_GT(node(report, "heavy")["compute_ms"]["p50"].get<double>(), 29.5);
+  EXPECT_LT(node(report, "heavy")["compute_ms"]["p50"].get<double>(), 40.0);
+  EXPECT_GT(node(report, "light")["compute_ms"]["p50"].get<double>(), 1.9);
+  EXPECT_LT(node(report, "light")["compute_ms"]["p50"].get<double>(), 6.0);
+  // One period and one pass, roughly: what waited in queues would make it a multiple.
+  const json chain = report["chains"][0];
+  EXPECT_GT(chain["response_ms"]["count"].get<long>(), 40);
+  EXPECT_GT(chain["latency_ms"]["p50"].get<double>(), 33.0);
+  EXPECT_LT(chain["latency_ms"]["p50"].get<double>(), 60.0);
+  EXPECT_LT(chain["response_ms"]["p50"].get<double>(), 120.0);
+  EXPECT_EQ(counted("light", "backward"), 0);
+}
+
+TEST_F(ProgramsTest, ACallbackThatIsNotBoundGoesOnWhileABoundOneWaits) {
+  write("app.yaml", R"(catan: 1
+app: slow
+nodes: { work: { fallback_rate: 2Hz } }
+objective: [ { period: work, weight: 1 } ]
+)");
+  write("bind.yaml", "catan: 1\nros: { work: { node: /worker, topic: /data } }\n");
+  write_launcher({"feed --timer 10 --out /data --counts feed.json", "ticks --timer 10 --out /ticks",
+                  "worker --in /data --beside /ticks --burn 5 --counts worker.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  ASSERT_TRUE(counts("worker", "calls", 3)) << text_of(path("run.err"));
+  const long calls = counted("worker", "calls");
+  const long beside = counted("worker", "beside");
+  std::this_thread::sleep_for(seconds{3});
+  EXPECT_LT(counted("worker", "calls") - calls, 12) << "at the rate that the app file says";
+  EXPECT_GT(counted("worker", "beside") - beside, 150) << "as without Catan";
+  EXPECT_EQ(counted("worker", "overlaps"), 0) << "of one spinner thread";
+  EXPECT_EQ(counted("worker", "backward"), 0);
+  EXPECT_EQ(end(run, SIGTERM), 128 + SIGTERM) << text_of(path("run.err"));
+}
+
+TEST_F(ProgramsTest, NothingRunsBesideTheProgramsOwnLoop) {
+  write("app.yaml", R"(catan: 1
+app: loop
+nodes: { work: { fallback_rate: 50Hz } }
+objective: [ { period: work, weight: 1 } ]
+)");
+  write("bind.yaml", "catan: 1\nros: { work: { node: /looper, topic: /data } }\n");
+  write_launcher({"feed --timer 5 --out /data", "looper --in /data --beside /data --burn 1 --spin-once --counts looper.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  EXPECT_TRUE(counts("looper", "calls", 100)) << text_of(path("run.err"));
+  EXPECT_EQ(counted("looper", "overlaps"), 0);
+  end(run, SIGTERM);
+}
+
+TEST_F(ProgramsTest, WhenTheServerIsKilledAllGoOn) {
+  write("app.yaml", kPipeline);
+  write("bind.yaml", kPipelineBindings);
+  const std::string catan = CATAN_COMMAND;
+  const int server = start("serve", catan + " serve app.yaml --socket server");
+  const std::string join = catan + " ros run app.yaml --bind bind.yaml --socket server -- " + PLAIN_NODE + " ";
+  start("source", join + "source --timer 20 --burn 1 --out /images --counts source.json");
+  start("heavy", join + "heavy --in /images --burn 10 --out /things --counts heavy.json");
+  start("light", join + "light --in /things --beside /images --burn 1 --counts light.json");
+  ASSERT_TRUE(counts("light", "calls", 20)) << text_of(path("light.err"));
+  ::kill(server, SIGKILL);
+  wait(server, seconds{5});
+  EXPECT_TRUE(counts("light", "calls", 20)) << "by themselves";
+  EXPECT_TRUE(counts("light", "beside", 20));
+  start("serve", catan + " serve app.yaml --socket server --record second");
+  std::this_thread::sleep_for(seconds{2});
+  EXPECT_TRUE(counts("light", "calls", 20)) << "with another server";
+  EXPECT_EQ(counted("light", "backward"), 0);
+}
+
+TEST_F(ProgramsTest, ANodeThatNeverComesIsToldAndHoldsUpNoOther) {
+  write("app.yaml", R"(catan: 1
+app: half
+nodes: { there: { fallback_rate: 20Hz }, gone: { fallback_rate: 20Hz }, misspelt: { fallback_rate: 20Hz } }
+objective: [ { period: there, weight: 1 }, { period: gone, weight: 1 }, { period: misspelt, weight: 1 } ]
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  there: { node: /worker, topic: /data }
+  gone: { node: /nobody, topic: /data }
+  misspelt: { node: /worker, topic: /dada }
+)");
+  write_launcher({"feed --timer 10 --out /data", "worker --in /data --counts worker.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --scheduler default --seconds 14 -- ./launch.sh");
+  EXPECT_TRUE(counts("worker", "calls", 40)) << text_of(path("run.err"));
+  wait(run, seconds{60});
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("node gone has not run in 10 s: its ROS node /nobody has not come"));
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("node misspelt has not run"));
+  EXPECT_THAT(text_of(path("run.err")) + text_of(path("run.out")),
+              HasSubstr("/worker has not asked for a subscription of /dada in 10 s, which is to be node misspelt"));
+}
+
+TEST_F(ProgramsTest, WithoutABindingAProgramIsAsWithoutCatan) {
+  write("app.yaml", kPipeline);
+  write("bind.yaml", kPipelineBindings);
+  write_launcher({"feed --timer 10 --out /data", "other --in /data --counts other.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- ./launch.sh");
+  EXPECT_TRUE(counts("other", "calls", 200));
+  end(run, SIGTERM);
+}
+
+TEST_F(ProgramsTest, TheCommandsExitCodeIsPassedOn) {
+  write("app.yaml", kPipeline);
+  write("bind.yaml", kPipelineBindings);
+  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- sh -c 'exit 7'");
+  EXPECT_EQ(wait(run, seconds{20}), 7) << text_of(path("run.err"));
+}
+
+TEST_F(ProgramsTest, WhatIsWrongWithBindingsIsToldBeforeAnythingStarts) {
+  write("app.yaml", kPipeline);
+  write("bind.yaml", "catan: 1\nros:\n  haevy: { node: /heavy, topic: /images }\n");
+  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- touch started");
+  EXPECT_EQ(wait(run, seconds{20}), 2);
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("bind.yaml:3:3: ros.haevy: app pipeline has no node 'haevy'"));
+  EXPECT_FALSE(std::filesystem::exists(path("started")));
+  const int without = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml -- touch started");
+  EXPECT_EQ(wait(without, seconds{20}), 2);
+  EXPECT_THAT(text_of(path("run.err")), HasSubstr("no node of app pipeline is a callback of a ROS program"));
+}
+
+}  // namespace
+}  // namespace catan_ros

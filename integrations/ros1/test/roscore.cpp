@@ -1,0 +1,82 @@
+#include "ros1/test/roscore.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+namespace catan_ros {
+namespace {
+
+sockaddr_in local(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  return address;
+}
+
+int free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = local(0);
+  socklen_t size = sizeof address;
+  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size);
+  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+  ::close(socket);
+  return ntohs(address.sin_port);
+}
+
+bool answers(int port) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  const sockaddr_in address = local(port);
+  const bool connected = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(socket);
+  return connected;
+}
+
+}  // namespace
+
+Roscore::Roscore(const std::string& folder) {
+  const int port = free_port();
+  ::setenv("HOME", folder.c_str(), 1);
+  ::setenv("ROS_HOME", folder.c_str(), 1);
+  ::setenv("ROS_LOG_DIR", folder.c_str(), 1);
+  ::setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port)).c_str(), 1);
+  ::setenv("ROS_HOSTNAME", "localhost", 1);
+  process_ = ::fork();
+  if (process_ == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    const int log = ::open((folder + "/roscore.log").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    ::dup2(log, 1);
+    ::dup2(log, 2);
+    ::execl("/usr/bin/python3", "python3", "/usr/bin/roscore", "-p", std::to_string(port).c_str(), nullptr);
+    ::_exit(127);
+  }
+  for (int tries = 0; tries < 400; ++tries) {
+    if (answers(port)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds{50});
+  }
+  throw std::runtime_error("roscore does not answer; see " + folder + "/roscore.log");
+}
+
+Roscore::~Roscore() {
+  if (process_ <= 0) return;
+  ::kill(process_, SIGTERM);
+  for (int tries = 0; tries < 200; ++tries) {
+    if (::waitpid(process_, nullptr, WNOHANG) == process_) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds{50});
+  }
+  ::kill(process_, SIGKILL);
+  ::waitpid(process_, nullptr, 0);
+}
+
+}  // namespace catan_ros
