@@ -54,6 +54,10 @@ class AttachedNode {
   bool wait();
   // `run` is the same object every time.
   void begin(Run& run);
+  // Between the two: what the run takes from node `from` is outputs of its runs `first` to `last` (Run::number()
+  // there), where messages say so; else it is taken to be the newest that was given when the run began. What has not
+  // been given yet does not count, nor does it where `from` is no predecessor, or gives over a channel.
+  void take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last);
   void end(Run& run);
 
  private:

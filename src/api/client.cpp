@@ -17,6 +17,9 @@ runtime::NodePort& port_of(void* port) { return *static_cast<runtime::NodePort*>
 
 bool AttachedNode::wait() { return port_of(port_).wait_for_trigger(); }
 void AttachedNode::begin(Run& run) { port_of(port_).begin(run); }
+void AttachedNode::take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last) {
+  port_of(port_).take(run, from, first, last);
+}
 void AttachedNode::end(Run& run) { port_of(port_).end(run); }
 
 class Client::Impl {

@@ -245,6 +245,23 @@ void NodePort::Runs::consume_newest(Run& run, std::size_t input, const NodeCell&
   RunAccess::consume(run, input, is_queue ? before + 1 : newest, newest, known);
 }
 
+// A message may be there before the run that sent it has ended.
+void NodePort::Runs::take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last) {
+  const auto edge = std::find_if(edges_.begin(), edges_.end(), [&](const auto& one) { return one.from == from; });
+  if (edge == edges_.end() || edge->channel != nullptr) return;
+  const auto input = static_cast<std::size_t>(edge - edges_.begin());
+  const NodeCell* const predecessor = binding_->predecessors[input];
+  if (predecessor == nullptr) return;
+  last = std::min(last, predecessor->newest_output.load(std::memory_order_acquire));
+  if (last == 0 || first == 0) return;
+  first = std::min(first, last);
+  const std::int64_t origin = first == last ? predecessor->origin_of(last) : predecessor->oldest_origin(first, last);
+  RunAccess::Origin known{origin};
+  if (origin == NodeCell::kUnknown) known = std::max(origins_[input], RunAccess::Origin{0});
+  taken_[input] = last;
+  RunAccess::consume(run, input, first, last, known);
+}
+
 // Whether the run gives output, what that goes back to, and what the next one needs to know.
 RunAccess::Origin NodePort::Runs::settle_ages(Run& run) {
   RunAccess::skip_if_stale(run);

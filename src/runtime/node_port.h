@@ -39,6 +39,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "base/run_access.h"
@@ -67,6 +68,11 @@ class NodePort {
   // unscheduled node that follows none there is nothing to wait for: its thread has a period of its own.
   bool wait_for_trigger() { return runs_.wait_for_trigger(); }
   void begin(Run& run) { runs_.begin(run); }
+  // Between begin() and end(): of an input without a channel, which outputs the run takes, where that is known. What
+  // has not been given yet does not count.
+  void take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last) {
+    runs_.take(run, from, first, last);
+  }
   void end(Run& run) { runs_.end(run); }
 
   // --- any thread ---
@@ -125,6 +131,7 @@ class NodePort {
     void follow_move();
     bool wait_for_trigger();
     void begin(Run& run);
+    void take(Run& run, std::string_view from, std::uint64_t first, std::uint64_t last);
     void end(Run& run);
 
    private:

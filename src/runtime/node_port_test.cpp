@@ -382,5 +382,32 @@ TEST_F(FollowerTest, AnUnscheduledNodeTakesEachOutputOfItsQueueOnce) {
   EXPECT_EQ(taken, (std::vector<std::pair<std::uint64_t, std::uint64_t>>{{1, 2}, {3, 4}, {5, 6}}));
 }
 
+TEST_F(FollowerTest, ARunTakesWhatItsMessagesSay) {
+  NodePort log(fake, app.graph, id("log"), region);
+  ctn::Run of_log;
+  const auto range = [&] {
+    const RunAccess::Input& input = RunAccess::inputs(of_log)[0];
+    return std::pair(input.first, input.last);
+  };
+  give();
+  pass(milliseconds{1});
+  give();
+  give();
+  log.begin(of_log);
+  EXPECT_EQ(range(), std::pair(std::uint64_t{1}, std::uint64_t{3})) << "all, where nothing is said";
+  log.take(of_log, "imu", 1, 2);
+  EXPECT_EQ(range(), std::pair(std::uint64_t{1}, std::uint64_t{2}));
+  EXPECT_EQ(RunAccess::inputs(of_log)[0].origin, fake.now().time_since_epoch() - milliseconds{1});
+  log.take(of_log, "sum", 1, 1);
+  log.take(of_log, "nobody", 1, 1);
+  EXPECT_EQ(range(), std::pair(std::uint64_t{1}, std::uint64_t{2})) << "of others it says nothing";
+  log.end(of_log);
+  log.begin(of_log);
+  EXPECT_EQ(range(), std::pair(std::uint64_t{3}, std::uint64_t{3})) << "what was left";
+  log.take(of_log, "imu", 9, 9);
+  EXPECT_EQ(range(), std::pair(std::uint64_t{3}, std::uint64_t{3})) << "what has not been given does not count";
+  log.end(of_log);
+}
+
 }  // namespace
 }  // namespace ctn::runtime
