@@ -35,6 +35,19 @@ std::optional<std::chrono::nanoseconds> parse_period(std::string_view text) {
   return std::chrono::nanoseconds{value};
 }
 
+std::vector<std::string> read_list(std::string_view text) {
+  std::vector<std::string> list;
+  if (text == kNothing) return list;
+  for (const std::string_view item : split(text, ',')) list.emplace_back(item);
+  return list;
+}
+
+std::string list_text(const std::vector<std::string>& list) {
+  std::string text;
+  for (const std::string& item : list) append(text, item);
+  return text;
+}
+
 bool read_flags(std::string_view text, Binding& binding) {
   if (text == kNothing) return true;
   for (const std::string_view flag : split(text, ',')) {
@@ -50,7 +63,7 @@ bool read_flags(std::string_view text, Binding& binding) {
 
 std::optional<Binding> parse_binding(std::string_view line) {
   const std::vector<std::string_view> fields = split(line, '\t');
-  if (fields.size() != 6) return std::nullopt;
+  if (fields.size() != 7) return std::nullopt;
   Binding binding;
   binding.node = fields[0];
   binding.ros_node = fields[1];
@@ -65,9 +78,8 @@ std::optional<Binding> parse_binding(std::string_view line) {
     binding.name = fields[3];
   }
   if (!read_flags(fields[4], binding)) return std::nullopt;
-  if (fields[5] != kNothing) {
-    for (const std::string_view topic : split(fields[5], ',')) binding.output_topics.emplace_back(topic);
-  }
+  binding.predecessors = read_list(fields[5]);
+  binding.output_topics = read_list(fields[6]);
   return binding;
 }
 
@@ -84,14 +96,14 @@ std::string to_text(const std::vector<Binding>& bindings) {
     if (binding.takes_all) append(flags, "queue");
     if (binding.runs_by_itself) append(flags, "itself");
     if (binding.always_gives_output) append(flags, "world");
-    std::string topics;
-    for (const std::string& topic : binding.output_topics) append(topics, topic);
+    const std::string predecessors = list_text(binding.predecessors);
+    const std::string topics = list_text(binding.output_topics);
     const std::string name =
         binding.kind == Binding::Kind::kTimer ? std::to_string(binding.period.count()) : binding.name;
     text += binding.node;
     for (const std::string_view field :
          {std::string_view(binding.ros_node), kKinds[static_cast<std::size_t>(binding.kind)], std::string_view(name),
-          or_nothing(flags), or_nothing(topics)}) {
+          or_nothing(flags), or_nothing(predecessors), or_nothing(topics)}) {
       text += '\t';
       text += field;
     }

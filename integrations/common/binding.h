@@ -1,10 +1,11 @@
 // Which callback is which node, as the command tells it to programs: text in an environment variable, a line a node.
 // People write it in YAML (docs/ros1.md), which the command checks against the app.
 //
-//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>/pose,/map
+//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map
 //
 // are node, ROS node, kind, name (of a timer: its period in ns), what is said of the node (queue, itself, world,
-// separated by commas), and the topics that its successors take (none: any counts). Empty fields are "-".
+// separated by commas), its predecessors, and the topics that its successors take (none: any counts). Empty fields are
+// "-".
 //
 // Thread safety: pure functions, plain values.
 #pragma once
@@ -18,6 +19,8 @@
 namespace catan_ros {
 
 inline constexpr const char* kBindingsVariable = "CATAN_ROS_BINDINGS";
+// The file of message_runs.h; not set: none.
+inline constexpr const char* kMessageRunsVariable = "CATAN_ROS_MESSAGES";
 
 struct Binding {
   enum class Kind { kTopic, kTimer, kService };
@@ -30,6 +33,7 @@ struct Binding {
   bool takes_all = false;                    // input: queue
   bool runs_by_itself = false;               // an unscheduled node with a period
   bool always_gives_output = false;          // nothing of the app comes after it
+  std::vector<std::string> predecessors{};   // nodes that its messages may come from
   std::vector<std::string> output_topics{};  // of its successors; empty: what it publishes anywhere is its output
 
   friend bool operator==(const Binding&, const Binding&) = default;

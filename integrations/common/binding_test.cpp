@@ -12,6 +12,7 @@ std::vector<Binding> some_bindings() {
   scan.runs_by_itself = true;
   Binding match{.node = "GL", .ros_node = "/localiser", .name = "/scan"};
   match.takes_all = true;
+  match.predecessors = {"scan", "odometry"};
   match.output_topics = {"/pose", "/map"};
   Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
   save.always_gives_output = true;
@@ -26,8 +27,9 @@ TEST(Bindings, AreTheSameAsText) {
 }
 
 TEST(Bindings, OtherTextIsNone) {
-  for (const char* text : {"GL", "GL\t/l\ttopic\t/scan\t-", "GL\t/l\tsubject\t/scan\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-",
-                           "GL\t/l\ttimer\t-5\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-"}) {
+  for (const char* text :
+       {"GL", "GL\t/l\ttopic\t/scan\t-\t-", "GL\t/l\tsubject\t/scan\t-\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-\t-",
+        "GL\t/l\ttimer\t-5\t-\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-\t-"}) {
     EXPECT_FALSE(parse_bindings(text)) << text;
   }
 }

@@ -1,12 +1,15 @@
 #include "ros1/bound_node.h"
 
-#include <boost/make_shared.hpp>
 #include <ros/console.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <utility>
+#include <vector>
+
+#include <boost/make_shared.hpp>
 
 #include "ros1/turns_of_queues.h"
 
@@ -14,14 +17,19 @@ namespace catan_ros {
 namespace {
 
 constexpr std::chrono::milliseconds kTryAgain{100};
+// For a server that is there, before the program goes on without.
+constexpr std::chrono::milliseconds kRegister{500};
 
 thread_local BoundNode* t_node = nullptr;
 
 Outcome to_outcome(ros::CallbackInterface::CallResult result) {
   switch (result) {
-    case ros::CallbackInterface::Success: return Outcome::kCalled;
-    case ros::CallbackInterface::TryAgain: return Outcome::kAgain;
-    case ros::CallbackInterface::Invalid: break;
+    case ros::CallbackInterface::Success:
+      return Outcome::kCalled;
+    case ros::CallbackInterface::TryAgain:
+      return Outcome::kAgain;
+    case ros::CallbackInterface::Invalid:
+      break;
   }
   return Outcome::kNothing;
 }
@@ -32,30 +40,18 @@ class HandedOn final : public ros::CallbackInterface {
   explicit HandedOn(std::function<Outcome()> call) : call_(std::move(call)) {}
   CallResult call() override {
     switch (call_()) {
-      case Outcome::kCalled: return Success;
-      case Outcome::kAgain: return TryAgain;
-      case Outcome::kNothing: break;
+      case Outcome::kCalled:
+        return Success;
+      case Outcome::kAgain:
+        return TryAgain;
+      case Outcome::kNothing:
+        break;
     }
     return Invalid;
   }
 
  private:
   std::function<Outcome()> call_;
-};
-
-class NodeSchedule final : public Schedule {
- public:
-  explicit NodeSchedule(ctn::AttachedNode node) : node_(node) {}
-  bool wait() override { return node_.wait(); }
-  void begin() override { node_.begin(run_); }
-  void end(bool output) override {
-    if (!output) run_.skip_output();
-    node_.end(run_);
-  }
-
- private:
-  ctn::AttachedNode node_;
-  ctn::Run run_;
 };
 
 // A run handles all that is in the inbox: of a subscription whose input is `latest` that is one message, since roscpp
@@ -86,9 +82,46 @@ class NoSignals {
 
 }  // namespace
 
-BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, FindClient find_client)
+// The client's side of the node, and what its run under way has taken so far.
+class BoundNode::RunSchedule final : public Schedule {
+ public:
+  explicit RunSchedule(ctn::AttachedNode node) : node_(node) {}
+  bool wait() override { return node_.wait(); }
+  void begin() override {
+    taken_.clear();
+    node_.begin(run_);
+  }
+  void end(bool output) override {
+    if (!output) run_.skip_output();
+    node_.end(run_);
+  }
+
+  std::uint64_t number() const { return run_.number(); }
+  void take(const std::string& from, std::uint64_t run) {
+    const auto known = std::find_if(taken_.begin(), taken_.end(), [&](const Taken& one) { return one.from == from; });
+    Taken& taken = known != taken_.end() ? *known : taken_.emplace_back(Taken{from, run, run});
+    taken.first = std::min(taken.first, run);
+    taken.last = std::max(taken.last, run);
+    node_.take(run_, from, taken.first, taken.last);
+  }
+
+ private:
+  struct Taken {
+    std::string from;
+    std::uint64_t first;
+    std::uint64_t last;
+  };
+
+  ctn::AttachedNode node_;
+  ctn::Run run_;
+  std::vector<Taken> taken_;
+};
+
+BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs,
+                     FindClient find_client)
     : binding_(std::move(binding)),
       original_(original),
+      message_runs_(message_runs),
       find_client_(std::move(find_client)),
       turn_(make_turn(original)),
       callback_(options_of(binding_), inbox_, *turn_) {}
@@ -100,8 +133,14 @@ void BoundNode::set_direct_call(std::function<bool()> call) { callback_.set_with
 // The thread ends with the process at the latest: a callback under way may not return before.
 void BoundNode::start() {
   if (std::exchange(started_, true)) return;
-  const NoSignals no_signals;
-  std::thread([this] { run(); }).detach();
+  {
+    const NoSignals no_signals;
+    std::thread([this] { run(); }).detach();
+  }
+  const std::lock_guard lock(bound_mutex_);
+  const auto until = std::chrono::steady_clock::now() + kRegister;
+  while (!settled_ && settled_changed_.wait_until(bound_mutex_, until)) {
+  }
 }
 
 void BoundNode::stop() { inbox_.stop(); }
@@ -118,6 +157,7 @@ void BoundNode::addCallback(const ros::CallbackInterfacePtr& callback, std::uint
 
 void BoundNode::removeByID(std::uint64_t id) {
   timer_runs_.store(false);
+  taken_.store(false);
   inbox_.remove(id);
   original_.removeByID(id);
 }
@@ -126,9 +166,23 @@ void BoundNode::note_published(const std::string& topic) {
   if (binding_.gives_output_on(topic)) callback_.note_output();
 }
 
+void BoundNode::note_sent(MessageRuns::Key key) {
+  if (message_runs_ != nullptr) message_runs_->note(binding_.node, key, schedule_->number());
+}
+
+void BoundNode::note_taken(MessageRuns::Key key) {
+  if (message_runs_ == nullptr) return;
+  for (const std::string& predecessor : binding_.predecessors) {
+    const std::uint64_t run = message_runs_->find(predecessor, key);
+    if (run != 0) schedule_->take(predecessor, run);
+  }
+}
+
 void BoundNode::bind(bool bound) {
   const std::lock_guard lock(bound_mutex_);
   bound_ = bound;
+  settled_ = true;
+  settled_changed_.notify_all();
   if (bound) return;
   for (Inbox::Entry& entry : inbox_.take_all()) {
     original_.addCallback(boost::make_shared<HandedOn>(std::move(entry.call)), entry.id);
@@ -137,12 +191,14 @@ void BoundNode::bind(bool bound) {
 
 void BoundNode::run() {
   std::optional<ctn::AttachedNode> node = attach();
-  if (!node) return;
+  if (!node) return bind(false);
   ROS_INFO("catan: node %s is scheduled", binding_.node.c_str());
   bind(true);
   t_node = this;
-  NodeSchedule schedule(*node);
+  RunSchedule schedule(*node);
+  schedule_ = &schedule;
   callback_.run(schedule);
+  schedule_ = nullptr;
   t_node = nullptr;
   bind(false);
 }

@@ -1,8 +1,8 @@
 // A node of the app that is a callback of a ROS program: the callback queue that roscpp is given in place of the
 // program's, and the thread in which the node's runs take place.
 //
-// As long as no server schedules the node (none is there, or it refuses), callbacks go on to the program's own queue and
-// are called as without Catan.
+// As long as no server schedules the node (none is there, or it refuses), callbacks go on to the program's own queue
+// and are called as without Catan.
 //
 // Thread safety: addCallback and removeByID from any thread, as roscpp calls them; what configures it before start().
 #pragma once
@@ -20,6 +20,7 @@
 #include "common/binding.h"
 #include "common/bound_callback.h"
 #include "common/inbox.h"
+#include "common/message_runs.h"
 
 namespace catan_ros {
 
@@ -29,7 +30,8 @@ class BoundNode final : public ros::CallbackQueueInterface {
   using FindClient = std::function<ctn::Client*(const std::atomic<bool>& stop)>;
 
   // `original` is the program's queue; it outlives the callbacks.
-  BoundNode(Binding binding, ros::CallbackQueueInterface& original, FindClient find_client);
+  // `message_runs` is null where there is no such file.
+  BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, FindClient find_client);
 
   const Binding& binding() const { return binding_; }
   ros::CallbackQueueInterface& original() const { return original_; }
@@ -40,6 +42,10 @@ class BoundNode final : public ros::CallbackQueueInterface {
   bool timer_runs() const { return timer_runs_.load(); }
   void set_timer_runs(bool runs) { timer_runs_.store(runs); }
 
+  // A callback takes the node; false: another one has it. removeByID() gives it back.
+  bool take() { return !taken_.exchange(true); }
+
+  // Begins to register the node, and waits a moment for it, so that no call comes before. Then callbacks may come.
   void start();
   // Its runs end; what comes from now on goes to the program's queue.
   void stop();
@@ -49,22 +55,32 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   // The one whose run the calling thread is in; null: none.
   static BoundNode* current();
+  // By that thread: it published on a topic; it is about to send a message, or to handle one, with that key.
   void note_published(const std::string& topic);
+  void note_sent(MessageRuns::Key key);
+  void note_taken(MessageRuns::Key key);
 
  private:
+  class RunSchedule;
+
   void run();
   std::optional<ctn::AttachedNode> attach();
   void bind(bool bound);
 
   const Binding binding_;
   ros::CallbackQueueInterface& original_;
+  MessageRuns* message_runs_;
   FindClient find_client_;
+  RunSchedule* schedule_ = nullptr;  // while there is one
   std::unique_ptr<Turn> turn_;
   Inbox inbox_;
   BoundCallback callback_;
   PriorityMutex bound_mutex_;
   bool bound_ = false;
+  PriorityCondition settled_changed_;
+  bool settled_ = false;  // it is bound, or will not be
   std::atomic<bool> timer_runs_{true};
+  std::atomic<bool> taken_{false};
   bool started_ = false;
 };
 

@@ -1,9 +1,9 @@
 // Between the two libraries of the port to ROS 1.
 //
 // libcatan_ros1_preload.so is loaded into every program that `catan ros run` starts, shells and Python among them. It
-// needs nothing but the C library, takes the place of a few functions of roscpp and passes them on. Where a program uses
-// them and the environment has bindings, it loads libcatan_ros1.so, which has all the rest (and needs roscpp, which such a
-// program has).
+// needs nothing but the C library, takes the place of a few functions of roscpp and passes them on. Where a program
+// uses them and the environment has bindings, it loads libcatan_ros1.so, which has all the rest (and needs roscpp,
+// which such a program has).
 //
 // Thread safety: as roscpp's own functions.
 #pragma once
@@ -26,6 +26,8 @@ using Subscribe = ros::Subscriber (ros::NodeHandle::*)(ros::SubscribeOptions&);
 using AdvertiseService = ros::ServiceServer (ros::NodeHandle::*)(ros::AdvertiseServiceOptions&);
 using CreateTimer = ros::Timer (ros::NodeHandle::*)(ros::TimerOptions&) const;
 using CreateWallTimer = ros::WallTimer (ros::NodeHandle::*)(ros::WallTimerOptions&) const;
+using SerializeMessage = boost::function<ros::SerializedMessage(void)>;
+using Publish = void (ros::Publisher::*)(const SerializeMessage&, ros::SerializedMessage&) const;
 using CreateSteadyTimer = ros::SteadyTimer (ros::NodeHandle::*)(ros::SteadyTimerOptions&) const;
 
 struct Hooks {
@@ -38,8 +40,8 @@ struct Hooks {
                                       CreateWallTimer next);
   ros::SteadyTimer (*create_steady_timer)(const ros::NodeHandle& handle, ros::SteadyTimerOptions& options,
                                           CreateSteadyTimer next);
-  // Something was published by this thread.
-  void (*published)(const ros::Publisher& publisher);
+  void (*publish)(const ros::Publisher& publisher, const SerializeMessage& serialize, ros::SerializedMessage& message,
+                  Publish next);
   // The node whose run the calling thread is in; null: none. Good for ever.
   const char* (*current_node)();
   // The calling thread works for that node.

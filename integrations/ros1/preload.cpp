@@ -71,8 +71,8 @@ const Hooks* load() {
 }
 
 const Hooks* hooks() {
-  static const Hooks* const loaded = load();
-  return loaded;
+  static const Hooks* const kLoaded = load();
+  return kLoaded;
 }
 
 // Those that matter to the queues; null: no queue has bound callbacks.
@@ -133,12 +133,12 @@ void* run_helper(void* argument) {
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
                               void* argument) noexcept {
   using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
-  static const auto next = reinterpret_cast<Create>(next_function("pthread_create"));
+  static const auto kNext = reinterpret_cast<Create>(next_function("pthread_create"));
   const Hooks* const known = g_hooks.load(std::memory_order_acquire);
   const char* const node = known != nullptr ? known->current_node() : nullptr;
-  if (node == nullptr) return next(thread, attributes, function, argument);
+  if (node == nullptr) return kNext(thread, attributes, function, argument);
   auto helper = std::make_unique<Helper>(Helper{function, argument, node});
-  const int result = next(thread, attributes, run_helper, helper.get());
+  const int result = kNext(thread, attributes, run_helper, helper.get());
   if (result == 0) static_cast<void>(helper.release());
   return result;
 }
@@ -146,72 +146,72 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
 namespace ros {
 
 Subscriber NodeHandle::subscribe(SubscribeOptions& ops) {
-  static const auto next = next_member<catan_ros::Subscribe>("_ZN3ros10NodeHandle9subscribeERNS_16SubscribeOptionsE");
-  if (const Hooks* const known = hooks()) return known->subscribe(*this, ops, next);
-  return (this->*next)(ops);
+  static const auto kNext = next_member<catan_ros::Subscribe>("_ZN3ros10NodeHandle9subscribeERNS_16SubscribeOptionsE");
+  if (const Hooks* const known = hooks()) return known->subscribe(*this, ops, kNext);
+  return (this->*kNext)(ops);
 }
 
 ServiceServer NodeHandle::advertiseService(AdvertiseServiceOptions& ops) {
-  static const auto next =
+  static const auto kNext =
       next_member<catan_ros::AdvertiseService>("_ZN3ros10NodeHandle16advertiseServiceERNS_23AdvertiseServiceOptionsE");
-  if (const Hooks* const known = hooks()) return known->advertise_service(*this, ops, next);
-  return (this->*next)(ops);
+  if (const Hooks* const known = hooks()) return known->advertise_service(*this, ops, kNext);
+  return (this->*kNext)(ops);
 }
 
 Timer NodeHandle::createTimer(TimerOptions& ops) const {
-  static const auto next =
+  static const auto kNext =
       next_member<catan_ros::CreateTimer>("_ZNK3ros10NodeHandle11createTimerERNS_12TimerOptionsE");
-  if (const Hooks* const known = hooks()) return known->create_timer(*this, ops, next);
-  return (this->*next)(ops);
+  if (const Hooks* const known = hooks()) return known->create_timer(*this, ops, kNext);
+  return (this->*kNext)(ops);
 }
 
 WallTimer NodeHandle::createWallTimer(WallTimerOptions& ops) const {
-  static const auto next =
+  static const auto kNext =
       next_member<catan_ros::CreateWallTimer>("_ZNK3ros10NodeHandle15createWallTimerERNS_16WallTimerOptionsE");
-  if (const Hooks* const known = hooks()) return known->create_wall_timer(*this, ops, next);
-  return (this->*next)(ops);
+  if (const Hooks* const known = hooks()) return known->create_wall_timer(*this, ops, kNext);
+  return (this->*kNext)(ops);
 }
 
 SteadyTimer NodeHandle::createSteadyTimer(SteadyTimerOptions& ops) const {
-  static const auto next =
+  static const auto kNext =
       next_member<catan_ros::CreateSteadyTimer>("_ZNK3ros10NodeHandle17createSteadyTimerERNS_18SteadyTimerOptionsE");
-  if (const Hooks* const known = hooks()) return known->create_steady_timer(*this, ops, next);
-  return (this->*next)(ops);
+  if (const Hooks* const known = hooks()) return known->create_steady_timer(*this, ops, kNext);
+  return (this->*kNext)(ops);
 }
 
 void Publisher::publish(const boost::function<SerializedMessage(void)>& serfunc, SerializedMessage& m) const {
-  using Publish = void (Publisher::*)(const boost::function<SerializedMessage(void)>&, SerializedMessage&) const;
-  static const auto next = next_member<Publish>(
-      "_ZNK3ros9Publisher7publishERKN5boost8functionIFNS_17SerializedMessageEvEEERS3_");
-  (this->*next)(serfunc, m);
-  if (const Hooks* const known = g_hooks.load(std::memory_order_acquire)) known->published(*this);
+  static const auto kNext =
+      next_member<catan_ros::Publish>("_ZNK3ros9Publisher7publishERKN5boost8functionIFNS_17SerializedMessageEvEEERS3_");
+  if (const Hooks* const known = g_hooks.load(std::memory_order_acquire))
+    return known->publish(*this, serfunc, m, kNext);
+  (this->*kNext)(serfunc, m);
 }
 
 void CallbackQueue::callAvailable(WallDuration timeout) {
   using CallAvailable = void (CallbackQueue::*)(WallDuration);
-  static const auto next = next_member<CallAvailable>("_ZN3ros13CallbackQueue13callAvailableENS_12WallDurationE");
+  static const auto kNext = next_member<CallAvailable>("_ZN3ros13CallbackQueue13callAvailableENS_12WallDurationE");
   const Spinning spinning(this);
-  (this->*next)(timeout);
+  (this->*kNext)(timeout);
 }
 
 CallbackQueue::CallOneResult CallbackQueue::callOne(WallDuration timeout) {
   using CallOne = CallOneResult (CallbackQueue::*)(WallDuration);
-  static const auto next = next_member<CallOne>("_ZN3ros13CallbackQueue7callOneENS_12WallDurationE");
+  static const auto kNext = next_member<CallOne>("_ZN3ros13CallbackQueue7callOneENS_12WallDurationE");
   const Spinning spinning(this);
-  return (this->*next)(timeout);
+  return (this->*kNext)(timeout);
 }
 
 CallbackQueue::CallOneResult CallbackQueue::callOneCB(TLS* tls) {
   using CallOneCallback = CallOneResult (CallbackQueue::*)(TLS*);
-  static const auto next = next_member<CallOneCallback>("_ZN3ros13CallbackQueue9callOneCBEPNS0_3TLSE");
+  static const auto kNext = next_member<CallOneCallback>("_ZN3ros13CallbackQueue9callOneCBEPNS0_3TLSE");
   const Calling calling(this);
-  return (this->*next)(tls);
+  return (this->*kNext)(tls);
 }
 
 void shutdown() {
-  static const auto next = reinterpret_cast<void (*)()>(next_function("_ZN3ros8shutdownEv"));
+  static const auto kNext = reinterpret_cast<void (*)()>(next_function("_ZN3ros8shutdownEv"));
   if (const Hooks* const known = g_hooks.load(std::memory_order_acquire)) known->shut_down();
-  next();
+  kNext();
 }
 
 }  // namespace ros

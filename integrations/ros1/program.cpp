@@ -17,9 +17,12 @@ constexpr double kConnectSeconds = 0.2;
 
 std::string describe(const Binding& binding) {
   switch (binding.kind) {
-    case Binding::Kind::kTopic: return "a subscription of " + binding.name;
-    case Binding::Kind::kService: return "a service " + binding.name;
-    case Binding::Kind::kTimer: break;
+    case Binding::Kind::kTopic:
+      return "a subscription of " + binding.name;
+    case Binding::Kind::kService:
+      return "a service " + binding.name;
+    case Binding::Kind::kTimer:
+      break;
   }
   return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
 }
@@ -50,12 +53,13 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
   const auto known =
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
   if (known == nodes_.end()) {
-    nodes_.push_back(
-        std::make_unique<BoundNode>(*binding, queue, [this](const std::atomic<bool>& stop) { return client(stop); }));
+    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(),
+                                                 [this](const std::atomic<bool>& stop) { return client(stop); }));
+    nodes_.back()->take();
     return nodes_.back().get();
   }
-  if (&(*known)->original() == &queue) return known->get();
-  ROS_WARN("catan: %s is there twice, in two callback queues; the first one is node %s, the other is not scheduled",
+  if (&(*known)->original() == &queue && (*known)->take()) return known->get();
+  ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled",
            describe(*binding).c_str(), binding->node.c_str());
   return nullptr;
 }
@@ -106,8 +110,9 @@ void Program::tell_missing() {
     const bool is_there =
         std::any_of(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == binding; });
     if (is_there) continue;
-    ROS_WARN("catan: %s has not asked for %s in %d s, which is to be node %s; the others go on", binding.ros_node.c_str(),
-             describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()), binding.node.c_str());
+    ROS_WARN("catan: %s has not asked for %s in %d s, which is to be node %s; the others go on",
+             binding.ros_node.c_str(), describe(binding).c_str(), static_cast<int>(kAllShouldBeThere.count()),
+             binding.node.c_str());
   }
 }
 

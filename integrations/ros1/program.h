@@ -17,15 +17,19 @@
 
 #include "catan/client.h"
 #include "common/binding.h"
+#include "common/message_runs.h"
 #include "ros1/bound_node.h"
 
 namespace catan_ros {
 
 class Program {
  public:
-  explicit Program(std::vector<Binding> bindings) : all_bindings_(std::move(bindings)) {}
+  // `message_runs` may be null.
+  Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs)
+      : all_bindings_(std::move(bindings)), message_runs_(std::move(message_runs)) {}
 
-  // The node of a callback of this program; null: no binding names it. Callbacks of the same name and queue are one.
+  // The node of a callback of this program; null: no binding names it. Of several of the same name
+  // the first is the node, as long as it is there; the others stay as they are.
   BoundNode* find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
   BoundNode* find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
 
@@ -41,6 +45,7 @@ class Program {
   void tell_missing();
 
   const std::vector<Binding> all_bindings_;
+  const std::unique_ptr<MessageRuns> message_runs_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
   std::deque<std::unique_ptr<BoundNode>> nodes_;

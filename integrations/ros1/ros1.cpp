@@ -8,7 +8,10 @@
 #include <memory>
 #include <utility>
 
+#include <boost/make_shared.hpp>
+
 #include "ros1/hooks.h"
+#include "ros1/noting_helper.h"
 #include "ros1/program.h"
 #include "ros1/turns_of_queues.h"
 
@@ -28,11 +31,12 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
   if (node == nullptr) return (handle.*next)(options);
   ros::SubscribeOptions own = options;
   own.callback_queue = node;
+  own.helper = boost::make_shared<NotingHelper>(options.helper, handle.resolveName(options.topic));
   if (!node->binding().takes_all) own.queue_size = 1;
+  node->start();
   ros::Subscriber subscriber = (handle.*next)(own);
   options.topic = own.topic;
   options.callback_queue = &queue;
-  node->start();
   return subscriber;
 }
 
@@ -43,10 +47,10 @@ ros::ServiceServer advertise_service(ros::NodeHandle& handle, ros::AdvertiseServ
   if (node == nullptr) return (handle.*next)(options);
   ros::AdvertiseServiceOptions own = options;
   own.callback_queue = node;
+  node->start();
   ros::ServiceServer server = (handle.*next)(own);
   options.service = own.service;
   options.callback_queue = &queue;
-  node->start();
   return server;
 }
 
@@ -55,7 +59,10 @@ template <class Options, class Event>
 class DirectCall {
  public:
   DirectCall(const Options& options, const BoundNode& node)
-      : callback_(options.callback), tracked_(options.tracked_object), is_tracked_(options.tracked_object), node_(node) {}
+      : callback_(options.callback),
+        tracked_(options.tracked_object),
+        is_tracked_(options.tracked_object),
+        node_(node) {}
 
   bool operator()() {
     if (!node_.timer_runs()) return false;
@@ -87,9 +94,9 @@ Timer create(const ros::NodeHandle& handle, Options& options, Next next) {
     node->set_timer_runs(options.autostart);
     node->set_direct_call(DirectCall<Options, Event>(options, *node));
   }
+  node->start();
   Timer timer = (handle.*next)(own);
   options.callback_queue = &queue;
-  node->start();
   return timer;
 }
 
@@ -106,8 +113,22 @@ ros::SteadyTimer create_steady_timer(const ros::NodeHandle& handle, ros::SteadyT
   return create<ros::SteadyTimer, ros::SteadyTimerEvent>(handle, options, next);
 }
 
-void published(const ros::Publisher& publisher) {
-  if (BoundNode* const node = BoundNode::current()) node->note_published(publisher.getTopic());
+// Before it is sent, so that who gets it finds the run.
+void publish(const ros::Publisher& publisher, const SerializeMessage& serialize, ros::SerializedMessage& message,
+             Publish next) {
+  BoundNode* const node = BoundNode::current();
+  if (node == nullptr) return (publisher.*next)(serialize, message);
+  const std::string topic = publisher.getTopic();
+  if (message.message) node->note_sent(key_of_address(topic, message.message.get()));
+  const SerializeMessage noting = [&] {
+    ros::SerializedMessage serialized = serialize();
+    const PublishedKeys keys = keys_of(topic, serialized);
+    node->note_sent(keys.whole);
+    node->note_sent(keys.without_sequence);
+    return serialized;
+  };
+  (publisher.*next)(noting, message);
+  node->note_published(topic);
 }
 
 const char* current_node() {
@@ -142,9 +163,11 @@ extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
   const char* const text = std::getenv(kBindingsVariable);
   std::optional<std::vector<Binding>> bindings = parse_bindings(text != nullptr ? text : "");
   if (!bindings || bindings->empty()) return nullptr;
-  g_program = new Program(std::move(*bindings));
-  static const Hooks kHooks{subscribe,         advertise_service, create_timer, create_wall_timer, create_steady_timer,
-                            published, current_node, adopt, shut_down,         &has_turns(), enter,             leave,
-                            &catan_ros::begin, &catan_ros::end};
+  const char* const messages = std::getenv(kMessageRunsVariable);
+  g_program = new Program(std::move(*bindings), messages != nullptr ? MessageRuns::open(messages) : nullptr);
+  static const Hooks kHooks{subscribe,           advertise_service, create_timer, create_wall_timer,
+                            create_steady_timer, publish,           current_node, adopt,
+                            shut_down,           &has_turns(),      enter,        leave,
+                            &catan_ros::begin,   &catan_ros::end};
   return &kHooks;
 }

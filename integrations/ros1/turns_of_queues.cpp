@@ -1,14 +1,14 @@
 #include "ros1/turns_of_queues.h"
 
-#include <boost/make_shared.hpp>
-#include <boost/shared_ptr.hpp>
-
 #include <array>
 #include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <thread>
 #include <utility>
+
+#include <boost/make_shared.hpp>
+#include <boost/shared_ptr.hpp>
 
 namespace catan_ros {
 namespace {

@@ -31,8 +31,9 @@ class QueueTurn final : public Turn {
   Turns& turns_;
 };
 
-// Of any other queue, a nodelet's above all: a callback is put into it, and who calls that waits until the node's run has
-// ended. So whatever keeps callbacks of that queue apart keeps the node apart, too. It takes two more changes of thread.
+// Of any other queue, a nodelet's above all: a callback is put into it, and who calls that waits until the node's run
+// has ended. So whatever keeps callbacks of that queue apart keeps the node apart, too. It takes two more changes of
+// thread.
 class LentTurn final : public Turn {
  public:
   explicit LentTurn(ros::CallbackQueueInterface& queue) : queue_(queue) {}

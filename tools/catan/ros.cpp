@@ -50,9 +50,12 @@ struct RosRunOptions {
 
 catan_ros::Binding::Kind kind_of(config::RosCallback::Kind kind) {
   switch (kind) {
-    case config::RosCallback::Kind::kTopic: return catan_ros::Binding::Kind::kTopic;
-    case config::RosCallback::Kind::kTimer: return catan_ros::Binding::Kind::kTimer;
-    case config::RosCallback::Kind::kService: break;
+    case config::RosCallback::Kind::kTopic:
+      return catan_ros::Binding::Kind::kTopic;
+    case config::RosCallback::Kind::kTimer:
+      return catan_ros::Binding::Kind::kTimer;
+    case config::RosCallback::Kind::kService:
+      break;
   }
   return catan_ros::Binding::Kind::kService;
 }
@@ -85,6 +88,9 @@ std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
     one.runs_by_itself = node.unscheduled && !node.follows;
     one.always_gives_output = std::all_of(node.successors.begin(), node.successors.end(),
                                           [&](NodeId successor) { return graph.node(successor).external; });
+    for (const NodeId predecessor : node.predecessors) {
+      if (!graph.node(predecessor).external) one.predecessors.push_back(graph.node(predecessor).name);
+    }
     one.output_topics = output_topics(graph, binding.node, bindings);
     told.push_back(std::move(one));
   }
@@ -120,15 +126,18 @@ Result<std::string> find_preload_library() {
                             "install roscpp (scripts/setup.sh --ros1), and build and install Catan again");
 }
 
+// `socket` is where the server listens; the file of messages lies beside it.
 Result<std::vector<std::string>> environment_of(const graph::Graph& graph,
-                                                const std::vector<config::RosBinding>& bindings) {
+                                                const std::vector<config::RosBinding>& bindings,
+                                                const std::string& socket) {
   const auto library = find_preload_library();
   if (!library) return library.error();
   const char* const before = std::getenv(kPreloadVariable);
   const bool other = before != nullptr && *before != '\0';
   return std::vector<std::string>{
       fmt::format("{}={}{}{}", kPreloadVariable, *library, other ? ":" : "", other ? before : ""),
-      fmt::format("{}={}", catan_ros::kBindingsVariable, catan_ros::to_text(told_bindings(graph, bindings)))};
+      fmt::format("{}={}", catan_ros::kBindingsVariable, catan_ros::to_text(told_bindings(graph, bindings))),
+      fmt::format("{}={}.messages", catan_ros::kMessageRunsVariable, std::filesystem::absolute(socket).string())};
 }
 
 // --- Running ---
@@ -147,9 +156,10 @@ class Missing {
       const auto node = std::find_if(snapshot.nodes.begin(), snapshot.nodes.end(),
                                      [&](const NodeSnapshot& one) { return one.name == name; });
       if (node == snapshot.nodes.end() || node->compute_ms.count > 0) continue;
-      note(fmt::format("node {} has not run in {} s: its ROS node {} has not come, or has no such callback, or a node of "
-                       "the same subchain is missing; the others go on",
-                       name, kAllShouldRun, binding.callback.node));
+      note(fmt::format(
+          "node {} has not run in {} s: its ROS node {} has not come, or has no such callback, or a node of "
+          "the same subchain is missing; the others go on",
+          name, kAllShouldRun, binding.callback.node));
     }
   }
 
@@ -179,15 +189,19 @@ int run(const RosRunOptions& options) {
   if (!file) return report_error(file.error());
   const auto bindings = load_bindings(*file, options);
   if (!bindings) return report_error(bindings.error());
-  auto environment = environment_of(file->app.graph, *bindings);
-  if (!environment) return report_error(environment.error());
-  if (!options.socket.empty()) return join(options, *environment);
+  if (!options.socket.empty()) {
+    const auto environment = environment_of(file->app.graph, *bindings, options.socket);
+    return environment ? join(options, *environment) : report_error(environment.error());
+  }
 
   if (Status fits = options.watched.check(file->app, options.scheduling.flight_recorder_mib); !fits) {
     return report_error(fits.error());
   }
   const auto folder = TemporaryFolder::make("catan-ros");
   if (!folder) return report_error(folder.error());
+  const std::string socket = (*folder)->path() + "/socket";
+  auto environment = environment_of(file->app.graph, *bindings, socket);
+  if (!environment) return report_error(environment.error());
   const std::string record_path =
       options.scheduling.record.empty() ? (*folder)->path() + "/run.catan" : options.scheduling.record;
   auto scheduler = options.scheduling.for_scheduler(file->app, record_path);
@@ -200,7 +214,7 @@ int run(const RosRunOptions& options) {
     status.show({});
     note(text);
   };
-  serving.socket = (*folder)->path() + "/socket";
+  serving.socket = socket;
   serving.commands = {options.command};
   serving.environment = std::move(*environment);
   serving.seconds = options.seconds;
@@ -223,20 +237,24 @@ void add_ros_run_command(CLI::App& ros, int& exit_code) {
       "Examples:\n"
       "  sudo -E catan ros run robot.yaml -- roslaunch my_robot all.launch    serves the app, ends with the command\n"
       "  catan ros run robot.yaml --bind bind.yaml --record run.catan -- rosrun my_robot mapper\n"
-      "  catan ros run robot.yaml --scheduler default --seconds 60 -- roslaunch my_robot all.launch    to compare with\n"
+      "  catan ros run robot.yaml --scheduler default --seconds 60 -- roslaunch my_robot all.launch    to compare "
+      "with\n"
       "  catan ros run robot.yaml --socket /run/catan/robot.sock -- rosrun my_robot mapper    joins a server\n"
       "Callbacks that a binding names become runs of their nodes; the others, and programs without any, stay as they "
       "are.\n"
       "docs/ros1.md says more. Ctrl-C and SIGTERM end it and all that the command has started.\n"
-      "Exit code: 0 it ran, 1 failure at run time, 2 a mistake, 128 + the signal's number if a signal ended it; else it "
+      "Exit code: 0 it ran, 1 failure at run time, 2 a mistake, 128 + the signal's number if a signal ended it; else "
+      "it "
       "is\nCOMMAND's, where Catan did what it was asked. With --socket it is COMMAND's.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
   command->add_option("--bind", options->bind, "Which callback is which node, beside what the app file says")
       ->type_name("FILE");
-  command->add_option("--socket", options->socket, "Join the server that listens there, in place of a server of its own")
+  command
+      ->add_option("--socket", options->socket, "Join the server that listens there, in place of a server of its own")
       ->type_name("PATH");
   command
-      ->add_option("--seconds", options->seconds, "How long to measure, after the warm-up; else as long as COMMAND runs")
+      ->add_option("--seconds", options->seconds,
+                   "How long to measure, after the warm-up; else as long as COMMAND runs")
       ->check(within(0.1, 864'000.0));
   options->scheduling.add_to(*command);
   options->watched.add_to(*command);

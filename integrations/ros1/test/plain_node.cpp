@@ -1,10 +1,13 @@
 // A ROS program that knows nothing of Catan, for the tests: what it does is said on its command line.
 //
 //   plain_node NAME [--in TOPIC] [--out TOPIC] [--timer MS] [--burn MS] [--beside TOPIC] [--spin-once] [--threads N]
-//              [--counts FILE]
+//              [--wrapped-queue] [--counts FILE] [--log FILE]
 //
-// A message on --in, or the timer, makes it burn CPU time and publish what it has counted, or got, on --out. A message on
-// --beside is counted by another callback. What was counted is written to FILE, as JSON, ten times a second.
+// A message on --in, or the timer, makes it burn CPU time and publish what it has counted, or got, on --out. A message
+// on
+// --beside is counted by another callback. What was counted is written to FILE, as JSON, ten times a second;
+// each message of --in to the log, a line a message.
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_msgs/Int64.h>
 
@@ -17,9 +20,9 @@
 namespace {
 
 struct Asked {
-  std::string in, out, beside, counts;
+  std::string in, out, beside, counts, log;
   double timer_ms = 0.0, burn_ms = 0.0;
-  bool spin_once = false;
+  bool spin_once = false, wrapped_queue = false;
   int threads = 1;
 };
 
@@ -63,6 +66,7 @@ void work(long value) {
 void on_message(const std_msgs::Int64::ConstPtr& message) {
   if (message->data < g_counts.newest.load()) ++g_counts.backward;
   g_counts.newest = message->data;
+  if (!g_asked.log.empty()) std::ofstream(g_asked.log, std::ios::app) << message->data << "\n";
   work(message->data);
 }
 
@@ -85,8 +89,8 @@ void write_counts(const ros::SteadyTimerEvent&) {
 bool read(const std::vector<std::string>& arguments) {
   for (std::size_t index = 1; index < arguments.size(); ++index) {
     const std::string& option = arguments[index];
-    if (option == "--spin-once") {
-      g_asked.spin_once = true;
+    if (option == "--spin-once" || option == "--wrapped-queue") {
+      (option == "--spin-once" ? g_asked.spin_once : g_asked.wrapped_queue) = true;
       continue;
     }
     if (++index == arguments.size()) return false;
@@ -99,6 +103,8 @@ bool read(const std::vector<std::string>& arguments) {
       g_asked.beside = value;
     } else if (option == "--counts") {
       g_asked.counts = value;
+    } else if (option == "--log") {
+      g_asked.log = value;
     } else if (option == "--timer") {
       g_asked.timer_ms = std::stod(value);
     } else if (option == "--burn") {
@@ -112,8 +118,29 @@ bool read(const std::vector<std::string>& arguments) {
   return true;
 }
 
+// A queue of another class, as nodelets have.
+class WrappedQueue final : public ros::CallbackQueueInterface {
+ public:
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t id) override {
+    queue_.addCallback(callback, id);
+  }
+  void removeByID(std::uint64_t id) override { queue_.removeByID(id); }
+  void spin() {
+    while (ros::ok()) queue_.callAvailable(ros::WallDuration(0.1));
+  }
+
+ private:
+  ros::CallbackQueue queue_;
+};
+
+WrappedQueue g_queue;
+
 void spin() {
-  if (g_asked.spin_once) {
+  if (g_asked.wrapped_queue) {
+    ros::AsyncSpinner others(1);
+    others.start();
+    g_queue.spin();
+  } else if (g_asked.spin_once) {
     ros::WallRate rate(200.0);
     while (ros::ok()) {
       {
@@ -139,13 +166,15 @@ int main(int count, char** arguments) {
   if (rest.empty() || !read(rest)) return 2;
   ros::init(count, arguments, rest[0]);
   ros::NodeHandle handle;
+  if (g_asked.wrapped_queue) handle.setCallbackQueue(&g_queue);
   if (!g_asked.out.empty()) g_out = handle.advertise<std_msgs::Int64>(g_asked.out, 10);
   ros::Subscriber in, beside;
   if (!g_asked.in.empty()) in = handle.subscribe(g_asked.in, 10, on_message);
   if (!g_asked.beside.empty()) beside = handle.subscribe(g_asked.beside, 100, on_beside);
   ros::Timer timer;
   if (g_asked.timer_ms > 0.0) {
-    timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3), [](const ros::TimerEvent&) { work(++g_counts.newest); });
+    timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3),
+                               [](const ros::TimerEvent&) { work(++g_counts.newest); });
   }
   ros::SteadyTimer writer;
   if (!g_asked.counts.empty()) writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts);

@@ -40,7 +40,8 @@ class RosNode {
           }));
     }
     if (takes_messages(node)) return;
-    const ros::Duration period = node.timer ? ros::Duration(static_cast<double>(node.timer->count()) * 1e-3) : never(index);
+    const ros::Duration period =
+        node.timer ? ros::Duration(static_cast<double>(node.timer->count()) * 1e-3) : never(index);
     timer_ = handle.createTimer(period, [this](const ros::TimerEvent&) { call(); });
   }
   ~RosNode() {
@@ -77,7 +78,9 @@ class RosNode {
 
   // A node that takes the newest message of one other is its subscription; any other a timer's callback, for which
   // subscriptions that are not bound collect messages.
-  static bool takes_messages(const Node& node) { return node.inputs.size() == 1 && !node.inputs[0].queue && !node.timer; }
+  static bool takes_messages(const Node& node) {
+    return node.inputs.size() == 1 && !node.inputs[0].queue && !node.timer;
+  }
 
   void call();
   void help(const std::function<void()>& work);

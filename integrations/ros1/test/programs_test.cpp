@@ -8,9 +8,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -149,8 +152,9 @@ TEST_F(ProgramsTest, APipelineOfUnmodifiedProgramsIsScheduled) {
   write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json",
                   "heavy --in /images --burn 30 --out /things --counts heavy.json",
                   "light --in /things --burn 2 --counts light.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --json --record run.catan --seconds 6 -- ./launch.sh");
+  const int run =
+      start("run", std::string(CATAN_COMMAND) +
+                       " ros run app.yaml --bind bind.yaml --json --record run.catan --seconds 6 -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
   const json report = json::parse(text_of(path("run.out")));
   for (const char* const name : {"source", "heavy", "light"}) {
@@ -169,6 +173,54 @@ TEST_F(ProgramsTest, APipelineOfUnmodifiedProgramsIsScheduled) {
   EXPECT_EQ(counted("light", "backward"), 0);
 }
 
+// The message's value is the number of the run that sent it.
+TEST_F(ProgramsTest, ARunHasConsumedTheRunsThatSentItsMessages) {
+  write("app.yaml", R"(catan: 1
+app: lineage
+nodes: { source: { fallback_rate: 100Hz }, late: { fallback_rate: 30Hz }, all: { fallback_rate: 20Hz, input: queue } }
+edges: [ source -> late, source -> all ]
+objective: [ { response_time: [source, late], weight: 1 }, { period: all, weight: 1 } ]
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  source: { node: /source, timer: 10ms }
+  late: { node: /late, topic: /data }
+  all: { node: /all, topic: /data }
+)");
+  write_launcher({"source --timer 10 --out /data", "late --in /data --log late.log", "all --in /data --log all.log"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --scheduler default --seconds 5 --record "
+                                   "run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  const auto numbers = [&](const std::string& name) {
+    std::istringstream text(text_of(path(name)));
+    return std::vector<long>(std::istream_iterator<long>(text), {});
+  };
+  const auto consumed = [&](const std::string& node, const std::string& what) {
+    const std::string query = "SELECT " + what +
+                              " FROM consumed JOIN nodes ON nodes.id = consumed.node WHERE nodes.name = '" + node +
+                              "' ORDER BY consumed.run";
+    wait(start("consumed", "sqlite3 run.catan \"" + query + "\""), seconds{10});
+    return numbers("consumed.out");
+  };
+  const std::vector<long> runs = consumed("late", "consumed.last");
+  const std::vector<long> messages = numbers("late.log");
+  ASSERT_GT(messages.size(), 100U);
+  const auto found = std::count_if(messages.begin(), messages.end(), [&](long message) {
+    return std::find(runs.begin(), runs.end(), message) != runs.end();
+  });
+  // A message may be there before the run that sent it has ended.
+  EXPECT_GE(found, static_cast<long>(messages.size()) * 95 / 100);
+  EXPECT_EQ(std::adjacent_find(runs.begin(), runs.end(), std::greater<>{}), runs.end()) << "never an older one";
+
+  const std::vector<long> firsts = consumed("all", "consumed.first");
+  const std::vector<long> lasts = consumed("all", "consumed.last");
+  ASSERT_EQ(firsts.size(), lasts.size());
+  ASSERT_GT(lasts.size(), 50U);
+  EXPECT_NEAR(static_cast<double>(lasts.back() - firsts.front() + 1), static_cast<double>(numbers("all.log").size()),
+              20.0);
+}
+
 TEST_F(ProgramsTest, ACallbackThatIsNotBoundGoesOnWhileABoundOneWaits) {
   write("app.yaml", R"(catan: 1
 app: slow
@@ -178,8 +230,8 @@ objective: [ { period: work, weight: 1 } ]
   write("bind.yaml", "catan: 1\nros: { work: { node: /worker, topic: /data } }\n");
   write_launcher({"feed --timer 10 --out /data --counts feed.json", "ticks --timer 10 --out /ticks",
                   "worker --in /data --beside /ticks --burn 5 --counts worker.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  const int run = start(
+      "run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
   ASSERT_TRUE(counts("worker", "calls", 3)) << text_of(path("run.err"));
   const long calls = counted("worker", "calls");
   const long beside = counted("worker", "beside");
@@ -198,12 +250,54 @@ nodes: { work: { fallback_rate: 50Hz } }
 objective: [ { period: work, weight: 1 } ]
 )");
   write("bind.yaml", "catan: 1\nros: { work: { node: /looper, topic: /data } }\n");
-  write_launcher({"feed --timer 5 --out /data", "looper --in /data --beside /data --burn 1 --spin-once --counts looper.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  write_launcher(
+      {"feed --timer 5 --out /data", "looper --in /data --beside /data --burn 1 --spin-once --counts looper.json"});
+  const int run = start(
+      "run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
   EXPECT_TRUE(counts("looper", "calls", 100)) << text_of(path("run.err"));
   EXPECT_EQ(counted("looper", "overlaps"), 0);
   end(run, SIGTERM);
+}
+
+TEST_F(ProgramsTest, AQueueOfAnotherClassKeepsItsCallbacksApart) {
+  write("app.yaml", R"(catan: 1
+app: wrapped
+nodes: { work: { fallback_rate: 50Hz } }
+objective: [ { period: work, weight: 1 } ]
+)");
+  write("bind.yaml", "catan: 1\nros: { work: { node: /wrapped, topic: /data } }\n");
+  write_launcher({"feed --timer 5 --out /data",
+                  "wrapped --in /data --beside /data --burn 2 --wrapped-queue --counts wrapped.json"});
+  const int run = start("run", std::string(CATAN_COMMAND) +
+                                   " ros run app.yaml --bind bind.yaml --scheduler default --json --record run.catan "
+                                   "--seconds 5 -- ./launch.sh");
+  EXPECT_TRUE(counts("wrapped", "calls", 50)) << text_of(path("run.err"));
+  EXPECT_TRUE(counts("wrapped", "beside", 50));
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_EQ(counted("wrapped", "overlaps"), 0);
+  EXPECT_GT(node(json::parse(text_of(path("run.out"))), "work")["runs"].get<long>(), 100);
+}
+
+// What a callback costs that is not bound, beside bound ones in the same queue, and without Catan.
+TEST_F(ProgramsTest, ACallbackThatIsNotBoundCostsLessThanAMicrosecondMore) {
+  write("app.yaml", R"(catan: 1
+app: cost
+nodes: { work: { fallback_rate: 1Hz } }
+objective: [ { period: work, weight: 1 } ]
+)");
+  write("bound.yaml", "catan: 1\nros: { work: { node: /hook_cost, topic: /data } }\n");
+  write("other.yaml", "catan: 1\nros: { work: { node: /other, topic: /data } }\n");
+  const std::string run = std::string(CATAN_COMMAND) + " ros run app.yaml --scheduler default --bind ";
+  EXPECT_EQ(wait(start("without", std::string(HOOK_COST) + " without.ns"), seconds{60}), 0);
+  EXPECT_EQ(wait(start("other", run + "other.yaml -- " + HOOK_COST + " other.ns"), seconds{60}), 0);
+  EXPECT_EQ(wait(start("bound", run + "bound.yaml -- " + HOOK_COST + " bound.ns"), seconds{60}), 0);
+  const double without = std::stod(text_of(path("without.ns")));
+  EXPECT_GT(without, 1.0);
+  EXPECT_LT(std::stod(text_of(path("other.ns"))) - without, 1000.0);
+  EXPECT_LT(std::stod(text_of(path("bound.ns"))) - without, 1000.0);
+  RecordProperty("ns_without", text_of(path("without.ns")));
+  RecordProperty("ns_in_another_program", text_of(path("other.ns")));
+  RecordProperty("ns_beside_a_bound_one", text_of(path("bound.ns")));
 }
 
 TEST_F(ProgramsTest, WhenTheServerIsKilledAllGoOn) {
@@ -239,8 +333,9 @@ ros:
   misspelt: { node: /worker, topic: /dada }
 )");
   write_launcher({"feed --timer 10 --out /data", "worker --in /data --counts worker.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --scheduler default --seconds 14 -- ./launch.sh");
+  const int run =
+      start("run", std::string(CATAN_COMMAND) +
+                       " ros run app.yaml --bind bind.yaml --scheduler default --seconds 14 -- ./launch.sh");
   EXPECT_TRUE(counts("worker", "calls", 40)) << text_of(path("run.err"));
   wait(run, seconds{60});
   EXPECT_THAT(text_of(path("run.err")), HasSubstr("node gone has not run in 10 s: its ROS node /nobody has not come"));

@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -29,18 +31,18 @@ int free_port() {
   const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = local(0);
   socklen_t size = sizeof address;
-  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size);
-  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+  const bool bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
+                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
   ::close(socket);
+  if (!bound) throw std::runtime_error("there is no free port");
   return ntohs(address.sin_port);
 }
 
-bool answers(int port) {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  const sockaddr_in address = local(port);
-  const bool connected = ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  ::close(socket);
-  return connected;
+// It ends in order only from then on.
+bool has_started(const std::string& log) {
+  std::ostringstream text;
+  text << std::ifstream(log).rdbuf();
+  return text.str().find("started core service") != std::string::npos;
 }
 
 }  // namespace
@@ -52,26 +54,32 @@ Roscore::Roscore(const std::string& folder) {
   ::setenv("ROS_LOG_DIR", folder.c_str(), 1);
   ::setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port)).c_str(), 1);
   ::setenv("ROS_HOSTNAME", "localhost", 1);
+  ::setenv("PYTHONUNBUFFERED", "1", 1);
+  const std::string log_file = folder + "/roscore.log";
   process_ = ::fork();
   if (process_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    const int log = ::open((folder + "/roscore.log").c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    const int log = ::open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     ::dup2(log, 1);
     ::dup2(log, 2);
     ::execl("/usr/bin/python3", "python3", "/usr/bin/roscore", "-p", std::to_string(port).c_str(), nullptr);
     ::_exit(127);
   }
   for (int tries = 0; tries < 400; ++tries) {
-    if (answers(port)) return;
+    if (has_started(log_file)) return;
     std::this_thread::sleep_for(std::chrono::milliseconds{50});
   }
-  throw std::runtime_error("roscore does not answer; see " + folder + "/roscore.log");
+  stop();
+  throw std::runtime_error("roscore does not start: see " + log_file);
 }
 
-Roscore::~Roscore() {
+Roscore::~Roscore() { stop(); }
+
+void Roscore::stop() const {
   if (process_ <= 0) return;
-  ::kill(process_, SIGTERM);
   for (int tries = 0; tries < 200; ++tries) {
+    // Again and again: it does not hear it while it starts.
+    if (tries % 10 == 0) ::kill(process_, SIGTERM);
     if (::waitpid(process_, nullptr, WNOHANG) == process_) return;
     std::this_thread::sleep_for(std::chrono::milliseconds{50});
   }

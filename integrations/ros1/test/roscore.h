@@ -18,6 +18,8 @@ class Roscore {
   Roscore& operator=(const Roscore&) = delete;
 
  private:
+  void stop() const;
+
   int process_ = 0;
 };
 

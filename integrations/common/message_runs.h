@@ -1,0 +1,64 @@
+// Which run of a node sent a message: how the lineage of data is known across programs, though messages do not carry
+// it.
+//
+// A node that publishes notes the key of the message, which is made of its bytes, and the number of its run; who gets
+// the message makes the same key and finds the run. (A sequence number would have to be in the message: some have none,
+// a publisher counts in one way and its connections in another, and both drop messages.) Messages with the same bytes
+// have the same key, and the newest counts.
+//
+// All is in a file that the programs of an app share: for each of at most kNodes nodes the last kMessages messages.
+// Where it cannot be opened there is no lineage of this kind, and a run counts as having taken the newest output.
+//
+// Thread safety: all calls from any thread; wait-free. What another program wrote is not trusted: at worst a run is not
+// found, or a wrong one is.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace catan_ros {
+
+class MessageRuns {
+ public:
+  static constexpr std::size_t kNodes = 256;
+  static constexpr std::size_t kMessages = 128;
+  using Key = std::uint64_t;
+
+  // Makes the file if it is not there. Null: it cannot be had, or is not this user's.
+  static std::unique_ptr<MessageRuns> open(const std::string& path);
+  ~MessageRuns();
+  MessageRuns(const MessageRuns&) = delete;
+  MessageRuns& operator=(const MessageRuns&) = delete;
+
+  // Of a message on a topic: its first and last bytes and its length.
+  static Key key_of(std::string_view topic, std::span<const std::byte> message);
+
+  void note(std::string_view node, Key key, std::uint64_t run);
+  // The newest run of `node` that sent such a message; 0: none that is known.
+  std::uint64_t find(std::string_view node, Key key) const;
+
+ private:
+  struct Message {
+    std::atomic<Key> key{0};
+    std::atomic<std::uint64_t> run{0};
+  };
+  struct Node {
+    std::atomic<std::uint64_t> name{0};  // hash; 0: free
+    std::atomic<std::uint64_t> noted{0};
+    std::array<Message, kMessages> messages{};
+  };
+  using Nodes = std::array<Node, kNodes>;
+
+  explicit MessageRuns(Nodes& nodes) : nodes_(nodes) {}
+  Node* node_of(std::string_view name, bool make) const;
+
+  Nodes& nodes_;
+};
+
+}  // namespace catan_ros
