@@ -3,6 +3,7 @@
 #
 #   scripts/setup.sh           what building, testing and the demo need
 #   scripts/setup.sh --dev     that, and what formatting, linting, fuzzing and packaging need (--ci is the same)
+#   scripts/setup.sh --ros1    that of users, and what the port to ROS 1 needs; may stand beside --dev
 #   scripts/setup.sh --list    only prints the names of the packages
 #
 # Exit: 0 all there, 1 something is missing and could not be installed, 2 a wrong option.
@@ -54,6 +55,12 @@ dev_packages=(
   man-db                 # whose check shows them
   pkg-config             # and compiles a program against the package
 )
+ros1_packages=(
+  libroscpp-dev          # roscpp
+  libstd-msgs-dev        # messages of the tests' programs
+  python3-roslaunch      # roscore, roslaunch
+  python3-rosmaster      # the master
+)
 # A file of opencv-doc that the apps need. Minimal systems tell dpkg to leave /usr/share/doc out.
 doc_data=/usr/share/doc/opencv-doc/examples/data
 doc_sample=$doc_data/Megamind.avi
@@ -66,8 +73,9 @@ list_only=0
 for option in "$@"; do
   case $option in
     --dev | --ci) packages+=("${dev_packages[@]}") ;;
+    --ros1) packages+=("${ros1_packages[@]}") ;;
     --list) list_only=1 ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) say "unknown option '$option'; try --help"; exit 2 ;;
   esac
 done

@@ -21,7 +21,7 @@ Outcome catan(const std::string& arguments) { return run_catan(arguments, kTestA
 
 TEST(Command, HelpAndVersionAreSuccess) {
   for (const std::string command : {"", "bench", "check", "ctl", "doctor", "export", "http", "node", "plan", "report",
-                                    "run", "serve", "sim", "top", "watch", "whatif"}) {
+                                    "ros", "ros run", "run", "serve", "sim", "top", "watch", "whatif"}) {
     const Outcome outcome = catan(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_EQ(outcome.err, "") << command;
@@ -34,11 +34,26 @@ TEST(Command, HelpAndVersionAreSuccess) {
 }
 
 TEST(Command, MistakesOnTheCommandLineExitWith2) {
-  for (const std::string arguments :
-       {"", "chek minimal.yaml", "check", "check --colour minimal.yaml", "check minimal.yaml extra",
-        "check minimal.yaml --json --dot", "plan minimal.yaml --cores 0", "plan minimal.yaml --cores two",
-        "plan minimal.yaml --slack 6", "plan minimal.yaml --slack 100%", "plan minimal.yaml --planner best",
-        "check nowhere.yaml", "check .", "check minimal.yaml --costs nowhere.yaml", "plan minimal.yaml --costs ."}) {
+  for (const std::string arguments : {"",
+                                      "chek minimal.yaml",
+                                      "check",
+                                      "check --colour minimal.yaml",
+                                      "check minimal.yaml extra",
+                                      "check minimal.yaml --json --dot",
+                                      "plan minimal.yaml --cores 0",
+                                      "plan minimal.yaml --cores two",
+                                      "plan minimal.yaml --slack 6",
+                                      "plan minimal.yaml --slack 100%",
+                                      "plan minimal.yaml --planner best",
+                                      "check nowhere.yaml",
+                                      "check .",
+                                      "ros",
+                                      "ros run minimal.yaml",
+                                      "ros run minimal.yaml -- true",
+                                      "ros run nowhere.yaml -- true",
+                                      "ros run minimal.yaml --bind nowhere.yaml -- true",
+                                      "check minimal.yaml --costs nowhere.yaml",
+                                      "plan minimal.yaml --costs ."}) {
     const Outcome outcome = catan(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_EQ(outcome.out, "") << arguments;
