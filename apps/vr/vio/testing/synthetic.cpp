@@ -38,8 +38,11 @@ SyntheticHead::SyntheticHead(const SyntheticOptions& options, HeadPath path)
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (int i = 0; i < 12; ++i) phases_.push_back(2.0 * std::numbers::pi * uniform(random_));
   for (std::size_t i = 0; i < options_.points; ++i) {
-    Eigen::Vector3d point(kHalfLength * (2.0 * uniform(random_) - 1.0), kHalfWidth * (2.0 * uniform(random_) - 1.0),
-                          kHeight * uniform(random_));
+    // One draw a line, here and below: in which order arguments are evaluated is the compiler's choice.
+    const double z = kHeight * uniform(random_);
+    const double y = kHalfWidth * (2.0 * uniform(random_) - 1.0);
+    const double x = kHalfLength * (2.0 * uniform(random_) - 1.0);
+    Eigen::Vector3d point(x, y, z);
     // Two thirds lie on the walls, the others on what stands in the room.
     switch (i % 6) {
       case 0:
@@ -119,7 +122,10 @@ ImuSample SyntheticHead::exact_sample(double time) const {
 
 ImuSample SyntheticHead::next_sample() {
   const auto noise = [&](double deviation) {
-    return Eigen::Vector3d(deviation * normal_(random_), deviation * normal_(random_), deviation * normal_(random_));
+    const double z = normal_(random_);
+    const double y = normal_(random_);
+    const double x = normal_(random_);
+    return Eigen::Vector3d(deviation * Eigen::Vector3d(x, y, z));
   };
   ImuSample sample = exact_sample(kImuPeriod * static_cast<double>(samples_++));
   const double root = std::sqrt(kImuPeriod);
@@ -147,8 +153,9 @@ std::vector<Observation> SyntheticHead::observe(double time) {
     }
     if (observations.size() >= options_.max_features) return;
     if (point.feature == 0) point.feature = next_feature_++;
-    Eigen::Vector2d noisy =
-        pixel + options_.pixel_noise * Eigen::Vector2d(normal_(picture_random_), normal_(picture_random_));
+    const double v = normal_(picture_random_);
+    const double u = normal_(picture_random_);
+    Eigen::Vector2d noisy = pixel + options_.pixel_noise * Eigen::Vector2d(u, v);
     if (uniform(picture_random_) < options_.outliers) {
       noisy = {uniform(picture_random_) * camera_.width, uniform(picture_random_) * camera_.height};
     }
