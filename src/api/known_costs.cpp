@@ -1,21 +1,13 @@
 #include "api/known_costs.h"
 
-#include <fstream>
-
 #include "config/cost_file.h"
 #include "policy/costs_of_record.h"
 #include "record/reader.h"
 
 namespace ctn::api {
 
-bool is_record(const std::string& file) {
-  std::ifstream bytes(file, std::ios::binary);
-  std::string begin(15, '\0');
-  return bytes.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == "SQLite format 3";
-}
-
 Result<KnownCosts> known_costs(const std::string& file, const graph::App& app) {
-  if (!is_record(file)) {
+  if (!record::looks_like_record(file)) {
     const Result<model::Workload> work = config::load_workload(file, app);
     if (!work) return work.error();
     return KnownCosts{work->costs(app.graph), trial::Samples(app, *work, Nanos{0}, 1)};

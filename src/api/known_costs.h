@@ -17,9 +17,6 @@ struct KnownCosts {
   trial::Samples samples;  // what single runs cost
 };
 
-// By what the file begins with.
-bool is_record(const std::string& file);
-
 // Errors: all that is wrong with the file, or not of the app; of a record as policy::costs_of_record().
 Result<KnownCosts> known_costs(const std::string& file, const graph::App& app);
 

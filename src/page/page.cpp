@@ -455,10 +455,7 @@ Result<std::string> compare_html(const ShownRun& run, const ShownRun& other, std
 }
 
 Status save(const std::string& html, const std::string& file) {
-  constexpr std::string_view kRecord = "SQLite format 3";
-  std::string begin(kRecord.size(), '\0');
-  if (std::ifstream(file, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size())) &&
-      begin == kRecord) {
+  if (record::looks_like_record(file)) {
     return Error::caller(quote(file) + " is a record, which a page would replace", "name another file after --html");
   }
   std::ofstream stream(file, std::ios::binary);

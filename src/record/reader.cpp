@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <queue>
+#include <string_view>
 #include <tuple>
 
 #include "record/app_changes.h"
@@ -284,6 +286,13 @@ class ConsumerCursor {
 };
 
 }  // namespace
+
+bool looks_like_record(const std::string& path) {
+  constexpr std::string_view kBegin = "SQLite format 3";
+  std::string begin(kBegin.size(), '\0');
+  std::ifstream bytes(path, std::ios::binary);
+  return bytes.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kBegin;
+}
 
 struct Reader::Impl {
   static Result<Reader> read(Result<sqlite::Database> database);

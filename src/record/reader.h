@@ -22,6 +22,9 @@
 
 namespace ctn::record {
 
+// Whether the file begins as records do; whether it is one, Reader::open() says. False where it cannot be read.
+bool looks_like_record(const std::string& path);
+
 // How a run ended.
 struct Ending {
   bool closed = false;  // the writer closed the record; false: it is being written, or its process was killed

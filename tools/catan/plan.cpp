@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include "api/known_costs.h"
+#include "api/plan_ahead.h"
 #include "baselines/davare.h"
 #include "baselines/verucchi.h"
 #include "command.h"
@@ -25,7 +26,6 @@
 #include "planner/expected.h"
 #include "planner/explain.h"
 #include "planner/planner.h"
-#include "policy/planned.h"
 #include "rate_plan_output.h"
 #include "scheduling_options.h"
 #include "status_line.h"
@@ -57,15 +57,10 @@ Result<api::KnownCosts> costs_to_plan_by(const graph::App& app, const std::strin
   return api::KnownCosts{work.costs(app.graph), trial::Samples(app, work, Nanos{0}, 1)};
 }
 
-// How long the search is, as a multiple of a few seconds.
-constexpr double kMinEffort = 0.001;
-constexpr double kMaxEffort = 1000.0;
-
 // What is to be planned, by whomever.
 struct Task {
   const graph::App& app;
-  const model::CostTable costs;
-  const trial::Samples samples;
+  const api::KnownCosts known;
   planner::ExpectedRequest request;
 };
 
@@ -74,16 +69,16 @@ std::function<void(double)> shown_on(const StatusLine& line, const char* what) {
   return [&line, what](double part) { line.show(fmt::format("{}: {:.0f} %", what, 100.0 * part)); };
 }
 
-Result<plan::Plan> planned(Task& task) {
+Result<plan::Plan> planned(Task& task, graph::PlannerKind by) {
   const StatusLine line;
   task.request.on_progress = shown_on(line, "planning");
-  return planner::make_expected_plan(task.app, task.samples, task.costs, task.request);
+  return api::plan_ahead(task.app, task.known, task.request, by);
 }
 
 planner::Explanation explained(Task& task, const plan::Plan& plan) {
   const StatusLine line;
   task.request.on_progress = shown_on(line, "planning again, with one thing changed at a time");
-  return planner::explain(task.app, task.samples, task.costs, task.request, plan);
+  return planner::explain(task.app, task.known.samples, task.known.costs, task.request, plan);
 }
 
 Result<double> slack_of(const graph::App& app, const std::string& text) {
@@ -118,12 +113,12 @@ auto timed(const Work& work) {
 
 int make_rates(Task& task, RateMethod method, bool json) {
   const planner::ExpectedRequest& request = task.request;
-  const auto plan = timed([&] { return method(task.app, task.costs, {request.cores, request.slack, 0}); });
+  const auto plan = timed([&] { return method(task.app, task.known.costs, {request.cores, request.slack, 0}); });
   if (!plan) return report_error(plan.error());
-  if (const auto proof = baselines::check_rates(*plan, task.app, task.costs, request.cores); !proof) {
+  if (const auto proof = baselines::check_rates(*plan, task.app, task.known.costs, request.cores); !proof) {
     throw std::logic_error("rates that do not hold: " + proof.error().message());
   }
-  const auto catans = planned(task);
+  const auto catans = planned(task, graph::PlannerKind::kAuto);
   const plan::Plan* beside = catans ? &*catans : nullptr;
   print(json ? rate_plan_json(*plan, task.app, beside) : rate_plan_text(*plan, task.app, beside));
   return kSuccess;
@@ -145,18 +140,15 @@ int make(PlanOptions options) {
   auto known = costs_to_plan_by(app, options.costs);
   if (!known) return report_error(known.error());
   const int cores = options.cores.value_or(app.core_count().value_or(1));
-  Task task{.app = app,
-            .costs = std::move(known->costs),
-            .samples = std::move(known->samples),
-            .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
+  Task task{
+      .app = app, .known = std::move(*known), .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
   if (const RateMethod rates = rate_method(options.planner)) return make_rates(task, rates, options.json);
-  auto plan = timed(
-      [&] { return by_paper ? paper::make_plan(app, task.costs, {.cores = cores, .slack = *slack}) : planned(task); });
+  const auto plan =
+      timed([&] { return planned(task, by_paper ? graph::PlannerKind::kPaper : graph::PlannerKind::kAuto); });
   if (!plan) return report_error(plan.error());
-  if (const auto proof = plan::validate(*plan, app, task.costs, cores); !proof) {
+  if (const auto proof = plan::validate(*plan, app, task.known.costs, cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
-  policy::say_what_is_known(*plan, task.costs, {}, app.graph);
   std::optional<planner::Explanation> why;
   if (options.explain) why = explained(task, *plan);
   print(shown(*plan, app, why ? &*why : nullptr, options.json));
@@ -197,7 +189,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       ->add_option("--effort", options->effort,
                    "How long to search, as a multiple of a few seconds: of --planner auto, and of what is printed "
                    "beside davare and verucchi")
-      ->check(CLI::Range(kMinEffort, kMaxEffort))
+      ->check(CLI::Range(api::kMinEffort, api::kMaxEffort))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON document");
   command->add_flag("--explain", options->explain,

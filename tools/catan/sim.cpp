@@ -92,7 +92,7 @@ struct Costs {
 
 // From a cost file, or from the record of a run. `app` outlives what it makes.
 Result<Costs> costs_of(const graph::App& app, const std::string& file, bool resample, Nanos overhead) {
-  if (!api::is_record(file)) {
+  if (!record::looks_like_record(file)) {
     auto work = config::load_workload(file, app);
     if (!work) return work.error();
     model::CostTable known = work->costs(app.graph);
@@ -215,7 +215,7 @@ int run(const SimOptions& options) {
     return report_error(
         Error::caller("no app or no costs to simulate", "write catan sim APP --costs FILE, or --validate RECORD"));
   }
-  if (options.resample && !api::is_record(options.costs)) {
+  if (options.resample && !record::looks_like_record(options.costs)) {
     return report_error(Error::caller("--resample draws from the runs of a record, and --costs is none",
                                       "leave it out: costs of a cost file are drawn already"));
   }
