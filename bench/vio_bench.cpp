@@ -203,13 +203,7 @@ int run_room(double seconds, std::uint64_t seed, int width, int height) {
   testing::SyntheticOptions options;
   options.seed = seed;
   testing::SyntheticHead head(options);
-  CameraModel model;
-  model.width = width;
-  model.height = height;
-  model.fx = model.fy = 0.625 * width;
-  model.cx = 0.5 * (width - 1);
-  model.cy = 0.5 * (height - 1);
-  model.body_from_camera = testing::forward_camera();
+  const CameraModel model = testing::camera_of(width, height);
   const testing::PaintedRoom room(seed);
   Measured measured;
   Nodes nodes(model);

@@ -33,21 +33,7 @@ using namespace ctn::vr::drawing;
 constexpr double kMargin = 0.05;
 constexpr double kAhead = 0.01;  // seconds between the poses of a frame and its warp
 
-CameraModel eye_of(int width, int height) {
-  CameraModel eye;
-  eye.width = width;
-  eye.height = height;
-  eye.fx = eye.fy = 0.5 * width;  // 90 degrees
-  eye.cx = 0.5 * width - 0.5;
-  eye.cy = 0.5 * height - 0.5;
-  return eye;
-}
-
-Pose forwards() {
-  Eigen::Matrix3d axes;
-  axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return {Eigen::Quaterniond(axes), {0.0, 0.0, 0.0}};
-}
+Pose forwards() { return {looking_forward(), Eigen::Vector3d::Zero()}; }
 
 void measure(const std::string& what, int runs, const std::string& published, const std::function<void(int)>& run) {
   std::vector<double> times;

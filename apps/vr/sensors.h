@@ -41,6 +41,13 @@ inline Pose inverse(const Pose& frame) {
   return {back, -(back * frame.position)};
 }
 
+// Of a camera that looks where the body's x axis points, upright where that is.
+inline Eigen::Quaterniond looking_forward() {
+  Eigen::Matrix3d axes;  // columns: the camera's right, down and forward in the body's frame
+  axes << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
+  return Eigen::Quaterniond(axes);
+}
+
 // A pinhole camera with radial and tangential distortion, as OpenCV and EuRoC define it. A point in the camera's frame
 // is divided by its z to (x, y); with r^2 = x^2 + y^2 and d = 1 + k1 r^2 + k2 r^4,
 //   x' = d x + 2 p1 x y + p2 (r^2 + 2 x^2)

@@ -18,6 +18,16 @@ bool has_distortion(const CameraModel& camera) {
   return camera.k1 != 0.0 || camera.k2 != 0.0 || camera.p1 != 0.0 || camera.p2 != 0.0;
 }
 
+CameraModel eye_of(int width, int height) {
+  CameraModel eye;
+  eye.width = width;
+  eye.height = height;
+  eye.fx = eye.fy = 0.5 * width;
+  eye.cx = 0.5 * width - 0.5;
+  eye.cy = 0.5 * height - 0.5;
+  return eye;
+}
+
 CameraModel with_margin(const CameraModel& eye, double margin) {
   const int x = static_cast<int>(std::lround(eye.width * margin));
   const int y = static_cast<int>(std::lround(eye.height * margin));

@@ -15,6 +15,9 @@ Status check_size(const CameraModel& camera);
 
 bool has_distortion(const CameraModel& camera);
 
+// An eye without distortion that sees 90 degrees from side to side.
+CameraModel eye_of(int width, int height);
+
 // The camera that Render should draw for an eye: the same focal length, and `margin` (0.05: a twentieth) more on each
 // side, so that a picture that is warped by a little still covers what the eye sees.
 CameraModel with_margin(const CameraModel& eye, double margin);

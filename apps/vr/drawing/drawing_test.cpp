@@ -22,22 +22,8 @@
 namespace ctn::vr::drawing {
 namespace {
 
-CameraModel eye_of(int width, int height) {
-  CameraModel eye;
-  eye.width = width;
-  eye.height = height;
-  eye.fx = eye.fy = 0.5 * width;
-  eye.cx = 0.5 * width - 0.5;
-  eye.cy = 0.5 * height - 0.5;
-  return eye;
-}
-
 // A camera that looks where the head's x axis points.
-Pose forwards() {
-  Eigen::Matrix3d axes;
-  axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return {Eigen::Quaterniond(axes), {0.0, 0.0, 0.0}};
-}
+Pose forwards() { return {looking_forward(), Eigen::Vector3d::Zero()}; }
 
 Pose turned(const Pose& pose, double angle, const Eigen::Vector3d& axis) {
   return {pose.orientation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized())), pose.position};

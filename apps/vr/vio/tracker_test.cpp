@@ -14,15 +14,9 @@ namespace ctn::vr {
 namespace {
 
 CameraModel turning_camera() {
-  CameraModel model;
-  model.width = 320;
-  model.height = 240;
-  model.fx = 200.0;
-  model.fy = 200.0;
-  model.cx = 159.5;
-  model.cy = 119.5;
+  CameraModel model = testing::camera_of(320, 240);
   // About its own centre, so that a turn moves no point against another.
-  model.body_from_camera.orientation = testing::forward_camera().orientation;
+  model.body_from_camera.position.setZero();
   return model;
 }
 

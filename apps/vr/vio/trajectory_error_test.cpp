@@ -44,14 +44,26 @@ TEST(TrajectoryError, DoesNotForgiveAWrongTiltOrScale) {
   EXPECT_GT(absolute_error(scaled, truth).position_rmse, 0.05);
 }
 
+// One draw a line: in which order arguments are evaluated is the compiler's choice.
+template <class Draw>
+Eigen::Vector3d drawn(Draw& draw) {
+  const double x = draw();
+  const double y = draw();
+  const double z = draw();
+  return {x, y, z};
+}
+
+template <class Draw>
+std::vector<StampedPose> noisy(std::vector<StampedPose> poses, Draw&& draw) {
+  for (StampedPose& pose : poses) pose.pose.position += drawn(draw);
+  return poses;
+}
+
 TEST(TrajectoryError, IsThatOfNoise) {
   const std::vector<StampedPose> truth = path(50.0);
   std::mt19937 random(1);
   std::normal_distribution<double> normal(0.0, 0.1);
-  std::vector<StampedPose> estimated = truth;
-  for (StampedPose& pose : estimated) {
-    pose.pose.position += Eigen::Vector3d(normal(random), normal(random), normal(random));
-  }
+  const std::vector<StampedPose> estimated = noisy(truth, [&] { return normal(random); });
   EXPECT_NEAR(absolute_error(estimated, truth).position_rmse, 0.1 * std::sqrt(3.0), 0.01);
   EXPECT_NEAR(relative_error(estimated, truth, 1.0).position_rmse, 0.1 * std::sqrt(6.0), 0.02);
 }
@@ -61,15 +73,11 @@ TEST(TrajectoryError, AlignsBest) {
   const std::vector<StampedPose> truth = path(20.0);
   std::mt19937 random(2);
   std::normal_distribution<double> normal(0.0, 0.3);
-  std::vector<StampedPose> estimated = truth;
-  for (StampedPose& pose : estimated) {
-    pose.pose.position += Eigen::Vector3d(normal(random), normal(random), normal(random));
-  }
+  const auto draw = [&] { return normal(random); };
+  const std::vector<StampedPose> estimated = noisy(truth, draw);
   const TrajectoryError best = absolute_error(estimated, truth);
   for (int i = 0; i < 200; ++i) {
-    const YawAlignment other{
-        best.alignment.yaw + 0.1 * normal(random),
-        best.alignment.translation + 0.1 * Eigen::Vector3d(normal(random), normal(random), normal(random))};
+    const YawAlignment other{best.alignment.yaw + 0.1 * draw(), best.alignment.translation + 0.1 * drawn(draw)};
     double sum = 0.0;
     for (std::size_t k = 0; k < truth.size(); ++k) {
       sum += (aligned(other, estimated[k].pose).position - truth[k].pose.position).squaredNorm();

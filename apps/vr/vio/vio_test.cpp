@@ -21,17 +21,7 @@ class Wearer {
   explicit Wearer(const testing::SyntheticOptions& options)
       : model_(small_camera()), room_(options.seed), head_(options), camera_(model_), vio_(model_, settings()) {}
 
-  static CameraModel small_camera() {
-    CameraModel model;
-    model.width = 320;
-    model.height = 240;
-    model.fx = 200.0;
-    model.fy = 200.0;
-    model.cx = 159.5;
-    model.cy = 119.5;
-    model.body_from_camera = testing::forward_camera();
-    return model;
-  }
+  static CameraModel small_camera() { return testing::camera_of(320, 240); }
   static VioSettings settings() {
     VioSettings settings;
     settings.tracker.cell = 40;

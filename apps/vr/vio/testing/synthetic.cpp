@@ -21,10 +21,17 @@ double wave(double amplitude, double frequency, double phase, double time) {
 
 }  // namespace
 
-Pose forward_camera() {
-  Eigen::Matrix3d body_from_camera;  // columns: the camera's right, down and forward in the body's frame
-  body_from_camera << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return {Eigen::Quaterniond(body_from_camera), {0.05, 0.02, -0.01}};
+Pose forward_camera() { return {looking_forward(), {0.05, 0.02, -0.01}}; }
+
+CameraModel camera_of(int width, int height) {
+  CameraModel model;
+  model.width = width;
+  model.height = height;
+  model.fx = model.fy = 0.625 * width;
+  model.cx = 0.5 * (width - 1);
+  model.cy = 0.5 * (height - 1);
+  model.body_from_camera = forward_camera();
+  return model;
 }
 
 SyntheticHead::SyntheticHead(const SyntheticOptions& options, HeadPath path)

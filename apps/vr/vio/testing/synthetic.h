@@ -17,6 +17,8 @@ namespace ctn::vr::testing {
 
 // Looks along the body's x axis: the body's z is up when the head is upright.
 Pose forward_camera();
+// Such a camera, without distortion, that sees 77 degrees from side to side.
+CameraModel camera_of(int width, int height);
 
 struct SyntheticOptions {
   std::uint64_t seed = 1;
