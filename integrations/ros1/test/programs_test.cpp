@@ -90,6 +90,11 @@ class ProgramsTest : public testing::Test {
     return start(name, std::string(PLAIN_NODE) + " " + name + " " + arguments + " --counts " + name + ".json");
   }
 
+  // By the folder's app and bindings.
+  int start_under_catan(const std::string& arguments) {
+    return start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml " + arguments);
+  }
+
   int end(int process, int signal) {
     ::kill(process, signal);
     return wait(process, seconds{15});
@@ -153,9 +158,7 @@ TEST_F(ProgramsTest, APipelineOfUnmodifiedProgramsIsScheduled) {
   write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json",
                   "heavy --in /images --burn 30 --out /things --counts heavy.json",
                   "light --in /things --burn 2 --counts light.json"});
-  const int run =
-      start("run", std::string(CATAN_COMMAND) +
-                       " ros run app.yaml --bind bind.yaml --json --record run.catan --seconds 6 -- ./launch.sh");
+  const int run = start_under_catan("--json --record run.catan --seconds 6 -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
   const json report = json::parse(text_of(path("run.out")));
   for (const char* const name : {"source", "heavy", "light"}) {
@@ -189,9 +192,7 @@ ros:
   all: { node: /all, topic: /data }
 )");
   write_launcher({"source --timer 10 --out /data", "late --in /data --log late.log", "all --in /data --log all.log"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --scheduler default --seconds 5 --record "
-                                   "run.catan -- ./launch.sh");
+  const int run = start_under_catan("--scheduler default --seconds 5 --record run.catan -- ./launch.sh");
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
   const auto numbers = [&](const std::string& name) {
     std::istringstream text(text_of(path(name)));
@@ -231,8 +232,7 @@ objective: [ { period: work, weight: 1 } ]
   write("bind.yaml", "catan: 1\nros: { work: { node: /worker, topic: /data } }\n");
   write_launcher({"feed --timer 10 --out /data --counts feed.json", "ticks --timer 10 --out /ticks",
                   "worker --in /data --beside /ticks --burn 5 --counts worker.json"});
-  const int run = start(
-      "run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
   ASSERT_TRUE(counts("worker", "calls", 3)) << text_of(path("run.err"));
   const long calls = counted("worker", "calls");
   const long beside = counted("worker", "beside");
@@ -253,8 +253,7 @@ objective: [ { period: work, weight: 1 } ]
   write("bind.yaml", "catan: 1\nros: { work: { node: /looper, topic: /data } }\n");
   write_launcher(
       {"feed --timer 5 --out /data", "looper --in /data --beside /data --burn 1 --spin-once --counts looper.json"});
-  const int run = start(
-      "run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml --scheduler default -- ./launch.sh");
+  const int run = start_under_catan("--scheduler default -- ./launch.sh");
   EXPECT_TRUE(counts("looper", "calls", 100)) << text_of(path("run.err"));
   EXPECT_EQ(counted("looper", "overlaps"), 0);
   end(run, SIGTERM);
@@ -269,9 +268,7 @@ objective: [ { period: work, weight: 1 } ]
   write("bind.yaml", "catan: 1\nros: { work: { node: /wrapped, topic: /data } }\n");
   write_launcher({"feed --timer 5 --out /data",
                   "wrapped --in /data --beside /data --burn 2 --wrapped-queue --counts wrapped.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) +
-                                   " ros run app.yaml --bind bind.yaml --scheduler default --json --record run.catan "
-                                   "--seconds 5 -- ./launch.sh");
+  const int run = start_under_catan("--scheduler default --json --record run.catan --seconds 5 -- ./launch.sh");
   EXPECT_TRUE(counts("wrapped", "calls", 50)) << text_of(path("run.err"));
   EXPECT_TRUE(counts("wrapped", "beside", 50));
   ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
@@ -334,9 +331,7 @@ ros:
   misspelt: { node: /worker, topic: /dada }
 )");
   write_launcher({"feed --timer 10 --out /data", "worker --in /data --counts worker.json"});
-  const int run =
-      start("run", std::string(CATAN_COMMAND) +
-                       " ros run app.yaml --bind bind.yaml --scheduler default --seconds 14 -- ./launch.sh");
+  const int run = start_under_catan("--scheduler default --seconds 14 -- ./launch.sh");
   EXPECT_TRUE(counts("worker", "calls", 40)) << text_of(path("run.err"));
   wait(run, seconds{60});
   EXPECT_THAT(text_of(path("run.err")), HasSubstr("node gone has not run in 10 s: its ROS node /nobody has not come"));
@@ -349,7 +344,7 @@ TEST_F(ProgramsTest, WithoutABindingAProgramIsAsWithoutCatan) {
   write("app.yaml", kPipeline);
   write("bind.yaml", kPipelineBindings);
   write_launcher({"feed --timer 10 --out /data", "other --in /data --counts other.json"});
-  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- ./launch.sh");
+  const int run = start_under_catan("-- ./launch.sh");
   EXPECT_TRUE(counts("other", "calls", 200));
   end(run, SIGTERM);
 }
@@ -357,14 +352,14 @@ TEST_F(ProgramsTest, WithoutABindingAProgramIsAsWithoutCatan) {
 TEST_F(ProgramsTest, TheCommandsExitCodeIsPassedOn) {
   write("app.yaml", kPipeline);
   write("bind.yaml", kPipelineBindings);
-  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- sh -c 'exit 7'");
+  const int run = start_under_catan("-- sh -c 'exit 7'");
   EXPECT_EQ(wait(run, seconds{20}), 7) << text_of(path("run.err"));
 }
 
 TEST_F(ProgramsTest, WhatIsWrongWithBindingsIsToldBeforeAnythingStarts) {
   write("app.yaml", kPipeline);
   write("bind.yaml", "catan: 1\nros:\n  haevy: { node: /heavy, topic: /images }\n");
-  const int run = start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml -- touch started");
+  const int run = start_under_catan("-- touch started");
   EXPECT_EQ(wait(run, seconds{20}), 2);
   EXPECT_THAT(text_of(path("run.err")), HasSubstr("bind.yaml:3:3: ros.haevy: app pipeline has no node 'haevy'"));
   EXPECT_FALSE(std::filesystem::exists(path("started")));
