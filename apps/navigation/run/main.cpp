@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -70,12 +71,23 @@ int run_single(const Options& options, const std::shared_ptr<DetectorChain>& det
 
 int run_many(const Options& options, const std::shared_ptr<DetectorChain>& detector) {
   StatusLine status;
-  const auto batch = run_batch(
-      options, [&](const Options& one) { return run_once(one, detector, status); },
-      [&status](const std::string& line) {
-        status.clear();
-        fmt::print(stderr, "navigation: {}\n", line);
-      });
+  // What follows from given compute times is the same for all runs, and made for the first.
+  std::optional<Scheme> shared;
+  const auto run_next = [&](const Options& one) -> Result<Outcome> {
+    if (options.costs.empty()) return run_once(one, detector, status);
+    if (!shared) {
+      auto scheme = Scheme::prepare(one, {});
+      if (!scheme) return scheme.error();
+      shared = std::move(scheme).value();
+    }
+    Options meant = one;
+    meant.policy = shared->options().policy;
+    return drive_once(meant, detector, status);
+  };
+  const auto batch = run_batch(options, run_next, [&status](const std::string& line) {
+    status.clear();
+    fmt::print(stderr, "navigation: {}\n", line);
+  });
   if (!batch) return program::fail(kProgram, batch.error());
   return program::print(options.json ? to_json(*batch) : to_text(*batch), batch->signal);
 }

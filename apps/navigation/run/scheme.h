@@ -1,10 +1,9 @@
 // What has to be there before a run under some schedulers can begin: compute times, and plans of them.
 //
-//   static-full-run, static-20s   the plan that Catan would make of a whole run's compute times, or of those of its
-//   first
-//                                 20 s, on one core; then it stays. On more cores its rates are set by hand, under
-//                                 ordinary scheduling, as in the paper.
-//   davare, verucchi, picas, deadline   decide once, by the compute times of a whole run
+//   static-full-run   the plan that Catan would make of a whole run's compute times, on one core; then it stays. On
+//                     more cores its rates are set by hand, under ordinary scheduling, as in the paper
+//   static-20s        the same, of the first 20 s
+//   davare, verucchi, picas, deadline: decide once, by the compute times of a whole run
 //
 // Compute times are from a file (`--costs`), or else measured: the same world, seed and board under Catan on one core,
 // a run of its own before the one that counts, which ends when that would.
