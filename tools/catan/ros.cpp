@@ -21,9 +21,7 @@
 #include "os/linux/child_process.h"
 #include "runtime/socket_path.h"
 #include "scheduling_options.h"
-#include "serving.h"
-#include "shown_record.h"
-#include "status_line.h"
+#include "serving_programs.h"
 #include "temporary_folder.h"
 #include "watch.h"
 
@@ -204,30 +202,17 @@ int run(const RosRunOptions& options) {
   if (!environment) return report_error(environment.error());
   const std::string record_path =
       options.scheduling.record.empty() ? (*folder)->path() + "/run.catan" : options.scheduling.record;
-  auto scheduler = options.scheduling.for_scheduler(file->app, record_path);
-  if (!scheduler) return report_error(scheduler.error());
   ServingOptions serving;
-  serving.scheduler = std::move(*scheduler);
-  serving.scheduler.note = fmt::format("{}", fmt::join(options.command, " "));
-  const StatusLine status;
-  serving.scheduler.on_notice = [&status](const std::string& text) {
-    status.show({});
-    note(text);
-  };
   serving.socket = socket;
   serving.commands = {options.command};
   serving.environment = std::move(*environment);
   serving.seconds = options.seconds;
-  if (!options.watched.on_late.empty()) serving.watched = options.watched;
   Missing missing(file->app.graph, *bindings);
-  serving.on_progress = [&](const Snapshot& snapshot, double measured) {
-    missing.look(snapshot);
-    if (status.shown()) status.show(status_text(snapshot, measured, serving.seconds));
-  };
-  const auto served = serve(*file, serving);
+  const auto served = serve_programs(*file, options.scheduling, options.watched, record_path, std::move(serving),
+                                     fmt::format("{}", fmt::join(options.command, " ")),
+                                     [&missing](const Snapshot& snapshot) { missing.look(snapshot); });
   if (!served) return report_error(served.error());
-  if (const int shown = show_record(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
-  return served->signal != 0 ? 128 + served->signal : served->exit_code;
+  return show_served(*served, record_path, options.json);
 }
 
 void add_ros_run_command(CLI::App& ros, int& exit_code) {

@@ -22,7 +22,7 @@
 #include "config/cost_file.h"
 #include "os/linux/linux_os.h"
 #include "scheduling_options.h"
-#include "serving.h"
+#include "serving_programs.h"
 #include "shown_record.h"
 #include "status_line.h"
 #include "synthetic.h"
@@ -120,32 +120,17 @@ std::vector<std::vector<std::string>> node_programs(const graph::App& app, const
 // Serves the app to programs, which it starts.
 Result<Served> run_programs(const config::AppFile& file, const RunOptions& options, const std::string& record_path,
                             const std::string& folder) {
-  auto scheduler = options.scheduling.for_scheduler(file.app, record_path);
-  if (!scheduler) return scheduler.error();
   ServingOptions serving;
-  serving.scheduler = std::move(*scheduler);
-  const StatusLine status;
-  serving.scheduler.on_notice = [&status](const std::string& text) {
-    status.show({});
-    note(text);
-  };
   serving.socket = folder + "/socket";
-  if (!options.watched.on_late.empty()) serving.watched = options.watched;
-  if (status.shown()) {
-    serving.on_progress = [&](const Snapshot& snapshot, double measured) {
-      status.show(status_text(snapshot, measured, serving.seconds));
-    };
-  }
   if (options.processes) {
-    serving.scheduler.note = load_note(options);
     serving.commands = node_programs(file.app, options);
     serving.seconds = options.seconds_to_measure();
   } else {
-    serving.scheduler.note = fmt::format("{}", fmt::join(options.command, " "));
     serving.commands = {options.command};
     serving.seconds = options.seconds;
   }
-  return serve(file, serving);
+  std::string remark = options.processes ? load_note(options) : fmt::format("{}", fmt::join(options.command, " "));
+  return serve_programs(file, options.scheduling, options.watched, record_path, std::move(serving), std::move(remark));
 }
 
 Status check_combination(const RunOptions& options) {
@@ -176,8 +161,7 @@ int run(const RunOptions& options) {
   if (options.processes || !options.command.empty()) {
     const auto served = run_programs(*file, options, record_path, (*folder)->path());
     if (!served) return report_error(served.error());
-    if (const int shown = show_record(record_path, served->warmed_up, options.json); shown != kSuccess) return shown;
-    return served->signal != 0 ? 128 + served->signal : served->exit_code;
+    return show_served(*served, record_path, options.json);
   }
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, remember_signal);
   const auto warm = run_synthetic(file->app, options, record_path);
