@@ -65,19 +65,25 @@ double percentile(std::vector<double> values, std::size_t percent) {
   return *at;
 }
 
-std::array<double, 5> features(const Work& work) {
-  return {1.0, static_cast<double>(work.beams), static_cast<double>(work.cells), static_cast<double>(work.candidates),
-          static_cast<double>(work.expanded)};
+constexpr std::size_t kFeatures = 6;
+
+std::array<double, kFeatures> features(const Work& work) {
+  return {1.0,
+          static_cast<double>(work.beams),
+          static_cast<double>(work.cells),
+          static_cast<double>(work.candidates),
+          static_cast<double>(work.expanded),
+          static_cast<double>(work.poses)};
 }
 
 // All subsets of the factors are tried, since there are few: the best one without a negative factor is the fit.
 CostFactors fitted(const std::vector<Sample>& samples) {
   const auto rows = static_cast<Eigen::Index>(samples.size());
   double smallest_error = -1.0;
-  std::array<double, 5> best{};
-  for (unsigned subset = 1; subset < 32; ++subset) {
+  std::array<double, kFeatures> best{};
+  for (unsigned subset = 1; subset < 1U << kFeatures; ++subset) {
     std::vector<std::size_t> used;
-    for (std::size_t i = 0; i < 5; ++i) {
+    for (std::size_t i = 0; i < kFeatures; ++i) {
       if ((subset >> i & 1U) != 0) used.push_back(i);
     }
     Eigen::MatrixXd matrix(rows, static_cast<Eigen::Index>(used.size()));
@@ -96,7 +102,7 @@ CostFactors fitted(const std::vector<Sample>& samples) {
     best = {};
     for (std::size_t i = 0; i < used.size(); ++i) best[used[i]] = factors[static_cast<Eigen::Index>(i)] * 1e9;
   }
-  return {best[0], best[1], best[2], best[3], best[4]};
+  return {best[0], best[1], best[2], best[3], best[4], best[5]};
 }
 
 struct Misfit {
@@ -157,8 +163,8 @@ void print_costs(const std::array<std::vector<Sample>, kNodes>& measured) {
   for (std::size_t node = 0; node < kNodes; ++node) {
     const CostFactors factors = fitted(measured[node]);
     const Misfit misfit = misfit_of(factors, measured[node]);
-    fmt::print("    {{{:.0f}, {:.2f}, {:.3f}, {:.3f}, {:.2f}}},  // {}; off by {:.0f} %, p95 {:.0f} %, sum {:+.0f} %\n",
-               factors.run, factors.beam, factors.cell, factors.candidate, factors.expanded, kNodeNames[node],
+    fmt::print("    {{{:.0f}, {:.2f}, {:.3f}, {:.3f}, {:.2f}, {:.2f}}},  // {}; off by {:.0f} %, p95 {:.0f} %, sum {:+.0f} %\n",
+               factors.run, factors.beam, factors.cell, factors.candidate, factors.expanded, factors.pose, kNodeNames[node],
                misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
   }
 }

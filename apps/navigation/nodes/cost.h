@@ -31,13 +31,14 @@ struct CostFactors {
   double cell = 0.0;
   double candidate = 0.0;
   double expanded = 0.0;
+  double pose = 0.0;
 };
 
 // Measured with `navigation_nodes_bench` (map 2, seed 1, a drive of 500 s).
 inline constexpr std::array<CostFactors, 7> kCostFactors{{
     {.run = 46'710},
     {.cell = 4.495},
-    {.run = 388'461, .candidate = 5.117},
+    {.run = 50'000, .candidate = 5.117, .expanded = 100.0, .pose = 15.0},
     {.beam = 12.25, .cell = 0.532, .candidate = 0.837, .expanded = 220.4},
     {.run = 491'663, .beam = 168.9, .cell = 0.858},
     {.run = 136'163, .cell = 1.850, .expanded = 171.9},
@@ -48,7 +49,7 @@ inline double cost(const CostFactors& factors, const Work& work) {
   return 1e-9 *
          (factors.run + factors.beam * static_cast<double>(work.beams) +
           factors.cell * static_cast<double>(work.cells) + factors.candidate * static_cast<double>(work.candidates) +
-          factors.expanded * static_cast<double>(work.expanded));
+          factors.expanded * static_cast<double>(work.expanded) + factors.pose * static_cast<double>(work.poses));
 }
 
 // Times a board's slowdown, if it is slower than where the factors were measured.

@@ -78,7 +78,7 @@ class WaveFront {
   // Of a metre in the cell; 0: it is not free.
   double cost_of(int cell) const {
     const Point at = centre(cell);
-    const double clear = map_.clearance_at(at);
+    const double clear = map_.static_clearance_at(at);
     if (clear < kept_) return clear >= kCoarse * kCell && distance(at, robot_) <= kEscapeRadius ? kEscapeCost : 0.0;
     return 1.0 + kBesideCost * std::max(0.0, kOpen - clear) / (kOpen - kept_);
   }
@@ -120,10 +120,10 @@ class WaveFront {
 bool straight_is_free(const LocalMap& map, Point from, Point to, double kept, std::uint64_t& lookups) {
   const double length = distance(from, to);
   const int steps = std::max(1, static_cast<int>(std::ceil(length / kViewStep)));
-  double before = map.clearance_at(from);
+  double before = map.static_clearance_at(from);
   for (int i = 1; i <= steps; ++i) {
     ++lookups;
-    const double clear = map.clearance_at(from + (to - from) * (static_cast<double>(i) / steps));
+    const double clear = map.static_clearance_at(from + (to - from) * (static_cast<double>(i) / steps));
     if (clear < kept && clear < before + 0.2 * length / steps) return false;
     before = clear;
   }
@@ -141,7 +141,7 @@ Detour find_detour(const LocalMap& map, Point robot, const Command& command, dou
   Point goal = command.carrot;
   const auto free = [&](Point point) {
     ++detour.work.candidates;
-    return map.clearance_at(point) >= kept;
+    return map.static_clearance_at(point) >= kept;
   };
   if (!free(goal)) {
     const auto beyond = std::find_if(command.beyond.begin(), command.beyond.end(), free);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 namespace ctn::navigation {
 namespace {
@@ -12,6 +14,29 @@ constexpr float kMaxEvidence = 2.0F;      // evidence for an obstacle
 constexpr float kMinEvidence = -1.0F;     // for a free cell
 constexpr float kObstacle = 0.5F;         // from here on
 constexpr double kRayStep = kCell / 2.0;  // along a beam: no cell is left out of which more than a corner is passed
+
+constexpr float kFree = -0.5F;            // from here down, a cell is known to be free
+constexpr float kLongAgo = -1e6F;         // seconds
+constexpr float kFreshFor = 0.7F;         // seconds for which a cell that something came into tells of motion
+constexpr float kOld = 1.0F;              // an obstacle that has been there for longer does not move
+constexpr double kBeside = 0.1;           // metres around an old obstacle within which nothing is taken to have moved
+constexpr double kBesidePerMetre = 0.03;  // farther from the robot, errors of its heading count more
+constexpr double kTakenOut = 0.06;        // metres around what moves
+
+// `values` of the cells of `from`, for those of `to`.
+template <typename T>
+std::vector<T> on_frame(const GridFrame& from, const std::vector<T>& values, const GridFrame& to, T unknown) {
+  std::vector<T> moved(to.cells(), unknown);
+  const int left = std::max(from.left, to.left);
+  const int right = std::min(from.left + from.width, to.left + to.width);
+  const int top = std::min(from.bottom + from.height, to.bottom + to.height);
+  for (int row = std::max(from.bottom, to.bottom); row < top && left < right; ++row) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(from.index(left - from.left, row - from.bottom));
+    std::copy(begin, begin + (right - left),
+              moved.begin() + static_cast<std::ptrdiff_t>(to.index(left - to.left, row - to.bottom)));
+  }
+  return moved;
+}
 
 float towards_nothing(float evidence, float step) {
   return evidence > 0.0F ? std::max(0.0F, evidence - step) : std::min(0.0F, evidence + step);
@@ -26,21 +51,22 @@ double LocalMap::clearance_at(const Point& point) const {
   return static_cast<double>(clearance[frame.index(column, row)]);
 }
 
+double LocalMap::static_clearance_at(const Point& point) const {
+  const int column = frame.column(point.x);
+  const int row = frame.row(point.y);
+  if (!frame.inside(column, row)) return LocalMapper::kFarthestClearance;
+  const std::vector<float>& distances = static_clearance.empty() ? clearance : static_clearance;
+  return static_cast<double>(distances[frame.index(column, row)]);
+}
+
 void LocalMapper::move_to(const Pose& pose) {
   const int side = static_cast<int>(std::lround(kSide / kCell));
   const GridFrame next{static_cast<int>(std::floor(pose.x / kCell)) - side / 2,
                        static_cast<int>(std::floor(pose.y / kCell)) - side / 2, side, side};
   if (next == frame_) return;
-  std::vector<float> moved(next.cells(), 0.0F);
-  for (int row = 0; row < next.height; ++row) {
-    const int old_row = row + next.bottom - frame_.bottom;
-    for (int column = 0; column < next.width; ++column) {
-      const int old_column = column + next.left - frame_.left;
-      if (!frame_.inside(old_column, old_row)) continue;
-      moved[next.index(column, row)] = evidence_[frame_.index(old_column, old_row)];
-    }
-  }
-  evidence_ = std::move(moved);
+  evidence_ = on_frame(frame_, evidence_, next, 0.0F);
+  entered_ = on_frame(frame_, entered_, next, kLongAgo);
+  occupied_ = on_frame(frame_, occupied_, next, kLongAgo);
   marked_.assign(next.cells(), 0);
   frame_ = next;
 }
@@ -50,14 +76,54 @@ void LocalMapper::fade(double seconds) {
   for (float& evidence : evidence_) evidence = towards_nothing(evidence, step);
 }
 
+bool LocalMapper::beside_old_obstacle(int column, int row, double range) const {
+  const int beside = static_cast<int>(std::ceil((kBeside + kBesidePerMetre * range) / kCell));
+  for (int y = row - beside; y <= row + beside; ++y) {
+    for (int x = column - beside; x <= column + beside; ++x) {
+      if (!frame_.inside(x, y)) continue;
+      const std::size_t cell = frame_.index(x, y);
+      if (evidence_[cell] >= kObstacle && now_ - occupied_[cell] > kOld) return true;
+    }
+  }
+  return false;
+}
+
+void LocalMapper::hit(int column, int row, double range) {
+  const std::size_t cell = frame_.index(column, row);
+  if (marked_[cell] == runs_) return;
+  marked_[cell] = runs_;
+  if (evidence_[cell] <= kFree && !beside_old_obstacle(column, row, range)) entered_[cell] = now_;
+  if (evidence_[cell] < kObstacle && evidence_[cell] + kHit >= kObstacle) occupied_[cell] = now_;
+  evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
+}
+
+// Obstacles that have come to be where it is while it moved through them.
+void LocalMapper::take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const {
+  const double reach = moving.radius + kTakenOut;
+  const float lately =
+      std::max(kOld, static_cast<float>(2.0 * reach / std::hypot(moving.velocity.x, moving.velocity.y)));
+  for (int row = frame_.row(moving.centre.y - reach); row <= frame_.row(moving.centre.y + reach); ++row) {
+    for (int column = frame_.column(moving.centre.x - reach); column <= frame_.column(moving.centre.x + reach);
+         ++column) {
+      if (!frame_.inside(column, row)) continue;
+      const std::size_t cell = frame_.index(column, row);
+      if (obstacles[cell] == 0 || now_ - occupied_[cell] > lately) continue;
+      if (distance(frame_.centre(column, row), moving.centre) <= reach) obstacles[cell] = 0;
+    }
+  }
+}
+
 LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   const Pose& pose = scan.odometry.pose;
   Work work{.beams = scan.ranges.size()};
-  if (runs_ > 0) fade(std::chrono::duration<double>(scan.stamp - stamp_).count());
+  const double interval = runs_ > 0 ? std::max(0.0, std::chrono::duration<double>(scan.stamp - stamp_).count()) : 0.0;
+  fade(interval);
+  now_ += static_cast<float>(interval);
   stamp_ = runs_ > 0 ? std::max(stamp_, scan.stamp) : scan.stamp;
   move_to(pose);
   ++runs_;
 
+  std::vector<char> fresh(scan.ranges.size());
   // Obstacles first: a beam that grazes a cell in which another one ends must not clear that cell.
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const auto range = static_cast<double>(scan.ranges[beam]);
@@ -66,10 +132,8 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     const int column = frame_.column(pose.x + range * std::cos(angle));
     const int row = frame_.row(pose.y + range * std::sin(angle));
     if (!frame_.inside(column, row)) continue;
-    const std::size_t cell = frame_.index(column, row);
-    if (marked_[cell] == runs_) continue;
-    marked_[cell] = runs_;
-    evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
+    hit(column, row, range);
+    fresh[beam] = now_ - entered_[frame_.index(column, row)] < kFreshFor ? 1 : 0;
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const double angle = pose.heading + scan.angle(beam);
@@ -93,7 +157,18 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   std::transform(evidence_.begin(), evidence_.end(), obstacles.begin(),
                  [](float evidence) { return static_cast<std::uint8_t>(evidence >= kObstacle); });
   work.cells += 4 * frame_.cells();  // faded, judged, and twice on the way to distances
-  return {{scan.stamp, scan.odometry, frame_, navigation::clearance(frame_, obstacles, kFarthestClearance)}, work};
+  LocalMap map{scan.stamp, scan.odometry, frame_, navigation::clearance(frame_, obstacles, kFarthestClearance), {},
+               {},         interval};
+  map.moving = tracker_.run(scan, fresh, work);
+  const auto moves = [](const MovingObstacle& moving) { return moving.moves(); };
+  if (std::any_of(map.moving.begin(), map.moving.end(), moves)) {
+    for (const MovingObstacle& moving : map.moving) {
+      if (moving.moves()) take_out(moving, obstacles);
+    }
+    map.static_clearance = navigation::clearance(frame_, obstacles, kFarthestClearance);
+    work.cells += 2 * frame_.cells();
+  }
+  return {std::move(map), work};
 }
 
 }  // namespace ctn::navigation

@@ -5,6 +5,10 @@
 // the laser no longer looks is forgotten. LP gets the distance from each cell to the nearest obstacle, with which
 // it allows for the robot's size.
 //
+// What moves is tracked (motion_tracker.h) and given beside the map, with its velocity at the scan's instant. A beam
+// that ends where the map knew a cell to be free, and no older obstacle beside it, tells that something has moved
+// there. LP also gets the distances to what does not move, since it foresees where the rest will be.
+//
 // Units: metres, radians, seconds; stamps in nanoseconds. Thread safety: one thread an object.
 #pragma once
 
@@ -14,6 +18,7 @@
 
 #include "geometry.h"
 #include "grid.h"
+#include "motion_tracker.h"
 #include "scan_filter.h"
 #include "sensors.h"
 #include "work.h"
@@ -25,9 +30,13 @@ struct LocalMap {
   Odometry odometry;                 // likewise
   GridFrame frame;                   // in the odometry's frame
   std::vector<float> clearance;
+  std::vector<float> static_clearance;  // without what moves; empty: nothing does
+  std::vector<MovingObstacle> moving;
+  double interval = 0.0;  // seconds since the scan before, which is when LP may expect the next one
 
   // If `point` is not on the map: farther than anything on it.
   double clearance_at(const Point& point) const;
+  double static_clearance_at(const Point& point) const;
 };
 
 class LocalMapper {
@@ -46,12 +55,21 @@ class LocalMapper {
  private:
   void move_to(const Pose& pose);
   void fade(double seconds);
+  // A beam of this length ends in the cell.
+  void hit(int column, int row, double range);
+  bool beside_old_obstacle(int column, int row, double range) const;
+  void take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const;
 
   GridFrame frame_;
   std::vector<float> evidence_;        // above 0: for an obstacle
   std::vector<std::uint32_t> marked_;  // the run that changed the cell last
+  // In seconds, as now_: when something last came into the cell, which had been free; since when it is an obstacle.
+  std::vector<float> entered_;
+  std::vector<float> occupied_;
+  float now_ = 0.0F;
   std::uint32_t runs_ = 0;
   std::chrono::nanoseconds stamp_{};
+  MotionTracker tracker_;
 };
 
 }  // namespace ctn::navigation

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
+
+#include "footprint.h"
 
 namespace ctn::navigation {
 namespace {
@@ -11,6 +14,7 @@ namespace {
 constexpr double kWindow = 0.25;  // seconds within which a velocity must be reached
 constexpr int kSpeeds = 13;       // 4 cm/s from one to the next
 constexpr int kTurns = 61;        // 1.4 degrees/s
+constexpr int kTurnsIfConcerned = 31;
 constexpr double kHorizon = 1.5;
 constexpr double kStep = 0.05;      // at full speed, a cell
 constexpr int kStepsJudged = 20;    // the pose after so many steps is compared with the target
@@ -18,46 +22,101 @@ constexpr double kTurnFirst = 1.2;  // towards a target farther to the side, the
 constexpr double kTightMargin = 0.04;
 constexpr double kLookAround = 0.5;  // rad/s
 constexpr double kBackwards = -0.2;
+constexpr double kGivingWay = -0.5;      // m/s, backwards
 constexpr double kWorthIt = 0.03;        // metres by which going tight or backwards must be better than standing
 constexpr double kBearingWeight = 0.25;  // metres per radian
 constexpr double kRoomWeight = 0.4;      // metres per metre
 constexpr double kRoom = 0.6;            // more room than this is worth nothing extra
-constexpr double kOutlineSpacing = 0.04;
-
-// Points along the robot's sides, as seen from its centre.
-std::vector<Point> make_outline() {
-  std::vector<Point> points;
-  const int count = static_cast<int>(std::lround(kRobotSide / kOutlineSpacing));
-  for (int i = 0; i < count; ++i) {
-    const double along = -kInnerRadius + i * kOutlineSpacing;
-    points.push_back({along, -kInnerRadius});
-    points.push_back({kInnerRadius, along});
-    points.push_back({-along, kInnerRadius});
-    points.push_back({-kInnerRadius, -along});
-  }
-  return points;
-}
+// Metres that a velocity must be better by if it is only there to give way: backwards; or faster than the target asks.
+constexpr double kBackwardsCost = 0.15;
+constexpr double kTooFastCost = 0.5;     // per m/s
+constexpr double kTurnCost = 0.1;        // of turning otherwise than told, without a target: per rad/s
+constexpr std::size_t kTriedFirst = 40;  // velocities; of the others, when none of these is safe, only every sixth
+// From a scan to when LP's velocity is in force, beyond the time between two maps.
+constexpr double kDelay = 0.05;
+constexpr double kMaxReaction = 0.45;
+constexpr double kMinInterval = 0.02;
+constexpr double kPatience = 5.0;   // seconds that the robot waits with all caution
+constexpr double kImpatient = 5.0;  // until it has the least
+constexpr double kMinCaution = 0.3;
 
 struct Limits {
   double margin;
   double slowest;
   double fastest;
+  int turns = kTurns;
 };
 
 struct Choice {
   Velocity velocity;  // standing still, if none is allowed
   double score = -std::numeric_limits<double>::infinity();
+  Foresight::Level safety = Foresight::Level::kSafe;
 
   bool moves() const { return std::abs(velocity.linear) >= 0.02 || std::abs(velocity.angular) >= 0.05; }
 };
 
+struct Option {
+  Velocity velocity;
+  double score;
+  bool coarse;  // one of those that are always tried
+};
+
+// Where to: a point, or without one to turn at some rate.
+struct Aim {
+  std::optional<Point> target;
+  double fastest = 0.0;
+  double turn = 0.0;
+};
+
 class DynamicWindow {
  public:
-  DynamicWindow(const LocalMap& map, const Odometry& odometry, Point target)
-      : map_(map), odometry_(odometry), target_(target) {}
+  DynamicWindow(const LocalMap& map, const Odometry& odometry, const Aim& aim, double reaction)
+      : map_(map), odometry_(odometry), aim_(aim), reaction_(reaction) {}
 
   Choice choose(const Limits& limits) {
-    static const std::vector<Point> kOutline = make_outline();
+    Choice best;
+    visit(limits, [&](const Velocity& velocity, bool) {
+      const double score = judge(velocity, limits.margin);
+      if (score > best.score) best = {velocity, score, Foresight::Level::kSafe};
+    });
+    return best;
+  }
+
+  // The best one that is safe, or as safe as any.
+  Choice choose(const Limits& limits, Foresight& foresight) {
+    std::vector<Option> options{{{}, judge({}, limits.margin), true}};
+    visit(limits, [&](const Velocity& velocity, bool coarse) {
+      const double score = judge(velocity, limits.margin) -
+                           kTooFastCost * std::max(0.0, velocity.linear - aim_.fastest) -
+                           (velocity.linear < 0.0 ? kBackwardsCost : 0.0);
+      if (std::isfinite(score)) options.push_back({velocity, score, coarse});
+    });
+    std::stable_sort(options.begin(), options.end(),
+                     [](const Option& a, const Option& b) { return a.score > b.score; });
+    Choice best;
+    best.safety = Foresight::Level::kContact;
+    double put_off = -1.0;
+    for (std::size_t i = 0; i < options.size(); ++i) {
+      const Option& option = options[i];
+      if (i >= kTriedFirst && !option.coarse) continue;
+      const Foresight::Safety safety = foresight.of(option.velocity);
+      if (safety.level == Foresight::Level::kContact) {
+        if (best.safety > safety.level || safety.contact_after <= put_off) continue;
+        put_off = safety.contact_after;
+      } else if (safety.level <= best.safety && best.safety != Foresight::Level::kContact) {
+        continue;  // as safe as one that is better otherwise
+      }
+      best = {option.velocity, option.score, safety.level};
+      if (best.safety == Foresight::Level::kSafe) break;
+    }
+    return best;
+  }
+
+  const Work& work() const { return work_; }
+
+ private:
+  template <typename Visit>
+  void visit(const Limits& limits, const Visit& visit) const {
     const double speed = std::clamp(odometry_.velocity.linear, limits.slowest, limits.fastest);
     const double turn = odometry_.velocity.angular;
     const double slowest = std::max(limits.slowest, speed - LocalPlanner::kLimits.acceleration * kWindow);
@@ -66,33 +125,15 @@ class DynamicWindow {
         std::max(-LocalPlanner::kLimits.turn_rate, turn - LocalPlanner::kLimits.turn_acceleration * kWindow);
     const double left =
         std::min(LocalPlanner::kLimits.turn_rate, turn + LocalPlanner::kLimits.turn_acceleration * kWindow);
-    Choice best;
     for (int i = 0; i < kSpeeds; ++i) {
-      for (int j = 0; j < kTurns; ++j) {
-        const Velocity velocity{slowest + (fastest - slowest) * i / (kSpeeds - 1),
-                                right + (left - right) * j / (kTurns - 1)};
-        const double score = judge(velocity, limits.margin, kOutline);
-        if (score > best.score) best = {velocity, score};
+      for (int j = 0; j < limits.turns; ++j) {
+        visit({slowest + (fastest - slowest) * i / (kSpeeds - 1), right + (left - right) * j / (limits.turns - 1)},
+              i % 2 == 0 && j % 3 == 0);
       }
     }
-    return best;
   }
 
-  std::uint64_t lookups() const { return lookups_; }
-
- private:
-  bool touches(const Pose& pose, double margin, const std::vector<Point>& outline, double& room) {
-    const double clear = map_.clearance_at(position(pose));
-    ++lookups_;
-    room = std::min(room, clear);
-    if (clear >= kOuterRadius + margin) return false;
-    if (clear < kInnerRadius) return true;
-    lookups_ += outline.size();
-    return std::any_of(outline.begin(), outline.end(),
-                       [&](const Point& point) { return map_.clearance_at(transformed(pose, point)) < margin; });
-  }
-
-  double judge(const Velocity& velocity, double margin, const std::vector<Point>& outline) {
+  double judge(const Velocity& velocity, double margin) {
     Pose pose = odometry_.pose;
     Pose judged = pose;
     double room = kRoom;
@@ -103,52 +144,92 @@ class DynamicWindow {
       pose.y += velocity.linear * kStep * std::sin(heading);
       pose.heading = wrapped(pose.heading + velocity.angular * kStep);
       if (step <= kStepsJudged) judged = pose;
-      if (!touches(pose, margin, outline, room)) continue;
+      if (!touches_static(map_, pose, margin, room, work_)) continue;
       const double seconds = (step - 1) * kStep;
       const double speed = std::abs(velocity.linear);
       const double turn = std::abs(velocity.angular);
-      const bool brakes = LocalPlanner::kReaction + speed / (2.0 * LocalPlanner::kLimits.acceleration) <= seconds &&
-                          LocalPlanner::kReaction + turn / (2.0 * LocalPlanner::kLimits.turn_acceleration) <= seconds;
+      const bool brakes = reaction_ + speed / (2.0 * LocalPlanner::kLimits.acceleration) <= seconds &&
+                          reaction_ + turn / (2.0 * LocalPlanner::kLimits.turn_acceleration) <= seconds;
       if (!brakes && (speed > 0.0 || turn > 0.0)) return -std::numeric_limits<double>::infinity();
       break;
     }
-    const double away = distance(position(judged), target_);
-    const double bearing = std::atan2(target_.y - judged.y, target_.x - judged.x) - judged.heading;
+    if (!aim_.target) return -std::abs(velocity.linear) - kTurnCost * std::abs(velocity.angular - aim_.turn);
+    const double away = distance(position(judged), *aim_.target);
+    const double bearing = std::atan2(aim_.target->y - judged.y, aim_.target->x - judged.x) - judged.heading;
     const double off = away > 0.1 ? std::abs(wrapped(bearing)) : 0.0;
     return -away - kBearingWeight * off - kRoomWeight * (kRoom - room);
   }
 
   const LocalMap& map_;
   const Odometry& odometry_;
-  Point target_;
-  std::uint64_t lookups_ = 0;
+  Aim aim_;
+  double reaction_;
+  Work work_;
 };
+
+// Where nothing moves.
+Choice among_standing(DynamicWindow& window, const Aim& aim) {
+  Choice choice = window.choose({LocalPlanner::kMargin, 0.0, aim.fastest});
+  if (choice.moves()) return choice;
+  const Choice tight = window.choose({kTightMargin, kBackwards, aim.fastest});
+  return tight.score > choice.score + kWorthIt ? tight : choice;
+}
+
+Choice among_moving(DynamicWindow& window, Foresight& foresight) {
+  constexpr double kFastest = LocalPlanner::kLimits.speed;
+  const Choice choice = window.choose({LocalPlanner::kMargin, kGivingWay, kFastest, kTurnsIfConcerned}, foresight);
+  if (choice.moves() && choice.safety == Foresight::Level::kSafe) return choice;
+  const Choice tight = window.choose({kTightMargin, kGivingWay, kFastest, kTurnsIfConcerned}, foresight);
+  const bool safer = tight.safety > choice.safety;
+  return safer || (tight.safety == choice.safety && tight.score > choice.score + kWorthIt) ? tight : choice;
+}
 
 }  // namespace
 
-LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odometry, const Command& command) const {
-  const Pose& pose = odometry.pose;
-  if (command.look_around) {
-    const bool turns_freely = map.clearance_at(position(pose)) >= kOuterRadius + kTightMargin;
-    return {{0.0, turns_freely ? kLookAround : 0.0}, Detour::Kind::kStraight, {.candidates = 1}};
-  }
-  if (command.stop) return {};
-  const Detour detour = find_detour(map, position(pose), command, kMargin);
-  const Point& target = detour.target;
-  const double bearing = wrapped(std::atan2(target.y - pose.y, target.x - pose.x) - pose.heading);
-  const double end =
-      std::max(0.1, std::sqrt(kLimits.speed * command.distance_left));  // slower towards the end of the path
-  const double fastest = std::abs(bearing) > kTurnFirst ? 0.0 : std::min(kLimits.speed, end);
+// How long the robot has stood although it was to go somewhere; going on, it forgets this twice as fast.
+void LocalPlanner::wait(const LocalMap& map, const Odometry& odometry, bool wants_to_go) {
+  const double seconds = std::chrono::duration<double>(map.stamp - stamp_).count();
+  stamp_ = map.stamp;
+  const bool stands = std::abs(odometry.velocity.linear) < 0.05;
+  if (seconds <= 0.0 || seconds > 1.0) return;
+  waited_ = std::max(0.0, stands && wants_to_go ? waited_ + seconds : waited_ - 2.0 * seconds);
+}
 
-  DynamicWindow window(map, odometry, target);
-  Choice choice = window.choose({kMargin, 0.0, fastest});
-  if (!choice.moves()) {
-    const Choice tight = window.choose({kTightMargin, kBackwards, fastest});
-    if (tight.score > choice.score + kWorthIt) choice = tight;
+LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odometry, const Command& command) {
+  const Pose& pose = odometry.pose;
+  wait(map, odometry, !command.stop);
+  const double age = std::chrono::duration<double>(odometry.stamp - map.stamp).count();
+  const double reaction = std::clamp(std::max(map.interval, kMinInterval) + age + kDelay, 0.0, kMaxReaction);
+  const double caution = std::clamp(1.0 - (waited_ - kPatience) / kImpatient, kMinCaution, 1.0);
+  Foresight foresight(map, odometry, reaction, caution, kLimits);
+
+  Result result;
+  Aim aim;
+  if (command.stop) {
+    if (command.look_around) {
+      ++result.work.candidates;
+      const bool turns_freely = map.static_clearance_at(position(pose)) >= kOuterRadius + kTightMargin;
+      aim.turn = turns_freely ? kLookAround : 0.0;
+    }
+    result.velocity.angular = aim.turn;
+    if (!foresight.concerned()) return result;
+  } else {
+    const Detour detour = find_detour(map, position(pose), command, kMargin);
+    const double bearing = wrapped(std::atan2(detour.target.y - pose.y, detour.target.x - pose.x) - pose.heading);
+    const double end =
+        std::max(0.1, std::sqrt(kLimits.speed * command.distance_left));  // slower towards the end of the path
+    aim.target = detour.target;
+    aim.fastest = std::abs(bearing) > kTurnFirst ? 0.0 : std::min(kLimits.speed, end);
+    result.way = detour.kind;
+    result.work = detour.work;
   }
-  Work work = detour.work;
-  work.candidates += window.lookups();
-  return {choice.velocity, detour.kind, work};
+  DynamicWindow window(map, odometry, aim, std::max(kReaction, reaction));
+  const Choice choice = foresight.concerned() ? among_moving(window, foresight) : among_standing(window, aim);
+  result.velocity = choice.velocity;
+  result.safety = choice.safety;
+  result.work += window.work();
+  result.work += foresight.work();
+  return result;
 }
 
 }  // namespace ctn::navigation

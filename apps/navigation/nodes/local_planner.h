@@ -1,15 +1,26 @@
-// The LP node: the velocity that brings the robot nearer to the carrot, and into no obstacle that the local map shows.
+// The LP node: the velocity that brings the robot nearer to the carrot, and into nothing that the local map shows.
 //
 // The target is the carrot or, where something is between, a point of the way round (detour.h). Then the dynamic window
-// (Fox, Burgard and Thrun, 1997): for each velocity that the base can reach within a moment, the robot's outline is
-// moved over the map along an arc. A velocity is allowed if the robot could still brake before it touches anything. Of
-// these, the one is chosen that ends nearest to the target, pointing at it, with room at its sides. If no other than
-// standing still is allowed, the robot may back up.
+// (Fox, Burgard and Thrun, "The dynamic window approach to collision avoidance", 1997): for each velocity that the base
+// can reach within a moment, the robot's outline is moved over the map along an arc. A velocity is allowed if the robot
+// could still brake before it touches anything. Of these, the one is chosen that ends nearest to the target, pointing
+// at it, with room at its sides. If no other than standing still is allowed, the robot may back up.
 //
-// Units: metres, radians, seconds. Thread safety: no state.
+// Where something moves nearby, the best of them that is safe from it is chosen (foresight.h): so the robot slows down,
+// waits for it to pass, passes behind it, or gets out of its way, also if it was to stand still. If none is safe, it is
+// the one with which contact can be put off longest. A robot that has waited for long takes less account of what may
+// turn back.
+//
+// Predictions begin at the instants of scan and odometry. The robot counts on keeping a velocity until it can react to
+// the next map: as long as it took from the last map to this one, and a little.
+//
+// Units: metres, radians, seconds. Thread safety: one thread an object.
 #pragma once
 
+#include <chrono>
+
 #include "detour.h"
+#include "foresight.h"
 #include "geometry.h"
 #include "local_mapper.h"
 #include "navigation_command.h"
@@ -22,15 +33,22 @@ namespace ctn::navigation {
 class LocalPlanner {
  public:
   static constexpr RobotLimits kLimits{};
-  static constexpr double kReaction = 0.2;  // seconds that pass before the robot brakes
+  static constexpr double kReaction = 0.2;  // seconds that pass at least before the robot brakes
   static constexpr double kMargin = 0.09;   // around the robot
 
   struct Result {
     Velocity velocity;
     Detour::Kind way = Detour::Kind::kStraight;
+    Foresight::Level safety = Foresight::Level::kSafe;
     Work work;
   };
-  Result run(const LocalMap& map, const Odometry& odometry, const Command& command) const;
+  Result run(const LocalMap& map, const Odometry& odometry, const Command& command);
+
+ private:
+  void wait(const LocalMap& map, const Odometry& odometry, bool wants_to_go);
+
+  std::chrono::nanoseconds stamp_{};  // of the last map
+  double waited_ = 0.0;               // seconds
 };
 
 }  // namespace ctn::navigation

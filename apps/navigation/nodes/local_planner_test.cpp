@@ -22,7 +22,7 @@ Command towards(const Point& carrot, double left = 10.0) {
 // LM and LP, 25 times a second.
 void drive(AnalyticWorld& world, const Command& command, double seconds) {
   LocalMapper mapper;
-  const LocalPlanner planner;
+  LocalPlanner planner;
   for (double until = world.time() + seconds; world.time() < until - 1e-9;) {
     const LocalMap map = mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan).map;
     world.advance(0.04, planner.run(map, world.odometry(), command).velocity);
@@ -38,7 +38,7 @@ TEST(LocalPlanner, DrivesStraightToACarrotAhead) {
 
 TEST(LocalPlanner, IsNeverFasterThanTheRobotMayBe) {
   LocalMap map;
-  const LocalPlanner planner;
+  LocalPlanner planner;
   const Odometry odometry{{}, {}, {LocalPlanner::kLimits.speed, 0.0}};
   EXPECT_LE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, LocalPlanner::kLimits.speed);
   EXPECT_GE(planner.run(map, odometry, towards({4.0, 0.0})).velocity.linear, 0.9 * LocalPlanner::kLimits.speed);
@@ -143,7 +143,7 @@ TEST(LocalPlanner, NearObstaclesAreMoreWork) {
   AnalyticWorld world({{{0.42, -20.0}, {0.42, 20.0}}}, {0.0, 0.0, 0.0});
   LocalMapper mapper;
   const LocalMap map = mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan).map;
-  const LocalPlanner planner;
+  LocalPlanner planner;
   EXPECT_GT(planner.run(map, world.odometry(), towards({4.0, 0.0})).work.candidates,
             planner.run({}, world.odometry(), towards({4.0, 0.0})).work.candidates);
 }

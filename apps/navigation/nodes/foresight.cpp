@@ -1,0 +1,125 @@
+#include "foresight.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "footprint.h"
+
+namespace ctn::navigation {
+namespace {
+
+constexpr double kForesightStep = 0.1;
+constexpr double kDoubt = 0.1;                           // m/s by which the place of what moves grows uncertain
+constexpr double kMaxDoubt = 0.15;                       // metres
+constexpr double kCourseMargin = 0.06;                   // kept from courses, which are straight
+constexpr double kStaticMargin = 0.04;                   // kept from what does not move, when giving way
+constexpr double kBackUp = -0.5;                         // m/s
+constexpr std::array<double, 3> kDecide{0.0, 0.6, 1.2};  // seconds for which a velocity is kept, or until it can react
+
+double approach(double value, double wanted, double change) {
+  return value + std::clamp(wanted - value, -change, change);
+}
+
+}  // namespace
+
+Foresight::Foresight(const LocalMap& map, const Odometry& odometry, double reaction, double caution,
+                     const RobotLimits& limits)
+    : map_(map),
+      limits_(limits),
+      reaction_(reaction),
+      age_(std::max(0.0, std::chrono::duration<double>(odometry.stamp - map.stamp).count())),
+      static_margin_(kStaticMargin),
+      start_{odometry.pose, odometry.velocity} {
+  for (const MovingObstacle& moving : map.moving) {
+    const Point centre = moving.at(age_);
+    const double apart = distance_from_outline(odometry.pose, centre);
+    const double kept = moving.radius + kMargin;
+    if (apart > kept + kMaxDoubt + (moving.pace + limits.speed) * kHorizon) continue;
+    // If it is nearer already, it should at least not come nearer still.
+    const double now = std::max(0.0, apart - 0.01);
+    things_.push_back({centre, moving.velocity, std::min(kept, now), std::min(kept + kMaxDoubt, now), moving.centre,
+                       moving.course * (moving.pace * caution), std::min(moving.radius + kCourseMargin, now)});
+  }
+  if (things_.empty()) return;
+  double room = 0.0;
+  for (const double margin : {0.0, -kStaticMargin}) {
+    if (!touches_static(map_, start_.pose, static_margin_, room, work_)) break;
+    static_margin_ = margin;
+  }
+}
+
+void Foresight::advance(Moment& moment, const Velocity& wanted) const {
+  const double linear = approach(moment.velocity.linear, wanted.linear, limits_.acceleration * kForesightStep);
+  const double angular = approach(moment.velocity.angular, wanted.angular, limits_.turn_acceleration * kForesightStep);
+  const double way = 0.5 * (moment.velocity.linear + linear) * kForesightStep;
+  const double turn = 0.5 * (moment.velocity.angular + angular) * kForesightStep;
+  const double heading = moment.pose.heading + 0.5 * turn;
+  moment.pose.x += way * std::cos(heading);
+  moment.pose.y += way * std::sin(heading);
+  moment.pose.heading += turn;
+  moment.velocity = {linear, angular};
+  moment.seconds += kForesightStep;
+}
+
+Foresight::Met Foresight::meets(Moment& moment) {
+  const double since = age_ + moment.seconds;
+  for (const Thing& thing : things_) {
+    work_.candidates += 2;
+    const double apart = distance_from_outline(moment.pose, thing.centre + thing.velocity * moment.seconds);
+    if (apart < std::min(thing.max_kept, thing.kept + kDoubt * moment.seconds)) return Met::kThing;
+    if (!moment.off_courses) continue;
+    const Point reach = thing.course * since;
+    const double length = reach.x * reach.x + reach.y * reach.y;
+    const Point from = position(moment.pose) - thing.seen;
+    const double share = length > 0.0 ? std::clamp((from.x * reach.x + from.y * reach.y) / length, -1.0, 1.0) : 0.0;
+    if (distance_from_outline(moment.pose, thing.seen + reach * share) < thing.kept_from_course) {
+      moment.off_courses = false;
+    }
+  }
+  const bool stands = moment.velocity == Velocity{};
+  double room = 0.0;
+  return !stands && touches_static(map_, moment.pose, static_margin_, room, work_) ? Met::kWall : Met::kNothing;
+}
+
+Foresight::Met Foresight::follow(Moment& moment, const Velocity& wanted) {
+  while (moment.seconds < kHorizon - 1e-9) {
+    advance(moment, wanted);
+    const Met met = meets(moment);
+    if (met != Met::kNothing) return met;
+  }
+  return Met::kNothing;
+}
+
+Foresight::Safety Foresight::of(const Velocity& velocity) {
+  if (things_.empty()) return {Level::kSafe};
+  Safety best;
+  const auto consider = [&](const Moment& end, Met met, bool backwards) {
+    if (met == Met::kThing) best.contact_after = std::max(best.contact_after, end.seconds);
+    if (met != Met::kNothing) return;
+    const Level level = !end.off_courses ? Level::kIfItGoesOn : backwards ? Level::kByBackingUp : Level::kSafe;
+    best.level = std::max(best.level, level);
+  };
+  Moment kept = start_;
+  for (const double decide : kDecide) {
+    while (kept.seconds < std::max(decide, reaction_) - 1e-9) {
+      advance(kept, velocity);
+      const Met met = meets(kept);
+      if (met == Met::kNothing) continue;
+      consider(kept, met, false);
+      return best;
+    }
+    for (const Velocity& then : {Velocity{}, Velocity{limits_.speed, 0.0}, Velocity{kBackUp, 0.0}}) {
+      Moment end = kept;
+      const Met met = follow(end, then);
+      consider(end, met, velocity.linear < 0.0 || then.linear < 0.0);
+      if (best.level == Level::kSafe) return best;
+    }
+  }
+  const Met met = follow(kept, velocity);
+  consider(kept, met, velocity.linear < 0.0);
+  return best;
+}
+
+}  // namespace ctn::navigation

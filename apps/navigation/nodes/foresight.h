@@ -1,0 +1,87 @@
+// Whether the robot can keep clear of what moves, if it now drives at some velocity.
+//
+// What moves is expected to go on as it does (a velocity obstacle in time: Fiorini and Shiller, "Motion planning in
+// dynamic environments using velocity obstacles", 1998). It may also stop or turn back on its course at any time, so
+// that all of its course counts that it can reach by then. Both begin at the scan's instant, not now.
+//
+// The robot takes up the velocity as fast as its base can, keeps it at least until it can react to the next map, and
+// then does one of a few simple things: stops and waits, goes straight ahead as fast as it may, backs up, or goes on. A
+// velocity is safe if one of these leads past everything: the robot need not know yet which it will choose, only that
+// one is left (Fraichard and Asama, "Inevitable collision states", 2004).
+//
+// Units: metres, radians, seconds. Thread safety: one thread an object.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry.h"
+#include "local_mapper.h"
+#include "robot.h"
+#include "sensors.h"
+#include "work.h"
+
+namespace ctn::navigation {
+
+class Foresight {
+ public:
+  static constexpr double kHorizon = 3.0;
+  static constexpr double kMargin = 0.1;  // kept from what moves
+
+  // The better ones last.
+  enum class Level : std::uint8_t {
+    kContact,      // contact, whatever the robot does
+    kIfItGoesOn,   // none, if all goes on as it does
+    kByBackingUp,  // none, if the robot backs up
+    kSafe,
+  };
+  struct Safety {
+    Level level = Level::kContact;
+    double contact_after = 0.0;  // with kContact: how long it can be put off
+  };
+
+  // `reaction`: until the robot can react to the next map. `caution` in [0, 1]: how far along its course what moves may
+  // get, as a share of what it can. `limits.speed`: forwards.
+  Foresight(const LocalMap& map, const Odometry& odometry, double reaction, double caution, const RobotLimits& limits);
+
+  // Whether anything that moves can come near within the horizon. If not, all velocities are safe.
+  bool concerned() const { return !things_.empty(); }
+  Safety of(const Velocity& velocity);
+
+  const Work& work() const { return work_; }
+
+ private:
+  struct Thing {
+    Point centre;  // at the odometry's instant
+    Point velocity;
+    double kept;      // from the robot's outline to the centre
+    double max_kept;  // as its place grows uncertain
+    // Both ways along its course.
+    Point seen;
+    Point course;  // times its pace
+    double kept_from_course;
+  };
+  struct Moment {
+    Pose pose;
+    Velocity velocity;
+    double seconds = 0.0;
+    bool off_courses = true;  // until now
+  };
+  enum class Met : std::uint8_t { kNothing, kWall, kThing };
+
+  void advance(Moment& moment, const Velocity& wanted) const;
+  Met meets(Moment& moment);
+  // Goes on at `wanted` until the horizon or until something is met.
+  Met follow(Moment& moment, const Velocity& wanted);
+
+  const LocalMap& map_;
+  RobotLimits limits_;
+  double reaction_;
+  double age_;
+  double static_margin_;
+  Moment start_;
+  std::vector<Thing> things_;
+  Work work_;
+};
+
+}  // namespace ctn::navigation

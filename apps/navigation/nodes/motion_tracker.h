@@ -1,0 +1,100 @@
+// What moves near the robot, how fast, and how large it is: obstacles tracked from scan to scan.
+//
+// A scan is cut into segments, where neighbouring hits are apart. A track begins with a segment that hits where a
+// moment ago nothing was (LocalMapper tells which beams do), so that walls, which a turning or drifting robot sees anew
+// all the time, begin none. It goes on with the segment that is nearest to where it should be; a Kalman filter with
+// constant velocity gives place and speed (Bar-Shalom, Li and Kirubarajan, "Estimation with applications to tracking
+// and navigation", 2001, chapter 6). All of this is in the odometry's frame, so the robot's own motion is corrected
+// for.
+//
+// Where a thing is, is told by the two ends of its segment: for a box that shows two sides they are the ends of a
+// diagonal, for one that shows one side, or for something round, the middle lies behind the line between them by as
+// much as what is seen of it does not bulge towards the robot. So the place does not jump when another side comes into
+// view. An end that something nearer hides, or that is at the edge of the laser's view, is put where it must be for the
+// width that was seen before.
+//
+// What is no longer seen goes on as it did, for a while, unless the laser looks through the place. What has stopped is
+// remembered, since it may go on.
+//
+// Units: metres, m/s, seconds. Thread safety: one thread an object.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "geometry.h"
+#include "scan_filter.h"
+#include "work.h"
+
+namespace ctn::navigation {
+
+struct MovingObstacle {
+  Point centre;         // at the scan's stamp, in the odometry's frame
+  double radius = 0.0;  // of a circle around all of it
+  Point velocity;       // zero: it has stopped
+  Point course;         // of length one: where it went last
+  double pace = 0.0;    // how fast it was lately; it may take this up again, in either direction
+
+  bool moves() const { return velocity.x != 0.0 || velocity.y != 0.0; }
+  Point at(double seconds) const { return centre + velocity * seconds; }
+};
+
+class MotionTracker {
+ public:
+  static constexpr double kView = 5.0;         // farther away, nothing is tracked
+  static constexpr double kMaxWidth = 1.3;     // what is wider is a wall
+  static constexpr double kUnseen = 2.0;       // seconds for which a track goes on unseen
+  static constexpr double kStopped = 6.0;      // seconds after which what has stopped is forgotten
+  static constexpr double kSlowest = 0.12;     // what is slower has stopped
+  static constexpr std::size_t kMinBeams = 4;  // of a segment
+
+  // `fresh`: of each beam, whether it hit where a moment ago nothing was. Scans must come in the order of their stamps.
+  std::vector<MovingObstacle> run(const CleanScan& scan, const std::vector<char>& fresh, Work& work);
+
+ private:
+  struct Segment {
+    Point right;  // the first beam's hit
+    Point left;
+    bool right_hidden = false;
+    bool left_hidden = false;
+    double bulge = 0.0;  // how far it comes towards the robot from the line between its ends
+    std::size_t beams = 0;
+    std::size_t fresh = 0;
+    bool used = false;
+  };
+  struct Place {
+    Point centre;
+    double radius;
+    double width;
+  };
+  struct Track {
+    Point centre;
+    Point velocity;
+    // Covariance of place and velocity, the same along x and y.
+    double variance_place = 0.0;
+    double covariance = 0.0;
+    double variance_velocity = 0.0;
+    double radius = 0.0;
+    double width = 0.0;
+    Point born;
+    int updates = 0;
+    bool confirmed = false;  // it has moved
+    Point course;
+    double pace = 0.0;
+    double unseen = 0.0;
+    double stopped = 0.0;
+  };
+
+  static std::vector<Segment> segments_of(const CleanScan& scan, const std::vector<char>& fresh);
+  static Place place_of(const Segment& segment, Point robot, double known_width);
+  static void predict(Track& track, double seconds);
+  static void update(Track& track, const Place& place, double range);
+  static bool seen_through(const Track& track, const CleanScan& scan);
+  void follow(std::vector<Segment>& segments, const CleanScan& scan, double seconds);
+
+  std::vector<Track> tracks_;
+  bool began_ = false;
+  std::chrono::nanoseconds stamp_{};
+};
+
+}  // namespace ctn::navigation
