@@ -10,13 +10,19 @@
 namespace ctn::navigation {
 namespace {
 
+constexpr double kBeyondHorizon = 2.0;  // seconds
 constexpr double kForesightStep = 0.1;
-constexpr double kDoubt = 0.1;                           // m/s by which the place of what moves grows uncertain
-constexpr double kMaxDoubt = 0.15;                       // metres
-constexpr double kCourseMargin = 0.06;                   // kept from courses, which are straight
-constexpr double kStaticMargin = 0.04;                   // kept from what does not move, when giving way
-constexpr double kBackUp = -0.5;                         // m/s
-constexpr std::array<double, 3> kDecide{0.0, 0.6, 1.2};  // seconds for which a velocity is kept, or until it can react
+constexpr double kDoubt = 0.1;          // m/s by which the place of what moves grows uncertain
+constexpr double kMaxDoubt = 0.15;      // metres
+constexpr double kHardShare = 0.85;     // of the circle around a thing, of which it may leave corners free
+constexpr double kHardMargin = 0.02;    // metres
+constexpr double kComeApart = 0.15;     // m/s
+constexpr double kCourseMargin = 0.06;  // kept from courses, which are straight
+constexpr double kStaticMargin = 0.04;  // kept from what does not move, when giving way
+constexpr double kBackUp = -0.5;        // m/s
+// Seconds for which a velocity is kept: the first is more than the robot needs to react, so that it does not give way
+// in the last moment, when all would have to be as expected.
+constexpr std::array<double, 3> kDecide{0.4, 0.8, 1.4};
 
 double approach(double value, double wanted, double change) {
   return value + std::clamp(wanted - value, -change, change);
@@ -36,10 +42,10 @@ Foresight::Foresight(const LocalMap& map, const Odometry& odometry, double react
     const Point centre = moving.at(age_);
     const double apart = distance_from_outline(odometry.pose, centre);
     const double kept = moving.radius + kMargin;
+    const double hard = kHardShare * moving.radius + kHardMargin;
     if (apart > kept + kMaxDoubt + (moving.pace + limits.speed) * kHorizon) continue;
-    // If it is nearer already, it should at least not come nearer still.
     const double now = std::max(0.0, apart - 0.01);
-    things_.push_back({centre, moving.velocity, std::min(kept, now), std::min(kept + kMaxDoubt, now), moving.centre,
+    things_.push_back({centre, moving.velocity, kept, now, std::min(hard, now), moving.centre,
                        moving.course * (moving.pace * caution), std::min(moving.radius + kCourseMargin, now)});
   }
   if (things_.empty()) return;
@@ -68,7 +74,12 @@ Foresight::Met Foresight::meets(Moment& moment) {
   for (const Thing& thing : things_) {
     work_.candidates += 2;
     const double apart = distance_from_outline(moment.pose, thing.centre + thing.velocity * moment.seconds);
-    if (apart < std::min(thing.max_kept, thing.kept + kDoubt * moment.seconds)) return Met::kThing;
+    if (apart < thing.hard) return Met::kThing;
+    // If it is nearer already than it should be, both should come apart.
+    const double wanted = thing.kept + std::min(kMaxDoubt, kDoubt * moment.seconds);
+    if (apart < std::min(wanted, thing.now + kComeApart * moment.seconds)) {
+      moment.clear_until = std::min(moment.clear_until, moment.seconds);
+    }
     if (!moment.off_courses) continue;
     const Point reach = thing.course * since;
     const double length = reach.x * reach.x + reach.y * reach.y;
@@ -92,13 +103,36 @@ Foresight::Met Foresight::follow(Moment& moment, const Velocity& wanted) {
   return Met::kNothing;
 }
 
+// Whether something that goes on as it does comes upon the robot soon after the horizon.
+bool Foresight::is_come_upon(const Pose& pose) const {
+  return std::any_of(things_.begin(), things_.end(), [&](const Thing& thing) {
+    const Point from = thing.centre + thing.velocity * kHorizon;
+    const Point ahead = thing.velocity * kBeyondHorizon;
+    const double length = ahead.x * ahead.x + ahead.y * ahead.y;
+    if (length <= 0.0) return false;
+    const Point off = position(pose) - from;
+    const double share = std::clamp((off.x * ahead.x + off.y * ahead.y) / length, 0.0, 1.0);
+    return distance_from_outline(pose, from + ahead * share) < thing.kept;
+  });
+}
+
+double Foresight::clear_for(const Velocity& velocity) {
+  Moment end = start_;
+  if (!things_.empty() && follow(end, velocity) != Met::kNothing) return std::min(end.seconds, end.clear_until);
+  return std::min(kHorizon, end.clear_until);
+}
+
 Foresight::Safety Foresight::of(const Velocity& velocity) {
   if (things_.empty()) return {Level::kSafe};
   Safety best;
   const auto consider = [&](const Moment& end, Met met, bool backwards) {
     if (met == Met::kThing) best.contact_after = std::max(best.contact_after, end.seconds);
     if (met != Met::kNothing) return;
-    const Level level = !end.off_courses ? Level::kIfItGoesOn : backwards ? Level::kByBackingUp : Level::kSafe;
+    const bool clear = end.off_courses && !is_come_upon(end.pose);
+    const Level level = end.clear_until < kHorizon ? Level::kTooNear
+                        : !clear                   ? Level::kIfItGoesOn
+                        : backwards                ? Level::kByBackingUp
+                                                   : Level::kSafe;
     best.level = std::max(best.level, level);
   };
   Moment kept = start_;

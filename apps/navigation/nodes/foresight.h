@@ -31,6 +31,7 @@ class Foresight {
   // The better ones last.
   enum class Level : std::uint8_t {
     kContact,      // contact, whatever the robot does
+    kTooNear,      // none, but it comes nearer than it should
     kIfItGoesOn,   // none, if all goes on as it does
     kByBackingUp,  // none, if the robot backs up
     kSafe,
@@ -47,6 +48,8 @@ class Foresight {
   // Whether anything that moves can come near within the horizon. If not, all velocities are safe.
   bool concerned() const { return !things_.empty(); }
   Safety of(const Velocity& velocity);
+  // How long the robot keeps clear of all if it does nothing else but go on at this velocity; at most the horizon.
+  double clear_for(const Velocity& velocity);
 
   const Work& work() const { return work_; }
 
@@ -54,8 +57,10 @@ class Foresight {
   struct Thing {
     Point centre;  // at the odometry's instant
     Point velocity;
-    double kept;      // from the robot's outline to the centre
-    double max_kept;  // as its place grows uncertain
+    // From the robot's outline to the centre:
+    double kept;  // what should be
+    double now;   // what is
+    double hard;  // less is contact
     // Both ways along its course.
     Point seen;
     Point course;  // times its pace
@@ -66,11 +71,13 @@ class Foresight {
     Velocity velocity;
     double seconds = 0.0;
     bool off_courses = true;  // until now
+    double clear_until = kHorizon;
   };
   enum class Met : std::uint8_t { kNothing, kWall, kThing };
 
   void advance(Moment& moment, const Velocity& wanted) const;
   Met meets(Moment& moment);
+  bool is_come_upon(const Pose& pose) const;
   // Goes on at `wanted` until the horizon or until something is met.
   Met follow(Moment& moment, const Velocity& wanted);
 

@@ -19,6 +19,7 @@ constexpr float kFree = -0.5F;            // from here down, a cell is known to 
 constexpr float kLongAgo = -1e6F;         // seconds
 constexpr float kFreshFor = 0.7F;         // seconds for which a cell that something came into tells of motion
 constexpr float kOld = 1.0F;              // an obstacle that has been there for longer does not move
+constexpr float kVeryOld = 3.0F;          // nor is it then taken for something that was seen to move
 constexpr double kBeside = 0.1;           // metres around an old obstacle within which nothing is taken to have moved
 constexpr double kBesidePerMetre = 0.03;  // farther from the robot, errors of its heading count more
 constexpr double kTakenOut = 0.06;        // metres around what moves
@@ -123,7 +124,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   move_to(pose);
   ++runs_;
 
-  std::vector<char> fresh(scan.ranges.size());
+  std::vector<MotionTracker::Hit> hits(scan.ranges.size());
   // Obstacles first: a beam that grazes a cell in which another one ends must not clear that cell.
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const auto range = static_cast<double>(scan.ranges[beam]);
@@ -133,7 +134,9 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     const int row = frame_.row(pose.y + range * std::sin(angle));
     if (!frame_.inside(column, row)) continue;
     hit(column, row, range);
-    fresh[beam] = now_ - entered_[frame_.index(column, row)] < kFreshFor ? 1 : 0;
+    const std::size_t cell = frame_.index(column, row);
+    if (now_ - entered_[cell] < kFreshFor) hits[beam] = MotionTracker::Hit::kFresh;
+    if (evidence_[cell] >= kObstacle && now_ - occupied_[cell] > kVeryOld) hits[beam] = MotionTracker::Hit::kOld;
   }
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {
     const double angle = pose.heading + scan.angle(beam);
@@ -159,7 +162,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
   work.cells += 4 * frame_.cells();  // faded, judged, and twice on the way to distances
   LocalMap map{scan.stamp, scan.odometry, frame_, navigation::clearance(frame_, obstacles, kFarthestClearance), {},
                {},         interval};
-  map.moving = tracker_.run(scan, fresh, work);
+  map.moving = tracker_.run(scan, hits, work);
   const auto moves = [](const MovingObstacle& moving) { return moving.moves(); };
   if (std::any_of(map.moving.begin(), map.moving.end(), moves)) {
     for (const MovingObstacle& moving : map.moving) {

@@ -30,15 +30,17 @@ constexpr double kRoom = 0.6;            // more room than this is worth nothing
 // Metres that a velocity must be better by if it is only there to give way: backwards; or faster than the target asks.
 constexpr double kBackwardsCost = 0.15;
 constexpr double kTooFastCost = 0.5;     // per m/s
-constexpr double kTurnCost = 0.1;        // of turning otherwise than told, without a target: per rad/s
+constexpr double kGoCost = 0.2;          // without a target: per m/s
+constexpr double kTurnCost = 0.05;       // of turning otherwise than told, without a target: per rad/s
+constexpr double kPutOffCost = 0.3;      // of going on towards what moves, if that would be contact at once
 constexpr std::size_t kTriedFirst = 40;  // velocities; of the others, when none of these is safe, only every sixth
 // From a scan to when LP's velocity is in force, beyond the time between two maps.
 constexpr double kDelay = 0.05;
 constexpr double kMaxReaction = 0.45;
 constexpr double kMinInterval = 0.02;
-constexpr double kPatience = 5.0;   // seconds that the robot waits with all caution
+constexpr double kPatience = 4.0;   // seconds that the robot waits with all caution
 constexpr double kImpatient = 5.0;  // until it has the least
-constexpr double kMinCaution = 0.3;
+constexpr double kMinCaution = 0.15;
 
 struct Limits {
   double margin;
@@ -98,16 +100,19 @@ class DynamicWindow {
     double put_off = -1.0;
     for (std::size_t i = 0; i < options.size(); ++i) {
       const Option& option = options[i];
+      if (best.safety == Foresight::Level::kSafe && option.score <= best.score) break;
       if (i >= kTriedFirst && !option.coarse) continue;
       const Foresight::Safety safety = foresight.of(option.velocity);
+      if (safety.level < best.safety) continue;
       if (safety.level == Foresight::Level::kContact) {
-        if (best.safety > safety.level || safety.contact_after <= put_off) continue;
+        if (safety.contact_after <= put_off) continue;
         put_off = safety.contact_after;
-      } else if (safety.level <= best.safety && best.safety != Foresight::Level::kContact) {
-        continue;  // as safe as one that is better otherwise
       }
-      best = {option.velocity, option.score, safety.level};
-      if (best.safety == Foresight::Level::kSafe) break;
+      // What it leaves for later to give way.
+      const double left = 1.0 - foresight.clear_for(option.velocity) / Foresight::kHorizon;
+      const double score = option.score - kPutOffCost * left;
+      const bool better = safety.level > best.safety || safety.level == Foresight::Level::kContact;
+      if (better || score > best.score) best = {option.velocity, score, safety.level};
     }
     return best;
   }
@@ -153,7 +158,7 @@ class DynamicWindow {
       if (!brakes && (speed > 0.0 || turn > 0.0)) return -std::numeric_limits<double>::infinity();
       break;
     }
-    if (!aim_.target) return -std::abs(velocity.linear) - kTurnCost * std::abs(velocity.angular - aim_.turn);
+    if (!aim_.target) return -kGoCost * std::abs(velocity.linear) - kTurnCost * std::abs(velocity.angular - aim_.turn);
     const double away = distance(position(judged), *aim_.target);
     const double bearing = std::atan2(aim_.target->y - judged.y, aim_.target->x - judged.x) - judged.heading;
     const double off = away > 0.1 ? std::abs(wrapped(bearing)) : 0.0;
@@ -190,7 +195,7 @@ Choice among_moving(DynamicWindow& window, Foresight& foresight) {
 void LocalPlanner::wait(const LocalMap& map, const Odometry& odometry, bool wants_to_go) {
   const double seconds = std::chrono::duration<double>(map.stamp - stamp_).count();
   stamp_ = map.stamp;
-  const bool stands = std::abs(odometry.velocity.linear) < 0.05;
+  const bool stands = std::abs(odometry.velocity.linear) < 0.15;
   if (seconds <= 0.0 || seconds > 1.0) return;
   waited_ = std::max(0.0, stands && wants_to_go ? waited_ + seconds : waited_ - 2.0 * seconds);
 }

@@ -139,6 +139,153 @@ TEST(LocalPlanner, StopsForWhatStepsInTheWay) {
   EXPECT_LT(world.truth().x, x + 1.2);
 }
 
+// A thing as large as the robot, as LM would give it.
+MovingObstacle thing(const Point& at, const Point& velocity) {
+  const double pace = std::hypot(velocity.x, velocity.y);
+  return {at, kOuterRadius, velocity, velocity * (1.0 / pace), pace};
+}
+
+LocalMap with_moving(const Point& at, const Point& velocity) {
+  LocalMap map;
+  map.interval = 0.04;
+  map.moving.push_back(thing(at, velocity));
+  return map;
+}
+
+Odometry driving(double speed) { return {{}, {}, {speed, 0.0}}; }
+
+TEST(Foresight, WhatIsFarAwayConcernsNothing) {
+  const LocalMap map = with_moving({9.0, 0.0}, {-0.5, 0.0});
+  Foresight foresight(map, {}, 0.1, 1.0, LocalPlanner::kLimits);
+  EXPECT_FALSE(foresight.concerned());
+  EXPECT_EQ(foresight.of({0.75, 0.0}).level, Foresight::Level::kSafe);
+}
+
+// It crosses 1.7 m ahead. The robot, which drives at full speed, can stop before its course, or cannot any more.
+TEST(Foresight, AVelocityIsSafeOnlyIfTheRobotCanStillStop) {
+  const LocalMap map = with_moving({1.7, -1.0}, {0.0, 0.7});
+  // 0.75 * 0.4 + 0.75^2 / 2 = 0.58 m until it stands; its course begins 1.7 - 0.4 - 0.06 - 0.28 = 0.96 m ahead.
+  EXPECT_EQ(Foresight(map, driving(0.75), 0.1, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level,
+            Foresight::Level::kSafe);
+  Odometry nearer = driving(0.75);
+  nearer.pose.x = 0.55;
+  EXPECT_LT(Foresight(map, nearer, 0.1, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level, Foresight::Level::kSafe);
+  EXPECT_LT(Foresight(map, driving(0.75), 0.8, 1.0, LocalPlanner::kLimits).of({0.75, 0.0}).level,
+            Foresight::Level::kSafe)
+      << "it reacts too late";
+}
+
+TEST(Foresight, WhatGoesAwayMayTurnBack) {
+  const LocalMap map = with_moving({1.0, 1.8}, {0.0, 0.5});  // it has crossed ahead of the robot
+  const Odometry standing;
+  EXPECT_EQ(Foresight(map, standing, 0.1, 1.0, LocalPlanner::kLimits).of({0.0, 0.0}).level, Foresight::Level::kSafe);
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  const Velocity stay;
+  EXPECT_EQ(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of(stay).level, Foresight::Level::kSafe)
+      << "there is time to leave its course";
+  within.pose.y = 0.9;
+  EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of(stay).level, Foresight::Level::kSafe);
+}
+
+TEST(Foresight, PredictsFromTheScansInstant) {
+  LocalMap old = with_moving({1.5, -1.2}, {0.0, 0.7});
+  LocalMap now = with_moving({1.5, -0.85}, {0.0, 0.7});
+  Odometry odometry = driving(0.6);
+  odometry.stamp = std::chrono::milliseconds(500);
+  now.stamp = odometry.stamp;
+  Command command = towards({4.0, 0.0});
+  EXPECT_EQ(LocalPlanner{}.run(with_moving({1.5, -0.85}, {0.0, 0.7}), driving(0.6), command).velocity,
+            LocalPlanner{}.run(now, odometry, command).velocity);
+  // The same thing in a map that is half a second old, but for what it may have done since.
+  Foresight late(old, odometry, 0.1, 0.0, LocalPlanner::kLimits);
+  Foresight fresh(now, odometry, 0.1, 0.0, LocalPlanner::kLimits);
+  for (double speed = -0.4; speed < 0.75; speed += 0.1) {
+    for (double turn = -1.0; turn < 1.1; turn += 0.5) {
+      EXPECT_EQ(late.of({speed, turn}).level, fresh.of({speed, turn}).level) << speed << " " << turn;
+    }
+  }
+}
+
+TEST(LocalPlanner, GetsOutOfTheWayOfWhatComesTowardsIt) {
+  const Command command = towards({4.0, 0.0});
+  const Velocity free = LocalPlanner{}.run({}, {}, command).velocity;
+  EXPECT_GT(free.linear, 0.2);
+  EXPECT_NE(LocalPlanner{}.run(with_moving({1.4, 0.0}, {-0.5, 0.0}), {}, command).velocity, free);
+  // It passes far off: no reason to wait.
+  EXPECT_GT(LocalPlanner{}.run(with_moving({1.7, 2.5}, {-0.8, 0.0}), {}, command).velocity.linear, 0.2);
+}
+
+TEST(LocalPlanner, DoesNotDriveInFrontOfWhatCrosses) {
+  const Command command = towards({4.0, 0.0});
+  const Velocity free = LocalPlanner{}.run({}, driving(0.6), command).velocity;
+  const Velocity crossed = LocalPlanner{}.run(with_moving({1.2, -1.1}, {0.0, 0.8}), driving(0.6), command).velocity;
+  EXPECT_LT(crossed.linear, free.linear - 0.1);
+}
+
+// All nodes of the local chain, 25 times a second, and a box that moves, whatever happens.
+struct Encounter {
+  bool touched = false;
+  Pose end;
+  double seconds = 0.0;
+};
+template <typename Place>
+Encounter meet(std::vector<testing::Wall> walls, const Command& command, double seconds, double period,
+               const Place& place) {
+  AnalyticWorld world(walls, {0.0, 0.0, 0.0}, {.range = 0.01, .turn_noise = 0.005});
+  LocalMapper mapper;
+  LocalPlanner planner;
+  while (world.time() < seconds - 1e-9) {
+    const LocalMap map = mapper.run(*ScanFilter{}.run(world.scan(), world.odometry()).scan).map;
+    const Velocity velocity = planner.run(map, world.odometry(), command).velocity;
+    for (double until = world.time() + period; world.time() < until - 1e-9;) {
+      world.walls() = walls;
+      const Point at = place(world.time());
+      testing::add_box(world.walls(), at.x - 0.28, at.y - 0.28, at.x + 0.28, at.y + 0.28);
+      world.advance(0.02, velocity);
+    }
+    if (!command.stop && distance(position(world.truth()), command.carrot) < 0.3) break;
+  }
+  return {world.touched(), world.truth(), world.time()};
+}
+
+std::vector<testing::Wall> big_room() {
+  std::vector<testing::Wall> walls;
+  testing::add_box(walls, -4.0, -4.0, 8.0, 4.0);
+  return walls;
+}
+
+TEST(LocalPlanner, CrossesTheCourseOfWhatGoesToAndFroWithoutContact) {
+  for (const double speed : {0.3, 0.5, 0.7}) {
+    for (int phase = 0; phase < 6; ++phase) {
+      const auto at = [&](double seconds) {
+        const double along = std::fmod(seconds * speed + phase, 6.0);
+        return Point{2.5, -1.5 + (along < 3.0 ? along : 6.0 - along)};
+      };
+      const Encounter encounter = meet(big_room(), towards({5.0, 0.0}), 60.0, 0.04, at);
+      EXPECT_FALSE(encounter.touched) << speed << " m/s, phase " << phase;
+      EXPECT_LT(encounter.seconds, 59.0) << speed << " m/s, phase " << phase;
+    }
+  }
+}
+
+TEST(LocalPlanner, GivesWayToWhatComesHeadOn) {
+  for (const double aside : {-0.3, 0.0, 0.2}) {
+    const auto at = [&](double seconds) { return Point{5.5 - 0.5 * seconds, aside}; };
+    const Encounter encounter = meet(big_room(), towards({7.0, 0.0}), 40.0, 0.04, at);
+    EXPECT_FALSE(encounter.touched) << aside;
+    EXPECT_LT(encounter.seconds, 39.0) << aside;
+  }
+}
+
+TEST(LocalPlanner, GetsOutOfTheWayWhereItWasToStandStill) {
+  for (const double aside : {-0.2, 0.0, 0.3}) {
+    const auto at = [&](double seconds) { return Point{0.5 * aside + 0.2, 3.5 - 0.5 * seconds}; };
+    const Encounter encounter = meet(big_room(), {}, 14.0, 0.04, at);
+    EXPECT_FALSE(encounter.touched) << aside;
+  }
+}
+
 TEST(LocalPlanner, NearObstaclesAreMoreWork) {
   AnalyticWorld world({{{0.42, -20.0}, {0.42, 20.0}}}, {0.0, 0.0, 0.0});
   LocalMapper mapper;

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
+#include <numbers>
+
+#include "robot.h"
 
 namespace ctn::navigation {
 namespace {
@@ -14,24 +15,31 @@ constexpr double kFreshShare = 0.1;       // of a segment that begins a track
 constexpr std::size_t kMinFresh = 3;      // beams
 constexpr double kPlaceNoise = 0.015;     // standard deviation of a place that is near
 constexpr double kPlaceNoiseFar = 0.008;  // more, per metre
-constexpr double kAgility = 0.15;         // m^2/s^3: by so much the variance of a velocity grows in a second
-constexpr double kFirstSpeed = 0.7;       // m/s: standard deviation of a velocity that is not known yet
-constexpr double kGate = 0.3;             // how far from where it should be it is looked for
-constexpr double kGateSpeed = 1.0;        // m/s: more, for each second since it was seen
-constexpr double kWider = 0.35;           // a segment by so much wider than the track is something else
-constexpr int kMinUpdates = 3;            // before a track counts
-constexpr double kMoved = 0.06;           // since it was seen first
-constexpr double kSureSpeed = 0.2;        // m/s
-constexpr double kSure = 1.5;             // standard deviations
-constexpr double kPaceTime = 0.3;         // seconds in which a higher speed is believed
-constexpr double kPaceFade = 0.05;        // m/s for each second
-constexpr double kGoneFor = 0.3;          // seconds for which its place was looked through
+constexpr double kNoiseIfHidden = 4.0;
+constexpr double kNoiseOfRadius = 15.0;
+constexpr double kAgility = 0.15;    // m^2/s^3: by so much the variance of a velocity grows in a second
+constexpr double kFirstSpeed = 0.7;  // m/s: standard deviation of a velocity that is not known yet
+constexpr double kGate = 0.3;        // how far from where it should be it is looked for
+constexpr double kGateSpeed = 0.5;   // m/s: more, for each second since it was seen
+constexpr double kWider = 0.35;      // a segment by so much wider than the track is something else
+constexpr double kMinFace = 0.15;    // of a box, of which the rest is hidden, to tell which way it lies
+constexpr double kMaxBehind = std::numbers::pi / 4.0;  // place_of_hidden()
+constexpr double kMinRadius = 0.12;                    // what is smaller is noise
+constexpr double kMaxSpeed = 1.5;                      // m/s: what seems to be faster was mistaken for something else
+constexpr double kRadiusGain = 0.1;                    // of what is seen anew
+constexpr int kMinUpdates = 3;                         // before a track counts
+constexpr double kMoved = 0.06;                        // since it was seen first
+constexpr double kSureSpeed = 0.2;                     // m/s
+constexpr double kSure = 1.5;                          // standard deviations
+constexpr double kPaceTime = 0.3;                      // seconds in which a higher speed is believed
+constexpr double kPaceFade = 0.05;                     // m/s for each second
+constexpr double kGoneFor = 0.3;                       // seconds for which its place was looked through
 
 double length_of(Point point) { return std::hypot(point.x, point.y); }
 
 }  // namespace
 
-std::vector<MotionTracker::Segment> MotionTracker::segments_of(const CleanScan& scan, const std::vector<char>& fresh) {
+std::vector<MotionTracker::Segment> MotionTracker::segments_of(const CleanScan& scan, const std::vector<Hit>& hits) {
   const Pose& pose = scan.odometry.pose;
   const auto near = [&](std::size_t beam) { return static_cast<double>(scan.ranges[beam]) <= kView; };
   const auto hit = [&](std::size_t beam) {
@@ -61,8 +69,10 @@ std::vector<MotionTracker::Segment> MotionTracker::segments_of(const CleanScan& 
     if (segment.beams >= kMinBeams && width <= kMaxWidth) {
       segment.right_hidden = begin == 0 || scan.ranges[begin - 1] < scan.ranges[begin];
       segment.left_hidden = end == scan.ranges.size() || scan.ranges[end] < scan.ranges[end - 1];
-      segment.fresh = static_cast<std::size_t>(std::count(fresh.begin() + static_cast<std::ptrdiff_t>(begin),
-                                                          fresh.begin() + static_cast<std::ptrdiff_t>(end), 1));
+      for (std::size_t beam = begin; beam < end; ++beam) {
+        segment.fresh += hits[beam] == Hit::kFresh ? 1 : 0;
+        segment.old += hits[beam] == Hit::kOld ? 1 : 0;
+      }
       if (width >= kMinChord) {
         // From the right end to the left one the robot is on the left.
         const Point along = (segment.left - segment.right) * (1.0 / width);
@@ -78,30 +88,37 @@ std::vector<MotionTracker::Segment> MotionTracker::segments_of(const CleanScan& 
   return segments;
 }
 
-MotionTracker::Place MotionTracker::place_of(const Segment& segment, Point robot, double known_width) {
-  Point right = segment.right;
-  Point left = segment.left;
-  double width = distance(right, left);
-  Point along;
+MotionTracker::Place MotionTracker::place_of(const Segment& segment, Point robot) {
+  const Point middle = (segment.right + segment.left) * 0.5;
+  const double width = distance(segment.right, segment.left);
+  Point away;
   if (width >= kMinChord) {
-    along = (left - right) * (1.0 / width);
+    const Point along = (segment.left - segment.right) * (1.0 / width);
+    away = {along.y, -along.x};
   } else {
-    const Point middle = (right + left) * 0.5;
-    const double range = std::max(1e-6, distance(middle, robot));
-    const Point away = (middle - robot) * (1.0 / range);
-    along = {-away.y, away.x};
+    away = (middle - robot) * (1.0 / std::max(1e-6, distance(middle, robot)));
   }
-  if (segment.right_hidden != segment.left_hidden && width < known_width) {
-    width = known_width;
-    if (segment.left_hidden) {
-      left = right + along * width;
-    } else {
-      right = left - along * width;
-    }
-  }
-  const Point away{along.y, -along.x};
   const double behind = std::max(0.0, width / 2.0 - segment.bulge);
-  return {(right + left) * 0.5 + away * behind, std::hypot(width / 2.0, behind), width};
+  return {middle + away * behind, std::hypot(width / 2.0, behind)};
+}
+
+MotionTracker::Place MotionTracker::place_of_hidden(const Segment& segment, Point robot, Point expected,
+                                                    double radius) {
+  const Point end = segment.right_hidden ? segment.left : segment.right;
+  const Point other = segment.right_hidden ? segment.right : segment.left;
+  const double side = segment.right_hidden ? -1.0 : 1.0;  // on which of the beam to the end the rest is: left is 1
+  const double width = distance(end, other);
+  if (width >= kMinFace) {
+    const Point along = (other - end) * (1.0 / width);
+    const Point away{side * along.y, -side * along.x};
+    return {end + (along + away) * (radius / std::numbers::sqrt2), radius};
+  }
+  const Point ray = (end - robot) * (1.0 / std::max(1e-6, distance(end, robot)));
+  const Point aside{-side * ray.y, side * ray.x};
+  const Point from = expected - end;
+  const double behind = std::atan2(from.x * ray.x + from.y * ray.y, from.x * aside.x + from.y * aside.y);
+  const double angle = std::clamp(behind, -kMaxBehind, kMaxBehind);
+  return {end + (aside * std::cos(angle) + ray * std::sin(angle)) * radius, radius};
 }
 
 void MotionTracker::predict(Track& track, double seconds) {
@@ -113,8 +130,10 @@ void MotionTracker::predict(Track& track, double seconds) {
   track.variance_velocity += more;
 }
 
-void MotionTracker::update(Track& track, const Place& place, double range) {
-  const double noise = kPlaceNoise + kPlaceNoiseFar * range;
+void MotionTracker::update(Track& track, const Place& place, bool hidden, double range) {
+  // Another radius than before: a part of it was missed.
+  const double doubt = 1.0 + kNoiseOfRadius * std::abs(place.radius / track.radius - 1.0);
+  const double noise = (kPlaceNoise + kPlaceNoiseFar * range) * doubt * (hidden ? kNoiseIfHidden : 1.0);
   const double total = track.variance_place + noise * noise;
   const double gain_place = track.variance_place / total;
   const double gain_velocity = track.covariance / total;
@@ -145,9 +164,11 @@ void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan
     Place found{};
     double off = kGate + kGateSpeed * (track.unseen + seconds);
     for (Segment& segment : segments) {
-      if (segment.used || (segment.right_hidden && segment.left_hidden)) continue;
-      const Place place = place_of(segment, robot, track.width);
-      if (place.width > track.width + kWider) continue;
+      if (!segment.tells()) continue;
+      const bool hidden = segment.right_hidden || segment.left_hidden;
+      const Place place =
+          hidden ? place_of_hidden(segment, robot, track.centre, track.radius) : place_of(segment, robot);
+      if (distance(segment.right, segment.left) > 2.0 * track.radius + kWider) continue;
       const double apart = distance(place.centre, track.centre);
       if (apart >= off) continue;
       off = apart;
@@ -160,36 +181,37 @@ void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan
     }
     nearest->used = true;
     track.unseen = 0.0;
-    update(track, found, distance(found.centre, robot));
-    // Larger at once, smaller slowly: what hides a part of it is not always noticed.
-    const auto towards = [](double value, double seen) { return seen > value ? seen : value + 0.02 * (seen - value); };
-    track.width = towards(track.width, found.width);
-    track.radius = towards(track.radius, found.radius);
+    update(track, found, nearest->right_hidden || nearest->left_hidden, distance(found.centre, robot));
+    track.radius += kRadiusGain * (found.radius - track.radius);
   }
 }
 
-std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std::vector<char>& fresh, Work& work) {
+std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std::vector<Hit>& hits, Work& work) {
   const double seconds = began_ ? std::max(0.0, std::chrono::duration<double>(scan.stamp - stamp_).count()) : 0.0;
   stamp_ = began_ ? std::max(stamp_, scan.stamp) : scan.stamp;
   began_ = true;
   work.beams += scan.ranges.size();
-  std::vector<Segment> segments = segments_of(scan, fresh);
+  std::vector<Segment> segments = segments_of(scan, hits);
   follow(segments, scan, seconds);
 
   const Point robot = position(scan.odometry.pose);
   for (const Segment& segment : segments) {
-    if (segment.used || (segment.right_hidden && segment.left_hidden)) continue;
+    if (!segment.tells()) continue;
     if (segment.fresh < kMinFresh ||
         static_cast<double>(segment.fresh) < kFreshShare * static_cast<double>(segment.beams))
       continue;
-    const Place place = place_of(segment, robot, 0.0);
+    Place place = place_of(segment, robot);
+    if (segment.right_hidden || segment.left_hidden) {
+      const double radius = std::max(place.radius, kOuterRadius);
+      place = place_of_hidden(segment, robot, place.centre, radius);
+    }
+    if (place.radius < kMinRadius) continue;
     const double noise = kPlaceNoise + kPlaceNoiseFar * distance(place.centre, robot);
     Track track;
     track.centre = track.born = place.centre;
     track.variance_place = noise * noise;
     track.variance_velocity = kFirstSpeed * kFirstSpeed;
     track.radius = place.radius;
-    track.width = place.width;
     track.updates = 1;
     tracks_.push_back(track);
   }
@@ -207,7 +229,9 @@ std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std:
     track.course = track.velocity * (1.0 / speed);
   }
   std::erase_if(tracks_, [&](const Track& track) {
-    if (track.unseen > kUnseen || track.stopped > (track.confirmed ? kStopped : 1.0)) return true;
+    if (length_of(track.velocity) > kMaxSpeed || track.unseen > kUnseen ||
+        track.stopped > (track.confirmed ? kStopped : 1.0))
+      return true;
     return track.unseen > kGoneFor && seen_through(track, scan);
   });
 

@@ -10,8 +10,9 @@
 // Where a thing is, is told by the two ends of its segment: for a box that shows two sides they are the ends of a
 // diagonal, for one that shows one side, or for something round, the middle lies behind the line between them by as
 // much as what is seen of it does not bulge towards the robot. So the place does not jump when another side comes into
-// view. An end that something nearer hides, or that is at the edge of the laser's view, is put where it must be for the
-// width that was seen before.
+// view. Where something nearer hides one end, or the edge of the laser's view cuts it off, the place is as far from the
+// other end as the radius that was seen before tells (the robot's own, if none was): behind the middle of the side that
+// begins there or, if hardly any of it is seen, where it was expected, but on the hidden side of the beam to that end.
 //
 // What is no longer seen goes on as it did, for a while, unless the laser looks through the place. What has stopped is
 // remembered, since it may go on.
@@ -19,7 +20,9 @@
 // Units: metres, m/s, seconds. Thread safety: one thread an object.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "geometry.h"
@@ -43,13 +46,20 @@ class MotionTracker {
  public:
   static constexpr double kView = 5.0;         // farther away, nothing is tracked
   static constexpr double kMaxWidth = 1.3;     // what is wider is a wall
-  static constexpr double kUnseen = 2.0;       // seconds for which a track goes on unseen
+  static constexpr double kUnseen = 3.5;       // seconds for which a track goes on unseen
   static constexpr double kStopped = 6.0;      // seconds after which what has stopped is forgotten
   static constexpr double kSlowest = 0.12;     // what is slower has stopped
   static constexpr std::size_t kMinBeams = 4;  // of a segment
 
-  // `fresh`: of each beam, whether it hit where a moment ago nothing was. Scans must come in the order of their stamps.
-  std::vector<MovingObstacle> run(const CleanScan& scan, const std::vector<char>& fresh, Work& work);
+  // What a beam hit, as far as the map knows.
+  enum class Hit : std::uint8_t {
+    kOther,
+    kFresh,  // something where a moment ago nothing was
+    kOld,    // what has been there for seconds
+  };
+
+  // `hits`: one a beam. Scans should come in the order of their stamps.
+  std::vector<MovingObstacle> run(const CleanScan& scan, const std::vector<Hit>& hits, Work& work);
 
  private:
   struct Segment {
@@ -60,12 +70,15 @@ class MotionTracker {
     double bulge = 0.0;  // how far it comes towards the robot from the line between its ends
     std::size_t beams = 0;
     std::size_t fresh = 0;
+    std::size_t old = 0;
     bool used = false;
+
+    // Both ends hidden tell nothing.
+    bool tells() const { return !used && !(right_hidden && left_hidden) && 2 * old < beams; }
   };
   struct Place {
     Point centre;
     double radius;
-    double width;
   };
   struct Track {
     Point centre;
@@ -75,7 +88,6 @@ class MotionTracker {
     double covariance = 0.0;
     double variance_velocity = 0.0;
     double radius = 0.0;
-    double width = 0.0;
     Point born;
     int updates = 0;
     bool confirmed = false;  // it has moved
@@ -85,10 +97,11 @@ class MotionTracker {
     double stopped = 0.0;
   };
 
-  static std::vector<Segment> segments_of(const CleanScan& scan, const std::vector<char>& fresh);
-  static Place place_of(const Segment& segment, Point robot, double known_width);
+  static std::vector<Segment> segments_of(const CleanScan& scan, const std::vector<Hit>& hits);
+  static Place place_of(const Segment& segment, Point robot);
+  static Place place_of_hidden(const Segment& segment, Point robot, Point expected, double radius);
   static void predict(Track& track, double seconds);
-  static void update(Track& track, const Place& place, double range);
+  static void update(Track& track, const Place& place, bool hidden, double range);
   static bool seen_through(const Track& track, const CleanScan& scan);
   void follow(std::vector<Segment>& segments, const CleanScan& scan, double seconds);
 
