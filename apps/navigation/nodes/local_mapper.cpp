@@ -15,14 +15,14 @@ constexpr float kMinEvidence = -1.0F;     // for a free cell
 constexpr float kObstacle = 0.5F;         // from here on
 constexpr double kRayStep = kCell / 2.0;  // along a beam: no cell is left out of which more than a corner is passed
 
-constexpr float kFree = -0.5F;            // from here down, a cell is known to be free
-constexpr float kLongAgo = -1e6F;         // seconds
-constexpr float kFreshFor = 0.7F;         // seconds for which a cell that something came into tells of motion
-constexpr float kOld = 1.0F;              // an obstacle that has been there for longer does not move
-constexpr float kVeryOld = 3.0F;          // nor is it then taken for something that was seen to move
-constexpr double kBeside = 0.1;           // metres around an old obstacle within which nothing is taken to have moved
-constexpr double kBesidePerMetre = 0.03;  // farther from the robot, errors of its heading count more
-constexpr double kTakenOut = 0.06;        // metres around what moves
+constexpr float kFree = -0.5F;      // from here down, a cell is known to be free
+constexpr float kLongAgo = -1e6F;   // seconds
+constexpr float kFreshFor = 0.7F;   // seconds for which a cell that something came into tells of motion
+constexpr float kOld = 1.0F;        // an obstacle that has been there for longer does not move
+constexpr float kVeryOld = 3.0F;    // nor is it then taken for something that was seen to move
+constexpr double kBesideOld = 0.1;  // metres around an old obstacle within which nothing is taken to have moved
+constexpr double kBesideOldPerMetre = 0.03;  // farther from the robot, errors of its heading count more
+constexpr double kTakenOut = 0.06;           // metres around what moves
 
 // `values` of the cells of `from`, for those of `to`.
 template <typename T>
@@ -78,7 +78,7 @@ void LocalMapper::fade(double seconds) {
 }
 
 bool LocalMapper::beside_old_obstacle(int column, int row, double range) const {
-  const int beside = static_cast<int>(std::ceil((kBeside + kBesidePerMetre * range) / kCell));
+  const int beside = static_cast<int>(std::ceil((kBesideOld + kBesideOldPerMetre * range) / kCell));
   for (int y = row - beside; y <= row + beside; ++y) {
     for (int x = column - beside; x <= column + beside; ++x) {
       if (!frame_.inside(x, y)) continue;
