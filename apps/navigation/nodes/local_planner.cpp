@@ -33,6 +33,7 @@ constexpr double kTooFastCost = 0.5;     // per m/s
 constexpr double kGoCost = 0.2;          // without a target: per m/s
 constexpr double kTurnCost = 0.05;       // of turning otherwise than told, without a target: per rad/s
 constexpr double kPutOffCost = 0.3;      // of going on towards what moves, if that would be contact at once
+constexpr double kStayCost = 1.0;        // the same without a target: there is nothing to be lost by giving way early
 constexpr std::size_t kTriedFirst = 40;  // velocities; of the others, when none of these is safe, only every sixth
 // From a scan to when LP's velocity is in force, beyond the time between two maps.
 constexpr double kDelay = 0.05;
@@ -110,7 +111,7 @@ class DynamicWindow {
       }
       // What it leaves for later to give way.
       const double left = 1.0 - foresight.clear_for(option.velocity) / Foresight::kHorizon;
-      const double score = option.score - kPutOffCost * left;
+      const double score = option.score - (aim_.target ? kPutOffCost : kStayCost) * left;
       const bool better = safety.level > best.safety || safety.level == Foresight::Level::kContact;
       if (better || score > best.score) best = {option.velocity, score, safety.level};
     }

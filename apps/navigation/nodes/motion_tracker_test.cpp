@@ -140,9 +140,9 @@ TEST(MotionTracker, GoesOnBehindWhatHidesIt) {
 // The robot turns so that the box, which it has seen, is partly beyond the edge of the laser's view, on either side.
 TEST(MotionTracker, SeesABoxAtTheEdgeOfTheView) {
   for (const double side : {-1.0, 1.0}) {
-    for (const double speed : {-0.4, 0.4}) {
+    for (const double speed : {-0.25, 0.25}) {
       Watching watching(kHall, {0.0, 0.0, 0.0}, {.range = 0.01});
-      const auto box_at = [&](double seconds) { return Point{1.2 + speed * (seconds - 3.0) / 2, side * 0.8}; };
+      const auto box_at = [&](double seconds) { return Point{1.2 + speed * (seconds - 2.0), side * 0.8}; };
       const auto place = [&](auto& walls, double seconds) { add_square(walls, box_at(seconds)); };
       watching.watch(1.2, {}, place);
       for (int i = 0; i < 16; ++i) {
@@ -150,8 +150,9 @@ TEST(MotionTracker, SeesABoxAtTheEdgeOfTheView) {
         SCOPED_TRACE(i);
         ASSERT_EQ(map.moving.size(), 1U);
         EXPECT_LT(distance(map.moving.front().centre, box_at(watching.world().time())), 0.2) << side << " " << speed;
-        EXPECT_NEAR(map.moving.front().velocity.x, speed / 2, 0.4) << side << " " << speed;
-        EXPECT_NEAR(map.moving.front().velocity.y, 0.0, 0.4) << side << " " << speed;
+        if (i >= 8) continue;  // hardly any of it is seen: its place is known, but not how fast it is
+        EXPECT_NEAR(map.moving.front().velocity.x, speed, 0.25) << side << " " << speed;
+        EXPECT_NEAR(map.moving.front().velocity.y, 0.0, 0.25) << side << " " << speed;
       }
     }
   }
