@@ -38,7 +38,7 @@ struct CostFactors {
 inline constexpr std::array<CostFactors, 7> kCostFactors{{
     {.run = 46'710},
     {.cell = 4.495},
-    {.run = 50'000, .candidate = 5.117, .expanded = 100.0, .pose = 15.0},
+    {.run = 35'914, .candidate = 5.721, .pose = 34.54},
     {.beam = 12.25, .cell = 0.532, .candidate = 0.837, .expanded = 220.4},
     {.run = 491'663, .beam = 168.9, .cell = 0.858},
     {.run = 136'163, .cell = 1.850, .expanded = 171.9},
