@@ -163,9 +163,11 @@ void print_costs(const std::array<std::vector<Sample>, kNodes>& measured) {
   for (std::size_t node = 0; node < kNodes; ++node) {
     const CostFactors factors = fitted(measured[node]);
     const Misfit misfit = misfit_of(factors, measured[node]);
-    fmt::print("    {{{:.0f}, {:.2f}, {:.3f}, {:.3f}, {:.2f}, {:.2f}}},  // {}; off by {:.0f} %, p95 {:.0f} %, sum {:+.0f} %\n",
-               factors.run, factors.beam, factors.cell, factors.candidate, factors.expanded, factors.pose, kNodeNames[node],
-               misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
+    fmt::print(
+        "    {{{:.0f}, {:.2f}, {:.3f}, {:.3f}, {:.2f}, {:.2f}}},  // {}; off by {:.0f} %, p95 {:.0f} %, sum {:+.0f} "
+        "%\n",
+        factors.run, factors.beam, factors.cell, factors.candidate, factors.expanded, factors.pose, kNodeNames[node],
+        misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
   }
 }
 
