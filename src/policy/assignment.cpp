@@ -18,13 +18,26 @@ Millis longest_usual_run(const plan::Plan& plan, const plan::Member& member, Mil
   return plan.for_typical ? std::max(usual, member.budget + planned.wait) : usual;
 }
 
+// What a run that waits for its turn may have to wait for, and its own: each above it keeps the core for all of its
+// budget. Nothing hangs in that time, however short its own runs usually are.
+Millis turns_up_to(const plan::Plan& plan, const plan::Member& member) {
+  Millis sum{0};
+  const int core = plan.subchains[member.subchain.index()].cores.front();
+  for (const plan::Member& other : plan.cores[static_cast<std::size_t>(core)].members) {
+    sum += other.budget + plan.subchains[other.subchain.index()].wait;
+    if (other.subchain == member.subchain) break;
+  }
+  return sum;
+}
+
 dispatch::Pacing pacing_of_member(const graph::App& app, const plan::Plan& plan, const plan::Member& member) {
   const plan::SubchainPlan& planned = plan.subchains[member.subchain.index()];
   const Nanos shortest_hang = plan.assumed.empty() ? kShortestHang : kShortestHangIfAssumed;
   dispatch::Pacing pacing;
   pacing.max_in_flight = 1;
   const Millis usual = plan::usual_timing(plan, member.subchain).period;
-  pacing.hang_after = std::max(shortest_hang, to_nanos(longest_usual_run(plan, member, usual) * kHangMultiple));
+  pacing.hang_after = std::max({shortest_hang, to_nanos(longest_usual_run(plan, member, usual) * kHangMultiple),
+                                to_nanos(turns_up_to(plan, member))});
   pacing.budget = to_nanos(member.budget);
   const Nanos cap = to_nanos(plan::period_limits(app.graph, member.subchain).min);
   const auto at_least_shortest = [](Nanos period) { return std::max(period, dispatch::kShortestPeriod); };

@@ -76,6 +76,17 @@ TEST_F(FixedPrioritiesTest, ARunHangsThatTakesTenUsualPeriods) {
   EXPECT_EQ(hang_after(200.0, 300.0), seconds{2}) << "and need not be";
 }
 
+// However short its own runs are, those above it may keep the core for as long as their budgets.
+TEST_F(FixedPrioritiesTest, ARunDoesNotHangWhileThoseAboveKeepToTheirBudgets) {
+  plan::Plan changed = plan;
+  for (plan::Member& member : changed.cores[0].members) member.budget = Millis{700};
+  const Assignment held_up = assignment_of(app, changed, os::CpuSet{4, 5, 6}, {});
+  const auto hang_after = [&](SubchainId id) { return held_up.places[id.index()].pacing.hang_after; };
+  EXPECT_EQ(hang_after(plan::kFast), kShortestHang);
+  EXPECT_EQ(hang_after(plan::kSlow), milliseconds{1400});
+  EXPECT_EQ(hang_after(plan::kBatch), milliseconds{2100});
+}
+
 TEST_F(FixedPrioritiesTest, WhoFollowsSomebodyThatIsNotThereGoesByTime) {
   std::vector<bool> present(plan.subchains.size(), true);
   present[plan::kFast.index()] = false;
