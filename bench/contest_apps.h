@@ -11,10 +11,10 @@
 //   - Loads: runs of four nodes in five vary, with a median of 0.4 to 0.9 of the cost; three in ten have spikes, of
 //     0.5 to 4 costs but at most 150 ms, in 0.3 to 3 % of their runs. Nothing grows: policies that decide once would
 //     lose by that alone.
-//   - Rates set by hand, for the policies that have no others. Somebody who knew costs and weights has shared out 70 %
-//     of one core for each app, at the planned costs: to a subchain by the root of cost times weight, which makes the
-//     weighted sum of periods least; and has rounded rates down to 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and so on. They
-//     are the same on more cores.
+//   - Rates set by hand, for the policies that have no others. They use 70 % of one core at the planned costs; a
+//     subchain has a part of that in proportion to the root of cost times weight, which makes the weighted sum of
+//     periods least. Rates are rounded down to 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and so on, and are the same on more
+//     cores.
 // There are no bounds, exact rates, rate caps, queues, modes and unscheduled nodes: the case studies have them.
 //
 // A seed gives the same text on every machine, so an app can be named by it.

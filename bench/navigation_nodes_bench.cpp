@@ -6,8 +6,7 @@
 //   - mean and 95th percentile of each node beside the figures that the authors of the paper worked with;
 //   - how far cost() (nodes/cost.h) is from what was measured;
 //   - factors for cost.h, fitted to these runs: for each node those that are nowhere negative and leave the least sum
-//   of
-//     squared relative errors.
+//     of squared relative errors.
 //
 //   navigation_nodes_bench [--map FILE] [--seconds N] [--seed N] [--no-movers] [--pictures FOLDER]
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 // What programs say to a server: whatever it is, each message has one answer that a client understands, and when the
 // programs have gone nothing of them is left.
-// Program d alone may control the server; nobody else changes anything.
+// Program d alone may control the server; no other changes anything.
 //
 // The input is a row of lines. The first character of each says who speaks ('a' to 'd'), the rest is the message; an
 // upper-case letter is a message that another process wrote on that program's connection, '-' makes program a end.

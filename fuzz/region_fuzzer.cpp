@@ -1,5 +1,5 @@
-// Memory that anybody may have written: opening it as a region, and reading reports out of it, ends in order, whatever
-// is in it; and what is believed of the reports is a history that could have been.
+// Memory that any program may have written: opening it as a region, and reading reports out of it, ends in order,
+// whatever is in it; and what is believed of the reports is a history that could have been.
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>

@@ -159,7 +159,7 @@ TEST_P(AppsTest, EveryNodeRunsAtItsRateAndNothingIsLost) {
   for (const json& core : run["cores"]) EXPECT_LE(core["used"], 1.0 + 1e-9);
 }
 
-// A subchain that owns its core waits for nobody, so the formulas say exactly what happens.
+// A subchain that owns its core waits for no other, so the formulas say exactly what happens.
 class OwnedCoreTest : public AppsTest {};
 
 TEST_P(OwnedCoreTest, RunsAsPlannedToTheNanosecond) {
@@ -172,7 +172,7 @@ TEST_P(OwnedCoreTest, RunsAsPlannedToTheNanosecond) {
     if (term.contains("period")) continue;
     const json& promised = plan["chains"][chain];
     const json& served = run["chains"][chain++];
-    if (!term.contains("elements") || term["elements"].size() != 1) continue;  // through nodes that nobody schedules
+    if (!term.contains("elements") || term["elements"].size() != 1) continue;  // through unscheduled nodes
     const json& element = term["elements"][0];
     const json& subchain = plan["subchains"][element["subchain"].get<std::string>()];
     if (app["subchains"][element["subchain"].get<std::string>()]["nodes"] != element["nodes"]) continue;

@@ -14,8 +14,8 @@ namespace ctn::faults {
 namespace {
 
 constexpr int kTimes = 5;
-// What must be over by when, after what the fault takes by itself (Fault::at_least). Most takes milliseconds; programs
-// whose memory somebody wrote garbage into wait for the next server.
+// What must be over by when, after what the fault takes by itself (Fault::by_design). Most takes milliseconds; programs
+// into whose memory garbage was written wait for the next server.
 #ifdef CATAN_SANITIZED
 // Sanitizers make server and programs ten times as slow, on a CPU whose nodes leave them what is over: no defect.
 constexpr double kSlowness = 5.0;
@@ -35,7 +35,7 @@ TEST_P(FaultsTest, IsSurvived) {
   EXPECT_EQ(report.records_whole, report.records);
   EXPECT_EQ(report.raised_left, 0);
   EXPECT_LE(report.files_left, 0);
-  const double longest = to_millis(GetParam().at_least).count() + (GetParam().untrue ? kLongestUntrueMs : kLongestMs);
+  const double longest = to_millis(GetParam().by_design).count() + (GetParam().untrue ? kLongestUntrueMs : kLongestMs);
   for (const Recovery& recovery : report.recoveries) {
     EXPECT_TRUE(!recovery.ms.empty() || !recovery.all);
     for (const double ms : recovery.ms) EXPECT_LT(ms, longest) << "until " << recovery.until;

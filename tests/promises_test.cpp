@@ -121,13 +121,13 @@ struct Compared {
 
 // No response of a chain that has so many in so long takes longer than is promised.
 Compared expect_held(const graph::App& app, const trial::Samples& samples, const model::CostTable& costs,
-                     const trial::Schedule& schedule, Nanos horizon, int fewest, std::uint64_t seed) {
+                     const trial::Schedule& schedule, Nanos horizon, int min_count, std::uint64_t seed) {
   Compared compared{planner::plan_of(app, samples, costs, schedule, 0.0), {}};
   if (!compared.plan) return compared;
   const auto seen = longest_in(app, samples, schedule, horizon);
   for (std::size_t chain = 0; chain < compared.plan->chains.size(); ++chain) {
     const Longest& found = seen->metrics().chains()[chain].response;
-    if (found.count < fewest) continue;
+    if (found.count < min_count) continue;
     EXPECT_LE(to_millis(found.longest).count(), compared.plan->chains[chain].response.count() + 1e-3)
         << "seed " << seed;
     compared.chains.push_back(chain);
@@ -173,7 +173,7 @@ TEST(Promises, HoldForChainsThatKeepInStep) {
   EXPECT_GT(in_step, 100) << "or nothing was tested";
 }
 
-// Everybody but the first, and some that come at their own pace, is triggered by each so-many-th output of a
+// Each but the first, and but some that come at their own pace, is triggered by each so-many-th output of a
 // predecessor: what follows takes the output that triggers it, so that no response takes longer than is promised, which
 // is less than a period for each such input.
 TEST(Promises, HoldForChainsOfFollowers) {

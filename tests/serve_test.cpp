@@ -331,7 +331,7 @@ TEST_F(ServeTest, KeepsNothingOfProgramsThatCameAndWent) {
   EXPECT_TRUE(eventually([&] { return open_files() <= before; })) << before << " before, " << open_files() << " now";
 }
 
-// Nobody else is left who could give threads back.
+// Neither server nor guardian is left to give threads back.
 TEST_F(ServeTest, KilledWithItsGuardianProgramsRestoreTheirThreadsThemselves) {
   CATAN_REQUIRE_REAL_TIME(*os_);
   serve();

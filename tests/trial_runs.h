@@ -11,7 +11,7 @@
 
 namespace ctn {
 
-// Runs vary: half of them cost two thirds of what is planned with or less.
+// Runs vary: half of them cost at most two thirds of what plans take a run to cost.
 inline model::Workload varying(const graph::App& app, const model::CostTable& costs) {
   model::Workload work(app.graph);
   for (std::size_t kind = 0; kind < app.kinds(); ++kind) {

@@ -20,8 +20,6 @@ class View {
   // `noise` picks the sensor noise: two pictures of equal noise differ only in what is seen.
   void render(const Sight& sight, double time, std::uint64_t noise, cv::Mat& raw) const;
 
-  std::size_t face_count() const { return footage_.faces.size(); }
-
  private:
   void paste_face(const Face& face, double angle, cv::Mat& raw) const;
 

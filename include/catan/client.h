@@ -21,8 +21,8 @@
 //
 // Thread safety: connect, node, channel, queue, start, stop from one thread; attach and adopt_this_thread from the
 // thread concerned, between start and stop. on_notice is called by a thread of its own, with no lock held, and may call
-// all of them; nobody waits for it but stop. Called by it, or by a node's function, stop returns at once, and what it
-// does goes on meanwhile. Else all notices have been told when stop returns.
+// all of them; stop alone waits for it. Called by it, or by a node's function, stop returns at once, and what it does
+// goes on meanwhile. Else all notices have been told when stop returns.
 #pragma once
 
 #include <cstdint>

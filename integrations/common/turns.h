@@ -6,7 +6,7 @@
 // Each spinner brings one turn along. It gives it up when it begins to spin and takes one, any, when it has done so and
 // before each callback that is not bound. So a queue with one spinner has one callback at a time, and the program's own
 // code between two calls of spinOnce() is never disturbed; one with four has four. A callback that waits for its
-// trigger holds no turn, so it holds up nobody.
+// trigger holds no turn, so it holds up no other.
 //
 // A turn is a mutex with priority inheritance: a spinner at the ordinary level that has one is raised to the level of
 // the node that waits for it. Where there is more than one turn, a thread that finds none free tries them in turn, a
@@ -38,7 +38,7 @@ class Turns {
   void end(bool taken);
 
   // --- by a node's thread ---
-  // False: `stop` became true. A queue that nobody has spun yet has no turn.
+  // False: `stop` became true. A queue that no thread has spun yet has no turn.
   bool take(const std::atomic<bool>& stop);
   void give_back();
 

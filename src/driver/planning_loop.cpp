@@ -123,7 +123,7 @@ std::optional<PlanReason> PlanningLoop::due(TimePoint now, PlanningHost& host) {
   if (std::exchange(cost_changed_, false)) clock_.changed(PlanReason::kChange);
   check_power(now, host);
   const std::optional<PlanReason> why =
-      clock_.due(now, measured_.known(), memory_ && memory_->more_to_do(measured_.fewest_runs()));
+      clock_.due(now, measured_.known(), memory_ && memory_->more_to_do(measured_.min_runs()));
   return why == PlanReason::kMeasured || options_.replan || !decision_.plan ? why : std::nullopt;
 }
 
@@ -174,7 +174,7 @@ Planned PlanningLoop::make_new_plan(PlanReason why, PlanningHost& host) {
   if (memory_) {
     runs = measured_.runs();
     now.runs = &runs;
-    now.fewest_runs = measured_.fewest_runs();
+    now.min_runs = measured_.min_runs();
     now.step_factor = step_cost_.factor();
   }
   Result<std::optional<policy::Decision>> decision = policy::replacement(*options_.policy, now, decision_);

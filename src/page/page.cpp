@@ -25,8 +25,8 @@ namespace {
 
 using report::escaped;
 
-// The page without detail takes less than this even for the largest apps.
-constexpr std::size_t kFirstShare = 60;  // percent of the page for detail; if that is too much, half of it, and so on
+// Percent of the page's size that detail is given at first; where the page becomes too large, half of it, and so on.
+constexpr std::size_t kFirstShare = 60;
 
 const std::array<const char*, 2> kRunColours{"var(--accent)", "#d55e00"};
 

@@ -38,13 +38,13 @@ std::size_t MeasuredCosts::known() const {
   return static_cast<std::size_t>(all) - unknown().size();
 }
 
-std::size_t MeasuredCosts::fewest_runs() const {
-  std::size_t fewest = 0;
+std::size_t MeasuredCosts::min_runs() const {
+  std::size_t min = 0;
   for (std::size_t index = 0; index < nodes_.size(); ++index) {
     if (!app_.graph.nodes()[index].subchain || !nodes_[index].measured()) continue;
-    fewest = fewest == 0 ? nodes_[index].count() : std::min(fewest, nodes_[index].count());
+    min = min == 0 ? nodes_[index].count() : std::min(min, nodes_[index].count());
   }
-  return fewest;
+  return min;
 }
 
 trial::MeasuredRuns MeasuredCosts::runs() const {

@@ -40,8 +40,8 @@ class MeasuredCosts {
   // The scheduled nodes that have not run, and how many have.
   std::vector<NodeId> unknown() const;
   std::size_t known() const;
-  // How often that scheduled node has run, of those that have, of which the fewest runs are known; 0: none has.
-  std::size_t fewest_runs() const;
+  // The smallest number of runs that any scheduled node has had, of those that have run; 0: none has.
+  std::size_t min_runs() const;
   // What the planner is to reckon with; nodes that have not run keep `unmeasured`.
   model::CostTable costs(Millis unmeasured) const { return costs_at(app_.scheduler.percentile, unmeasured); }
   // What runs typically cost: the median where costs() has the percentile.

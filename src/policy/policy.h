@@ -46,9 +46,8 @@ class Memory {
   Memory(const Memory&) = delete;
   Memory& operator=(const Memory&) = delete;
 
-  // Whether it is worth asking again although nothing has changed. `fewest_runs`: of the node of which the fewest are
-  // known.
-  virtual bool more_to_do(std::size_t fewest_runs) const = 0;
+  // Whether it is worth asking again although nothing has changed. `min_runs`: see Situation.
+  virtual bool more_to_do(std::size_t min_runs) const = 0;
   // The CPU time of all decisions so far, as reckoned for an ordinary machine. Never falls.
   virtual Nanos work() const = 0;
 
@@ -68,7 +67,7 @@ struct Situation {
   std::span<const NodeId> assumed{};         // whose costs were not measured: scheduled nodes that have not run
   PlanReason why = PlanReason::kBootstrap;
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: none were
-  std::size_t fewest_runs = 0;                // of the node of which the fewest are known
+  std::size_t min_runs = 0;                   // the smallest number of runs that any node that has run has had
   double step_factor = 1.0;                   // of controllers' steps, as measured (step_cost.h)
   std::span<const NodeId> clocks{};           // nodes whose clocks are known
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none

@@ -36,7 +36,7 @@ constexpr double kLongestChanged = 0.3;
 constexpr Nanos kWorthADoubling = std::chrono::milliseconds{60};
 constexpr std::size_t kManyRuns = 100;
 
-// Work that is, in all, where the node of which the fewest are known has run so often.
+// Work that is, in all, where each node has run so often or more.
 Nanos worth_while(std::size_t runs) {
   if (runs >= kManyRuns) return Nanos::max();
   Nanos worth = kWorthADoubling;
@@ -110,9 +110,9 @@ struct Searching {
         costs(situation.costs),
         typical(situation.typical) {}
 
-  bool goes_on(std::size_t fewest_runs) const {
+  bool goes_on(std::size_t min_runs) const {
     if (search.has_untried()) return true;  // the one in force may be a bad guess
-    return search.steps_in_vain() < kEnoughInVain && search.work() < worth_while(fewest_runs);
+    return search.steps_in_vain() < kEnoughInVain && search.work() < worth_while(min_runs);
   }
 
   graph::App app;  // the search refers to it
@@ -128,7 +128,7 @@ struct Searching {
 
 class SearchMemory : public Memory {
  public:
-  bool more_to_do(std::size_t fewest_runs) const override { return searching_ && searching_->goes_on(fewest_runs); }
+  bool more_to_do(std::size_t min_runs) const override { return searching_ && searching_->goes_on(min_runs); }
   Nanos work() const override { return searching_ ? searching_->search.work() : Nanos{0}; }
 
   Searching& of(const Situation& situation) {
@@ -155,7 +155,7 @@ class Deciding {
     if (!routine || fresh) with_.search.guess(routine ? kGuessesAgain : kGuesses);
     const bool whatever = !in_force_.plan || is_unconditional(situation_.why);
     if (whatever) return best_of_all(true);
-    if (fresh || with_.goes_on(situation_.fewest_runs)) with_.search.improve(kSearchStep);
+    if (fresh || with_.goes_on(situation_.min_runs)) with_.search.improve(kSearchStep);
     std::optional<plan::Plan> now = in_force_now();
     if (!now) return best_of_all(fresh);
     const bool slower = try_chosen(now);

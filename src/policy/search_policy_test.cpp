@@ -60,7 +60,7 @@ struct Asked {
                                                                     .slack = kSlack,
                                                                     .why = why,
                                                                     .runs = &runs,
-                                                                    .fewest_runs = kRuns,
+                                                                    .min_runs = kRuns,
                                                                     .step_factor = step_factor,
                                                                     .memory = memory.get()},
                                                                    in_force, 0.0);

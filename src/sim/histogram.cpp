@@ -14,7 +14,7 @@ void Histogram::add(Nanos duration) {
   const auto value = static_cast<std::uint64_t>(std::max<Nanos::rep>(duration.count(), 0));
   const auto width = static_cast<unsigned>(std::bit_width(value));
   const unsigned octave = width > kBits ? width - kBits : 0;
-  // Of the leading one and the kBits below it the one goes without saying.
+  // The leading bit is always 1: the kBits below it tell the steps of an octave apart.
   const std::uint64_t step = octave == 0 ? value : (value >> (octave - 1)) & (kSteps - 1);
   if (!octaves_[octave]) octaves_[octave] = std::make_unique<Octave>();
   ++(*octaves_[octave])[step];

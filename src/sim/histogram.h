@@ -1,5 +1,5 @@
 // Counts of durations, for percentiles of as many samples as there may be in bounded memory: below 512 ns exact, above
-// in steps of at most 1/256 of their length. Count, sum, minimum and maximum are exact.
+// in steps of at most 1/256 of their length. Count, sum and maximum are exact.
 //
 // Units: Nanos. Cost of a sample: a few instructions. Memory: 2 KB for each doubling of the length that occurs.
 // Thread safety: none; one owner.

@@ -47,14 +47,14 @@ void Cores::continue_work(Job job) {
   state.begun = false;
   state.order = ++last_order_;
   insert(core, job);
-  if (core.current == job) core.current = kNobody;
+  if (core.current == job) core.current = kNoJob;
 }
 
 void Cores::suspend(int number) {
   Core& core = at(number);
   jobs_[core.current].away = true;
   remove(core, core.current);
-  core.current = kNobody;
+  core.current = kNoJob;
 }
 
 void Cores::resume(Job job) {
@@ -69,7 +69,7 @@ void Cores::end_work(int number) {
   Core& core = at(number);
   jobs_[core.current].has_work = false;
   remove(core, core.current);
-  core.current = kNobody;
+  core.current = kNoJob;
 }
 
 void Cores::change_rank(Job job, Rank rank, TimePoint now) {
@@ -91,7 +91,7 @@ void Cores::account(Core& core, TimePoint now) {
   const Nanos used = now - core.since;
   if (used <= Nanos{0}) return;  // held
   core.since = now;
-  if (core.current == kNobody) return;
+  if (core.current == kNoJob) return;
   State& state = jobs_[core.current];
   state.left -= used;
   state.used += used;
@@ -106,28 +106,28 @@ void Cores::arm(int number) {
 
 Job Cores::settle(int number, TimePoint now) {
   Core& core = at(number);
-  const Job next = core.queue.empty() ? kNobody : core.queue.back();
+  const Job next = core.queue.empty() ? kNoJob : core.queue.back();
   if (next == core.current) {
-    if (next == kNobody) timers_.set(static_cast<Timers::Source>(number), kNever);
-    return kNobody;
+    if (next == kNoJob) timers_.set(static_cast<Timers::Source>(number), kNever);
+    return kNoJob;
   }
   account(core, now);
   core.current = next;
-  if (next == kNobody) {
+  if (next == kNoJob) {
     timers_.set(static_cast<Timers::Source>(number), kNever);
-    return kNobody;
+    return kNoJob;
   }
   State& state = jobs_[next];
   if (!state.begun && core.held_until > now) {
-    core.current = kNobody;
+    core.current = kNoJob;
     timers_.set(static_cast<Timers::Source>(number), core.held_until);
-    return kNobody;
+    return kNoJob;
   }
   core.since = std::max(now, core.held_until);
   if (!state.begun) return next;
   state.left += context_switch_;
   arm(number);
-  return kNobody;
+  return kNoJob;
 }
 
 void Cores::begin(int number, Nanos work) {
@@ -143,7 +143,7 @@ void Cores::hold(int number, TimePoint now, Nanos length) {
   account(core, now);
   core.held_until = std::max(core.held_until, now) + length;
   core.busy += length;
-  if (core.current == kNobody) return;
+  if (core.current == kNoJob) return;
   core.since = core.held_until;
   arm(number);
 }
@@ -151,7 +151,7 @@ void Cores::hold(int number, TimePoint now, Nanos length) {
 Cores::Event Cores::account_event(int number, TimePoint now) {
   Core& core = at(number);
   account(core, now);
-  return core.current == kNobody ? Event::kFree : Event::kDone;
+  return core.current == kNoJob ? Event::kFree : Event::kDone;
 }
 
 Nanos Cores::take_busy(int number, TimePoint now) {

@@ -21,7 +21,7 @@
 namespace ctn::trial {
 
 using Job = std::uint32_t;
-constexpr Job kNobody = std::numeric_limits<Job>::max();
+constexpr Job kNoJob = std::numeric_limits<Job>::max();
 
 // Of a job: a higher one pre-empts.
 using Rank = int;
@@ -59,7 +59,7 @@ class Cores {
   void change_rank(Job job, Rank rank, TimePoint now);
 
   // Gives the core to the job that it belongs to. The job that has got it and has to begin, for which the caller calls
-  // begin(). kNobody: there is nothing more to do.
+  // begin(). kNoJob: there is nothing more to do.
   Job settle(int core, TimePoint now);
   // The core's current job needs so much CPU time.
   void begin(int core, Nanos work);
@@ -78,7 +78,7 @@ class Cores {
 
  private:
   struct Core {
-    Job current = kNobody;
+    Job current = kNoJob;
     TimePoint since{};       // accounted for up to here
     TimePoint held_until{};  // by controllers
     Nanos busy{0};

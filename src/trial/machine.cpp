@@ -183,7 +183,7 @@ void Machine::settle() {
     touched_.pop_back();
     if (!pipes_.empty()) take_waiting(core);
     const Job job = cores_.settle(core, now_);
-    if (job != kNobody) cores_.begin(core, begin_job(job, core));
+    if (job != kNoJob) cores_.begin(core, begin_job(job, core));
   }
 }
 

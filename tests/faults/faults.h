@@ -94,7 +94,7 @@ struct Fault {
   bool steals = false;                       // some subchain steals
   Nanos timeout = std::chrono::seconds{20};  // for each recovery
   double others_min = 0.5;                   // of the rate that others had before
-  Nanos at_least{0};                         // what a recovery takes by design: a run counts as hanging after a second
+  Nanos by_design{0};                        // what a recovery takes at least: a run counts as hanging after a second
   std::vector<std::size_t> absent{};         // nodes that no program of ours plays
 };
 

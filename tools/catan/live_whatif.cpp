@@ -157,7 +157,7 @@ Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation s
   policy::Decision decision = std::move(**first);
   situation.why = policy::PlanReason::kPeriodic;
   for (int turn = 1; memory && turn <= kMaxTurns && memory->work() < kSearchWork && clock.now() < until; ++turn) {
-    if (!memory->more_to_do(situation.fewest_runs)) break;
+    if (!memory->more_to_do(situation.min_runs)) break;
     situation.periodic = turn;
     Result<std::optional<policy::Decision>> better = policy::replacement(policy, situation, decision);
     if (better && *better && (*better)->plan) decision = std::move(**better);
@@ -243,7 +243,7 @@ std::size_t count_chains(const graph::App& app) {
                     [](const graph::Term& term) { return term.metric == graph::Metric::kResponseTime; }));
 }
 
-// Checks of a plan what plan::from_json() does not, since the plan comes from memory of another process.
+// Checks what plan::from_json() does not: the plan comes from the memory of another process.
 bool can_be_shown(const plan::Plan& plan, const graph::App& app) {
   const auto has_core = [&](int core) { return core >= 0 && static_cast<std::size_t>(core) < plan.cores.size(); };
   return plan.chains.size() == count_chains(app) && plan.subchains.size() == app.graph.subchains().size() &&
@@ -299,7 +299,7 @@ Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, o
       .stealing = known.header().stealing,
       .assumed = costs->unknown,
       .runs = &costs->runs,
-      .fewest_runs = known.measured().fewest_runs(),
+      .min_runs = known.measured().min_runs(),
       .clocks = known.clocks()};
   const Result<plan::Plan> plan = planned_for(**policy, situation, clock);
   if (!plan) return plan.error();

@@ -52,8 +52,9 @@ Result<std::vector<sim::TimedPlan>> plans_of(const record::Reader& record) {
   return plans;
 }
 
-// When the timer of a node that runs every so often was due first, from when it began first, and later on: it never
-// begins too soon, and now and then as soon as it may. A later grid than the first one's tells nothing.
+// When the timer of a node with a period was due first. A run never begins before its timer is due, so the first one
+// may have been late; of the first kRuns, the one that begins earliest in its period tells by how much. A begin that is
+// more than kLatest earlier is of another grid, and tells nothing.
 class FirstDue {
  public:
   explicit FirstDue(Nanos period) : period_(period) {}
@@ -79,7 +80,7 @@ class FirstDue {
   int count_ = 0;
 };
 
-// When each unscheduled node and each subchain was to begin first; timers are so late at least.
+// When each unscheduled node and each subchain was to begin first. No timer is late by less than `min_late`.
 Result<sim::Phases> phases_of(const record::Reader& record, Nanos min_late) {
   const graph::Graph& graph = record.app().graph;
   const TimePoint started = record.header().started;
@@ -112,7 +113,7 @@ Result<sim::Phases> phases_of(const record::Reader& record, Nanos min_late) {
   return phases;
 }
 
-// Ordinary threads that wanted what the kernel kept from real-time ones. They get it where those leave none of a core.
+// A load of ordinary threads that wants as much of each core as the kernel took from real-time threads in the record.
 std::vector<sim::BackgroundLoad> background_of(const record::Reader& record) {
   constexpr Nanos kEach = std::chrono::seconds{1};
   const int cores = static_cast<int>(record.header().cpus.size());

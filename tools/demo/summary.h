@@ -9,7 +9,7 @@
 
 namespace ctn::demo {
 
-// Median, least and greatest over the rounds.
+// Over the rounds.
 struct Spread {
   double median = 0.0;
   double min = 0.0;

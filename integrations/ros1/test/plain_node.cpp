@@ -4,9 +4,8 @@
 //              [--wrapped-queue] [--counts FILE] [--log FILE]
 //
 // A message on --in, or the timer, makes it burn CPU time and publish what it has counted, or got, on --out. A message
-// on
-// --beside is counted by another callback. What was counted is written to FILE, as JSON, ten times a second;
-// each message of --in to the log, a line a message.
+// on --beside is counted by another callback. What was counted is written to the file of --counts, as JSON, ten times a
+// second; each message of --in to that of --log, one a line.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_msgs/Int64.h>

@@ -88,8 +88,9 @@ Figure percent_figure(std::string name, std::string where, std::vector<double> p
   return figure;
 }
 
-// `planning_ms`: CPU time of planning so far, which is the housekeeper's and stands apart: it may have half of what a
-// minute allows it at once (policy/planning_budget.h), so that a few seconds say nothing of its share.
+// `planning_ms`: CPU time of planning so far. The housekeeping thread spends it, but it is a figure of its own:
+// planning may use half of what a minute allows it at once (policy/planning_budget.h), so a few seconds do not tell its
+// share.
 template <class PlanningTime>
 std::vector<Figure> watch(os::Os& os, const SchedulerThreads& threads, Nanos duration, const std::string& where,
                           PlanningTime&& planning_ms) {

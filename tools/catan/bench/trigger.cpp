@@ -11,7 +11,7 @@
 namespace ctn::tool {
 namespace {
 
-// Nobody waits longer for the other process.
+// The longest wait for the other process.
 constexpr Nanos kTimeout = std::chrono::seconds{2};
 
 Error peer_is_gone() {
