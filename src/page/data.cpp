@@ -251,13 +251,13 @@ std::string data_of(const Story& story, const std::string& name, const Detail& d
   return safe;
 }
 
-std::vector<std::vector<std::vector<double>>> compute_samples_ms(const Story& story) {
+std::vector<ModeSamples> compute_samples_ms(const Story& story) {
   const auto nodes = story.app.graph.nodes();
-  std::vector<std::vector<std::vector<double>>> samples(nodes.size());
+  std::vector<ModeSamples> samples(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) samples[i].resize(std::max<std::size_t>(nodes[i].modes.size(), 1));
   for (const RunSpan& run : story.runs) {
     if (run.begin < story.measured_from) continue;
-    auto& modes = samples[run.node];
+    ModeSamples& modes = samples[run.node];
     modes[std::min<std::size_t>(run.mode, modes.size() - 1)].push_back(static_cast<double>(run.cpu_ms));
   }
   return samples;

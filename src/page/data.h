@@ -14,7 +14,9 @@ namespace ctn::page {
 std::string data_of(const Story& story, const std::string& name, const Detail& detail,
                     const std::vector<std::string>& colours);
 
-// Compute times by node (NodeId), by mode, run by run.
-std::vector<std::vector<std::vector<double>>> compute_samples_ms(const Story& story);
+// Compute times of a node, in ms: by mode, run by run.
+using ModeSamples = std::vector<std::vector<double>>;
+// By NodeId.
+std::vector<ModeSamples> compute_samples_ms(const Story& story);
 
 }  // namespace ctn::page

@@ -332,7 +332,7 @@ class Writer {
     page.element(
         "<p class=\"caption\">CPU time of a run in ms, by mode; over time mean and maximum, the area up to "
         "the 95th percentile. Circles mark lasting changes.</p>");
-    std::vector<std::vector<std::vector<std::vector<double>>>> samples;
+    std::vector<std::vector<ModeSamples>> samples;  // by run
     for (const ShownRun& run : runs_) samples.push_back(compute_samples_ms(run.story));
     const auto nodes = first().app.graph.nodes();
     std::size_t count = 0;
@@ -344,15 +344,14 @@ class Writer {
     if (count >= 25) page.element("</details>");
   }
 
-  std::string node_card(std::size_t i,
-                        const std::vector<std::vector<std::vector<std::vector<double>>>>& samples) const {
+  std::string node_card(std::size_t i, const std::vector<std::vector<ModeSamples>>& samples) const {
     const graph::Node& node = first().app.graph.nodes()[i];
     std::vector<Curve> curves;
     const auto add = [&](std::size_t run, std::size_t index) {
-      for (std::size_t mode = 0; mode < samples[run][index].size(); ++mode) {
-        const bool several = samples[run][index].size() > 1;
-        curves.push_back({"", several && !compares() ? colour(mode) : kRunColours[run], samples[run][index][mode],
-                          compares() ? run > 0 : false});
+      const ModeSamples& modes = samples[run][index];
+      for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+        const bool by_mode = modes.size() > 1 && !compares();
+        curves.push_back({"", by_mode ? colour(mode) : kRunColours[run], modes[mode], run > 0});
       }
     };
     add(0, i);
