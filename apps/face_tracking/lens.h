@@ -22,7 +22,6 @@ inline constexpr double kHalfView = 30.0 * std::numbers::pi / 180.0;
 inline const double kFocalLength = 0.5 * kFlatWidth / std::tan(kHalfView);  // of the flat picture
 
 inline double raw_column(double angle) { return 0.5 * kRawWidth - angle * kRawPixelsPerRadian; }
-inline double flat_column(double angle) { return 0.5 * kFlatWidth - kFocalLength * std::tan(angle); }
 inline double flat_angle(double column) { return std::atan2(0.5 * kFlatWidth - column, kFocalLength); }
 
 }  // namespace ctn::face_tracking

@@ -49,6 +49,7 @@ TEST(View, TheFaceStandsAtItsColumn) {
 }
 
 TEST(View, FlattenedTheFaceStandsWhereAPinholeCameraSeesIt) {
+  const auto flat_column = [](double angle) { return 0.5 * kFlatWidth - kFocalLength * std::tan(angle); };
   const View view(plain_footage(), 1);
   Preprocess preprocess;
   cv::Mat raw;

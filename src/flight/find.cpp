@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "base/text.h"
 #include "flight/layout.h"
@@ -19,8 +21,10 @@
 namespace ctn::flight {
 namespace {
 
+// A process that has several flight recorders is listed once for each.
 struct Candidate {
-  Found found;
+  std::int32_t process = 0;
+  std::string app;  // its name
   os::Descriptor memory;
 };
 
@@ -65,7 +69,7 @@ void add_recorders_of(std::int32_t process, const std::filesystem::path& descrip
     });
     if (again) continue;
     known.push_back(entry->path());
-    to.push_back({{process, std::move(*app)}, std::move(memory)});
+    to.push_back({process, std::move(*app), std::move(memory)});
   }
 }
 
@@ -77,33 +81,26 @@ std::vector<Candidate> candidates() {
     const std::optional<std::int32_t> process = number_of(entry->path().filename().string());
     if (process) add_recorders_of(*process, entry->path() / "fd", all);
   }
-  std::sort(all.begin(), all.end(),
-            [](const Candidate& a, const Candidate& b) { return a.found.process < b.found.process; });
+  std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.process < b.process; });
   return all;
 }
 
 std::string list_of(const std::vector<Candidate>& all) {
   std::string text;
   for (const Candidate& candidate : all) {
-    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", candidate.found.process, printable(candidate.found.app));
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", candidate.process, printable(candidate.app));
   }
   return text;
 }
 
 }  // namespace
 
-std::vector<Found> find_all() {
-  std::vector<Found> all;
-  for (Candidate& candidate : candidates()) all.push_back(std::move(candidate.found));
-  return all;
-}
-
 Result<os::Descriptor> find(const std::string& app_or_process) {
   std::vector<Candidate> all = candidates();
   if (!app_or_process.empty()) {
     const std::optional<std::int32_t> process = number_of(app_or_process);
     std::erase_if(all, [&](const Candidate& candidate) {
-      return candidate.found.app != app_or_process && candidate.found.process != process;
+      return candidate.app != app_or_process && candidate.process != process;
     });
   }
   if (all.size() == 1) return std::move(all.front().memory);

@@ -4,22 +4,12 @@
 // Thread safety: pure functions of the system's state.
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "base/result.h"
 #include "os/linux/descriptor.h"
 
 namespace ctn::flight {
-
-struct Found {
-  std::int32_t process = 0;
-  std::string app;  // its name
-};
-
-// By process. A process that has several flight recorders is listed once for each.
-std::vector<Found> find_all();
 
 // The memory of the flight recorder of that app, by its name, or of the process with that number; empty: of the only
 // one there is.
