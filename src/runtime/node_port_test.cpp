@@ -313,7 +313,11 @@ TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
       port.move_to(one.region(), app.graph);
     }
     if (round % 2 == 0) {
-      while (port.uses(other.region())) linux_os->sleep_until(linux_os->now() + microseconds{10});
+      const TimePoint give_up = linux_os->now() + std::chrono::seconds{20};
+      while (port.uses(other.region()) && linux_os->now() < give_up) {
+        linux_os->sleep_until(linux_os->now() + microseconds{10});
+      }
+      EXPECT_FALSE(port.uses(other.region())) << "it has followed to the last region";
     }
     port.stop();
     thread->join();
