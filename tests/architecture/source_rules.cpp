@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -253,6 +254,17 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
+// The lines of a Markdown page that are no code.
+void for_each_line_of_text(std::string_view markdown, const std::function<void(int, const std::string&)>& visit) {
+  bool fenced = false;
+  int number = 0;
+  for (const std::string& line : lines_of(markdown)) {
+    ++number;
+    if (line.starts_with("```")) fenced = !fenced;
+    if (!fenced) visit(number, line);
+  }
+}
+
 }  // namespace
 
 ModuleTable parse_module_table(std::string_view text) {
@@ -289,22 +301,39 @@ std::vector<std::string> check_text(const SourceFile& file, bool tabs_allowed) {
 
 std::vector<Link> relative_links(std::string_view markdown) {
   static const std::regex pattern{R"re(\]\(\s*<?([^)\s>]+)|\b(?:src|href)="([^"]+)")re"};
-  static const std::regex elsewhere{R"(^([a-z]+:|#|//).*)"};
+  static const std::regex elsewhere{R"(^([a-z]+:|//).*)"};
   static const std::regex not_shown{R"(`[^`]*`|<!--.*?-->)"};
   std::vector<Link> links;
-  bool fenced = false;
-  int number = 0;
-  for (std::string line : lines_of(markdown)) {
-    ++number;
-    if (line.starts_with("```")) fenced = !fenced;
-    if (fenced) continue;
-    line = std::regex_replace(line, not_shown, "");
+  for_each_line_of_text(markdown, [&](int number, const std::string& written) {
+    const std::string line = std::regex_replace(written, not_shown, "");
     for (std::sregex_iterator it(line.begin(), line.end(), pattern), end; it != end; ++it) {
       const std::string target = (*it)[1].matched ? (*it)[1] : (*it)[2];
-      if (!std::regex_match(target, elsewhere)) links.push_back({number, target.substr(0, target.find('#'))});
+      if (std::regex_match(target, elsewhere)) continue;
+      const std::size_t hash = std::min(target.find('#'), target.size());
+      links.push_back({number, target.substr(0, hash), target.substr(std::min(hash + 1, target.size()))});
     }
-  }
+  });
   return links;
+}
+
+std::set<std::string> sections_of(std::string_view markdown) {
+  static const std::regex heading{R"(^#+ +(.*))"};
+  static const std::regex linked{R"(\[([^\]]*)\]\([^)]*\))"};
+  static const std::regex id{R"re(\bid="([^"]+)")re"};
+  std::set<std::string> sections;
+  for_each_line_of_text(markdown, [&](int, const std::string& line) {
+    std::smatch match;
+    if (std::regex_search(line, match, id)) sections.insert(match[1]);
+    if (!std::regex_match(line, match, heading)) return;
+    std::string section;
+    for (const char c : std::regex_replace(match[1].str(), linked, "$1")) {
+      const auto byte = static_cast<unsigned char>(c);
+      if (c == ' ') section += '-';
+      if (std::isalnum(byte) != 0 || c == '-' || c == '_') section += static_cast<char>(std::tolower(byte));
+    }
+    sections.insert(section);
+  });
+  return sections;
 }
 
 }  // namespace ctn::architecture

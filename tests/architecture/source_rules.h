@@ -33,10 +33,13 @@ std::vector<std::string> check_text(const SourceFile& file, bool tabs_allowed);
 // A link of a Markdown file to another file of the repository.
 struct Link {
   int line = 0;
-  std::string target;  // without "#section"
+  std::string target;   // empty: the page itself
+  std::string section;  // empty: none
 };
-// Links and pictures, Markdown's and HTML's; those that lead out of the repository or stay on the page are left out,
-// and so is what stands in code.
+// Links and pictures, Markdown's and HTML's; those that lead out of the repository are left out, and so is what stands
+// in code.
 std::vector<Link> relative_links(std::string_view markdown);
+// What a link may name after its "#": the page's headings, as GitHub writes them there, and elements with an id.
+std::set<std::string> sections_of(std::string_view markdown);
 
 }  // namespace ctn::architecture

@@ -138,7 +138,7 @@ TEST(TextRules, FindWhatDoesNotBelongInAText) {
   }
 }
 
-TEST(MarkdownLinks, AreThoseThatLeadToAFile) {
+TEST(MarkdownLinks, AreThoseWithinTheRepository) {
   const std::vector<Link> links = relative_links(
       "[a](docs/a.md) and [b](b.md#part)\n"
       "[web](https://example.org) [here](#part) `[code](no.md)` <!-- [comment](no.md) -->\n"
@@ -146,8 +146,13 @@ TEST(MarkdownLinks, AreThoseThatLeadToAFile) {
       "![p](p.svg) <img src=\"q.svg\" width=\"9\">\n");
   std::vector<std::string> found;
   found.reserve(links.size());
-  for (const Link& link : links) found.push_back(std::to_string(link.line) + " " + link.target);
-  EXPECT_THAT(found, ElementsAre("1 docs/a.md", "1 b.md", "6 p.svg", "6 q.svg"));
+  for (const Link& link : links) found.push_back(std::to_string(link.line) + " " + link.target + "#" + link.section);
+  EXPECT_THAT(found, ElementsAre("1 docs/a.md#", "1 b.md#part", "2 #part", "6 p.svg#", "6 q.svg#"));
+}
+
+TEST(MarkdownSections, AreItsHeadingsAndElementsWithAnId) {
+  EXPECT_THAT(sections_of("# One, two\n```\n# code\n```\n### 3. By [`a_b`](c.md): yes\n<a id=\"old\"></a> # none\n"),
+              ElementsAre("3-by-a_b-yes", "old", "one-two"));
 }
 
 }  // namespace
