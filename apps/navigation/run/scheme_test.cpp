@@ -34,6 +34,19 @@ class SchemeTest : public ::testing::Test {
     if (!world) return world.error();
     return run_virtually(one, *world, nullptr, {.signal = {}, .show = {}});
   }
+  // The run that these options' scheme begins with. It is stopped at once.
+  static Options measuring_run_of(const Options& of) {
+    Options asked;
+    const auto scheme = Scheme::prepare(of, [&](const Options& one) -> Result<Outcome> {
+      asked = one;
+      Outcome outcome;
+      outcome.options = one;
+      outcome.signal = 2;
+      return outcome;
+    });
+    EXPECT_TRUE(scheme.ok() && scheme->interrupted());
+    return asked;
+  }
   Scheme prepared(const Options& of) {
     auto scheme = Scheme::prepare(of, [this](const Options& one) { return run(one); });
     EXPECT_TRUE(scheme.ok()) << (scheme.ok() ? "" : scheme.error().message());
@@ -50,33 +63,41 @@ TEST_F(SchemeTest, MostSchedulersNeedNothing) {
   EXPECT_TRUE(runs_.empty());
 }
 
-TEST_F(SchemeTest, AStaticPlanIsOfARunOnOneCore) {
+TEST_F(SchemeTest, ARunOnOneCoreMeasures) {
   Options two = options("static-20s", 30.0);
   two.cores = 2;
   two.stealing = false;
   two.pictures = "pictures";
-  const std::string policy = prepared(two).options().policy;
-  EXPECT_THAT(policy, StartsWith("rates-of:"));
-  EXPECT_FALSE(std::filesystem::exists(policy.substr(9))) << "it goes with the scheme";
-  ASSERT_EQ(runs_.size(), 1U);
-  EXPECT_EQ(runs_[0].policy, "catan");
-  EXPECT_EQ(runs_[0].cores, 1);
-  EXPECT_TRUE(runs_[0].stealing);
-  EXPECT_EQ(runs_[0].seconds, 20.0) << "the first 20 s";
-  EXPECT_EQ(runs_[0].pictures, "");
-  prepared(options("davare", 30.0));
-  ASSERT_EQ(runs_.size(), 2U);
-  EXPECT_EQ(runs_[1].seconds, 30.0);
+  const Options measuring = measuring_run_of(two);
+  EXPECT_EQ(measuring.policy, "catan");
+  EXPECT_EQ(measuring.cores, 1);
+  EXPECT_TRUE(measuring.stealing);
+  EXPECT_EQ(measuring.seconds, 20.0) << "the first 20 s";
+  EXPECT_EQ(measuring.pictures, "");
+  EXPECT_EQ(measuring_run_of(options("davare", 30.0)).seconds, 30.0);
+}
+
+TEST_F(SchemeTest, APlanIsOfThatRunAndGoesWithTheScheme) {
+  for (const int cores : {1, 2}) {
+    Options asked = options("static-20s", 3.0);
+    asked.cores = cores;
+    const std::string policy = prepared(asked).options().policy;
+    const std::string kind = cores == 1 ? "static:" : "rates-of:";
+    EXPECT_THAT(policy, StartsWith(kind));
+    EXPECT_FALSE(std::filesystem::exists(policy.substr(kind.size())));
+  }
+  EXPECT_EQ(runs_.size(), 2U);
 }
 
 // By hand, GM runs for the first time after five seconds, and the robot stands until then.
 TEST_F(SchemeTest, RunsUnderEachOfThem) {
-  Options measured = options("catan", 10.0);
+  constexpr double kSeconds = 8.0;
+  Options measured = options("catan", kSeconds);
   measured.record = ::testing::TempDir() + "navigation_scheme.catan";
   std::filesystem::remove(measured.record);
   ASSERT_TRUE(run(measured).ok());
   for (const char* scheduler : {"static-full-run", "davare", "verucchi", "picas", "deadline"}) {
-    Options asked = options(scheduler, 10.0);
+    Options asked = options(scheduler, kSeconds);
     asked.costs = measured.record;
     const Scheme scheme = prepared(asked);
     const auto outcome = run(scheme.options());
