@@ -50,141 +50,202 @@ struct RandomLimits {
   bool batches = false;  // runs of the last subchain cost more with each item of a batch
 };
 
-// A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
-inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
-  std::mt19937_64 random(seed);
-  const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
-  const auto chance = [&](double p) { return uniform(0.0, 1.0) < p; };
-  const auto log_uniform = [&](double low, double high) { return low * std::pow(high / low, uniform(0.0, 1.0)); };
-  const int n = limits.subchains;
-  std::vector<std::string> names;
-  std::vector<std::string> paths;
-  std::vector<graph::SubchainSpec> subchains;
-  std::vector<std::string> head(static_cast<std::size_t>(n));
-  std::vector<std::string> whole(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) {
-    const std::string name = "s" + std::to_string(i);
-    head[static_cast<std::size_t>(i)] = name;
-    names.push_back(name);
-    whole[static_cast<std::size_t>(i)] = name;
-    if (limits.pairs && chance(0.3)) {
-      names.push_back(name + "b");
-      whole[static_cast<std::size_t>(i)] = name + " " + name + "b";
-      subchains.push_back(graph::subchain(name, whole[static_cast<std::size_t>(i)]));
-    }
+// Draws one case. Each step draws from what the steps before it have left.
+class RandomCaseBuilder {
+ public:
+  RandomCaseBuilder(std::uint64_t seed, const RandomLimits& limits)
+      : random_(seed), limits_(limits), subchains_(static_cast<std::size_t>(limits.subchains)) {}
+
+  RandomCase build(int cores) {
+    draw_subchains();
+    draw_objective();
+    draw_totals();
+    set_inputs();
+    draw_rates();
+    draw_bounds();
+    if (limits_.reversed) reverse();
+    if (limits_.kinds) draw_core_kinds(cores);
+    Result<graph::App> built = graph::build_app(spec_);
+    if (!built) throw std::logic_error(built.error().message());
+    graph::App app = *std::move(built);
+    model::CostTable costs = draw_costs(app);
+    return {std::move(app), std::move(costs), cores, 0.06};
   }
-  names.push_back("base");
-  graph::AppSpec spec = graph::spec_of(names, {});
-  node(spec, "base").external = true;
-  spec.subchains = subchains;
+
+ private:
+  struct Drawn {
+    std::string head;
+    std::string second;  // empty: it has one node
+    double cost = 0.0;   // ms, of all its nodes
+
+    std::string nodes() const { return second.empty() ? head : head + " " + second; }
+  };
+
+  double uniform(double low, double high) { return low + (high - low) * fraction_of(random_()); }
+  bool chance(double p) { return uniform(0.0, 1.0) < p; }
+  double log_uniform(double low, double high) { return low * std::pow(high / low, uniform(0.0, 1.0)); }
+  double weight() { return log_uniform(limits_.lightest, limits_.heaviest); }
+  graph::NodeSpec& head_of(const Drawn& subchain) { return node(spec_, subchain.head); }
+
+  void draw_subchains() {
+    std::vector<std::string> names;
+    std::vector<graph::SubchainSpec> specs;
+    for (std::size_t i = 0; i < subchains_.size(); ++i) {
+      Drawn& subchain = subchains_[i];
+      subchain.head = "s" + std::to_string(i);
+      names.push_back(subchain.head);
+      if (!limits_.pairs || !chance(0.3)) continue;
+      subchain.second = subchain.head + "b";
+      names.push_back(subchain.second);
+      specs.push_back(graph::subchain(subchain.head, subchain.nodes()));
+    }
+    names.push_back("base");
+    spec_ = graph::spec_of(names, {});
+    node(spec_, "base").external = true;
+    spec_.subchains = std::move(specs);
+  }
+
+  // A graph in layers: node i feeds some later ones, so that there are chains through several subchains.
+  void draw_objective() {
+    std::vector<std::string> paths;
+    for (int chain = 0; chain < std::max(1, limits_.chains); ++chain) {
+      const std::string path = draw_path();
+      if (std::find(paths.begin(), paths.end(), path) != paths.end()) continue;
+      paths.push_back(path);
+      add_edges(path);
+      spec_.objective.push_back(graph::response(path, weight()));
+    }
+    // Every subchain counts for something.
+    for (const Drawn& subchain : subchains_) spec_.objective.push_back(graph::period(subchain.head, weight()));
+    for (const Drawn& subchain : subchains_) add_edges(subchain.nodes());
+  }
+
+  std::string draw_path() {
+    const std::size_t count = subchains_.size();
+    std::string path;
+    int length = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool taken = chance(std::min(1.0, 2.0 / static_cast<double>(count)));
+      if (!taken && !(length == 0 && i + 1 == count)) continue;
+      path += subchains_[i].nodes() + " ";
+      if (++length == 3) break;
+    }
+    return path + "base";
+  }
+
   // Each edge once, however many chains pass it.
-  std::vector<std::string> edges;
-  const auto add_edges = [&](const std::string& path) {
+  void add_edges(const std::string& path) {
     const std::vector<graph::Name> row = graph::split(path);
     for (std::size_t i = 1; i < row.size(); ++i) {
       const std::string edge = row[i - 1].value + " " + row[i].value;
-      if (std::find(edges.begin(), edges.end(), edge) != edges.end()) continue;
-      edges.push_back(edge);
-      spec.edges.push_back({graph::split(edge), {}});
-    }
-  };
-  const int chains = std::max(1, limits.chains);
-  for (int c = 0; c < chains; ++c) {
-    std::string path;
-    int length = 0;
-    for (int i = 0; i < n; ++i) {
-      if (!chance(std::min(1.0, 2.0 / n)) && !(length == 0 && i == n - 1)) continue;
-      path += whole[static_cast<std::size_t>(i)] + " ";
-      if (++length == 3) break;
-    }
-    path += "base";
-    if (std::find(paths.begin(), paths.end(), path) != paths.end()) continue;
-    paths.push_back(path);
-    add_edges(path);
-    spec.objective.push_back(graph::response(path, log_uniform(limits.lightest, limits.heaviest)));
-  }
-  // Every subchain counts for something.
-  for (int i = 0; i < n; ++i) {
-    spec.objective.push_back(
-        graph::period(head[static_cast<std::size_t>(i)], log_uniform(limits.lightest, limits.heaviest)));
-  }
-  for (int i = 0; i < n; ++i) {
-    if (whole[static_cast<std::size_t>(i)] == head[static_cast<std::size_t>(i)]) continue;
-    add_edges(whole[static_cast<std::size_t>(i)]);
-  }
-  std::vector<double> cost(static_cast<std::size_t>(n));
-  double total = 0.0;
-  for (double& c : cost) {
-    c = limits.zeros && chance(0.3) ? 0.0 : log_uniform(limits.cheapest, limits.most_expensive);
-    total += c;
-  }
-  for (int i = 0; limits.all_queues && i < n; ++i) {
-    node(spec, head[static_cast<std::size_t>(i)]).input = graph::InputKind::kQueue;
-  }
-  if (limits.queue) node(spec, "s0").input = graph::InputKind::kQueue;
-  if (limits.batches) node(spec, head.back()).input = graph::InputKind::kQueue;
-  for (int i = 0; i < n; ++i) {
-    graph::NodeSpec& described = node(spec, head[static_cast<std::size_t>(i)]);
-    if (limits.exact && i == n - 1) {
-      const graph::At<Rate> rate{Rate::every(Millis{uniform(1.2, 4.0) * cost[static_cast<std::size_t>(i)]}), {}};
-      described.min_rate = described.max_rate = rate;
-    } else if (limits.caps && chance(0.3)) {
-      described.max_rate = graph::At<Rate>{Rate::every(Millis{uniform(0.3, 3.0) * total}), {}};
-    } else if (limits.bounds && chance(0.2)) {
-      described.min_rate = graph::At<Rate>{Rate::every(Millis{uniform(0.5, 4.0) * total}), {}};
+      if (std::find(edges_.begin(), edges_.end(), edge) != edges_.end()) continue;
+      edges_.push_back(edge);
+      spec_.edges.push_back({graph::split(edge), {}});
     }
   }
-  if (limits.bounds) {
-    for (graph::TermSpec& term : spec.objective) {
-      if (term.metric == graph::Metric::kResponseTime && chance(0.4)) {
-        term.max = graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 8.0) * total}), {}};
+
+  void draw_totals() {
+    for (Drawn& subchain : subchains_) {
+      const bool nothing = limits_.zeros && chance(0.3);
+      subchain.cost = nothing ? 0.0 : log_uniform(limits_.cheapest, limits_.most_expensive);
+      total_ += subchain.cost;
+    }
+  }
+
+  void set_inputs() {
+    for (std::size_t i = 0; i < subchains_.size(); ++i) {
+      const bool queue =
+          limits_.all_queues || (limits_.queue && i == 0) || (limits_.batches && i + 1 == subchains_.size());
+      if (queue) head_of(subchains_[i]).input = graph::InputKind::kQueue;
+    }
+  }
+
+  void draw_rates() {
+    for (std::size_t i = 0; i < subchains_.size(); ++i) {
+      graph::NodeSpec& head = head_of(subchains_[i]);
+      if (limits_.exact && i + 1 == subchains_.size()) {
+        head.min_rate = head.max_rate = every(uniform(1.2, 4.0) * subchains_[i].cost);
+      } else if (limits_.caps && chance(0.3)) {
+        head.max_rate = every(uniform(0.3, 3.0) * total_);
+      } else if (limits_.bounds && chance(0.2)) {
+        head.min_rate = every(uniform(0.5, 4.0) * total_);
       }
     }
   }
-  if (limits.reversed) {
-    std::reverse(spec.nodes.begin(), spec.nodes.end());
-    std::reverse(spec.edges.begin(), spec.edges.end());
-    std::reverse(spec.subchains.begin(), spec.subchains.end());
-    std::reverse(spec.objective.begin(), spec.objective.end());
-  }
-  for (int left = cores, kind = 0; limits.kinds && left > 0; ++kind) {
-    const int count = kind == 2 ? left : 1 + static_cast<int>(uniform(0.0, 0.999) * left);
-    const std::string kind_name(1, static_cast<char>('A' + kind));
-    spec.core_kinds.push_back({{kind_name, {}}, {count, {}}, {log_uniform(0.3, 2.0), {}}});
-    left -= count;
-  }
-  Result<graph::App> built = graph::build_app(spec);
-  if (!built) throw std::logic_error(built.error().message());
-  graph::App app = *std::move(built);
-  model::CostTable costs(app.graph, Millis{0});
-  for (int i = 0; i < n; ++i) {
-    const std::string& name = head[static_cast<std::size_t>(i)];
-    const bool two = whole[static_cast<std::size_t>(i)] != name;
-    const double part = two ? uniform(0.2, 0.8) : 1.0;
-    costs.set(*app.graph.find_node(name),
-              model::CostProfile::constant(Millis{part * cost[static_cast<std::size_t>(i)]}));
-    if (two) {
-      costs.set(*app.graph.find_node(name + "b"),
-                model::CostProfile::constant(Millis{(1.0 - part) * cost[static_cast<std::size_t>(i)]}));
+  static graph::At<Rate> every(double milliseconds) { return {Rate::every(Millis{milliseconds}), {}}; }
+
+  void draw_bounds() {
+    if (!limits_.bounds) return;
+    for (graph::TermSpec& term : spec_.objective) {
+      if (term.metric == graph::Metric::kResponseTime && chance(0.4)) {
+        term.max = graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 8.0) * total_}), {}};
+      }
     }
   }
-  if (limits.batches) {
-    const NodeId last = *app.graph.find_node(head.back());
-    costs.set(last, costs[last].with_per_item(uniform(0.01, 0.3) * costs[last].single_thread()));
+
+  void reverse() {
+    std::reverse(spec_.nodes.begin(), spec_.nodes.end());
+    std::reverse(spec_.edges.begin(), spec_.edges.end());
+    std::reverse(spec_.subchains.begin(), spec_.subchains.end());
+    std::reverse(spec_.objective.begin(), spec_.objective.end());
   }
+
+  void draw_core_kinds(int cores) {
+    for (int left = cores, kind = 0; left > 0; ++kind) {
+      const int count = kind == 2 ? left : 1 + static_cast<int>(uniform(0.0, 0.999) * left);
+      const std::string name(1, static_cast<char>('A' + kind));
+      spec_.core_kinds.push_back({{name, {}}, {count, {}}, {log_uniform(0.3, 2.0), {}}});
+      left -= count;
+    }
+  }
+
+  model::CostTable draw_costs(const graph::App& app) {
+    model::CostTable costs(app.graph, Millis{0});
+    for (const Drawn& subchain : subchains_) {
+      const double part = subchain.second.empty() ? 1.0 : uniform(0.2, 0.8);
+      const auto set = [&](const std::string& name, double cost) {
+        costs.set(*app.graph.find_node(name), model::CostProfile::constant(Millis{cost}));
+      };
+      set(subchain.head, part * subchain.cost);
+      if (!subchain.second.empty()) set(subchain.second, (1.0 - part) * subchain.cost);
+    }
+    if (limits_.batches) {
+      const NodeId last = *app.graph.find_node(subchains_.back().head);
+      costs.set(last, costs[last].with_per_item(uniform(0.01, 0.3) * costs[last].single_thread()));
+    }
+    if (limits_.kinds) draw_gains(app, costs);
+    if (limits_.waits) draw_waits(app, costs);
+    return costs;
+  }
+
   // Some nodes gain more by a faster core than others.
-  for (std::size_t i = 0; limits.kinds && i < app.graph.nodes().size(); ++i) {
-    const NodeId id(i);
-    if (app.graph.node(id).external || chance(0.5)) continue;
-    for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
-      costs.set_on(id, kind, costs[id].times(uniform(0.7, 1.4) / app.core_kinds[kind].speed));
+  void draw_gains(const graph::App& app, model::CostTable& costs) {
+    for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+      const NodeId id(i);
+      if (app.graph.node(id).external || chance(0.5)) continue;
+      for (std::size_t kind = 0; kind < app.kinds(); ++kind) {
+        costs.set_on(id, kind, costs[id].times(uniform(0.7, 1.4) / app.core_kinds[kind].speed));
+      }
     }
   }
-  for (std::size_t i = 0; limits.waits && i < app.graph.nodes().size(); ++i) {
-    if (app.graph.nodes()[i].external || chance(0.5)) continue;
-    costs.set_wait(NodeId(i), Millis{log_uniform(limits.cheapest, limits.most_expensive)});
+
+  void draw_waits(const graph::App& app, model::CostTable& costs) {
+    for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
+      if (app.graph.nodes()[i].external || chance(0.5)) continue;
+      costs.set_wait(NodeId(i), Millis{log_uniform(limits_.cheapest, limits_.most_expensive)});
+    }
   }
-  return {std::move(app), std::move(costs), cores, 0.06};
+
+  std::mt19937_64 random_;
+  const RandomLimits limits_;
+  std::vector<Drawn> subchains_;
+  double total_ = 0.0;  // ms, of all of them
+  graph::AppSpec spec_;
+  std::vector<std::string> edges_;  // that the app has so far
+};
+
+inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, int cores) {
+  return RandomCaseBuilder(seed, limits).build(cores);
 }
 
 class BruteForce {
