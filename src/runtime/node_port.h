@@ -15,9 +15,9 @@
 //
 // Age of data (record/ages.h): each output carries its origin, over a channel beside the value, else in the node's
 // cell, which holds the origins of the newest outputs by number, so that number and origin belong together. A run's own
-// is the oldest of the origins that it consumed. Where one is not to be had, because more outputs came at once than the
-// cell holds, or because another process wrote nonsense, that of what was consumed before is taken, which is older
-// unless the predecessor reads its inputs only now and then, and if there is none, the clock's zero.
+// is the oldest of the origins that it consumed. One may be missing, because more outputs came at once than the cell
+// holds, or because another process wrote nonsense. Then that of what was consumed before is taken, which is older
+// unless the predecessor reads its inputs only now and then; if there is none, the clock's zero.
 //
 // Order at the end of a run: report, then publish, then trigger. So a report is never later in its ring than the report
 // of a run that consumed its output, which the collector relies on.

@@ -1,13 +1,13 @@
 // What a node's runs wait, under way: time in which they neither ran nor were ready to run, such as for an accelerator,
 // a device or a file. A run that other threads kept from the CPU does not wait.
 //
-// A run that took no longer than its CPU time has not waited, and that is known for free. Only after one that took
-// longer (pre-empted or waiting, that is not known) is it asked before each of the next runs what the kernel has
-// counted so far, so that it can be told what came of it within the run. So nodes that neither wait nor are pre-empted
-// pay nothing, others some microseconds a run (docs/decisions/0029-runs-that-wait.md), and of a node's waits one that
-// comes after kWatchedRuns without any is missed. A run during which the thread did not block has not waited, whatever
-// a hypervisor took from it. The very first run is watched, too: whatever the system opens to be asked is open then,
-// and no later run pays for it.
+// A run that took no longer than its CPU time has not waited, and that is known for free. One that took longer was
+// pre-empted or waited. Only then is the kernel asked, before each of the next runs, what it has counted so far, so
+// that after such a run the difference tells which of the two it was. So nodes that neither wait nor are pre-empted pay
+// nothing, others some microseconds a run (docs/decisions/0029-runs-that-wait.md), and of a node's waits one that comes
+// after kWatchedRuns without any is missed. A run during which the thread did not block has not waited, whatever a
+// hypervisor took from it. The very first run is watched, too: whatever the system opens to be asked is open then, and
+// no later run pays for it.
 //
 // Units: Nanos. Thread safety: that of the node's own thread.
 #pragma once
