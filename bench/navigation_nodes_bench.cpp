@@ -25,6 +25,7 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
 
+#include "base/statistics.h"
 #include "nodes/cost.h"
 #include "nodes/testing/closed_loop.h"
 #include "nodes/testing/simulated_world.h"
@@ -50,19 +51,6 @@ constexpr std::array<Published, kNodes> kPublished{
     {{1.2, 1.2}, {1.2, 1.2}, {1.0, 1.0}, {2.52, 9.18}, {143, 291}, {140, 197.5}, {1.2, 1.2}}};
 
 double cpu_time() { return std::chrono::duration<double>(ctn::program::thread_cpu_time()).count(); }
-
-double mean(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
-double percentile(std::vector<double> values, std::size_t percent) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() * percent + 99) / 100 - 1);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 constexpr std::size_t kFeatures = 6;
 
@@ -120,7 +108,8 @@ Misfit misfit_of(const CostFactors& factors, const std::vector<Sample>& samples)
     costs += computed;
     times += sample.time;
   }
-  return {percentile(errors, 50), percentile(errors, 95), costs / times};
+  const ctn::Summary error = ctn::summarize(errors);
+  return {error.p50, error.p95, costs / times};
 }
 
 // Unknown cells grey, free ones white, obstacles black; the path and the robot's pose as it knows it darker grey.
@@ -153,10 +142,11 @@ void print_costs(const std::array<std::vector<Sample>, kNodes>& measured) {
     const std::vector<Sample>& samples = measured[node];
     std::vector<double> times;
     for (const Sample& sample : samples) times.push_back(sample.time * 1e3);
+    const ctn::Summary time = ctn::summarize(times);
     const Misfit misfit = misfit_of(kCostFactors[node], samples);
     fmt::print("{:<5} {:>5} {:>8.3f} {:>8.3f} {:>12.2f} {:>7.2f} {:>23.0f} % {:>4.0f} % {:>+4.0f} %\n",
-               kNodeNames[node], samples.size(), mean(times), percentile(times, 95), kPublished[node].mean,
-               kPublished[node].p95, misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
+               kNodeNames[node], samples.size(), time.mean, time.p95, kPublished[node].mean, kPublished[node].p95,
+               misfit.median * 100.0, misfit.p95 * 100.0, (misfit.sum - 1.0) * 100.0);
   }
   fmt::print("\nfitted to these runs, in ns:\n");
   for (std::size_t node = 0; node < kNodes; ++node) {
@@ -227,12 +217,12 @@ int main(int argc, char** argv) {
   });
 
   const world::Score score = world.score();
+  const ctn::Summary error = ctn::summarize(errors);
   fmt::print(
       "{}, seed {}: {:.0f} s, {:.0f} m driven, {} contacts, {} keyframes, {} loops closed\n"
       "pose off by {:.2f} m on average, p95 {:.2f} m, at most {:.2f} m\n",
       file->name, options.seed, plant.time(), score.travelled, score.contacts.size(),
-      loop.localization().keyframes->size(), loop.localization().loops, mean(errors), percentile(errors, 95),
-      percentile(errors, 100));
+      loop.localization().keyframes->size(), loop.localization().loops, error.mean, error.p95, error.max);
   for (const world::Contact& contact : score.contacts) {
     fmt::print("contact with {} at {:.1f} s, {:.2f} {:.2f}, robot at {:.2f} m/s\n",
                contact.mover ? fmt::format("mover {}", *contact.mover) : "a wall",

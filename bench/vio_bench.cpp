@@ -23,6 +23,7 @@
 #include <Eigen/Dense>
 #include <opencv2/imgcodecs.hpp>
 
+#include "base/statistics.h"
 #include "program/slowed.h"
 #include "vio/cost.h"
 #include "vio/integrator.h"
@@ -54,19 +55,6 @@ struct Measured {
 };
 
 double cpu_time() { return std::chrono::duration<double>(ctn::program::thread_cpu_time()).count(); }
-
-double percentile(std::vector<double> values, std::size_t percent) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() * percent + 99) / 100 - 1);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
 
 std::array<double, kKinds> kinds(const Work& work) {
   return {1.0,
@@ -165,10 +153,11 @@ int print(const Measured& measured) {
       costs.push_back(computed * 1e3);
       errors.push_back(std::abs(computed - sample.time) / sample.time);
     }
+    const ctn::Summary time = ctn::summarize(times);
+    const ctn::Summary cost_ms = ctn::summarize(costs);
     fmt::print("{:<6} {:>5} {:>8.4f} {:>8.4f} {:>8.4f} {:>7.2f} {:>16.4f} {:>8.4f} {:>8.4f} {:>14.0f} %\n",
-               kTrackingNodeNames[node], times.size(), mean(times), percentile(times, 50), percentile(times, 95),
-               kPublished[node], mean(costs), percentile(costs, 50), percentile(costs, 95),
-               percentile(errors, 50) * 100.0);
+               kTrackingNodeNames[node], time.count, time.mean, time.p50, time.p95, kPublished[node], cost_ms.mean,
+               cost_ms.p50, cost_ms.p95, ctn::summarize(errors).p50 * 100.0);
   }
   fmt::print("\nfitted to these runs, in ns:\n");
   for (std::size_t node = 0; node < kNodes; ++node) {

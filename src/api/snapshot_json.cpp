@@ -2,12 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "record/metrics_json.h"
+
 namespace ctn::api {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+using record::or_null;
 
 Json to_json(const Summary& summary) {
   return {{"count", summary.count}, {"mean", summary.mean}, {"p50", summary.p50},
@@ -15,13 +17,11 @@ Json to_json(const Summary& summary) {
 }
 
 Json to_json(const ChainSnapshot& chain) {
-  Json json{{"path", chain.path},
-            {"response_ms", to_json(chain.response_ms)},
-            {"latency_ms", to_json(chain.latency_ms)},
-            {"period_ms", to_json(chain.period_ms)},
-            {"predicted_response_ms", nullptr}};
-  if (chain.predicted_response_ms) json["predicted_response_ms"] = *chain.predicted_response_ms;
-  return json;
+  return {{"path", chain.path},
+          {"response_ms", to_json(chain.response_ms)},
+          {"latency_ms", to_json(chain.latency_ms)},
+          {"period_ms", to_json(chain.period_ms)},
+          {"predicted_response_ms", or_null(chain.predicted_response_ms)}};
 }
 
 }  // namespace
@@ -54,14 +54,14 @@ std::string to_json(const Snapshot& snapshot) {
     json["assumed"].push_back({{"node", assumed.node}, {"cost_ms", assumed.cost_ms}});
   }
   for (const TermSnapshot& term : snapshot.objective) {
-    json["objective"].push_back({{"term", term.term}, {"weight", term.weight}, {"max_ms", to_json(term.max_ms)}});
+    json["objective"].push_back({{"term", term.term}, {"weight", term.weight}, {"max_ms", or_null(term.max_ms)}});
   }
   for (const ChainSnapshot& chain : snapshot.chains) json["chains"].push_back(to_json(chain));
   for (const NodeSnapshot& node : snapshot.nodes) {
     json["nodes"].push_back({{"name", node.name},
                              {"compute_ms", to_json(node.compute_ms)},
                              {"rate_hz", node.rate_hz},
-                             {"min_rate_hz", to_json(node.min_rate_hz)}});
+                             {"min_rate_hz", or_null(node.min_rate_hz)}});
   }
   for (const AgeSnapshot& edge : snapshot.ages) {
     json["ages"].push_back({{"from", edge.from},

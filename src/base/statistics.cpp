@@ -23,6 +23,13 @@ double percentile_of_sorted(std::span<const double> sorted, double percent) {
   return sorted[index_of_percentile(sorted.size(), percent)];
 }
 
+double median_of(std::vector<double> samples) {
+  assert(!samples.empty());
+  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
+}
+
 Summary summarize(std::vector<double> samples) {
   if (samples.empty()) return {};
   std::sort(samples.begin(), samples.end());

@@ -15,6 +15,9 @@ namespace ctn {
 // Precondition: `sorted` ascending and not empty, 0 < percent <= 100.
 double percentile_of_sorted(std::span<const double> sorted, double percent);
 
+// The one in the middle once they are sorted; of an even number the higher of the two. Precondition: not empty.
+double median_of(std::vector<double> samples);
+
 Summary summarize(std::vector<double> samples);
 // The same but for the last digits of the mean, in a fraction of the time where there are thousands of samples: for
 // who looks often.

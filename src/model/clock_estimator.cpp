@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "base/statistics.h"
+
 namespace ctn::model {
 namespace {
 
@@ -27,12 +29,6 @@ struct Slope {
   double slope = 0.0;
   double at(double x) const { return height + slope * x; }
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Slope least_squares(const std::vector<Point>& points) {
   double x = 0.0;
@@ -101,9 +97,9 @@ void ClockEstimator::fit() {
   constexpr int kAgain = 2;
   for (int round = 0; round < kAgain; ++round) {
     std::vector<double> off = distances(points, line);
-    const double middle = median(off);
+    const double middle = median_of(off);
     for (double& each : off) each = std::abs(each - middle);
-    const double far = std::max(kFar * median(off), kMinFar);
+    const double far = std::max(kFar * median_of(off), kMinFar);
     std::vector<Point> near;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (off[i] <= far) near.push_back(points[i]);
@@ -111,10 +107,10 @@ void ClockEstimator::fit() {
     line = least_squares(near);
   }
   std::vector<double> off = distances(points, line);
-  const double middle = median(off);
+  const double middle = median_of(off);
   const double height = line.at(points.back().x) + middle;
   for (double& each : off) each = std::abs(each - middle);
-  regular_ = median(off) <= kIrregular * line.slope;
+  regular_ = median_of(off) <= kIrregular * line.slope;
   line_ = Line{{told_.back().number, first.at + Nanos{std::llround(height)}}, line.slope};
 }
 

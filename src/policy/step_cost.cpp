@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
 #include "trial/trial.h"
 
 namespace ctn::policy {
@@ -11,12 +12,6 @@ namespace {
 constexpr std::uint64_t kWindow = 200;  // steps
 constexpr std::size_t kWindows = 5;
 constexpr double kFactorMoved = 0.25;
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double assumed(std::uint64_t by_timer, std::uint64_t by_event) {
   constexpr trial::Overheads kAssumed;

@@ -3,11 +3,18 @@
 // Thread safety: pure functions.
 #pragma once
 
+#include <optional>
+
 #include <nlohmann/json.hpp>
 
 #include "catan/snapshot.h"
 
 namespace ctn::record {
+
+template <class Value>
+nlohmann::ordered_json or_null(const std::optional<Value>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
 
 // null: there were no samples.
 inline nlohmann::ordered_json to_json(const Summary& summary) {

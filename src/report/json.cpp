@@ -10,8 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
-
+using record::or_null;
 using record::to_json;
 
 Json json(const why::Analysis& late) {
@@ -35,7 +34,7 @@ Json json(const ChainMetrics& chain) {
   }
   return {{"path", chain.path},
           {"weight", chain.weight},
-          {"bound_ms", json(chain.bound_ms)},
+          {"bound_ms", or_null(chain.bound_ms)},
           {"predicted", predicted},
           {"response_ms", to_json(chain.response_ms)},
           {"latency_ms", to_json(chain.latency_ms)},
@@ -48,8 +47,8 @@ Json json(const NodeMetrics& node) {
                {"runs", node.runs},
                {"outputs", node.outputs},
                {"rate_hz", node.rate_hz},
-               {"predicted_rate_hz", json(node.predicted_rate_hz)},
-               {"weight", json(node.weight)},
+               {"predicted_rate_hz", or_null(node.predicted_rate_hz)},
+               {"weight", or_null(node.weight)},
                {"period_ms", to_json(node.period_ms)},
                {"compute_ms", to_json(node.compute_ms)},
                {"wall_ms", to_json(node.wall_ms)},
@@ -92,7 +91,7 @@ std::string to_json(const RunFigures& metrics) {
       {"started_utc", header.host.utc},
       {"complete", metrics.ending.closed},
       {"real_time", header.real_time},
-      {"slack", json(header.slack)},
+      {"slack", or_null(header.slack)},
       {"cpus", header.cpus.cpus()},
       {"host",
        {{"kernel", header.host.kernel},
@@ -108,7 +107,8 @@ std::string to_json(const RunFigures& metrics) {
       {"plans", metrics.plans},
       {"relax_factor", metrics.relax_factor},
       {"promises_for", plan::promises_for(metrics.for_typical)},
-      {"objective", {{"measured", json(metrics.objective.measured)}, {"predicted", json(metrics.objective.predicted)}}},
+      {"objective",
+       {{"measured", or_null(metrics.objective.measured)}, {"predicted", or_null(metrics.objective.predicted)}}},
       {"chains", list(metrics.chains)},
       {"nodes", list(metrics.nodes)},
       {"ages", ages},

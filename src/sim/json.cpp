@@ -8,12 +8,8 @@ namespace ctn::sim {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using record::or_null;
 using record::to_json;
-
-template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 Json to_json(const ChainOutcome& chain) {
   return {{"path", chain.path},

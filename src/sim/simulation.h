@@ -99,8 +99,8 @@ class Simulation {
 
   // What a node does, called when a run of it begins, at that instant: it reads its channels, and what it writes
   // reaches others when the run ends. What the run costs is not what the function takes, but what it charges
-  // (Run::charge()), or else what the costs say. Before
-  // the first run_for(). Precondition: the node is not external.
+  // (Run::charge()), or else what the costs say. To be called before the first run_for(). Precondition: the node is not
+  // external.
   void set_body(NodeId node, Body body);
   // What reaches the world when a run of the node ends, as a motor's command does. The same Run as in the body.
   void set_effect(NodeId node, Body effect);

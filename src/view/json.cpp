@@ -9,12 +9,8 @@ namespace ctn::view {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using record::or_null;
 using record::to_json;
-
-template <class Value>
-Json known(const std::optional<Value>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
 
 class Writer {
  public:
@@ -40,13 +36,13 @@ class Writer {
 
   Json operator()(const Chain& chain) const {
     Json worst = Json::array();
-    for (const std::optional<double>& second : chain.worst_ms) worst.push_back(known(second));
+    for (const std::optional<double>& second : chain.worst_ms) worst.push_back(or_null(second));
     return {{"path", chain.path},
             {"weight", chain.weight},
-            {"bound_ms", known(chain.bound_ms)},
-            {"expected_ms", known(chain.expected_ms)},
-            {"promised_ms", known(chain.promised_ms)},
-            {"newest_ms", known(chain.newest_ms)},
+            {"bound_ms", or_null(chain.bound_ms)},
+            {"expected_ms", or_null(chain.expected_ms)},
+            {"promised_ms", or_null(chain.promised_ms)},
+            {"newest_ms", or_null(chain.newest_ms)},
             {"response_ms", to_json(chain.response_ms)},
             {"latency_ms", to_json(chain.latency_ms)},
             {"period_ms", to_json(chain.period_ms)},
@@ -64,12 +60,12 @@ class Writer {
             {"weight", subchain.weight},
             {"cores", subchain.cores},
             {"sharing", to_string(subchain.sharing)},
-            {"priority", known(subchain.priority)},
-            {"share", known(subchain.share)},
-            {"expected_period_ms", known(subchain.expected_period_ms)},
-            {"promised_period_ms", known(subchain.promised_period_ms)},
-            {"promised_execution_ms", known(subchain.promised_execution_ms)},
-            {"budget_ms", known(subchain.budget_ms)},
+            {"priority", or_null(subchain.priority)},
+            {"share", or_null(subchain.share)},
+            {"expected_period_ms", or_null(subchain.expected_period_ms)},
+            {"promised_period_ms", or_null(subchain.promised_period_ms)},
+            {"promised_execution_ms", or_null(subchain.promised_execution_ms)},
+            {"budget_ms", or_null(subchain.budget_ms)},
             {"runs", subchain.runs},
             {"period_ms", to_json(subchain.period_ms)},
             {"used_ms", to_json(subchain.used_ms)},
@@ -81,30 +77,30 @@ class Writer {
             {"stole_ms", subchain.stole_ms},
             {"stolen", subchain.stolen},
             {"stolen_ms", subchain.stolen_ms},
-            {"silent_ms", known(subchain.silent_ms)}};
+            {"silent_ms", or_null(subchain.silent_ms)}};
   }
 
   Json operator()(const CoreUse& use) const {
-    return {{"name", use.name}, {"planned", use.planned}, {"cores", use.cores}, {"slots", known(use.slots)}};
+    return {{"name", use.name}, {"planned", use.planned}, {"cores", use.cores}, {"slots", or_null(use.slots)}};
   }
 
   Json operator()(const Core& core) const {
-    return {{"cpu", known(core.cpu)},           {"core", known(core.core)}, {"sharing", to_string(core.sharing)},
-            {"frame_ms", known(core.frame_ms)}, {"busy", core.busy},        {"uses", list(core.uses)}};
+    return {{"cpu", or_null(core.cpu)},           {"core", or_null(core.core)}, {"sharing", to_string(core.sharing)},
+            {"frame_ms", or_null(core.frame_ms)}, {"busy", core.busy},          {"uses", list(core.uses)}};
   }
 
   Json operator()(const Node& node) const {
     return {{"node", node.name},
             {"subchain", node.subchain ? Json(picture_.subchains[*node.subchain].name) : Json(nullptr)},
-            {"weight", known(node.weight)},
+            {"weight", or_null(node.weight)},
             {"runs", node.runs},
             {"rate_hz", node.rate_hz},
-            {"expected_hz", known(node.expected_hz)},
+            {"expected_hz", or_null(node.expected_hz)},
             {"period_ms", to_json(node.period_ms)},
             {"compute_ms", to_json(node.compute_ms)},
             {"wait_ms", to_json(node.wait_ms)},
             {"cores", node.cores},
-            {"silent_ms", known(node.silent_ms)}};
+            {"silent_ms", or_null(node.silent_ms)}};
   }
 
   Json operator()(const RelaxedBound& bound) const {
@@ -147,7 +143,7 @@ std::string to_json(const Picture& picture) {
                          {"window_s", picture.window_s},
                          {"lost", picture.lost},
                          {"plan", picture.plan ? write(*picture.plan) : Json(nullptr)},
-                         {"objective", known(picture.objective)},
+                         {"objective", or_null(picture.objective)},
                          {"chains", write.list(picture.chains)},
                          {"subchains", write.list(picture.subchains)},
                          {"cores", write.list(picture.cores)},

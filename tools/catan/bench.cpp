@@ -14,6 +14,7 @@
 #include "bench/trigger.h"
 #include "command.h"
 #include "os/linux/linux_os.h"
+#include "record/metrics_json.h"
 #include "runtime/scheduler.h"
 
 namespace ctn::tool {
@@ -56,11 +57,6 @@ Json summary_json(const Summary& summary) {
           {"max", summary.max}};
 }
 
-template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
-}
-
 Json figure_json(const Figure& figure) {
   Json json{{"figure", figure.name.substr(figure.name.find_first_not_of(' '))},
             {"where", figure.where},
@@ -68,15 +64,16 @@ Json figure_json(const Figure& figure) {
             {"measured", summary_json(figure.measured)}};
   json["baseline"] = figure.baseline.count > 0 ? summary_json(figure.baseline) : Json();
   json["baseline_is"] = figure.baseline_is;
-  json["ratio"] = or_null(figure.ratio());
-  json["goal"] = {
-      {"ratio", or_null(figure.goal.ratio)}, {"p50", or_null(figure.goal.p50)}, {"p99", or_null(figure.goal.p99)}};
-  json["met"] = or_null(figure.met());
+  json["ratio"] = record::or_null(figure.ratio());
+  json["goal"] = {{"ratio", record::or_null(figure.goal.ratio)},
+                  {"p50", record::or_null(figure.goal.p50)},
+                  {"p99", record::or_null(figure.goal.p99)}};
+  json["met"] = record::or_null(figure.met());
   return json;
 }
 
 std::string as_json(const BenchContext& context, const os::HostFacts& host, const Figures& figures) {
-  Json json{{"core", context.core}, {"other_core", or_null(context.other_core)}, {"seconds", context.seconds}};
+  Json json{{"core", context.core}, {"other_core", record::or_null(context.other_core)}, {"seconds", context.seconds}};
   json["figures"] = Json::array();
   for (const Figure& figure : figures.measured) json["figures"].push_back(figure_json(figure));
   json["skipped"] = Json::array();

@@ -23,6 +23,7 @@
 #include "policy/policy.h"
 #include "policy/replan.h"
 #include "record/app_changes.h"
+#include "record/metrics_json.h"
 #include "trial/samples.h"
 
 namespace ctn::tool {
@@ -167,11 +168,6 @@ Result<plan::Plan> planned_for(const policy::Policy& policy, policy::Situation s
 
 // ---- What is answered
 
-template <class Value>
-AnswerJson if_known(const std::optional<Value>& value) {
-  return value ? AnswerJson(*value) : AnswerJson(nullptr);
-}
-
 AnswerJson plan_figures(const plan::Plan& plan) {
   AnswerJson relaxed = AnswerJson::array();
   for (const plan::RelaxedBound& bound : plan.relaxed) {
@@ -214,7 +210,7 @@ std::string answer_json(const KnownSoFar& known, const graph::App& app, const pl
     if (term.max) bound = to_millis(*term.max).count();
     chains.push_back({{"path", app.graph.path_name(term.path)},
                       {"weight", term.weight},
-                      {"bound_ms", if_known(bound)},
+                      {"bound_ms", record::or_null(bound)},
                       {"now", now != nullptr ? chain_json(*now, chain) : AnswerJson(nullptr)},
                       {"then", chain_json(then, chain)}});
     ++chain;

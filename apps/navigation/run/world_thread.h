@@ -4,12 +4,11 @@
 //   LP, NC, GP, detect --what they did, with its time--> [events] --> world's thread: advance, observe
 //   scan, odometry <--the newest reading--------------------- every 20 ms
 //
-// It stands for hardware, which does not wait for the scheduler: but it is an ordinary thread, so nodes should
-// not be given all CPUs: its readings come late where nodes keep them busy. What it takes of a CPU and how late its
-// readings came is told (use()). Time begins when the node `laser` looks for the first
-// time, so that a scan is there a moment before it looks each time after, as if the laser had woken its driver. A
-// reading that comes late has the stamp of its instant all the same. A command that comes after the world has passed
-// its time counts from then on.
+// It stands for hardware, which does not wait for the scheduler. But it is an ordinary thread, whose readings come late
+// where nodes keep all CPUs busy, so nodes should not be given all of them. What it takes of a CPU and how late its
+// readings came is told (use()). Time begins when the node `laser` looks for the first time, so that a scan is there a
+// moment before it looks each time after, as if the laser had woken its driver. A reading that comes late has the stamp
+// of its instant all the same. A command that comes after the world has passed its time counts from then on.
 //
 // Thread safety: as Hardware says; start(), stop() and the rest from one thread.
 #pragma once
