@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +20,7 @@
 
 #include "cases.h"
 #include "contest_apps.h"
+#include "cpu_seconds.h"
 #include "planner/expected.h"
 #include "planner/frames.h"
 #include "trial/trial.h"
@@ -30,6 +30,7 @@ namespace {
 
 using namespace ctn;
 using bench::Case;
+using bench::cpu_seconds;
 using bench::value_of;
 
 constexpr std::uint64_t kSearchSeed = 1;
@@ -38,8 +39,6 @@ constexpr Nanos kHorizon = std::chrono::seconds{600};
 
 // As half a minute after the start: a trial does not follow growth.
 constexpr Nanos kSinceStart = std::chrono::seconds{30};
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Judged {
   plan::Plan plan;

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -15,12 +14,14 @@
 #include "cases.h"
 #include "config/app_file.h"
 #include "config/cost_file.h"
+#include "cpu_seconds.h"
 #include "sim/simulation.h"
 #include "value_of.h"
 
 namespace {
 
 using namespace ctn;
+using bench::cpu_seconds;
 using bench::value_of;
 
 struct Case {
@@ -56,8 +57,6 @@ Case navigation(const std::string& scheduler) {
   bench::Case of = bench::frozen_case("navigation");
   return {of.name, std::move(of.app), std::move(of.work), scheduler, 1};
 }
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 void measure(const Case& of, int seconds) {
   auto simulation = value_of(

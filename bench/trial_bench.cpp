@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -19,6 +18,7 @@
 #include "baselines/policies.h"
 #include "baselines/verucchi.h"
 #include "cases.h"
+#include "cpu_seconds.h"
 #include "planner/expected.h"
 #include "planner/frames.h"
 #include "sim/simulation.h"
@@ -28,6 +28,7 @@
 namespace {
 
 using namespace ctn;
+using bench::cpu_seconds;
 using bench::value_of;
 
 constexpr std::uint64_t kSeed = 1;
@@ -91,8 +92,6 @@ Schedule searched(const Case& of, int cores) {
   return planned(of, cores, "searched",
                  value_of(planner::make_expected_plan(of.app, samples, costs, {.cores = cores, .effort = 0.2})));
 }
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // Each response time and core: the trial's figure, the simulator's.
 void print_terms(const Case& of, const trial::Figures& figures, const sim::Outcome& outcome) {
