@@ -73,7 +73,7 @@ BENCHMARK(to_json)->ArgName("cores")->Arg(2);
 // So many subchains on so many cores: in frames, as while an app runs, with the gap of the paper's stages in percent.
 planner::RandomCase large(const benchmark::State& state) {
   const auto subchains = static_cast<int>(state.range(0));
-  return planner::random_case(1, {.subchains = subchains, .chains = subchains, .most_expensive = 20.0, .pairs = true},
+  return planner::random_case(1, {.subchains = subchains, .chains = subchains, .max_cost = 20.0, .pairs = true},
                               static_cast<int>(state.range(1)));
 }
 

@@ -283,20 +283,20 @@ void compare_stage_two(const RandomLimits& limits, std::uint64_t apps) {
 }
 
 TEST(PaperProperty, StageTwoIsWhatBruteForceFinds) {
-  compare_stage_two({.subchains = 5, .most_expensive = 7.0}, 150);
-  compare_stage_two({.subchains = 3, .cheapest = 2.0, .most_expensive = 60.0}, 100);
-  compare_stage_two({.subchains = 5, .most_expensive = 7.0, .zeros = true, .pairs = true}, 60);
+  compare_stage_two({.subchains = 5, .max_cost = 7.0}, 150);
+  compare_stage_two({.subchains = 3, .min_cost = 2.0, .max_cost = 60.0}, 100);
+  compare_stage_two({.subchains = 5, .max_cost = 7.0, .zeros = true, .pairs = true}, 60);
 }
 
 TEST(PaperProperty, StageTwoIsWhatBruteForceFindsWithBoundsAndRates) {
-  compare_stage_two({.most_expensive = 7.0, .caps = true, .pairs = true}, 150);
-  compare_stage_two({.most_expensive = 7.0, .caps = true, .bounds = true}, 150);
-  compare_stage_two({.most_expensive = 7.0, .exact = true}, 100);
-  compare_stage_two({.most_expensive = 7.0, .exact = true, .bounds = true}, 100);
+  compare_stage_two({.max_cost = 7.0, .caps = true, .pairs = true}, 150);
+  compare_stage_two({.max_cost = 7.0, .caps = true, .bounds = true}, 150);
+  compare_stage_two({.max_cost = 7.0, .exact = true}, 100);
+  compare_stage_two({.max_cost = 7.0, .exact = true, .bounds = true}, 100);
 }
 
 TEST(PaperProperty, StageTwoIsWhatBruteForceFindsOnCoresThatDiffer) {
-  compare_stage_two({.most_expensive = 7.0, .caps = true, .bounds = true, .kinds = true}, 100);
+  compare_stage_two({.max_cost = 7.0, .caps = true, .bounds = true, .kinds = true}, 100);
 }
 
 // On one core there is just one allocation. The brute force finds free shares by narrowing down, to so many digits.
@@ -304,8 +304,8 @@ TEST(PaperProperty, StageTwoIsWhatBruteForceFindsWithAQueue) {
   for (std::uint64_t seed = 1; seed <= 80; ++seed) {
     SCOPED_TRACE(seed);
     const bool bounds = seed % 4 == 0;
-    const RandomCase any = random_case(
-        seed, {.subchains = 4, .most_expensive = 5.0, .queue = true, .caps = seed % 2 == 0, .bounds = bounds}, 1);
+    const RandomCase any =
+        random_case(seed, {.subchains = 4, .max_cost = 5.0, .queue = true, .caps = seed % 2 == 0, .bounds = bounds}, 1);
     const std::optional<plan::Plan> plan = valid_plan(any);
     ASSERT_TRUE(plan);
     const BruteForce::Best best = BruteForce(any).run();
@@ -317,7 +317,7 @@ TEST(PaperProperty, StageTwoIsWhatBruteForceFindsWithAQueue) {
 TEST(PaperProperty, EverythingIsPlannedAndValid) {
   for (std::uint64_t seed = 1; seed <= 120; ++seed) {
     SCOPED_TRACE(seed);
-    RandomLimits limits{.subchains = 2 + static_cast<int>(seed % 9), .cheapest = 0.1, .most_expensive = 100.0};
+    RandomLimits limits{.subchains = 2 + static_cast<int>(seed % 9), .min_cost = 0.1, .max_cost = 100.0};
     limits.chains = limits.subchains;
     limits.all_queues = seed % 5 == 0;
     limits.zeros = seed % 3 == 0;
@@ -373,7 +373,7 @@ TEST(PaperProperty, IsExactForAppsLargerThanThePapers) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const RandomCase any =
-        random_case(seed, {.subchains = 12, .chains = 12, .most_expensive = 20.0, .queue = true, .pairs = true}, 8);
+        random_case(seed, {.subchains = 12, .chains = 12, .max_cost = 20.0, .queue = true, .pairs = true}, 8);
     const std::optional<plan::Plan> plan = valid_plan(any);
     ASSERT_TRUE(plan);
     EXPECT_EQ(plan->quality, plan::Quality::kOptimal) << plan->gap;
@@ -381,7 +381,7 @@ TEST(PaperProperty, IsExactForAppsLargerThanThePapers) {
 }
 
 TEST(PaperProperty, LargeAppsArePlannedWithAnHonestGap) {
-  const RandomCase any = random_case(1, {.subchains = 100, .chains = 100, .most_expensive = 20.0, .pairs = true}, 24);
+  const RandomCase any = random_case(1, {.subchains = 100, .chains = 100, .max_cost = 20.0, .pairs = true}, 24);
   const std::optional<plan::Plan> plan = valid_plan(any, {.steps = 100'000});
   ASSERT_TRUE(plan);
   EXPECT_EQ(plan->quality, plan::Quality::kFeasible);

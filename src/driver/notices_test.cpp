@@ -36,7 +36,7 @@ TEST(Notices, WhatTheCallbackAddsIsToldToo) {
   EXPECT_EQ(told, (std::vector<std::string>{"a: 1", "b: 2"}));
 }
 
-TEST(Notices, WhatNobodyDeliversIsKeptForSnapshotsAlone) {
+TEST(Notices, WhatIsNotDeliveredIsKeptForSnapshotsAlone) {
   Notices notices({}, false);
   for (int number = 0; number < 1500; ++number) notices.add({{}, "n", std::to_string(number)});
   notices.deliver([](const std::string& text) { ADD_FAILURE() << text; });

@@ -153,7 +153,7 @@ TEST_F(PlanningLoopTest, ReplacesAPlanWithAssumedCostsAsSoonAsTheyAreKnown) {
 
 TEST_F(PlanningLoopTest, PlansOnceTheBootstrapIsOverAndANodeHasRun) {
   PlanningLoop loop = loop_of();
-  EXPECT_FALSE(loop.plan(at(seconds{2}), *this)) << "nobody has run";
+  EXPECT_FALSE(loop.plan(at(seconds{2}), *this)) << "no node has run";
   run(loop, 1, milliseconds{10});
   EXPECT_FALSE(loop.plan(at(milliseconds{900}), *this)) << "the bootstrap is not over";
   std::optional<Planned> planned = loop.plan(at(seconds{2}), *this);

@@ -85,7 +85,7 @@ TEST(SubchainPacer, ANewPlaceChangesNothingButWhatIsNewInIt) {
   EXPECT_EQ(world.of(kOnly).level_changes, 1U);
 }
 
-TEST(SubchainPacer, WhoeverIsNotPresentIsNobodysUntilItComesBack) {
+TEST(SubchainPacer, WhoIsNotPresentIsLeftAloneUntilItComesBack) {
   FakeWorld world(1, 0, each_takes(ms(1)));
   world.publish(every_10ms());
   world.run_until(at(ms(12)));
@@ -263,7 +263,7 @@ TEST(SubchainPacer, AFollowerOfWhoeverIsNotThereGoesOnAtItsPeriod) {
   EXPECT_THAT(world.sent(kFollower), ElementsAre(1, 11, 1011, 1021, 1031, 1041, 1051, 1061)) << "and is back at once";
 }
 
-TEST(SubchainPacer, WhoFollowsNobodyAnyMoreDoesNotListen) {
+TEST(SubchainPacer, WhoFollowsNoOtherAnyMoreDoesNotListen) {
   FakeWorld world(2, 1, each_takes(ms(1)));
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
   world.run_until(at(ms(5)));
@@ -294,7 +294,7 @@ TEST(SubchainPacer, ARunBeyondItsBudgetIsDemotedUntilTheNextTrigger) {
   world.publish(assignment({phased(3, ms(10), ms(0), ms(4))}));
   world.run_until(at(ms(13)));
   EXPECT_THAT(world.of(kOnly).levels, Each(os::fixed_level(3)));
-  EXPECT_EQ(world.of(kOnly).measured, 0U) << "nobody looks at a run that ends in time";
+  EXPECT_EQ(world.of(kOnly).measured, 0U) << "a run that ends in time is not measured";
   world.run_until(at(ms(15)));
   EXPECT_THAT(world.of(kOnly).levels, Each(Level::kBackground));
   world.run_until(at(ms(19)));

@@ -32,7 +32,7 @@ TEST(OutputEstimator, WhatCameBeforeTheFirstOutputIsNoGap) {
   EXPECT_EQ(estimator.runs_per_output(), 1.0);
 }
 
-TEST(OutputEstimator, ASkipNowAndThenIsNobodysBusiness) {
+TEST(OutputEstimator, ASkipNowAndThenChangesNothing) {
   OutputEstimator estimator;
   for (int number = 1; number <= 10'000; ++number) estimator.add(number % 30 != 0);
   EXPECT_EQ(estimator.runs_per_output(), 1.0);

@@ -79,7 +79,7 @@ TEST_F(PlanJson, SaysWhatRunsWait) {
 }
 
 TEST_F(PlanJson, SaysWhoGivesFewerOutputsThanItRuns) {
-  EXPECT_EQ(text_.find("outputs"), std::string::npos) << "left out where nobody does";
+  EXPECT_EQ(text_.find("outputs"), std::string::npos) << "left out where none does";
   Plan plan = plan_;
   plan.outputs = {{NodeId(2), 2.5}};
   const std::string text = to_json(plan, app_);

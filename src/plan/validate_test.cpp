@@ -82,7 +82,7 @@ const std::vector<Break> kShape{
      [](Plan& p) {
        of(p, kSee).cores = {1, 1};
      }},
-    {"SlotOfNobody", "cores[0].slots[1].subchain", [](Plan& p) { p.cores[0].slots[1].subchain = SubchainId{9}; }},
+    {"SlotOfNoSubchain", "cores[0].slots[1].subchain", [](Plan& p) { p.cores[0].slots[1].subchain = SubchainId{9}; }},
     {"PhaseTooLate", "cores[0].slots[1].phase", [](Plan& p) { p.cores[0].slots[1].phase = 4; }},
     {"PhaseOfAQueueNode", "cores[0].slots[2].phase", [](Plan& p) { p.cores[0].slots[2].phase = 1; }},
 };

@@ -87,7 +87,7 @@ TEST_F(FixedPrioritiesTest, ARunDoesNotHangWhileThoseAboveKeepToTheirBudgets) {
   EXPECT_EQ(hang_after(plan::kBatch), milliseconds{2100});
 }
 
-TEST_F(FixedPrioritiesTest, WhoFollowsSomebodyThatIsNotThereGoesByTime) {
+TEST_F(FixedPrioritiesTest, WhoFollowsAnAbsentSubchainGoesByTime) {
   std::vector<bool> present(plan.subchains.size(), true);
   present[plan::kFast.index()] = false;
   remove_absent(assignment, present);

@@ -56,7 +56,7 @@ TEST_F(NodeOutputsTest, OutputsWithoutAnythingNewAreOutputs) {
   EXPECT_EQ(outputs.runs_per_output(), 1.0);
 }
 
-TEST_F(NodeOutputsTest, WhatAnExternalNodeHasNewNobodyKnows) {
+TEST_F(NodeOutputsTest, WhatAnExternalNodeHasNewIsNotKnown) {
   NodeOutputs outputs(app_.graph, fuse_);
   for (std::uint64_t number = 1; number <= 300; ++number) outputs.add(run_of(fuse_, detect_, 1, number % 3 == 0));
   EXPECT_EQ(outputs.runs_per_output(), 3.0);

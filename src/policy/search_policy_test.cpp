@@ -142,7 +142,7 @@ struct Spikes : Asked {
   double period_of_fast() const { return in_force.plan->subchains[0].period.count(); }
 };
 
-TEST(SearchPolicy, PromisesForTypicalCostsWhereNobodyAsksForMore) {
+TEST(SearchPolicy, PromisesForTypicalCostsWhereNoMoreIsAskedFor) {
   Spikes unbounded;
   unbounded.settle();
   EXPECT_FALSE(unbounded.in_force.plan->for_typical);

@@ -129,7 +129,7 @@ TEST_F(AgesTest, WhatWasForgottenIsTakenToBeAsOldAsWhatWasThereBefore) {
   run("scan", 0);
   run("LM", 1, {{"scan", 1, 1}});
   for (std::size_t i = 0; i < AgeTracker::kHorizon + 1; ++i) run("scan", 10);
-  EXPECT_EQ(run("LM", 20, {{"scan", 2, 2}}), Ages{milliseconds{20}}) << "run 2 began at 10, which nobody knows";
+  EXPECT_EQ(run("LM", 20, {{"scan", 2, 2}}), Ages{milliseconds{20}}) << "run 2 began at 10, which is not known";
   EXPECT_EQ(run("LM", 20, {{"scan", 3, 3}}), Ages{milliseconds{10}});
 }
 

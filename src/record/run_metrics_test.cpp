@@ -70,7 +70,7 @@ TEST(RunMetrics, TheObjectiveIsOfWhatWasMeasured) {
 TEST(RunMetrics, OfAllOthersEachRunCounts) {
   const std::vector<Nanos> each(4, milliseconds{10});
   EXPECT_EQ(periods_of(feeding(graph::InputKind::kLatest, false)), each);
-  EXPECT_EQ(periods_of(feeding(graph::InputKind::kQueue, true)), each) << "what it found nobody knows";
+  EXPECT_EQ(periods_of(feeding(graph::InputKind::kQueue, true)), each) << "what it found is not known";
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST_F(AllowedCpusTest, AMainThreadThatWasBoundBeforeDoesNotBindTheSession) {
   EXPECT_TRUE(engine->stop().ok());
 }
 
-TEST_F(AllowedCpusTest, WhatCatanItselfDoesToAThreadIsNotTakenForSomebodyElses) {
+TEST_F(AllowedCpusTest, WhatCatanItselfDoesToAThreadIsNotTakenForAnotherProgramsDoing) {
   start();
   pass(seconds{3});
   ASSERT_TRUE(engine->adopt_this_thread("fast").ok());  // which is the main thread
@@ -142,7 +142,7 @@ TEST_F(AllowedCpusTest, AllThreadsThatAreBoundElsewhereAreFollowedAndPlacedAgain
   EXPECT_TRUE(engine->stop().ok());
 }
 
-TEST_F(AllowedCpusTest, ThreadsThatSomebodyMovesAreMovedBackAndToldOfOnce) {
+TEST_F(AllowedCpusTest, ThreadsThatAreMovedFromOutsideAreMovedBackAndToldOfOnce) {
   start();
   pass(seconds{3});
   for (int time = 0; time < 3; ++time) {

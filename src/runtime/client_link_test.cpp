@@ -111,7 +111,7 @@ TEST_F(ClientLinkTest, WaitReportsOnceThatTheServerHasClosedTheConnection) {
   EXPECT_FALSE(link.converse()->call(leave).ok());
 }
 
-TEST_F(ClientLinkTest, AMessageThatNobodyAskedForIsDropped) {
+TEST_F(ClientLinkTest, AMessageThatWasNotAskedForIsDropped) {
   const os::Connection server = dialled();
   ASSERT_TRUE(server.send(to_text(Status(Error::caller("unasked", "nothing")))).ok());
   EXPECT_EQ(link.wait(os->now() + milliseconds{50}), false);

@@ -41,7 +41,7 @@ TEST_F(EnforcerTest, AThreadGetsBackWhatItHadBeforeTheFirstApply) {
 }
 
 // Guards: a thread that was named for a node while a session stopped stayed raised.
-TEST_F(EnforcerTest, NobodyIsRaisedOnceAllHaveBeenReleased) {
+TEST_F(EnforcerTest, NoThreadIsRaisedOnceAllHaveBeenReleased) {
   enforcer.release_all();
   raise();
   enforcer.raise(thread, Level::kActive);

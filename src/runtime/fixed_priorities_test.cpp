@@ -269,7 +269,7 @@ TEST_F(OutputSubscribersTest, WhereThereIsNoRoomOneIsTold) {
   EXPECT_TRUE(signal.subscribe(5));
 }
 
-TEST_F(OutputSubscribersTest, NumbersThatAreNobodysWakeNobody) {
+TEST_F(OutputSubscribersTest, NumbersOfNoSubchainWakeNone) {
   signal.subscribers[0].store(0xffffffff);
   signal.subscribers[1].store(static_cast<std::uint32_t>(region.controller_cells() + 1));
   EXPECT_TRUE(signal.subscribe(0));

@@ -325,7 +325,7 @@ TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
 }
 
 // Guards: the next thread got the place, and then lost its clock to the removal of the one before.
-TEST(NodeLinkOfThreads, APlaceIsNotFreeBeforeNobodyVisitsWhoHadIt) {
+TEST(NodeLinkOfThreads, APlaceIsNotFreeWhileWhoHadItIsVisited) {
   os::FakeOs fake;
   os::FaultyOs faulty(fake);
   const graph::App app =

@@ -17,7 +17,7 @@ TEST(Redial, IsNotDueUntilAServerIsLost) {
   EXPECT_EQ(redial.due(), kNever);
 }
 
-TEST(Redial, ComesSoonAgainWhereNobodyAnswers) {
+TEST(Redial, ComesSoonAgainWhereNoServerAnswers) {
   Redial redial;
   TimePoint now{seconds{1}};
   for (int tries = 0; tries < 100; ++tries) {
@@ -50,7 +50,7 @@ TEST(Redial, AsksTheServerThatItWasWithSoonAgain) {
 }
 
 // An answer that did not come counted as a refusal.
-TEST(Redial, ForgetsRefusalsOnceNobodyAnswers) {
+TEST(Redial, ForgetsRefusalsOnceNoServerAnswers) {
   Redial redial;
   TimePoint now{seconds{1}};
   for (int tries = 0; tries < 12; ++tries) redial.refused(now, false);

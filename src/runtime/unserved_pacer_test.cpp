@@ -63,7 +63,7 @@ TEST_F(UnservedPacerTest, WaitsForTheRunUnderWay) {
   EXPECT_FALSE(run_if_triggered()) << "one trigger, however often it was due";
 }
 
-TEST_F(UnservedPacerTest, GivesUpARunThatNobodyWillEnd) {
+TEST_F(UnservedPacerTest, GivesUpARunThatWillNotEnd) {
   pacer.pace_heads(fake.now());
   const TimePoint begin = fake.now();
   while (fake.now() < begin + milliseconds{1000}) fake.sleep_until(pacer.pace_heads(fake.now()));

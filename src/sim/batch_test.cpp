@@ -18,7 +18,7 @@ TEST(Progress, GoesOnFromWhatWasDoneBefore) {
 }
 
 // Guards: the callback was called under a lock that the worker took.
-TEST(Progress, NobodyWaitsForTheOneWhoTells) {
+TEST(Progress, NoWorkerWaitsForTheOneThatTells) {
   constexpr std::size_t kCount = 10;
   constexpr int kTries = 10'000'000;  // if it never happens
   std::atomic<std::size_t> added{0};

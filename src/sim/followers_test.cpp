@@ -45,7 +45,7 @@ TEST(SimulatedFollowers, FollowersTakeWhatWasGivenThisInstant) {
   }
 }
 
-TEST(SimulatedFollowers, WhoHasAPeriodOfItsOwnFollowsNobody) {
+TEST(SimulatedFollowers, WhoHasAPeriodOfItsOwnFollowsNoOther) {
   const Outcome outcome =
       simulate(followers("", ", period: 4ms"), "imu: 0.1ms\nsum: 0.2ms\nguess: 0.3ms\nfuse: 1ms\n", "default", 3);
   EXPECT_DOUBLE_EQ(outcome.chains[1].latency_ms.max, 4.2) << "both begin at once, so it has the output before";

@@ -33,8 +33,8 @@ struct RandomCase {
 struct RandomLimits {
   int subchains = 4;
   int chains = 4;
-  double cheapest = 1.0;  // ms, of a subchain
-  double most_expensive = 8.0;
+  double min_cost = 1.0;  // ms, of a subchain
+  double max_cost = 8.0;
   double lightest = 0.01;  // weight of a term
   double heaviest = 1.0;
   bool reversed = false;  // the same app, written down the other way round
@@ -147,7 +147,7 @@ class RandomCaseBuilder {
   void draw_totals() {
     for (Drawn& subchain : subchains_) {
       const bool nothing = limits_.zeros && chance(0.3);
-      subchain.cost = nothing ? 0.0 : log_uniform(limits_.cheapest, limits_.most_expensive);
+      subchain.cost = nothing ? 0.0 : log_uniform(limits_.min_cost, limits_.max_cost);
       total_ += subchain.cost;
     }
   }
@@ -232,7 +232,7 @@ class RandomCaseBuilder {
   void draw_waits(const graph::App& app, model::CostTable& costs) {
     for (std::size_t i = 0; i < app.graph.nodes().size(); ++i) {
       if (app.graph.nodes()[i].external || chance(0.5)) continue;
-      costs.set_wait(NodeId(i), Millis{log_uniform(limits_.cheapest, limits_.most_expensive)});
+      costs.set_wait(NodeId(i), Millis{log_uniform(limits_.min_cost, limits_.max_cost)});
     }
   }
 
