@@ -8,13 +8,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "program/summary_json.h"
-
 namespace ctn::face_tracking {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using program::json_of;
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
@@ -25,6 +22,11 @@ ChainSnapshot chain_of(const Snapshot& snapshot) {
 NodeSnapshot node_of(const Snapshot& snapshot, const std::string& name) {
   const auto found = std::ranges::find(snapshot.nodes, name, &NodeSnapshot::name);
   return found == snapshot.nodes.end() ? NodeSnapshot{} : *found;
+}
+
+Json json_of(const Summary& summary) {
+  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
+  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
 }
 
 }  // namespace

@@ -8,14 +8,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "program/summary_json.h"
 #include "robot.h"
 
 namespace ctn::navigation::run {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using program::json_of;
 using std::chrono::nanoseconds;
 
 double in_seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
@@ -62,6 +60,11 @@ void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
   std::optional<double> score;
   if (optimal > 0.0) score = barn_score(success, optimal, in_seconds(found.reached_at).value_or(8.0 * optimal));
   figures.push_back({"barn_score", score});
+}
+
+Json json_of(const Summary& summary) {
+  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
+  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
 }
 
 Json json_of(const Options& options) {
