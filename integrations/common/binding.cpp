@@ -1,52 +1,12 @@
 #include "common/binding.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cstdint>
+
+#include "common/fields.h"
 
 namespace catan_ros {
 namespace {
-
-constexpr std::array<std::string_view, 3> kKinds{"topic", "timer", "service"};
-constexpr std::string_view kNothing = "-";
-
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    parts.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
-}
-
-void append(std::string& list, std::string_view item) {
-  if (!list.empty()) list += ',';
-  list += item;
-}
-
-std::string_view or_nothing(const std::string& text) { return text.empty() ? kNothing : std::string_view(text); }
-
-std::optional<std::chrono::nanoseconds> parse_period(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || value <= 0) return std::nullopt;
-  return std::chrono::nanoseconds{value};
-}
-
-std::vector<std::string> read_list(std::string_view text) {
-  std::vector<std::string> list;
-  if (text == kNothing) return list;
-  for (const std::string_view item : split(text, ',')) list.emplace_back(item);
-  return list;
-}
-
-std::string list_text(const std::vector<std::string>& list) {
-  std::string text;
-  for (const std::string& item : list) append(text, item);
-  return text;
-}
 
 bool read_flags(std::string_view text, Binding& binding) {
   if (text == kNothing) return true;
@@ -67,13 +27,13 @@ std::optional<Binding> parse_binding(std::string_view line) {
   Binding binding;
   binding.node = fields[0];
   binding.ros_node = fields[1];
-  const auto kind = std::find(kKinds.begin(), kKinds.end(), fields[2]);
-  if (kind == kKinds.end()) return std::nullopt;
-  binding.kind = static_cast<Binding::Kind>(kind - kKinds.begin());
+  const std::optional<Binding::Kind> kind = parse_kind(fields[2]);
+  if (!kind) return std::nullopt;
+  binding.kind = *kind;
   if (binding.kind == Binding::Kind::kTimer) {
-    const auto period = parse_period(fields[3]);
-    if (!period) return std::nullopt;
-    binding.period = *period;
+    const std::optional<std::int64_t> period = parse_number(fields[3]);
+    if (!period || *period == 0) return std::nullopt;
+    binding.period = std::chrono::nanoseconds{*period};
   } else {
     binding.name = fields[3];
   }
@@ -92,18 +52,19 @@ bool Binding::gives_output_on(std::string_view topic) const {
 std::string to_text(const std::vector<Binding>& bindings) {
   std::string text;
   for (const Binding& binding : bindings) {
-    std::string flags;
-    if (binding.takes_all) append(flags, "queue");
-    if (binding.runs_by_itself) append(flags, "itself");
-    if (binding.always_gives_output) append(flags, "world");
+    std::vector<std::string> set;
+    if (binding.takes_all) set.emplace_back("queue");
+    if (binding.runs_by_itself) set.emplace_back("itself");
+    if (binding.always_gives_output) set.emplace_back("world");
+    const std::string flags = list_text(set);
     const std::string predecessors = list_text(binding.predecessors);
     const std::string topics = list_text(binding.output_topics);
     const std::string name =
         binding.kind == Binding::Kind::kTimer ? std::to_string(binding.period.count()) : binding.name;
     text += binding.node;
     for (const std::string_view field :
-         {std::string_view(binding.ros_node), kKinds[static_cast<std::size_t>(binding.kind)], std::string_view(name),
-          or_nothing(flags), or_nothing(predecessors), or_nothing(topics)}) {
+         {std::string_view(binding.ros_node), kind_text(binding.kind), std::string_view(name), or_nothing(flags),
+          or_nothing(predecessors), or_nothing(topics)}) {
       text += '\t';
       text += field;
     }

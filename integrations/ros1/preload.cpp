@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "common/binding.h"
+#include "common/observation.h"
 #include "ros1/hooks.h"
 
 namespace {
@@ -51,7 +52,9 @@ Member next_member(const char* name) {
 
 // Beside this library.
 const Hooks* load() {
-  if (std::getenv(catan_ros::kBindingsVariable) == nullptr) return nullptr;
+  if (std::getenv(catan_ros::kBindingsVariable) == nullptr && std::getenv(catan_ros::kObserveVariable) == nullptr) {
+    return nullptr;
+  }
   Dl_info own{};
   if (::dladdr(reinterpret_cast<void*>(&next_function), &own) == 0) return nullptr;
   char path[4096];

@@ -10,8 +10,10 @@
 
 #include <boost/make_shared.hpp>
 
+#include "common/observation.h"
 #include "ros1/hooks.h"
 #include "ros1/noting_helper.h"
+#include "ros1/observer.h"
 #include "ros1/program.h"
 #include "ros1/turns_of_queues.h"
 
@@ -160,6 +162,7 @@ void end(void* begun) { static_cast<Turns*>(begun)->end(true); }
 
 extern "C" const catan_ros::Hooks* catan_ros1_hooks() {
   using namespace catan_ros;
+  if (const char* const folder = std::getenv(kObserveVariable)) return observing_hooks(folder);
   const char* const text = std::getenv(kBindingsVariable);
   std::optional<std::vector<Binding>> bindings = parse_bindings(text != nullptr ? text : "");
   if (!bindings || bindings->empty()) return nullptr;

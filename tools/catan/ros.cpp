@@ -18,7 +18,8 @@
 #include "common/binding.h"
 #include "config/app_file.h"
 #include "config/ros_binding.h"
-#include "os/linux/child_process.h"
+#include "ros_bind.h"
+#include "ros_preload.h"
 #include "runtime/socket_path.h"
 #include "scheduling_options.h"
 #include "serving_programs.h"
@@ -28,8 +29,6 @@
 namespace ctn::tool {
 namespace {
 
-constexpr const char* kPreloadLibrary = "libcatan_ros1_preload.so";
-constexpr const char* kPreloadVariable = "LD_PRELOAD";
 // After which a node that is bound should have run.
 constexpr double kAllShouldRun = 10.0;
 
@@ -112,28 +111,14 @@ Result<std::vector<config::RosBinding>> load_bindings(const config::AppFile& fil
 
 // --- What is loaded into them ---
 
-// Beside the command: where both are built, or installed.
-Result<std::string> find_preload_library() {
-  std::error_code failed;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path();
-  for (const char* const place : {CATAN_ROS1_INSTALLED, "../../integrations/ros1"}) {
-    const std::filesystem::path path = (folder / place / kPreloadLibrary).lexically_normal();
-    if (std::filesystem::exists(path, failed)) return path.string();
-  }
-  return Error::environment(fmt::format("{} is not there: this Catan was built without ROS 1", kPreloadLibrary),
-                            "install roscpp (scripts/setup.sh --ros1), and build and install Catan again");
-}
-
 // `socket` is where the server listens; the file of messages lies beside it.
 Result<std::vector<std::string>> environment_of(const graph::Graph& graph,
                                                 const std::vector<config::RosBinding>& bindings,
                                                 const std::string& socket) {
-  const auto library = find_preload_library();
-  if (!library) return library.error();
-  const char* const before = std::getenv(kPreloadVariable);
-  const bool other = before != nullptr && *before != '\0';
+  auto preload = ros_preload_entry();
+  if (!preload) return preload.error();
   return std::vector<std::string>{
-      fmt::format("{}={}{}{}", kPreloadVariable, *library, other ? ":" : "", other ? before : ""),
+      std::move(*preload),
       fmt::format("{}={}", catan_ros::kBindingsVariable, catan_ros::to_text(told_bindings(graph, bindings))),
       fmt::format("{}={}.messages", catan_ros::kMessageRunsVariable, std::filesystem::absolute(socket).string())};
 }
@@ -257,8 +242,10 @@ void add_ros_command(CLI::App& cli, int& exit_code) {
   command->footer(
       "Examples:\n"
       "  catan ros run robot.yaml -- roslaunch my_robot all.launch    see catan ros run --help\n"
+      "  catan ros bind -- roslaunch my_robot all.launch              writes a first app file, app.yaml\n"
       "Exit code: 0 it ran, 1 failure at run time, 2 a mistake.");
   command->require_subcommand(1);
+  add_ros_bind_command(*command, exit_code);
   add_ros_run_command(*command, exit_code);
 }
 

@@ -1,0 +1,198 @@
+// Whether what is written is an app that Catan reads is tested where the command is.
+#include "common/inferred_app.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace catan_ros {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr int kRuns = 20;
+
+struct Runs {
+  nanoseconds every = 100ms;
+  nanoseconds cpu_time = 2ms;
+  std::string from{};
+  std::vector<std::string> published{};
+  std::int64_t thread = 1;
+};
+
+std::vector<ObservedRun> runs_of(const Runs& what) {
+  std::vector<ObservedRun> runs;
+  for (int run = 0; run < kRuns; ++run) {
+    runs.push_back({what.thread, 1s + run * what.every, what.cpu_time, what.from, what.published});
+  }
+  return runs;
+}
+
+ObservedCallback topic(const std::string& ros_node, const std::string& name, const Runs& runs) {
+  ObservedCallback callback;
+  callback.ros_node = ros_node;
+  callback.name = name;
+  callback.type = "std_msgs/Int64";
+  callback.runs = runs_of(runs);
+  return callback;
+}
+
+ObservedCallback timer(const std::string& ros_node, nanoseconds period, const Runs& runs) {
+  ObservedCallback callback;
+  callback.ros_node = ros_node;
+  callback.kind = Binding::Kind::kTimer;
+  callback.period = period;
+  callback.runs = runs_of(runs);
+  return callback;
+}
+
+ObservedCallback camera() { return timer("/camera", 20ms, {.every = 20ms, .cpu_time = 1ms, .published = {"/images"}}); }
+
+ObservedCallback detector() {
+  return topic("/detector", "/images", {.every = 40ms, .cpu_time = 30ms, .from = "/camera", .published = {"/things"}});
+}
+
+TEST(InferApp, ARowOfNodesIsASubchain) {
+  const InferredApp inferred = infer_app(
+      {camera(), detector(), topic("/follower", "/things", {.every = 40ms, .from = "/detector"})}, {}, "robot");
+  EXPECT_EQ(inferred.app,
+            "# Written by catan ros bind, from what running programs did. Check it, set the weights, then plan.\n"
+            "catan: 1\n"
+            "app: robot\n"
+            "nodes:\n"
+            "  camera: { fallback_rate: 50Hz, max_rate: 50Hz, ros: { node: /camera, timer: 20ms } }   # 20 runs\n"
+            "  detector: { ros: { node: /detector, topic: /images } }   # std_msgs/Int64, 20 runs\n"
+            "  follower: { ros: { node: /follower, topic: /things } }   # std_msgs/Int64, 20 runs\n"
+            "edges:\n"
+            "  - camera -> detector   # /images\n"
+            "  - detector -> follower   # /things\n"
+            "subchains:   # run at one rate, each node triggering the next\n"
+            "  camera_to_follower: [camera, detector, follower]\n"
+            "objective:   # the weights are yours to set: what a millisecond of each counts; remove what does not "
+            "matter\n"
+            "  - { response_time: [camera, detector, follower], weight: 1 }\n");
+  EXPECT_EQ(inferred.costs,
+            "# Written by catan ros bind: CPU time of a run, 95 % and half of the runs below it.\n"
+            "camera: { cost: 1ms, typical: 1ms }\n"
+            "detector: { cost: 30ms, typical: 30ms }\n"
+            "follower: { cost: 2ms, typical: 2ms }\n");
+  EXPECT_THAT(inferred.remarks, IsEmpty());
+  EXPECT_EQ(inferred.nodes, 3U);
+}
+
+TEST(InferApp, WhatIsNotObservedIsExternal) {
+  const Connections connections{{{"/scan", {"/laser"}}}, {{"/cmd_vel", {"/base"}}, {"/log", {"/rosbag"}}}};
+  const InferredApp inferred = infer_app(
+      {topic("/planner", "/scan", {.every = 50ms, .from = "/laser", .published = {"/cmd_vel"}})}, connections, "robot");
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("  scan: { external: true, period: 50ms }   # /scan of /laser\n"),
+                                  HasSubstr("  planner: { fallback_rate: 20Hz, ros:"),
+                                  HasSubstr("  cmd_vel: { external: true }   # /cmd_vel of /base\n"),
+                                  HasSubstr("  - scan -> planner   # /scan\n  - planner -> cmd_vel   # /cmd_vel\n"),
+                                  HasSubstr("response_time: [scan, planner, cmd_vel]")));
+  EXPECT_THAT(inferred.costs, AllOf(HasSubstr("planner: "), Not(HasSubstr("scan")), Not(HasSubstr("cmd_vel"))));
+}
+
+TEST(InferApp, WhatComesIrregularlyHasNoClock) {
+  ObservedCallback planner = topic("/planner", "/goal", {.from = "/operator"});
+  for (std::size_t run = 0; run < planner.runs.size(); run += 2) planner.runs[run].begin += 60ms;
+  EXPECT_THAT(infer_app({planner}, {}, "robot").app, HasSubstr("  goal: { external: true }   # /goal of /operator\n"));
+}
+
+// A driver that publishes in its main loop, not in a callback.
+TEST(InferApp, WhatAnObservedProgramPublishesOutsideOfCallbacksIsExternal) {
+  const InferredApp inferred = infer_app(
+      {topic("/driver", "/config", {.from = "/panel"}), topic("/mapper", "/scan", {.from = "/driver"})}, {}, "robot");
+  EXPECT_THAT(inferred.app, HasSubstr("  - scan -> mapper   # /scan\n"));
+}
+
+TEST(InferApp, ALightCallbackThatPublishesNothingOnlyKeepsWhatItGets) {
+  const InferredApp inferred = infer_app({topic("/planner", "/pose", {.cpu_time = 10us, .from = "/localiser"}),
+                                          timer("/planner", 100ms, {.published = {"/cmd_vel"}}),
+                                          timer("/localiser", 50ms, {.every = 50ms, .published = {"/pose"}})},
+                                         {}, "robot");
+  EXPECT_EQ(inferred.nodes, 2U);
+  EXPECT_THAT(inferred.app, AllOf(HasSubstr("  - localiser -> planner   # /pose, assumed: kept until it runs\n"),
+                                  Not(HasSubstr("subchains")), HasSubstr("response_time: [localiser, planner]")));
+}
+
+TEST(InferApp, AHeavyCallbackThatPublishesNothingIsANode) {
+  const InferredApp inferred = infer_app({topic("/slam", "/scan", {.cpu_time = 40ms, .from = "/laser"}),
+                                          timer("/slam", 1s, {.every = 1s, .published = {"/map"}})},
+                                         {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(HasSubstr("  - scan -> slam.scan   # /scan\n"),
+                    HasSubstr("  - slam.scan -> slam.timer_1000ms   # within /slam, assumed: kept until it runs\n"),
+                    HasSubstr("slam.scan, slam.timer_1000ms share a spinner of /slam: their runs never overlap")));
+}
+
+TEST(InferApp, EdgesFormNoCycle) {
+  // The simulator keeps the command until its timer; the controller answers each pose.
+  const InferredApp inferred =
+      infer_app({timer("/simulator", 10ms, {.every = 10ms, .published = {"/pose"}}),
+                 topic("/simulator", "/cmd_vel", {.cpu_time = 10us, .from = "/controller"}),
+                 topic("/controller", "/pose", {.every = 10ms, .from = "/simulator", .published = {"/cmd_vel"}})},
+                {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(HasSubstr("  - simulator -> controller   # /pose\n"), Not(HasSubstr("controller ->"))));
+  EXPECT_THAT(inferred.remarks, ElementsAre("the edge controller -> simulator (/cmd_vel) is left out: it would close a "
+                                            "cycle"));
+}
+
+TEST(InferApp, ANodeThatTwoFeedOrThatFeedsTwoIsNotInARow) {
+  const InferredApp inferred =
+      infer_app({camera(), detector(), topic("/viewer", "/images", {.every = 40ms, .from = "/camera"})}, {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(Not(HasSubstr("subchains")), HasSubstr("detector: { fallback_rate: 25Hz"),
+                    HasSubstr("response_time: [camera, detector]"), HasSubstr("response_time: [camera, viewer]")));
+}
+
+TEST(InferApp, ANodeThatSeldomAnswersIsNotTriggeredByIt) {
+  ObservedCallback seldom = detector();
+  for (std::size_t run = 0; run < seldom.runs.size(); run += 2) seldom.runs[run].published.clear();
+  const InferredApp inferred =
+      infer_app({camera(), seldom, topic("/follower", "/things", {.every = 80ms, .from = "/detector"})}, {}, "robot");
+  EXPECT_THAT(inferred.app, HasSubstr("  camera_to_detector: [camera, detector]\n"));
+}
+
+TEST(InferApp, WhatIsLeftOutIsTold) {
+  ObservedCallback service = topic("/slam", "/slam/save", {});
+  service.kind = Binding::Kind::kService;
+  ObservedCallback idle = topic("/slam", "/reset", {});
+  idle.runs.clear();
+  const InferredApp inferred = infer_app(
+      {camera(), camera(), service, idle, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})}, {}, "robot");
+  EXPECT_EQ(inferred.nodes, 1U);
+  EXPECT_THAT(inferred.remarks, ElementsAre("/camera's timer of 20ms is there more than once; the first is the node",
+                                            "/slam's service /slam/save is left as it is; bind it if it matters",
+                                            "/slam's subscription of /reset was not called"));
+  EXPECT_THAT(inferred.app, HasSubstr("# - /slam's subscription of /reset was not called\n"));
+  EXPECT_THAT(inferred.app, HasSubstr("  - { period: camera, weight: 1 }\n"));
+}
+
+TEST(InferApp, NamesAreUniqueAndPeriodsExact) {
+  const InferredApp inferred = infer_app(
+      {timer("/scan", 33'333'333ns, {.published = {"/robot/scan"}}), topic("/robot/slam", "/scan", {.from = "/laser"})},
+      {}, "robot");
+  EXPECT_THAT(
+      inferred.app,
+      AllOf(HasSubstr("  scan: { fallback_rate: 30Hz, max_rate: 30Hz, ros: { node: /scan, timer: 33333333ns } }"),
+            HasSubstr("  scan_2: { external: true, period: 100ms }"), HasSubstr("  robot/slam: {")));
+}
+
+TEST(InferApp, WithoutCallbacksThereIsNoApp) {
+  const InferredApp inferred = infer_app({}, {}, "robot");
+  EXPECT_EQ(inferred.nodes, 0U);
+  EXPECT_EQ(inferred.app, "");
+}
+
+}  // namespace
+}  // namespace catan_ros

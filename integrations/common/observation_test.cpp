@@ -1,0 +1,87 @@
+#include "common/observation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace catan_ros {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+ObservedCallback camera() {
+  ObservedCallback callback;
+  callback.ros_node = "/camera";
+  callback.kind = Binding::Kind::kTimer;
+  callback.period = 20ms;
+  callback.runs = {{71, 5000ns, 1200ns, "", {"/images", "/info"}}, {71, 20'005'000ns, 1300ns, "", {}}};
+  return callback;
+}
+
+ObservedCallback detector() {
+  ObservedCallback callback;
+  callback.ros_node = "/camera";
+  callback.name = "/images";
+  callback.type = "sensor_msgs/Image";
+  callback.runs = {{72, 6000ns, 30'000'000ns, "/camera", {"/things"}}};
+  return callback;
+}
+
+class ObservationTest : public testing::Test {
+ protected:
+  ObservationTest() {
+    folder = testing::TempDir() + "catan-observed-XXXXXX";
+    EXPECT_NE(::mkdtemp(folder.data()), nullptr);
+  }
+  ~ObservationTest() override { std::filesystem::remove_all(folder); }
+
+  std::string folder;
+};
+
+TEST_F(ObservationTest, WhatProgramsWroteIsReadBack) {
+  const auto log = ObservationLog::open(folder, "/camera");
+  ASSERT_NE(log, nullptr);
+  const std::size_t first = log->add(camera());
+  const std::size_t second = log->add(detector());
+  log->add_run(first, camera().runs[0]);
+  log->add_run(second, detector().runs[0]);
+  log->add_run(first, camera().runs[1]);
+  std::ofstream(folder + "/other.txt") << "node\t/other\ncallback\t0\ttopic\t/x\t-\n";
+  EXPECT_THAT(read_observations(folder), ElementsAre(camera(), detector()));
+}
+
+TEST_F(ObservationTest, WithoutAFolderThereIsNone) {
+  EXPECT_EQ(ObservationLog::open(folder + "/nowhere", "/camera"), nullptr);
+  EXPECT_THAT(read_observations(folder + "/nowhere"), IsEmpty());
+}
+
+TEST(ParseObservations, WhatIsNotUnderstoodIsLeftOut) {
+  const std::string text =
+      "node\t/a\n"
+      "\n"
+      "callback\t0\tmusic\t/images\t-\n"
+      "callback\t1\ttimer\tsoon\t-\n"
+      "callback\t2\ttopic\t/images\t-\n"
+      "callback\tx\ttopic\t/images\t-\n"
+      "run\t7\t1\t2\t3\t-\t-\n"
+      "run\t2\t1\t2\n"
+      "run\t2\t1\t-2\t3\t-\t-\n"
+      "run\t2\t1\t2\t3\t-\t-\n"
+      "run\t2\t1\t5\t30";
+  const auto callbacks = parse_observations(text);
+  ASSERT_THAT(callbacks, SizeIs(1));
+  EXPECT_EQ(callbacks[0].ros_node, "/a");
+  EXPECT_EQ(callbacks[0].name, "/images");
+  EXPECT_THAT(callbacks[0].runs, ElementsAre(ObservedRun{1, 2ns, 3ns, "", {}})) << "not the one that is torn";
+}
+
+}  // namespace
+}  // namespace catan_ros
