@@ -16,7 +16,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// A callback below that does no more than keep a message.
+// Half of the runs are below that of a callback that does no more than keep a message.
 constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
 constexpr nanoseconds kMinCost = std::chrono::microseconds{1};
 // Of a node's runs that publish a topic, where its reader is to run at its rate.
@@ -169,10 +169,8 @@ bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
   return a.ros_node == b.ros_node && a.kind == b.kind && a.name == b.name && a.period == b.period;
 }
 
-// In a program with callbacks that publish, one that does not and takes no time.
-bool keeps_only(const ObservedCallback& callback) {
-  return callback.kind == Binding::Kind::kTopic && !publishes(callback) &&
-         percentile(costs_of(callback), 0.95) < kKeepsOnly;
+bool is_light(const ObservedCallback& callback) {
+  return !publishes(callback) && percentile(costs_of(callback), 0.5) < kKeepsOnly;
 }
 
 // Callbacks that can be nodes, without those that only keep messages.
@@ -196,7 +194,11 @@ void Inference::find_nodes() {
     const bool has_publisher = std::any_of(candidates.begin(), candidates.end(), [&](const ObservedCallback* other) {
       return other->ros_node == callback->ros_node && publishes(*other);
     });
-    if (keeps_only(*callback) && has_publisher) continue;
+    if (is_light(*callback) && callback->kind == Binding::Kind::kTimer) {
+      remarks_.push_back(described(*callback) + " publishes nothing and takes next to no time: it is left as it is");
+      continue;
+    }
+    if (is_light(*callback) && has_publisher) continue;
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;

@@ -171,9 +171,11 @@ TEST(InferApp, WhatIsLeftOutIsTold) {
   const InferredApp inferred = infer_app(
       {camera(), camera(), service, idle, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})}, {}, "robot");
   EXPECT_EQ(inferred.nodes, 1U);
-  EXPECT_THAT(inferred.remarks, ElementsAre("/camera's timer of 20ms is there more than once; the first is the node",
-                                            "/slam's service /slam/save is left as it is; bind it if it matters",
-                                            "/slam's subscription of /reset was not called"));
+  EXPECT_THAT(inferred.remarks,
+              ElementsAre("/camera's timer of 20ms is there more than once; the first is the node",
+                          "/slam's service /slam/save is left as it is; bind it if it matters",
+                          "/slam's subscription of /reset was not called",
+                          "/slam's timer of 1000ms publishes nothing and takes next to no time: it is left as it is"));
   EXPECT_THAT(inferred.app, HasSubstr("# - /slam's subscription of /reset was not called\n"));
   EXPECT_THAT(inferred.app, HasSubstr("  - { period: camera, weight: 1 }\n"));
 }

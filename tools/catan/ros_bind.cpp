@@ -224,9 +224,9 @@ int bind_app(const RosBindOptions& options) {
   const std::string name = std::filesystem::path(options.output).stem().string();
   const catan_ros::InferredApp inferred = catan_ros::infer_app((*programs)->callbacks(), connections, name);
   if (inferred.nodes == 0) {
-    return report_error(
-        Error::environment("only services were called, and topics that Catan leaves alone",
-                           "let COMMAND start what publishes and takes data, and feed it (rosbag play)"));
+    return report_error(Error::environment(
+        "only callbacks that Catan leaves alone were called: services, transforms, timers that do nothing",
+        "let COMMAND start what publishes and takes data, and feed it (rosbag play)"));
   }
   for (const auto& [path, text] : {std::pair(options.output, inferred.app), std::pair(options.costs, inferred.costs)}) {
     if (const Status written = write_file(path, text); !written) return report_error(written.error());

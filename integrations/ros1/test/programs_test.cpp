@@ -1,36 +1,28 @@
 // Unmodified ROS programs under `catan ros run`: a real roscore, processes of their own, the real command. Times are
 // generous: it is the real machine, and it may be busy.
+#include "ros1/test/programs.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iterator>
-#include <memory>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include "ros1/test/roscore.h"
-
 namespace catan_ros {
 namespace {
 
 using nlohmann::json;
-using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
@@ -50,107 +42,6 @@ ros:
   heavy: { node: /heavy, topic: /images }
   light: { node: /light, topic: /things }
 )";
-
-std::string text_of(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
-class ProgramsTest : public testing::Test {
- protected:
-  ProgramsTest() {
-    folder_ = testing::TempDir() + "catan-ros1-XXXXXX";
-    if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error("no folder " + folder_);
-    roscore_ = std::make_unique<Roscore>(folder_);
-  }
-  ~ProgramsTest() override {
-    for (const int process : processes_) end(process, SIGTERM);
-    roscore_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
-  void write(const std::string& name, const std::string& text) { std::ofstream(path(name)) << text; }
-
-  // A shell's command, in the folder; what it prints goes to NAME.out and NAME.err.
-  int start(const std::string& name, const std::string& command) {
-    const int process = ::fork();
-    if (process == 0) {
-      ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-      const std::string line =
-          "cd " + folder_ + " && exec " + command + " > " + name + ".out 2> " + name + ".err < /dev/null";
-      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
-      ::_exit(127);
-    }
-    processes_.push_back(process);
-    return process;
-  }
-  int start_node(const std::string& name, const std::string& arguments) {
-    return start(name, std::string(PLAIN_NODE) + " " + name + " " + arguments + " --counts " + name + ".json");
-  }
-
-  // By the folder's app and bindings.
-  int start_under_catan(const std::string& arguments) {
-    return start("run", std::string(CATAN_COMMAND) + " ros run app.yaml --bind bind.yaml " + arguments);
-  }
-
-  int end(int process, int signal) {
-    ::kill(process, signal);
-    return wait(process, seconds{15});
-  }
-  // Exit code, 128 + signal; 255: it did not end.
-  int wait(int process, milliseconds timeout) {
-    const auto until = std::chrono::steady_clock::now() + timeout;
-    int status = 0;
-    while (::waitpid(process, &status, WNOHANG) == 0) {
-      if (std::chrono::steady_clock::now() > until) {
-        ::kill(process, SIGKILL);
-        ::waitpid(process, &status, 0);
-        std::erase(processes_, process);
-        return 255;
-      }
-      std::this_thread::sleep_for(milliseconds{10});
-    }
-    std::erase(processes_, process);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
-  long counted(const std::string& node, const std::string& what) const {
-    const json counts = json::parse(text_of(path(node + ".json")), nullptr, false);
-    return counts.is_object() ? counts.value(what, 0L) : 0;
-  }
-  // Until it has counted so many more.
-  bool counts(const std::string& node, const std::string& what, long more, milliseconds within = seconds{20}) const {
-    const long goal = counted(node, what) + more;
-    const auto until = std::chrono::steady_clock::now() + within;
-    while (counted(node, what) < goal) {
-      if (std::chrono::steady_clock::now() > until) return false;
-      std::this_thread::sleep_for(milliseconds{20});
-    }
-    return true;
-  }
-
-  // Starts these nodes, and waits for them: what a launch file does.
-  void write_launcher(const std::vector<std::string>& lines) {
-    std::string text = "#!/bin/sh\n";
-    for (const std::string& line : lines) text += std::string(PLAIN_NODE) + " " + line + " &\n";
-    write("launch.sh", text + "wait\n");
-    std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
-  }
-
-  static json node(const json& report, const std::string& name) {
-    for (const json& entry : report["nodes"]) {
-      if (entry["node"] == name) return entry;
-    }
-    return json::object();
-  }
-
- private:
-  std::string folder_;
-  std::unique_ptr<Roscore> roscore_;
-  std::vector<int> processes_;
-};
 
 TEST_F(ProgramsTest, APipelineOfUnmodifiedProgramsIsScheduled) {
   write("app.yaml", kPipeline);

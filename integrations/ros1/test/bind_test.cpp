@@ -1,0 +1,113 @@
+// `catan ros bind`: from programs that run to an app file that `catan plan` and `catan ros run` take as it is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "ros1/test/programs.h"
+
+namespace catan_ros {
+namespace {
+
+using std::chrono::seconds;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class BindTest : public ProgramsTest {
+ protected:
+  int start_bind(const std::string& arguments) {
+    return start("bind", std::string(CATAN_COMMAND) + " ros bind " + arguments);
+  }
+  // A node in Python that publishes on /orders, and makes the file `talks`.
+  void write_talker() const {
+    write("talker.py",
+          "import rospy, std_msgs.msg\n"
+          "rospy.init_node('talker')\n"
+          "out = rospy.Publisher('/orders', std_msgs.msg.Int64, queue_size=1)\n"
+          "open('talks', 'w').close()\n"
+          "rate = rospy.Rate(20)\n"
+          "while not rospy.is_shutdown():\n"
+          "    out.publish(1)\n"
+          "    rate.sleep()\n");
+  }
+};
+
+TEST_F(BindTest, WhatItWritesIsPlannedAndRunAsItIs) {
+  write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json",
+                  "heavy --in /images --burn 30 --out /things --counts heavy.json",
+                  "light --in /things --beside /orders --burn 2 --counts light.json"});
+  write_talker();
+  start("talker", "/usr/bin/python3 talker.py");
+  ASSERT_EQ(wait(start_bind("--seconds 3 -- ./launch.sh"), seconds{60}), 0) << text_of(path("bind.err"));
+  const std::string app = text_of(path("app.yaml"));
+  EXPECT_THAT(app,
+              AllOf(HasSubstr("  source: { fallback_rate: 50Hz, max_rate: 50Hz, ros: { node: /source, timer: 20ms }"),
+                    HasSubstr("  heavy: { ros: { node: /heavy, topic: /images } }   # std_msgs/Int64"),
+                    HasSubstr("ros: { node: /light, topic: /things } }"), HasSubstr("# /orders of /talker"),
+                    HasSubstr("  source_to_light.things: [source, heavy, light.things]\n"),
+                    HasSubstr("response_time: [source, heavy, light.things]")));
+  EXPECT_THAT(app, Not(HasSubstr("timer: 100ms"))) << "of what only writes down what it counted";
+  EXPECT_THAT(text_of(path("bind.err")), HasSubstr("not observed, so external where they take part: /talker (Python)"));
+
+  const std::string catan = CATAN_COMMAND;
+  EXPECT_EQ(wait(start("plan", catan + " plan app.yaml --costs costs.yaml --cores 2 --json"), seconds{60}), 0)
+      << text_of(path("plan.err"));
+  const json costs = json::parse(text_of(path("plan.out")), nullptr, false);
+  EXPECT_TRUE(costs.is_object());
+
+  const int run = start("run", catan + " ros run app.yaml --json --record run.catan --seconds 2 -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  const json report = json::parse(text_of(path("run.out")));
+  for (const char* const name : {"source", "heavy", "light.things"}) {
+    EXPECT_GT(node(report, name)["runs"].get<long>(), 10) << name << ": " << report["nodes"];
+  }
+}
+
+TEST_F(BindTest, WhatWasSeenUntilItIsStoppedCounts) {
+  write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json"});
+  const int bind = start_bind("--seconds 600 --output robot.yaml --costs robot.costs -- ./launch.sh");
+  ASSERT_TRUE(counts("source", "calls", 20)) << text_of(path("bind.err"));
+  EXPECT_EQ(end(bind, SIGINT), 0) << text_of(path("bind.err"));
+  EXPECT_THAT(text_of(path("robot.yaml")), HasSubstr("app: robot\n"));
+  EXPECT_THAT(text_of(path("robot.costs")), HasSubstr("source: { cost: "));
+  EXPECT_THAT(text_of(path("bind.out")), HasSubstr("next: catan plan robot.yaml --costs robot.costs --cores N"));
+}
+
+TEST_F(BindTest, WhatIsThereIsNotReplacedUnlessAskedFor) {
+  write("app.yaml", "mine\n");
+  EXPECT_EQ(wait(start_bind("-- touch started"), seconds{20}), 2);
+  EXPECT_THAT(text_of(path("bind.err")), HasSubstr("'app.yaml' is there already; name another file with --output"));
+  EXPECT_EQ(wait(start_bind("--costs app.yaml --overwrite -- touch started"), seconds{20}), 2);
+  EXPECT_FALSE(std::filesystem::exists(path("started")));
+  EXPECT_EQ(text_of(path("app.yaml")), "mine\n");
+}
+
+TEST_F(BindTest, WithoutAMasterItSaysWhatToDo) {
+  EXPECT_EQ(
+      wait(start("bind", std::string("env ROS_MASTER_URI=http://localhost:1 ") + CATAN_COMMAND + " ros bind -- true"),
+           seconds{20}),
+      1);
+  EXPECT_THAT(text_of(path("bind.err")),
+              HasSubstr("no ROS master answers at http://localhost:1; start roscore, or roslaunch"));
+  EXPECT_EQ(wait(start_bind("-- ./nothing-of-that-name"), seconds{20}), 2);
+}
+
+TEST_F(BindTest, ThatOnlyPythonRunsIsTold) {
+  write_talker();
+  const int bind = start_bind("-- /usr/bin/python3 talker.py");
+  for (int tries = 0; tries < 400 && !std::filesystem::exists(path("talks")); ++tries) {
+    std::this_thread::sleep_for(milliseconds{50});
+  }
+  EXPECT_EQ(end(bind, SIGINT), 1);
+  EXPECT_THAT(text_of(path("bind.err")), HasSubstr("no callback of a roscpp program was called before it was stopped; "
+                                                   "the master knows /talker (Python); "));
+  EXPECT_FALSE(std::filesystem::exists(path("app.yaml")));
+}
+
+}  // namespace
+}  // namespace catan_ros

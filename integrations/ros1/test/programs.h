@@ -1,0 +1,61 @@
+// For tests with ROS programs in processes of their own: a master, a folder, programs that are started there and ended
+// on every path, and what they count.
+//
+// Thread safety: one thread.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "ros1/test/roscore.h"
+
+namespace catan_ros {
+
+std::string text_of(const std::string& path);
+
+class ProgramsTest : public testing::Test {
+ protected:
+  using milliseconds = std::chrono::milliseconds;
+  using json = nlohmann::json;
+
+  ProgramsTest();
+  ~ProgramsTest() override;
+
+  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
+
+  // A shell's command, in the folder; what it prints goes to NAME.out and NAME.err.
+  int start(const std::string& name, const std::string& command);
+  int start_node(const std::string& name, const std::string& arguments);
+  // By the folder's app and bindings.
+  int start_under_catan(const std::string& arguments);
+
+  int end(int process, int signal);
+  // Exit code, 128 + signal; 255: it did not end.
+  int wait(int process, milliseconds timeout);
+
+  long counted(const std::string& node, const std::string& what) const;
+  // Until it has counted so many more.
+  bool counts(const std::string& node, const std::string& what, long more,
+              milliseconds within = std::chrono::seconds{20}) const;
+
+  // launch.sh starts these nodes, and waits for them: what a launch file does.
+  void write_launcher(const std::vector<std::string>& lines) const;
+
+  static json node(const json& report, const std::string& name);
+
+ private:
+  std::string folder_;
+  std::unique_ptr<Roscore> roscore_;
+  std::vector<int> processes_;
+};
+
+}  // namespace catan_ros
