@@ -168,8 +168,10 @@ TEST(InferApp, WhatIsLeftOutIsTold) {
   service.kind = Binding::Kind::kService;
   ObservedCallback idle = topic("/slam", "/reset", {});
   idle.runs.clear();
-  const InferredApp inferred = infer_app(
-      {camera(), camera(), service, idle, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})}, {}, "robot");
+  const ObservedCallback watchdog = timer("/slam", 1s, {.every = 1s, .cpu_time = 10us});
+  const InferredApp inferred =
+      infer_app({camera(), camera(), service, idle, watchdog, topic("/slam", "/tf", {}), topic("/slam", "/clock", {})},
+                {}, "robot");
   EXPECT_EQ(inferred.nodes, 1U);
   EXPECT_THAT(inferred.remarks,
               ElementsAre("/camera's timer of 20ms is there more than once; the first is the node",
