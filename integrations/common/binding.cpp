@@ -14,6 +14,7 @@ bool read_flags(std::string_view text, Binding& binding) {
     bool* const field = flag == "queue"    ? &binding.takes_all
                         : flag == "itself" ? &binding.runs_by_itself
                         : flag == "world"  ? &binding.always_gives_output
+                        : flag == "within" ? &binding.feeds_own_program
                                            : nullptr;
     if (field == nullptr) return false;
     *field = true;
@@ -56,6 +57,7 @@ std::string to_text(const std::vector<Binding>& bindings) {
     if (binding.takes_all) set.emplace_back("queue");
     if (binding.runs_by_itself) set.emplace_back("itself");
     if (binding.always_gives_output) set.emplace_back("world");
+    if (binding.feeds_own_program) set.emplace_back("within");
     const std::string flags = list_text(set);
     const std::string predecessors = list_text(binding.predecessors);
     const std::string topics = list_text(binding.output_topics);

@@ -4,7 +4,8 @@
 //   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map
 //
 // are node, ROS node, kind, name (of a timer: its period in ns), what is said of the node (queue, itself, world,
-// separated by commas), its predecessors, and the topics that its successors take (none: any counts). Empty fields are
+// within, separated by commas), its predecessors, and the topics that its successors take (none: any counts). Empty
+// fields are
 // "-".
 //
 // Thread safety: pure functions, plain values.
@@ -33,6 +34,7 @@ struct Binding {
   bool takes_all = false;                    // input: queue
   bool runs_by_itself = false;               // an unscheduled node with a period
   bool always_gives_output = false;          // nothing of the app comes after it
+  bool feeds_own_program = false;            // what comes after it is of the same ROS node
   std::vector<std::string> predecessors{};   // nodes that its messages may come from
   std::vector<std::string> output_topics{};  // of its successors; empty: what it publishes anywhere is its output
 

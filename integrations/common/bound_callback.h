@@ -55,6 +55,9 @@ class BoundCallback {
   // False: it must not be called at this moment.
   void set_without_message(std::function<bool()> call) { without_message_ = std::move(call); }
 
+  // By the thread that is in run(): from now on each run that calls something gives output.
+  void set_always_gives_output() { options_.always_gives_output = true; }
+
   // Until the schedule or the inbox is stopped.
   void run(Schedule& schedule);
 
@@ -68,7 +71,7 @@ class BoundCallback {
   bool call_one();
   int call_waiting();
 
-  const BoundCallbackOptions options_;
+  BoundCallbackOptions options_;
   Inbox& inbox_;
   Turn& turn_;
   std::function<bool()> without_message_;

@@ -1,6 +1,7 @@
 #include "ros1/bound_node.h"
 
 #include <ros/console.h>
+#include <ros/this_node.h>
 #include <signal.h>
 
 #include <algorithm>
@@ -64,6 +65,17 @@ BoundCallbackOptions options_of(const Binding& binding) {
   return options;
 }
 
+// What the node gives to others of its program, it gives them without a message: each run does. By the time of its
+// first run a program has advertised what it publishes.
+bool goes_through_memory(const Binding& binding) {
+  if (!binding.feeds_own_program) return false;
+  ros::V_string advertised;
+  ros::this_node::getAdvertisedTopics(advertised);
+  return std::none_of(binding.output_topics.begin(), binding.output_topics.end(), [&](const std::string& topic) {
+    return std::find(advertised.begin(), advertised.end(), topic) != advertised.end();
+  });
+}
+
 // Signals are for the program's own threads, as in those that roscpp makes.
 class NoSignals {
  public:
@@ -85,25 +97,32 @@ class NoSignals {
 // The client's side of the node, and what its run under way has taken so far.
 class BoundNode::RunSchedule final : public Schedule {
  public:
-  explicit RunSchedule(ctn::AttachedNode node) : node_(node) {}
+  RunSchedule(ctn::AttachedNode node, BoundNode& owner) : node_(node), owner_(owner) {}
   bool wait() override { return node_.wait(); }
   void begin() override {
     taken_.clear();
     node_.begin(run_);
+    owner_.note_begun();
   }
   void end(bool output) override {
+    for (const Kept& one : kept_) {
+      if (find(one.from) == taken_.end()) node_.take(run_, one.from, one.run, one.run);
+    }
+    kept_.clear();
     if (!output) run_.skip_output();
     node_.end(run_);
   }
 
   std::uint64_t number() const { return run_.number(); }
   void take(const std::string& from, std::uint64_t run) {
-    const auto known = std::find_if(taken_.begin(), taken_.end(), [&](const Taken& one) { return one.from == from; });
+    const auto known = find(from);
     Taken& taken = known != taken_.end() ? *known : taken_.emplace_back(Taken{from, run, run});
     taken.first = std::min(taken.first, run);
     taken.last = std::max(taken.last, run);
     node_.take(run_, from, taken.first, taken.last);
   }
+  // Of what the program had when the run began; it counts if no message of that node is taken.
+  void keep(const std::string& from, std::uint64_t run) { kept_.push_back({from, run}); }
 
  private:
   struct Taken {
@@ -111,17 +130,27 @@ class BoundNode::RunSchedule final : public Schedule {
     std::uint64_t first;
     std::uint64_t last;
   };
+  struct Kept {
+    std::string from;
+    std::uint64_t run;
+  };
+  std::vector<Taken>::iterator find(const std::string& from) {
+    return std::find_if(taken_.begin(), taken_.end(), [&](const Taken& one) { return one.from == from; });
+  }
 
   ctn::AttachedNode node_;
+  BoundNode& owner_;
   ctn::Run run_;
   std::vector<Taken> taken_;
+  std::vector<Kept> kept_;
 };
 
 BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs,
-                     FindClient find_client)
+                     const KeptMessages& kept, FindClient find_client)
     : binding_(std::move(binding)),
       original_(original),
       message_runs_(message_runs),
+      kept_(kept),
       find_client_(std::move(find_client)),
       turn_(make_turn(original)),
       callback_(options_of(binding_), inbox_, *turn_) {}
@@ -162,6 +191,17 @@ void BoundNode::removeByID(std::uint64_t id) {
   original_.removeByID(id);
 }
 
+void BoundNode::note_begun() {
+  if (!std::exchange(has_begun_, true) && goes_through_memory(binding_)) callback_.set_always_gives_output();
+  if (message_runs_ == nullptr || binding_.predecessors.empty()) return;
+  const std::vector<MessageRuns::Key> keys = kept_.keys();
+  for (const std::string& predecessor : binding_.predecessors) {
+    std::uint64_t newest = 0;
+    for (const MessageRuns::Key key : keys) newest = std::max(newest, message_runs_->find(predecessor, key));
+    if (newest != 0) schedule_->keep(predecessor, newest);
+  }
+}
+
 void BoundNode::note_published(const std::string& topic) {
   if (binding_.gives_output_on(topic)) callback_.note_output();
 }
@@ -195,7 +235,7 @@ void BoundNode::run() {
   ROS_INFO("catan: node %s is scheduled", binding_.node.c_str());
   bind(true);
   t_node = this;
-  RunSchedule schedule(*node);
+  RunSchedule schedule(*node, *this);
   schedule_ = &schedule;
   callback_.run(schedule);
   schedule_ = nullptr;

@@ -20,6 +20,7 @@
 #include "common/binding.h"
 #include "common/bound_callback.h"
 #include "common/inbox.h"
+#include "common/kept_messages.h"
 #include "common/message_runs.h"
 
 namespace catan_ros {
@@ -30,8 +31,9 @@ class BoundNode final : public ros::CallbackQueueInterface {
   using FindClient = std::function<ctn::Client*(const std::atomic<bool>& stop)>;
 
   // `original` is the program's queue; it outlives the callbacks.
-  // `message_runs` is null where there is no such file.
-  BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, FindClient find_client);
+  // `message_runs` is null where there is no such file; `kept` are the program's messages.
+  BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, const KeptMessages& kept,
+            FindClient find_client);
 
   const Binding& binding() const { return binding_; }
   ros::CallbackQueueInterface& original() const { return original_; }
@@ -64,12 +66,14 @@ class BoundNode final : public ros::CallbackQueueInterface {
   class RunSchedule;
 
   void run();
+  void note_begun();
   std::optional<ctn::AttachedNode> attach();
   void bind(bool bound);
 
   const Binding binding_;
   ros::CallbackQueueInterface& original_;
   MessageRuns* message_runs_;
+  const KeptMessages& kept_;
   FindClient find_client_;
   RunSchedule* schedule_ = nullptr;  // while there is one
   std::unique_ptr<Turn> turn_;
@@ -82,6 +86,7 @@ class BoundNode final : public ros::CallbackQueueInterface {
   std::atomic<bool> timer_runs_{true};
   std::atomic<bool> taken_{false};
   bool started_ = false;
+  bool has_begun_ = false;
 };
 
 }  // namespace catan_ros

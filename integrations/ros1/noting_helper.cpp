@@ -30,24 +30,17 @@ ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelpe
   ros::VoidConstPtr message = inner_->deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
   const std::size_t left_out = inner_->hasHeader() ? std::min(kSequence, bytes.size()) : 0;
-  const std::lock_guard lock(mutex_);
-  known_[next_++ % kKnown] = {message.get(), MessageRuns::key_of(topic_, bytes.subspan(left_out))};
+  topic_.note_made(message.get(), MessageRuns::key_of(topic_.name(), bytes.subspan(left_out)));
   return message;
 }
 
 void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
-  if (BoundNode* const node = BoundNode::current()) node->note_taken(key_of(params.event.getConstMessage().get()));
+  const void* const message = params.event.getConstMessage().get();
+  const MessageRuns::Key made = topic_.find(message);
+  const MessageRuns::Key key = made != 0 ? made : key_of_address(topic_.name(), message);
+  topic_.keep(key);
+  if (BoundNode* const node = BoundNode::current()) node->note_taken(key);
   inner_->call(params);
-}
-
-// Newer ones may lie where older ones were.
-MessageRuns::Key NotingHelper::key_of(const void* message) {
-  const std::lock_guard lock(mutex_);
-  for (std::size_t back = 1; back <= std::min(next_, kKnown); ++back) {
-    const Known& known = known_[(next_ - back) % kKnown];
-    if (known.message == message) return known.key;
-  }
-  return key_of_address(topic_, message);
 }
 
 }  // namespace catan_ros

@@ -38,6 +38,13 @@ const std::vector<Binding>& Program::bindings() {
   return *bindings_;
 }
 
+bool Program::notes_messages() {
+  const std::lock_guard lock(mutex_);
+  const std::vector<Binding>& own = bindings();
+  return message_runs_ != nullptr &&
+         std::any_of(own.begin(), own.end(), [](const Binding& binding) { return !binding.predecessors.empty(); });
+}
+
 BoundNode* Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
   return find(find_named(bindings(), kind, name), queue);
@@ -53,7 +60,7 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
   const auto known =
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
   if (known == nodes_.end()) {
-    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(),
+    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(), kept_,
                                                  [this](const std::atomic<bool>& stop) { return client(stop); }));
     nodes_.back()->take();
     return nodes_.back().get();

@@ -17,6 +17,7 @@
 
 #include "catan/client.h"
 #include "common/binding.h"
+#include "common/kept_messages.h"
 #include "common/message_runs.h"
 #include "ros1/bound_node.h"
 
@@ -33,6 +34,10 @@ class Program {
   BoundNode* find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue);
   BoundNode* find_timer(std::chrono::nanoseconds period, ros::CallbackQueueInterface& queue);
 
+  // Whether runs of this program's nodes have predecessors, so that it matters which messages it gets.
+  bool notes_messages();
+  KeptMessages& kept() { return kept_; }
+
   // The calling thread works for the node. Where that is refused, it stays as it is.
   void adopt_this_thread(const std::string& node);
 
@@ -46,6 +51,7 @@ class Program {
 
   const std::vector<Binding> all_bindings_;
   const std::unique_ptr<MessageRuns> message_runs_;
+  KeptMessages kept_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
   std::deque<std::unique_ptr<BoundNode>> nodes_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <boost/make_shared.hpp>
+#include <boost/ref.hpp>
 
 #include "common/observation.h"
 #include "ros1/hooks.h"
@@ -29,13 +30,16 @@ ros::CallbackQueueInterface& queue_of(const ros::NodeHandle& handle, ros::Callba
 // The options are the program's, which may use them again.
 ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& options, Subscribe next) {
   ros::CallbackQueueInterface& queue = queue_of(handle, options.callback_queue);
-  BoundNode* const node = g_program->find(Binding::Kind::kTopic, handle.resolveName(options.topic), queue);
-  if (node == nullptr) return (handle.*next)(options);
+  const std::string topic = handle.resolveName(options.topic);
+  BoundNode* const node = g_program->find(Binding::Kind::kTopic, topic, queue);
+  if (node == nullptr && !g_program->notes_messages()) return (handle.*next)(options);
   ros::SubscribeOptions own = options;
-  own.callback_queue = node;
-  own.helper = boost::make_shared<NotingHelper>(options.helper, handle.resolveName(options.topic));
-  if (!node->binding().takes_all) own.queue_size = 1;
-  node->start();
+  own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
+  if (node != nullptr) {
+    own.callback_queue = node;
+    if (!node->binding().takes_all) own.queue_size = 1;
+    node->start();
+  }
   ros::Subscriber subscriber = (handle.*next)(own);
   options.topic = own.topic;
   options.callback_queue = &queue;

@@ -70,6 +70,17 @@ std::vector<std::string> output_topics(const graph::Graph& graph, NodeId node,
   return topics;
 }
 
+// Whether all that take its data are callbacks of the same ROS node.
+bool feeds_own_program(const graph::Graph& graph, const config::RosBinding& binding,
+                       const std::vector<config::RosBinding>& bindings) {
+  const std::vector<NodeId>& successors = graph.node(binding.node).successors;
+  return !successors.empty() && std::all_of(successors.begin(), successors.end(), [&](NodeId successor) {
+    return std::any_of(bindings.begin(), bindings.end(), [&](const config::RosBinding& other) {
+      return other.node == successor && other.callback.node == binding.callback.node;
+    });
+  });
+}
+
 std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
                                               const std::vector<config::RosBinding>& bindings) {
   std::vector<catan_ros::Binding> told;
@@ -85,6 +96,7 @@ std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph,
     one.runs_by_itself = node.unscheduled && !node.follows;
     one.always_gives_output = std::all_of(node.successors.begin(), node.successors.end(),
                                           [&](NodeId successor) { return graph.node(successor).external; });
+    one.feeds_own_program = feeds_own_program(graph, binding, bindings);
     for (const NodeId predecessor : node.predecessors) {
       if (!graph.node(predecessor).external) one.predecessors.push_back(graph.node(predecessor).name);
     }
