@@ -58,6 +58,12 @@ dev_packages=(
 ros1_packages=(
   libroscpp-dev          # roscpp
   libstd-msgs-dev        # messages of the tests' programs
+  libgeometry-msgs-dev   # those that have a stamp
+  libmessage-filters-dev # its synchronizers, in a test
+  libnodelet-dev         # nodelets, in a test
+  libnodeletlib-dev
+  python3-rospy          # a node in Python, in a test
+  python3-std-msgs
   python3-roslaunch      # roscore, roslaunch
   python3-rosmaster      # the master
 )

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-ObservedCallback camera() {
+ObservedCallback written_camera() {
   ObservedCallback callback;
   callback.ros_node = "/camera";
   callback.kind = Binding::Kind::kTimer;
@@ -26,7 +26,7 @@ ObservedCallback camera() {
   return callback;
 }
 
-ObservedCallback detector() {
+ObservedCallback written_detector() {
   ObservedCallback callback;
   callback.ros_node = "/camera";
   callback.name = "/images";
@@ -49,13 +49,13 @@ class ObservationTest : public testing::Test {
 TEST_F(ObservationTest, WhatProgramsWroteIsReadBack) {
   const auto log = ObservationLog::open(folder, "/camera");
   ASSERT_NE(log, nullptr);
-  const std::size_t first = log->add(camera());
-  const std::size_t second = log->add(detector());
-  log->add_run(first, camera().runs[0]);
-  log->add_run(second, detector().runs[0]);
-  log->add_run(first, camera().runs[1]);
+  const std::size_t first = log->add(written_camera());
+  const std::size_t second = log->add(written_detector());
+  log->add_run(first, written_camera().runs[0]);
+  log->add_run(second, written_detector().runs[0]);
+  log->add_run(first, written_camera().runs[1]);
   std::ofstream(folder + "/other.txt") << "node\t/other\ncallback\t0\ttopic\t/x\t-\n";
-  EXPECT_THAT(read_observations(folder), ElementsAre(camera(), detector()));
+  EXPECT_THAT(read_observations(folder), ElementsAre(written_camera(), written_detector()));
 }
 
 TEST_F(ObservationTest, WithoutAFolderThereIsNone) {

@@ -101,6 +101,7 @@ class BoundNode::RunSchedule final : public Schedule {
   bool wait() override { return node_.wait(); }
   void begin() override {
     taken_.clear();
+    kept_.clear();
     node_.begin(run_);
     owner_.note_begun();
   }
@@ -108,7 +109,6 @@ class BoundNode::RunSchedule final : public Schedule {
     for (const Kept& one : kept_) {
       if (find(one.from) == taken_.end()) node_.take(run_, one.from, one.run, one.run);
     }
-    kept_.clear();
     if (!output) run_.skip_output();
     node_.end(run_);
   }
@@ -121,8 +121,14 @@ class BoundNode::RunSchedule final : public Schedule {
     taken.last = std::max(taken.last, run);
     node_.take(run_, from, taken.first, taken.last);
   }
-  // Of what the program had when the run began; it counts if no message of that node is taken.
-  void keep(const std::string& from, std::uint64_t run) { kept_.push_back({from, run}); }
+  // What the program had when the run began. It counts if no message of that node is taken or let go of in the run.
+  void keep(const std::string& from, std::uint64_t run) { kept_.push_back({from, run, false}); }
+  void release(const std::string& from, std::uint64_t run) {
+    const auto known = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& one) { return one.from == from; });
+    Kept& kept = known != kept_.end() ? *known : kept_.emplace_back(Kept{from, run, true});
+    kept.run = kept.released ? std::max(kept.run, run) : run;
+    kept.released = true;
+  }
 
  private:
   struct Taken {
@@ -133,6 +139,7 @@ class BoundNode::RunSchedule final : public Schedule {
   struct Kept {
     std::string from;
     std::uint64_t run;
+    bool released;
   };
   std::vector<Taken>::iterator find(const std::string& from) {
     return std::find_if(taken_.begin(), taken_.end(), [&](const Taken& one) { return one.from == from; });
@@ -215,6 +222,14 @@ void BoundNode::note_taken(MessageRuns::Key key) {
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_->find(predecessor, key);
     if (run != 0) schedule_->take(predecessor, run);
+  }
+}
+
+// Messages that were kept, as a synchronizer does: of those that it lets go of in a run the newest are those it used.
+void BoundNode::note_released(MessageRuns::Key key) {
+  for (const std::string& predecessor : binding_.predecessors) {
+    const std::uint64_t run = message_runs_ != nullptr ? message_runs_->find(predecessor, key) : 0;
+    if (run != 0) schedule_->release(predecessor, run);
   }
 }
 

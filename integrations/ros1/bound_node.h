@@ -57,10 +57,12 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   // The one whose run the calling thread is in; null: none.
   static BoundNode* current();
-  // By that thread: it published on a topic; it is about to send a message, or to handle one, with that key.
+  // By that thread: it published on a topic; it is about to send a message, or to handle one, or has let go of one,
+  // with that key.
   void note_published(const std::string& topic);
   void note_sent(MessageRuns::Key key);
   void note_taken(MessageRuns::Key key);
+  void note_released(MessageRuns::Key key);
 
  private:
   class RunSchedule;

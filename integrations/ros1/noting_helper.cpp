@@ -13,6 +13,13 @@ std::span<const std::byte> bytes_of(const std::uint8_t* begin, std::size_t size)
   return std::as_bytes(std::span(begin, size));
 }
 
+// The same message. When the program lets go of it in a run, it has been used there, or is of no use any more.
+ros::VoidConstPtr with_note_of_release(const ros::VoidConstPtr& message, MessageRuns::Key key) {
+  return {message.get(), [message, key](const void*) {
+            if (BoundNode* const node = BoundNode::current()) node->note_released(key);
+          }};
+}
+
 }  // namespace
 
 PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& message) {
@@ -35,12 +42,16 @@ ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelpe
 }
 
 void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
-  const void* const message = params.event.getConstMessage().get();
-  const MessageRuns::Key made = topic_.find(message);
-  const MessageRuns::Key key = made != 0 ? made : key_of_address(topic_.name(), message);
+  const ros::VoidConstPtr message = params.event.getConstMessage();
+  const MessageRuns::Key made = topic_.find(message.get());
+  const MessageRuns::Key key = made != 0 ? made : key_of_address(topic_.name(), message.get());
   topic_.keep(key);
   if (BoundNode* const node = BoundNode::current()) node->note_taken(key);
-  inner_->call(params);
+  ros::SubscriptionCallbackHelperCallParams told;
+  told.event = ros::MessageEvent<void const>(with_note_of_release(message, key), params.event.getConnectionHeaderPtr(),
+                                             params.event.getReceiptTime(), params.event.nonConstWillCopy(),
+                                             params.event.getMessageFactory());
+  inner_->call(told);
 }
 
 }  // namespace catan_ros

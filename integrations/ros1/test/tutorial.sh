@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Does what docs/ros1.md tells its reader to: tutorial.sh RUN PAGE CATAN NODES, where RUN is the script that runs a
 # page's commands, CATAN and NODES the folders of the command and of the page's ROS programs. There is a master, on a
-# port of its own, and measurements take two seconds in place of as long as the page says.
+# port of its own; measurements take a second in place of as long as the page says, and plans are searched for less.
 set -euo pipefail
 run=$1 page=$2 catan=$3 nodes=$4
 home=$(mktemp -d)
@@ -15,5 +15,5 @@ for ((tries = 0; tries < 400; tries++)); do
   grep -q 'started core service' "$home/roscore.log" && break
   sleep 0.05
 done
-sed -E 's/--seconds [0-9]+/--seconds 2/' "$page" >"$home/page.md"
+sed -E 's/--seconds [0-9]+/--seconds 1/; s/^(catan plan .*)/\1 --effort 0.2/' "$page" >"$home/page.md"
 "$run" "$home/page.md" "$home"

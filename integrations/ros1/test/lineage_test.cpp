@@ -1,0 +1,116 @@
+// Which run a message is of, where programs do not just take messages from sockets: nodelets, which share them, and
+// synchronizers of message_filters, which keep them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "ros1/test/programs.h"
+
+namespace catan_ros {
+namespace {
+
+using std::chrono::seconds;
+
+class LineageTest : public ProgramsTest {
+ protected:
+  void write_script(const std::string& text) const {
+    write("launch.sh", "#!/bin/sh\n" + text);
+    std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
+  }
+  std::vector<double> numbers(const std::string& name) const {
+    std::istringstream text(text_of(path(name)));
+    return {std::istream_iterator<double>(text), {}};
+  }
+  // The runs of `from` that runs of `node` took, in their order.
+  std::vector<double> taken(const std::string& node, const std::string& from) {
+    const std::string query =
+        "SELECT consumed.last FROM consumed JOIN nodes AS reader ON reader.id = consumed.node JOIN nodes AS sender ON "
+        "sender.id = consumed.predecessor WHERE reader.name = '" +
+        node + "' AND sender.name = '" + from + "' ORDER BY consumed.run";
+    wait(start("taken", "sqlite3 run.catan \"" + query + "\""), seconds{10});
+    return numbers("taken.out");
+  }
+  // How many of `values` are among the runs.
+  static double part_found(const std::vector<double>& values, const std::vector<double>& runs) {
+    const std::set<double> known(runs.begin(), runs.end());
+    const auto found =
+        std::count_if(values.begin(), values.end(), [&](double value) { return known.count(value) > 0; });
+    return static_cast<double>(found) / static_cast<double>(values.size());
+  }
+
+  // Pairs are made by fuse, whose role is given; the value of a message is the number of the run that sent it.
+  void check_pairs(const std::string& role);
+};
+
+TEST_F(LineageTest, NodeletsShareMessagesAndRunsAreKnown) {
+  write("app.yaml", R"(catan: 1
+app: nodelets
+nodes: { camera: { fallback_rate: 100Hz }, detect: { fallback_rate: 30Hz }, follow: { fallback_rate: 30Hz } }
+edges: [ camera -> detect -> follow ]
+objective: [ { response_time: [camera, detect, follow], weight: 1 } ]
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  camera: { node: /manager, timer: 20ms }
+  detect: { node: /manager, topic: /images }
+  follow: { node: /manager, topic: /things }
+)");
+  write_script(std::string("exec ") + NODELETS + " --counts nodelets.json --log follow.log\n");
+  const int run = start_under_catan("--scheduler default --json --seconds 4 --record run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(counted("nodelets", "calls"), 60);
+  EXPECT_EQ(counted("nodelets", "overlaps"), 0) << "of one nodelet";
+  EXPECT_EQ(counted("nodelets", "copies"), 0);
+  const json report = json::parse(text_of(path("run.out")));
+  EXPECT_GT(node(report, "detect")["compute_ms"]["p50"].get<double>(), 4.5);
+  EXPECT_GT(report["chains"][0]["response_ms"]["count"].get<long>(), 30);
+
+  const std::vector<double> messages = numbers("follow.log");  // the camera's run
+  const std::vector<double> runs = taken("detect", "camera");
+  ASSERT_GT(messages.size(), 60U);
+  EXPECT_GE(part_found(messages, runs), 0.9);
+  EXPECT_TRUE(std::is_sorted(runs.begin(), runs.end())) << "never an older one";
+  EXPECT_GT(static_cast<double>(taken("follow", "detect").size()), 0.9 * static_cast<double>(messages.size()));
+}
+
+void LineageTest::check_pairs(const std::string& role) {
+  write("app.yaml", R"(catan: 1
+app: pairs
+nodes: { source: { fallback_rate: 100Hz }, mirror: { fallback_rate: 25Hz }, fuse: { fallback_rate: 20Hz } }
+edges: [ source -> mirror -> fuse, source -> fuse ]
+objective: [ { response_time: [source, mirror, fuse], weight: 1 }, { response_time: [source, fuse], weight: 1 } ]
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  source: { node: /source, timer: 10ms }
+  mirror: { node: /mirror, topic: /left }
+  fuse: { node: /fuse, topic: /right }
+)");
+  const std::string filters = FILTERS;
+  write_script(filters + " source &\n" + filters + " mirror &\n" + filters + " " + role + " pairs.log &\nwait\n");
+  const int run = start_under_catan("--scheduler default --json --seconds 4 --record run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  std::vector<double> lefts;
+  const std::vector<double> values = numbers("pairs.log");
+  for (std::size_t index = 0; index + 1 < values.size(); index += 2) lefts.push_back(values[index]);
+  ASSERT_GT(lefts.size(), 40U);
+  // Newer ones of the source were there when the run began: what it used is known nevertheless.
+  EXPECT_GE(part_found(lefts, taken("fuse", "source")), 0.9);
+  EXPECT_GT(taken("fuse", "mirror").size(), 40U);
+}
+
+TEST_F(LineageTest, WhatASynchronizerHasKeptIsKnown) { check_pairs("fuse"); }
+
+TEST_F(LineageTest, WhatASynchronizerOfNearStampsHasKeptIsKnown) { check_pairs("fuse-near"); }
+
+}  // namespace
+}  // namespace catan_ros

@@ -1,0 +1,135 @@
+// A nodelet manager that knows nothing of Catan, with a pipeline of nodelets, for the tests: a camera, whose timer
+// makes messages that are shared and not copied, a detector and a follower.
+//
+//   nodelets --counts FILE --log FILE
+//
+// What was counted is written to FILE, as JSON, ten times a second: calls of the follower, callbacks of one nodelet
+// that overlapped, messages that were copied on their way. Each message that the follower gets is a line of the log.
+#include <nodelet/loader.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+#include <std_msgs/Int64.h>
+#include <time.h>
+
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include <boost/make_shared.hpp>
+
+namespace {
+
+std::string g_counts_file;
+std::string g_log;
+std::atomic<long> g_calls{0};
+std::atomic<long> g_overlaps{0};
+std::atomic<long> g_copies{0};
+
+void burn(double milliseconds) {
+  timespec used{};
+  const auto now = [&] {
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
+  };
+  const double end = now() + milliseconds;
+  while (now() < end) {
+  }
+}
+
+// Where the camera's last messages lie.
+class Places {
+ public:
+  void note(const std_msgs::Int64& message) {
+    places_[static_cast<std::size_t>(message.data) % places_.size()].store(&message);
+  }
+  bool is_at(const std_msgs::Int64& message) const {
+    return places_[static_cast<std::size_t>(message.data) % places_.size()].load() == &message;
+  }
+
+ private:
+  std::array<std::atomic<const void*>, 256> places_{};
+};
+
+Places g_places;
+
+class Camera : public nodelet::Nodelet {
+  void onInit() override {
+    out_ = getNodeHandle().advertise<std_msgs::Int64>("/images", 10);
+    timer_ = getNodeHandle().createTimer(ros::Duration(0.02), [this](const ros::TimerEvent&) {
+      const auto message = boost::make_shared<std_msgs::Int64>();
+      message->data = ++made_;
+      g_places.note(*message);
+      out_.publish(message);
+    });
+  }
+
+  ros::Publisher out_;
+  ros::Timer timer_;
+  long made_ = 0;
+};
+
+// Both of its callbacks are of one queue, which calls one at a time.
+class Detector : public nodelet::Nodelet {
+  void onInit() override {
+    out_ = getNodeHandle().advertise<std_msgs::Int64>("/things", 10);
+    in_ = getNodeHandle().subscribe<std_msgs::Int64>("/images", 10, [this](const std_msgs::Int64::ConstPtr& message) {
+      if (++inside_ > 1) ++g_overlaps;
+      if (!g_places.is_at(*message)) ++g_copies;
+      burn(5.0);
+      out_.publish(boost::make_shared<std_msgs::Int64>(*message));
+      --inside_;
+    });
+    timer_ = getNodeHandle().createTimer(ros::Duration(0.005), [this](const ros::TimerEvent&) {
+      if (++inside_ > 1) ++g_overlaps;
+      burn(0.5);
+      --inside_;
+    });
+  }
+
+  ros::Publisher out_;
+  ros::Subscriber in_;
+  ros::Timer timer_;
+  std::atomic<int> inside_{0};
+};
+
+class Follower : public nodelet::Nodelet {
+  static void on_thing(const std_msgs::Int64::ConstPtr& message) {
+    std::ofstream(g_log, std::ios::app) << message->data << "\n";
+    ++g_calls;
+  }
+  void onInit() override { in_ = getMTNodeHandle().subscribe<std_msgs::Int64>("/things", 10, &Follower::on_thing); }
+
+  ros::Subscriber in_;
+};
+
+boost::shared_ptr<nodelet::Nodelet> make(const std::string& type) {
+  if (type == "camera") return boost::make_shared<Camera>();
+  if (type == "detector") return boost::make_shared<Detector>();
+  return boost::make_shared<Follower>();
+}
+
+void write_counts(const ros::SteadyTimerEvent&) {
+  const std::string written = g_counts_file + ".new";
+  std::ofstream(written) << "{\"calls\": " << g_calls << ", \"overlaps\": " << g_overlaps
+                         << ", \"copies\": " << g_copies << "}";
+  std::rename(written.c_str(), g_counts_file.c_str());
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  ros::init(count, arguments, "manager");
+  if (count != 5) return 2;
+  g_counts_file = arguments[2];
+  g_log = arguments[4];
+  nodelet::Loader loader(boost::function<boost::shared_ptr<nodelet::Nodelet>(const std::string&)>{make});
+  for (const char* const name : {"camera", "detector", "follower"}) {
+    if (!loader.load(std::string("/") + name, name, {}, {})) return 1;
+  }
+  ros::NodeHandle handle;
+  const ros::SteadyTimer writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts);
+  ros::spin();
+  return 0;
+}
