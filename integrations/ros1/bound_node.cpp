@@ -18,6 +18,10 @@ namespace catan_ros {
 namespace {
 
 constexpr std::chrono::milliseconds kTryAgain{100};
+// Where the server has refused the node.
+constexpr std::chrono::seconds kTryAgainWhenRefused{1};
+// After which a message should have come.
+constexpr std::chrono::seconds kFirstMessage{10};
 // For a server that is there, before the program goes on without.
 constexpr std::chrono::milliseconds kRegister{500};
 
@@ -199,7 +203,12 @@ void BoundNode::removeByID(std::uint64_t id) {
 }
 
 void BoundNode::note_begun() {
-  if (!std::exchange(has_begun_, true) && goes_through_memory(binding_)) callback_.set_always_gives_output();
+  if (!has_begun_) {
+    has_begun_ = true;
+    first_run_ = std::chrono::steady_clock::now();
+    if (goes_through_memory(binding_)) callback_.set_always_gives_output();
+  }
+  tell_of_no_message();
   if (message_runs_ == nullptr || binding_.predecessors.empty()) return;
   const std::vector<MessageRuns::Key> keys = kept_.keys();
   for (const std::string& predecessor : binding_.predecessors) {
@@ -207,6 +216,18 @@ void BoundNode::note_begun() {
     for (const MessageRuns::Key key : keys) newest = std::max(newest, message_runs_->find(predecessor, key));
     if (newest != 0) schedule_->keep(predecessor, newest);
   }
+}
+
+// Of a topic that is misspelt, or of another type, ROS gives nothing.
+void BoundNode::tell_of_no_message() {
+  if (binding_.kind != Binding::Kind::kTopic || has_message_ || told_of_none_) return;
+  if (std::chrono::steady_clock::now() - first_run_ < kFirstMessage) return;
+  told_of_none_ = true;
+  ROS_WARN(
+      "catan: node %s is triggered, and no message has come on %s in %d s: see rostopic info %s for who publishes "
+      "it, and whether with the type that %s takes",
+      binding_.node.c_str(), binding_.name.c_str(), static_cast<int>(kFirstMessage.count()), binding_.name.c_str(),
+      binding_.ros_node.c_str());
 }
 
 void BoundNode::note_published(const std::string& topic) {
@@ -218,6 +239,7 @@ void BoundNode::note_sent(MessageRuns::Key key) {
 }
 
 void BoundNode::note_taken(MessageRuns::Key key) {
+  has_message_ = true;
   if (message_runs_ == nullptr) return;
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_->find(predecessor, key);
@@ -258,18 +280,22 @@ void BoundNode::run() {
   bind(false);
 }
 
-// That there is no server at this moment is no mistake.
+// That there is no server at this moment is no mistake. Where it refuses the node, another program runs it, which may
+// be about to end: one of the same name that this one takes the place of.
 std::optional<ctn::AttachedNode> BoundNode::attach() {
+  bool refused = false;
   while (!inbox_.stopped()) {
     ctn::Client* const client = find_client_(inbox_.stopped());
     if (client == nullptr) return std::nullopt;
     const ctn::Result<ctn::AttachedNode> attached = client->attach(binding_.node);
     if (attached) return *attached;
-    if (attached.error().kind() == ctn::ErrorKind::kCaller) {
-      ROS_ERROR("catan: node %s is not scheduled: %s", binding_.node.c_str(), attached.error().message().c_str());
-      return std::nullopt;
+    if (attached.error().kind() == ctn::ErrorKind::kCaller && !std::exchange(refused, true)) {
+      ROS_ERROR("catan: node %s is not scheduled: %s; it goes on as without Catan, and tries again each second",
+                binding_.node.c_str(), attached.error().message().c_str());
+      bind(false);
     }
-    std::this_thread::sleep_for(kTryAgain);
+    const auto until = std::chrono::steady_clock::now() + (refused ? kTryAgainWhenRefused : kTryAgain);
+    while (!inbox_.stopped() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(kTryAgain);
   }
   return std::nullopt;
 }

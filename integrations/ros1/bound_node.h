@@ -10,6 +10,7 @@
 #include <ros/callback_queue_interface.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -69,6 +70,7 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   void run();
   void note_begun();
+  void tell_of_no_message();
   std::optional<ctn::AttachedNode> attach();
   void bind(bool bound);
 
@@ -88,7 +90,11 @@ class BoundNode final : public ros::CallbackQueueInterface {
   std::atomic<bool> timer_runs_{true};
   std::atomic<bool> taken_{false};
   bool started_ = false;
+  // Of the node's thread.
   bool has_begun_ = false;
+  bool has_message_ = false;
+  bool told_of_none_ = false;
+  std::chrono::steady_clock::time_point first_run_;
 };
 
 }  // namespace catan_ros

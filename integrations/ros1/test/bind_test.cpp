@@ -23,18 +23,6 @@ class BindTest : public ProgramsTest {
   int start_bind(const std::string& arguments) {
     return start("bind", std::string(CATAN_COMMAND) + " ros bind " + arguments);
   }
-  // A node in Python that publishes on /orders, and makes the file `talks`.
-  void write_talker() const {
-    write("talker.py",
-          "import rospy, std_msgs.msg\n"
-          "rospy.init_node('talker')\n"
-          "out = rospy.Publisher('/orders', std_msgs.msg.Int64, queue_size=1)\n"
-          "open('talks', 'w').close()\n"
-          "rate = rospy.Rate(20)\n"
-          "while not rospy.is_shutdown():\n"
-          "    out.publish(1)\n"
-          "    rate.sleep()\n");
-  }
 };
 
 // And run, by the test of the commands in docs/ros1.md.
@@ -42,7 +30,7 @@ TEST_F(BindTest, WhatItWritesIsPlannedAsItIs) {
   write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json",
                   "heavy --in /images --burn 30 --out /things --counts heavy.json",
                   "light --in /things --beside /orders --burn 2 --counts light.json"});
-  write_talker();
+  write_talker("/orders", "Int64");
   start("talker", "/usr/bin/python3 talker.py");
   ASSERT_EQ(wait(start_bind("--seconds 3 -- ./launch.sh"), seconds{60}), 0) << text_of(path("bind.err"));
   const std::string app = text_of(path("app.yaml"));
@@ -90,7 +78,7 @@ TEST_F(BindTest, WhatIsWrongIsToldWithWhatToDo) {
 }
 
 TEST_F(BindTest, ThatOnlyPythonRunsIsTold) {
-  write_talker();
+  write_talker("/orders", "Int64");
   const int bind = start_bind("-- /usr/bin/python3 talker.py");
   for (int tries = 0; tries < 400 && !std::filesystem::exists(path("talks")); ++tries) {
     std::this_thread::sleep_for(milliseconds{50});

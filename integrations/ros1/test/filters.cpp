@@ -4,7 +4,7 @@
 //   filters source            publishes on /left, a hundred times a second
 //   filters mirror            what it gets of /left goes to /right, with the same stamp, after 5 ms of CPU time
 //   filters fuse LOG          pairs of /left and /right of the same stamp are lines of the log, and go to /pairs
-//   filters fuse-near LOG     by stamps that are only near each other
+//   filters fuse_near LOG     by stamps that are only near each other
 #include <geometry_msgs/PointStamped.h>
 #include <message_filters/subscriber.h>
 #include <message_filters/sync_policies/approximate_time.h>
@@ -80,7 +80,7 @@ void be_fuse(const std::string& log, const Policy& policy) {
 int main(int count, char** arguments) {
   const std::string role = count > 1 ? arguments[1] : "";
   const std::string log = count > 2 ? arguments[2] : "";
-  ros::init(count, arguments, role == "fuse-near" ? "fuse" : role);
+  ros::init(count, arguments, role);
   if (role == "source") {
     be_source();
   } else if (role == "mirror") {
@@ -88,7 +88,7 @@ int main(int count, char** arguments) {
   } else if (role == "fuse") {
     using Exact = message_filters::sync_policies::ExactTime<Point, Point>;
     be_fuse<message_filters::Synchronizer<Exact>>(log, Exact(200));
-  } else if (role == "fuse-near") {
+  } else if (role == "fuse_near") {
     using Near = message_filters::sync_policies::ApproximateTime<Point, Point>;
     be_fuse<message_filters::Synchronizer<Near>>(log, Near(200));
   } else {

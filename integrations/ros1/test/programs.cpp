@@ -95,6 +95,20 @@ void ProgramsTest::write_launcher(const std::vector<std::string>& lines) const {
   std::filesystem::permissions(path("launch.sh"), std::filesystem::perms::owner_all);
 }
 
+void ProgramsTest::write_talker(const std::string& topic, const std::string& type) const {
+  write("talker.py",
+        "import rospy, std_msgs.msg\n"
+        "rospy.init_node('talker')\n"
+        "out = rospy.Publisher('" +
+            topic + "', std_msgs.msg." + type +
+            ", queue_size=1)\n"
+            "open('talks', 'w').close()\n"
+            "rate = rospy.Rate(20)\n"
+            "while not rospy.is_shutdown():\n"
+            "    out.publish(1)\n"
+            "    rate.sleep()\n");
+}
+
 ProgramsTest::json ProgramsTest::node(const json& report, const std::string& name) {
   for (const json& entry : report["nodes"]) {
     if (entry["node"] == name) return entry;

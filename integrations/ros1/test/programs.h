@@ -50,6 +50,12 @@ class ProgramsTest : public testing::Test {
   // launch.sh starts these nodes, and waits for them: what a launch file does.
   void write_launcher(const std::vector<std::string>& lines) const;
 
+  // talker.py, for /usr/bin/python3: a node that publishes ones on a topic, 20 times a second. It makes the file
+  // `talks` when it begins.
+  void write_talker(const std::string& topic, const std::string& type) const;
+
+  Roscore& roscore() { return *roscore_; }
+
   static json node(const json& report, const std::string& name);
 
  private:

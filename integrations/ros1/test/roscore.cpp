@@ -15,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace catan_ros {
 namespace {
@@ -47,22 +48,26 @@ bool has_started(const std::string& log) {
 
 }  // namespace
 
-Roscore::Roscore(const std::string& folder) {
-  const int port = free_port();
+Roscore::Roscore(const std::string& folder) : folder_(folder), port_(free_port()) {
   ::setenv("HOME", folder.c_str(), 1);
   ::setenv("ROS_HOME", folder.c_str(), 1);
   ::setenv("ROS_LOG_DIR", folder.c_str(), 1);
-  ::setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port)).c_str(), 1);
+  ::setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port_)).c_str(), 1);
   ::setenv("ROS_HOSTNAME", "localhost", 1);
   ::setenv("PYTHONUNBUFFERED", "1", 1);
-  const std::string log_file = folder + "/roscore.log";
+  start();
+}
+
+void Roscore::start() {
+  const std::string log_file = folder_ + "/roscore.log";
+  std::ofstream{log_file};
   process_ = ::fork();
   if (process_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     const int log = ::open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     ::dup2(log, 1);
     ::dup2(log, 2);
-    ::execl("/usr/bin/python3", "python3", "/usr/bin/roscore", "-p", std::to_string(port).c_str(), nullptr);
+    ::execl("/usr/bin/python3", "python3", "/usr/bin/roscore", "-p", std::to_string(port_).c_str(), nullptr);
     ::_exit(127);
   }
   for (int tries = 0; tries < 400; ++tries) {
@@ -75,16 +80,17 @@ Roscore::Roscore(const std::string& folder) {
 
 Roscore::~Roscore() { stop(); }
 
-void Roscore::stop() const {
-  if (process_ <= 0) return;
+void Roscore::stop() {
+  const int process = std::exchange(process_, 0);
+  if (process <= 0) return;
   for (int tries = 0; tries < 200; ++tries) {
     // Again and again: it does not hear it while it starts.
-    if (tries % 10 == 0) ::kill(process_, SIGTERM);
-    if (::waitpid(process_, nullptr, WNOHANG) == process_) return;
+    if (tries % 10 == 0) ::kill(process, SIGTERM);
+    if (::waitpid(process, nullptr, WNOHANG) == process) return;
     std::this_thread::sleep_for(std::chrono::milliseconds{50});
   }
-  ::kill(process_, SIGKILL);
-  ::waitpid(process_, nullptr, 0);
+  ::kill(process, SIGKILL);
+  ::waitpid(process, nullptr, 0);
 }
 
 }  // namespace catan_ros

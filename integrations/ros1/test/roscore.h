@@ -17,9 +17,13 @@ class Roscore {
   Roscore(const Roscore&) = delete;
   Roscore& operator=(const Roscore&) = delete;
 
- private:
-  void stop() const;
+  void stop();
+  // Once more, on the same port. Throws where it does not answer in time.
+  void start();
 
+ private:
+  const std::string folder_;
+  const int port_;
   int process_ = 0;
 };
 
