@@ -14,19 +14,14 @@
 // Thread safety: pure functions, plain values.
 #pragma once
 
-#include <map>
+#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "common/inferred_graph.h"
 #include "common/observation.h"
 
 namespace catan_ros {
-
-// What the master knows: ROS nodes by topic.
-struct Connections {
-  std::map<std::string, std::vector<std::string>> publishers{};
-  std::map<std::string, std::vector<std::string>> subscribers{};
-};
 
 struct InferredApp {
   std::string app{};                   // the app file's text

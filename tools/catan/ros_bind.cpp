@@ -39,6 +39,7 @@ constexpr Nanos kLookAgain = std::chrono::milliseconds{100};
 // Until a callback should have been called; until a master should be there.
 constexpr Nanos kFirstCallback = std::chrono::seconds{30};
 constexpr Nanos kMasterIsThere = std::chrono::seconds{10};
+constexpr std::chrono::seconds kAskForLanguages{3};
 // For programs that are asked to end, before they are made to.
 constexpr Nanos kEndInOrder = std::chrono::seconds{3};
 constexpr Nanos kGone = std::chrono::seconds{2};
@@ -118,11 +119,7 @@ bool ObservedPrograms::has_runs() const {
   return std::any_of(callbacks_.begin(), callbacks_.end(), [](const auto& callback) { return !callback.runs.empty(); });
 }
 
-std::string with_language(const RosMaster& master, const std::string& node) {
-  return node + (master.is_python(node) ? " (Python)" : "");
-}
-
-// Those that the master knows and that are not observed.
+// Those that the master knows and that are not observed. Which of them are Python is asked as long as that is quick.
 std::vector<std::string> not_observed_of(const RosMaster& master, const catan_ros::Connections& connections,
                                          const std::vector<catan_ros::ObservedCallback>& observed) {
   std::set<std::string> nodes;
@@ -132,7 +129,11 @@ std::vector<std::string> not_observed_of(const RosMaster& master, const catan_ro
   nodes.erase("/rosout");
   for (const catan_ros::ObservedCallback& callback : observed) nodes.erase(callback.ros_node);
   std::vector<std::string> shown;
-  for (const std::string& node : nodes) shown.push_back(with_language(master, node));
+  const auto until = std::chrono::steady_clock::now() + kAskForLanguages;
+  for (const std::string& node : nodes) {
+    const bool python = std::chrono::steady_clock::now() < until && master.is_python(node);
+    shown.push_back(node + (python ? " (Python)" : ""));
+  }
   return shown;
 }
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "common/inferred_app.h"
+#include "common/inferred_graph.h"
 
 namespace ctn::tool {
 

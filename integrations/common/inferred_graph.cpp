@@ -1,0 +1,231 @@
+#include "common/inferred_graph.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/observed_figures.h"
+
+namespace catan_ros {
+namespace {
+
+using std::chrono::nanoseconds;
+
+// Half of the runs are below that of a callback that does no more than keep a message.
+constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
+constexpr std::size_t kMaxName = 90;
+
+bool contains(const std::vector<std::string>& list, const std::string& one) {
+  return std::find(list.begin(), list.end(), one) != list.end();
+}
+
+bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
+  return a.ros_node == b.ros_node && a.kind == b.kind && a.name == b.name && a.period == b.period;
+}
+
+bool is_light(const ObservedCallback& callback) {
+  return !publishes(callback) && cost_percentile(callback, 0.5) < kKeepsOnly;
+}
+
+}  // namespace
+
+std::string last_part(const std::string& name) { return name.substr(name.rfind('/') + 1); }
+
+InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, const Connections& connections)
+    : callbacks_(callbacks), connections_(connections) {
+  find_nodes();
+  find_edges();
+  name_vertices();
+  take_edges();
+  sort_vertices();
+}
+
+// Callbacks that can be nodes, without those that only keep messages.
+void InferredGraph::find_nodes() {
+  std::vector<const ObservedCallback*> candidates;
+  for (const ObservedCallback& callback : callbacks_) {
+    if (callback.kind == Binding::Kind::kTopic && !is_data(callback.name)) continue;
+    const bool again = std::any_of(candidates.begin(), candidates.end(),
+                                   [&](const ObservedCallback* one) { return same_callback(*one, callback); });
+    if (callback.kind == Binding::Kind::kService) {
+      if (!callback.runs.empty()) remarks_.push_back(described(callback) + " is left as it is; bind it if it matters");
+    } else if (again) {
+      remarks_.push_back(described(callback) + " is there more than once; the first is the node");
+    } else if (callback.runs.empty()) {
+      remarks_.push_back(described(callback) + " was not called");
+    } else {
+      candidates.push_back(&callback);
+    }
+  }
+  for (const ObservedCallback* const callback : candidates) {
+    const bool has_publisher = std::any_of(candidates.begin(), candidates.end(), [&](const ObservedCallback* other) {
+      return other->ros_node == callback->ros_node && publishes(*other);
+    });
+    if (is_light(*callback) && callback->kind == Binding::Kind::kTimer) {
+      remarks_.push_back(described(*callback) + " publishes nothing and takes next to no time: it is left as it is");
+      continue;
+    }
+    if (is_light(*callback) && has_publisher) continue;
+    vertex_of_[callback] = vertices_.size();
+    Vertex& vertex = vertices_.emplace_back();
+    vertex.callback = callback;
+    vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period : median_interval(*callback);
+  }
+}
+
+void InferredGraph::find_edges() {
+  for (const ObservedCallback& callback : callbacks_) {
+    if (callback.kind != Binding::Kind::kTopic || callback.runs.empty() || !is_data(callback.name)) continue;
+    const auto own = vertex_of_.find(&callback);
+    if (own == vertex_of_.end()) {
+      add_edges_to(callback, publishing_siblings(callback), true);
+      continue;
+    }
+    add_edges_to(callback, {own->second}, false);
+    if (publishes(callback)) continue;
+    for (const std::size_t sibling : publishing_siblings(callback)) {
+      add_edge(own->second, sibling, "within " + callback.ros_node, true, callback.runs.size());
+    }
+  }
+  add_edges_out();
+}
+
+// Who uses what the callback keeps: timers of its program, else its other callbacks that publish.
+InferredGraph::Indices InferredGraph::publishing_siblings(const ObservedCallback& callback) const {
+  Indices timers;
+  Indices all;
+  for (const auto& [other, vertex] : vertex_of_) {
+    if (other == &callback || other->ros_node != callback.ros_node || !publishes(*other)) continue;
+    all.push_back(vertex);
+    if (other->kind == Binding::Kind::kTimer) timers.push_back(vertex);
+  }
+  Indices& found = timers.empty() ? all : timers;
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void InferredGraph::add_edge(std::size_t from, std::size_t to, const std::string& topic, bool kept, std::size_t count) {
+  if (from == to) return;
+  const auto known =
+      std::find_if(found_.begin(), found_.end(), [&](const Edge& edge) { return edge.from == from && edge.to == to; });
+  if (known == found_.end()) {
+    found_.push_back({from, to, topic, kept, count});
+  } else if (known->kept && !kept) {
+    *known = {from, to, topic, kept, count};
+  }
+}
+
+std::size_t InferredGraph::external(const std::string& topic, bool begins) {
+  for (std::size_t index = 0; index < vertices_.size(); ++index) {
+    if (vertices_[index].topic == topic) return index;
+  }
+  Vertex& vertex = vertices_.emplace_back();
+  vertex.topic = topic;
+  const auto& nodes = begins ? connections_.publishers : connections_.subscribers;
+  if (const auto known = nodes.find(topic); known != nodes.end()) vertex.ros_nodes = known->second;
+  return vertices_.size() - 1;
+}
+
+// From whoever sends what `reader` was called with, to those that use it.
+void InferredGraph::add_edges_to(const ObservedCallback& reader, const Indices& targets, bool kept) {
+  std::set<std::string> sent_by_nodes;
+  for (const auto& [sender, vertex] : vertex_of_) {
+    const std::size_t count = count_published(*sender, reader.name);
+    if (count == 0) continue;
+    sent_by_nodes.insert(sender->ros_node);
+    for (const std::size_t target : targets) add_edge(vertex, target, reader.name, kept, count);
+  }
+  std::vector<nanoseconds> from_others;
+  std::vector<std::string> others;
+  for (const ObservedRun& run : reader.runs) {
+    if (sent_by_nodes.count(run.from) > 0 || (run.from.empty() && !sent_by_nodes.empty())) continue;
+    from_others.push_back(run.begin);
+    if (!run.from.empty() && !contains(others, run.from)) others.push_back(run.from);
+  }
+  if (from_others.empty() || targets.empty()) return;
+  const std::size_t source = external(reader.name, true);
+  Vertex& vertex = vertices_[source];
+  for (std::string& other : others) {
+    if (!contains(vertex.ros_nodes, other)) vertex.ros_nodes.push_back(std::move(other));
+  }
+  if (!vertex.period) vertex.period = clock_of(from_others);
+  for (const std::size_t target : targets) add_edge(source, target, reader.name, kept, from_others.size());
+}
+
+// To those that are not observed and take what no observed callback takes.
+void InferredGraph::add_edges_out() {
+  for (std::size_t from = 0, count = vertices_.size(); from < count; ++from) {
+    if (vertices_[from].external()) continue;
+    std::set<std::string> topics;
+    for (const ObservedRun& run : vertices_[from].callback->runs)
+      topics.insert(run.published.begin(), run.published.end());
+    for (const std::string& topic : topics) {
+      const bool is_read = std::any_of(callbacks_.begin(), callbacks_.end(), [&](const ObservedCallback& callback) {
+        return callback.kind == Binding::Kind::kTopic && callback.name == topic;
+      });
+      const auto readers = connections_.subscribers.find(topic);
+      if (is_read || !is_data(topic) || readers == connections_.subscribers.end() || readers->second.empty()) continue;
+      add_edge(from, external(topic, false), topic, false, count_published(*vertices_[from].callback, topic));
+    }
+  }
+}
+
+bool InferredGraph::reaches(std::size_t from, std::size_t to) const {
+  if (from == to) return true;
+  return std::any_of(edges_.begin(), edges_.end(),
+                     [&](const Edge& edge) { return edge.from == from && reaches(edge.to, to); });
+}
+
+// The surest first: messages that were published and taken, of these the most frequent.
+void InferredGraph::take_edges() {
+  std::stable_sort(found_.begin(), found_.end(), [this](const Edge& a, const Edge& b) {
+    if (a.kept != b.kept) return b.kept;
+    if (a.count != b.count) return a.count > b.count;
+    return std::pair(vertices_[a.from].name, vertices_[a.to].name) <
+           std::pair(vertices_[b.from].name, vertices_[b.to].name);
+  });
+  for (const Edge& edge : found_) {
+    if (!reaches(edge.to, edge.from)) {
+      edges_.push_back(edge);
+      continue;
+    }
+    remarks_.push_back("the edge " + vertices_[edge.from].name + " -> " + vertices_[edge.to].name + " (" + edge.topic +
+                       ") is left out: it would close a cycle");
+  }
+}
+
+// Of the ROS node, with the callback where there are several, or of the topic.
+void InferredGraph::name_vertices() {
+  std::map<std::string, int> of_ros_node;
+  for (const Vertex& vertex : vertices_) {
+    if (!vertex.external()) ++of_ros_node[vertex.callback->ros_node];
+  }
+  std::set<std::string> taken;
+  for (Vertex& vertex : vertices_) {
+    std::string name = vertex.external() ? vertex.topic.substr(1) : vertex.callback->ros_node.substr(1);
+    if (!vertex.external() && of_ros_node[vertex.callback->ros_node] > 1) {
+      name += vertex.callback->kind == Binding::Kind::kTimer ? ".timer_" + exact_text(vertex.callback->period)
+                                                             : "." + last_part(vertex.callback->name);
+    }
+    if (name.size() > kMaxName) name = name.substr(name.size() - kMaxName);
+    std::string unique = name;
+    for (int number = 2; !taken.insert(unique).second; ++number) unique = name + "_" + std::to_string(number);
+    vertex.name = unique;
+  }
+}
+
+// Each after all that it takes from; else as they were found.
+void InferredGraph::sort_vertices() {
+  std::vector<bool> placed(vertices_.size(), false);
+  while (order_.size() < vertices_.size()) {
+    for (std::size_t vertex = 0; vertex < vertices_.size(); ++vertex) {
+      const bool waits = placed[vertex] || std::any_of(edges_.begin(), edges_.end(), [&](const Edge& edge) {
+                           return edge.to == vertex && !placed[edge.from];
+                         });
+      if (waits) continue;
+      placed[vertex] = true;
+      order_.push_back(vertex);
+    }
+  }
+}
+
+}  // namespace catan_ros
