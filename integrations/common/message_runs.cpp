@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstring>
 
 namespace catan_ros {
 namespace {
@@ -14,9 +15,19 @@ constexpr std::uint64_t kHashStart = 14695981039346656037ULL;
 constexpr std::uint64_t kHashFactor = 1099511628211ULL;
 constexpr std::size_t kEndBytes = 256;  // of a message, at either end
 
-std::uint64_t add(std::uint64_t hash, std::uint64_t value) { return (hash ^ value) * kHashFactor; }
+// The upper half is added to the lower one, since a product carries nothing down: else two changes of the highest bit,
+// as of the signs of two numbers, would be none.
+std::uint64_t add(std::uint64_t hash, std::uint64_t value) {
+  const std::uint64_t product = (hash ^ value) * kHashFactor;
+  return product ^ (product >> 32U);
+}
 
+// Eight at a time: it is done for each message that a program gets.
 std::uint64_t add_bytes(std::uint64_t hash, std::span<const std::byte> bytes) {
+  for (std::uint64_t word = 0; bytes.size() >= sizeof word; bytes = bytes.subspan(sizeof word)) {
+    std::memcpy(&word, bytes.data(), sizeof word);
+    hash = add(hash, word);
+  }
   for (const std::byte byte : bytes) hash = add(hash, std::to_integer<std::uint64_t>(byte));
   return hash;
 }

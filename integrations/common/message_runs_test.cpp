@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -67,6 +68,16 @@ TEST_F(MessageRunsTest, LongMessagesDifferByTheirEnds) {
   EXPECT_NE(before, other_begin);
   EXPECT_NE(other_begin, key(image));
   EXPECT_NE(key(image), key(image + "y"));
+}
+
+TEST_F(MessageRunsTest, NumbersOfTheOtherSignMakeAnotherMessage) {
+  const auto key_of_numbers = [](double a, double b) {
+    const std::array<double, 2> numbers{a, b};
+    return MessageRuns::key_of("/twist", std::as_bytes(std::span(numbers)));
+  };
+  EXPECT_NE(key_of_numbers(0.5, 0.25), key_of_numbers(-0.5, -0.25));
+  EXPECT_NE(key_of_numbers(0.5, 0.25), key_of_numbers(0.25, 0.5));
+  EXPECT_EQ(key_of_numbers(0.5, 0.25), key_of_numbers(0.5, 0.25));
 }
 
 TEST_F(MessageRunsTest, MoreNodesThanItHoldsAreLeftOut) {

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -196,6 +197,14 @@ void ObservedPrograms::end() {
   wait_for_all(os_->now() + kGone);
 }
 
+// That of the file, of characters that names may have.
+std::string app_name_of(const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string().substr(0, 100);
+  const auto may_not_be = [](unsigned char c) { return std::isalnum(c) == 0 && c != '_' && c != '-' && c != '.'; };
+  std::replace_if(name.begin(), name.end(), may_not_be, '_');
+  return name;
+}
+
 // What was written must be what Catan reads.
 Status check_written(const catan_ros::InferredApp& inferred, const RosBindOptions& options) {
   const auto app = config::parse_app(inferred.app, options.output);
@@ -222,8 +231,8 @@ int bind_app(const RosBindOptions& options) {
   (*programs)->end();
   if (!observed) return report_error(observed.error());
 
-  const std::string name = std::filesystem::path(options.output).stem().string();
-  const catan_ros::InferredApp inferred = catan_ros::infer_app((*programs)->callbacks(), connections, name);
+  const catan_ros::InferredApp inferred =
+      catan_ros::infer_app((*programs)->callbacks(), connections, app_name_of(options.output));
   if (inferred.nodes == 0) {
     return report_error(Error::environment(
         "only callbacks that Catan leaves alone were called: services, transforms, timers that do nothing",

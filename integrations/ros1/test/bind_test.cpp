@@ -51,12 +51,12 @@ TEST_F(BindTest, WhatItWritesIsPlannedAsItIs) {
 
 TEST_F(BindTest, WhatWasSeenUntilItIsStoppedCounts) {
   write_launcher({"source --timer 20 --burn 1 --out /images --counts source.json"});
-  const int bind = start_bind("--seconds 600 --output robot.yaml --costs robot.costs -- ./launch.sh");
+  const int bind = start_bind("--seconds 600 --output my+robot.yaml --costs robot.costs -- ./launch.sh");
   ASSERT_TRUE(counts("source", "calls", 20)) << text_of(path("bind.err"));
   EXPECT_EQ(end(bind, SIGINT), 0) << text_of(path("bind.err"));
-  EXPECT_THAT(text_of(path("robot.yaml")), HasSubstr("app: robot\n"));
+  EXPECT_THAT(text_of(path("my+robot.yaml")), HasSubstr("app: my_robot\n"));
   EXPECT_THAT(text_of(path("robot.costs")), HasSubstr("source: { cost: "));
-  EXPECT_THAT(text_of(path("bind.out")), HasSubstr("next: catan plan robot.yaml --costs robot.costs --cores N"));
+  EXPECT_THAT(text_of(path("bind.out")), HasSubstr("next: catan plan my+robot.yaml --costs robot.costs --cores N"));
 }
 
 TEST_F(BindTest, WhatIsWrongIsToldWithWhatToDo) {
