@@ -209,7 +209,8 @@ void BoundNode::note_begun() {
     if (goes_through_memory(binding_)) callback_.set_always_gives_output();
   }
   tell_of_no_message();
-  if (message_runs_ == nullptr || binding_.predecessors.empty()) return;
+  // Where it takes all that has come since the run before, that may be nothing.
+  if (message_runs_ == nullptr || binding_.predecessors.empty() || binding_.takes_all) return;
   const std::vector<MessageRuns::Key> keys = kept_.keys();
   for (const std::string& predecessor : binding_.predecessors) {
     std::uint64_t newest = 0;

@@ -216,7 +216,7 @@ const char* no_node() { return nullptr; }
 void adopt_nothing(const char*) {}
 void nothing_to_shut_down() {}
 
-const std::atomic<bool> g_no_turns{false};
+const std::atomic<bool> kNoTurns{false};
 
 }  // namespace
 
@@ -232,7 +232,7 @@ const Hooks* observing_hooks(const std::string& folder) {
                             no_node,
                             adopt_nothing,
                             nothing_to_shut_down,
-                            &g_no_turns,
+                            &kNoTurns,
                             nullptr,
                             nullptr,
                             nullptr,

@@ -4,6 +4,7 @@
 #include <ros/ros.h>
 #include <std_msgs/Int64.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
@@ -67,6 +68,8 @@ class RosNode {
       binding.period = node.timer ? std::chrono::nanoseconds(*node.timer)
                                   : std::chrono::nanoseconds(static_cast<std::int64_t>(never(index).toNSec()));
     }
+    binding.takes_all =
+        std::any_of(node.inputs.begin(), node.inputs.end(), [](const Node::Input& input) { return input.queue; });
     binding.runs_by_itself = node.timer.has_value();
     binding.always_gives_output = !node.publishes;
     binding.output_topics = {topic_of(node.name)};
