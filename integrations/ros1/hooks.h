@@ -2,8 +2,8 @@
 //
 // libcatan_ros1_preload.so is loaded into every program that `catan ros run` starts, shells and Python among them. It
 // needs nothing but the C library, takes the place of a few functions of roscpp and passes them on. Where a program
-// uses them and the environment has bindings, or a folder for what is observed, it loads libcatan_ros1.so, which has all
-// the rest (and needs roscpp, which such a program has).
+// uses them and the environment has bindings, or a folder for what is observed, it loads libcatan_ros1.so, which has
+// all the rest (and needs roscpp, which such a program has).
 //
 // Thread safety: as roscpp's own functions.
 #pragma once
