@@ -347,6 +347,57 @@ TEST_F(SimulationApi, TimeGoesOnlyForwardAndOnlyFromOutside) {
   EXPECT_FALSE(simulation->run_for(seconds{1}).ok()) << "too late for another function";
 }
 
+// The sensor's samples are taken 2 ms after each begin of look, the display ticks 3 ms after: what look has at 8 ms is
+// of 2 ms, and is shown at 11 ms.
+TEST_F(SimulationApi, ClocksTickAsTheyAreSaidTo) {
+  write(app_, R"(
+catan: 1
+app: clocks
+nodes: { sensor: { unscheduled: true, period: 7ms }, look: { fallback_rate: 125Hz }, display: { external: true, period: 7ms } }
+edges: [ sensor -> look -> display ]
+objective: [ { response_time: [sensor, look, display], weight: 1 } ]
+scheduler: { slack: 0%, bootstrap: 1s }
+)");
+  write(costs_, "sensor: 0ms\nlook: 2ms\n");
+  SimulationOptions chosen = options();
+  chosen.clocks = {{"display", milliseconds{3}, milliseconds{8}}, {"sensor", milliseconds{2}, milliseconds{8}}};
+  auto simulation = Simulation::open(app_, chosen);
+  ASSERT_TRUE(simulation.ok()) << simulation.error().message();
+  std::vector<nanoseconds> samples;
+  simulation->node("sensor", [&](ctn::Run&) { samples.push_back(simulation->now()); });
+  ASSERT_TRUE(simulation->run_for(seconds{4}).ok());
+  ASSERT_GT(samples.size(), 3U);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    ASSERT_EQ(samples[k], milliseconds{2} + k * milliseconds{8}) << "sample " << k;
+  }
+  const ChainSnapshot chain = simulation->snapshot().chains[0];
+  EXPECT_NEAR(chain.latency_ms.mean, 9.0, 1e-9);
+  EXPECT_NEAR(chain.response_ms.mean, 17.0, 1e-9);
+}
+
+TEST_F(SimulationApi, OpenRefusesClocksThatCannotBe) {
+  write(app_, R"(
+catan: 1
+app: clocks
+nodes: { sensor: { unscheduled: true, period: 7ms }, look: { fallback_rate: 125Hz }, motor: { external: true } }
+edges: [ sensor -> look -> motor ]
+objective: [ { response_time: [sensor, look, motor], weight: 1 } ]
+)");
+  write(costs_, "sensor: 0ms\nlook: 2ms\n");
+  SimulationOptions chosen = options();
+  const SimulatedClock sensor{"sensor", milliseconds{2}, milliseconds{8}};
+  chosen.clocks = {{"motor", {}, milliseconds{8}}, {"nobody", {}, milliseconds{8}}, sensor, sensor};
+  const auto refused = Simulation::open(app_, chosen);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind(), ErrorKind::kCaller);
+  EXPECT_EQ(refused.error().problems().size(), 3U) << refused.error().message();
+  for (const SimulatedClock& wrong :
+       {SimulatedClock{"sensor", milliseconds{-1}, milliseconds{8}}, SimulatedClock{"sensor", {}, nanoseconds{0}}}) {
+    chosen.clocks = {wrong};
+    EXPECT_FALSE(Simulation::open(app_, chosen).ok());
+  }
+}
+
 TEST_F(SimulationApi, OpenRefusesWhatCannotBe) {
   const auto refused = [&](auto change) {
     SimulationOptions changed = options();

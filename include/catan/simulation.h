@@ -44,6 +44,7 @@
 #include <string>
 #include <string_view>
 #include <typeindex>
+#include <vector>
 
 #include "catan/channel.h"
 #include "catan/result.h"
@@ -51,6 +52,14 @@
 #include "catan/snapshot.h"
 
 namespace ctn {
+
+// A clock that is not Catan's: when an external node with a `period` ticks, or a timer begins runs of an unscheduled
+// node. What the app file says of its period is what it is planned with; this is what it does: a phase, and a drift.
+struct SimulatedClock {
+  std::string node;
+  std::chrono::nanoseconds first{};  // tick, since the start
+  std::chrono::nanoseconds period{};
+};
 
 struct SimulationOptions {
   std::string costs;                   // path of the cost file (docs/cost-file.md): what runs cost that are not
@@ -66,13 +75,17 @@ struct SimulationOptions {
   std::string record;                  // path of a record to write, as a session does; empty: none
   std::string note;                    // kept in the record
   bool ideal = false;                  // true: scheduling itself costs no time, and real-time threads have no limit
+  // Of other nodes: external ones tick at a phase that is always the same, unscheduled ones begin a period after the
+  // start.
+  std::vector<SimulatedClock> clocks{};
 };
 
 class Simulation {
  public:
   // Errors (kCaller): all that is wrong with the two files; a policy that there is not, or that cannot schedule this
   // app; another number of cores than the app lists, or more than can be simulated; a slowdown that is not above 0; a
-  // record that cannot be made.
+  // clock of a node that has none, or twice of one, or that ticks before the start or at no period; a record that
+  // cannot be made.
   static Result<Simulation> open(const std::string& app_file, const SimulationOptions& options);
 
   Simulation(Simulation&&) noexcept;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,33 @@ sim::Options simulator_options(const SimulationOptions& options, const graph::Ap
   }
   if (!options.record.empty()) chosen.recording = {options.record, options.note};
   return chosen;
+}
+
+// By NodeId; without a period where nothing is said.
+Result<std::vector<Ticks>> ticks_of(const std::vector<SimulatedClock>& clocks, const graph::Graph& graph) {
+  std::vector<Ticks> ticks(graph.nodes().size());
+  std::vector<Problem> problems;
+  for (const SimulatedClock& clock : clocks) {
+    const std::optional<NodeId> node = graph.find_node(clock.node);
+    if (!node || !graph.node(*node).has_clock()) {
+      problems.push_back({{},
+                          {},
+                          fmt::format("a clock of '{}', which {}", clock.node, node ? "has none" : "is no node"),
+                          "name an external node with a period, or an unscheduled one that follows no other"});
+    } else if (ticks[node->index()].period > Nanos{0}) {
+      problems.push_back({{}, {}, fmt::format("two clocks of node {}", clock.node), "leave one out"});
+    } else if (clock.first < Nanos{0} || clock.period <= Nanos{0}) {
+      problems.push_back({{},
+                          {},
+                          fmt::format("the clock of node {} ticks first at {} ns, then each {} ns", clock.node,
+                                      clock.first.count(), clock.period.count()),
+                          "give a first tick from 0 on, and a period above 0"});
+    } else {
+      ticks[node->index()] = {TimePoint{} + clock.first, clock.period};
+    }
+  }
+  if (!problems.empty()) return Error(ErrorKind::kCaller, std::move(problems));
+  return ticks;
 }
 
 // Of a cost file, if there is one.
@@ -145,7 +173,10 @@ Result<Simulation> Simulation::open(const std::string& app_file, const Simulatio
   if (!(options.slowdown > 0.0) || !std::isfinite(options.slowdown)) {
     return Error::caller(fmt::format("a slowdown of {}", options.slowdown), "give a number above 0");
   }
-  const sim::Options chosen = simulator_options(options, *app, std::move(*policy));
+  Result<std::vector<Ticks>> clocks = ticks_of(options.clocks, app->graph);
+  if (!clocks) return clocks.error();
+  sim::Options chosen = simulator_options(options, *app, std::move(*policy));
+  chosen.phases.clocks = std::move(*clocks);
   auto simulation = sim::Simulation::create(
       *app, std::make_unique<sim::DrawnCosts>(*app, costs->work, options.seed, options.slowdown, costs->given), chosen);
   if (!simulation) return simulation.error();

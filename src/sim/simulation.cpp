@@ -57,7 +57,8 @@ Clocks clocks_of(const graph::Graph& graph, const Options& options) {
   const Phases& phases = options.phases;
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
     if (!phases.nodes.empty()) clocks.timers[index].tick = TimePoint{} + phases.nodes[index];
-    if (!phases.clocks.empty() && phases.clocks[index].period > Nanos{0}) clocks.external[index] = phases.clocks[index];
+    if (phases.clocks.empty() || phases.clocks[index].period <= Nanos{0}) continue;
+    (graph.nodes()[index].external ? clocks.external : clocks.timers)[index] = phases.clocks[index];
   }
   return clocks;
 }

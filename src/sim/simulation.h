@@ -61,7 +61,8 @@ struct Phases {
   std::vector<Nanos> nodes;      // by NodeId: an unscheduled node's first run; empty: a period after the start
   std::vector<Nanos> subchains;  // by SubchainId: the first trigger, at the earliest; empty: at once. Of those that
                                  // share a core, the first counts
-  std::vector<Ticks> clocks{};   // by NodeId: of external nodes that tick; empty: as drawn
+  std::vector<Ticks> clocks{};   // by NodeId: of external nodes that tick, and of timers of unscheduled ones; empty, or
+                                 // without a period: as drawn
 };
 
 // A record to write, as a real run would (record/writer.h). As its host it names a simulated machine.

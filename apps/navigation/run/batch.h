@@ -1,7 +1,4 @@
-// Many runs that differ in their seed alone, and what they come to: medians and spread.
-//
-// With a folder, the outcome of each run is a file there, `run-SEED.json`, which appears whole or not at all; runs of
-// which there is a file are not run again, so a batch that was stopped goes on.
+// Many drives that differ in their seed alone (program/batch.h), and what they come to: medians and spread.
 //
 // Thread safety: one thread.
 #pragma once
@@ -24,19 +21,6 @@ struct Batch {
   int signal = 0;  // that ended it early; 0: none
 };
 
-// What a figure comes to in several runs. Quartiles are the smallest values such that a quarter (half, three quarters)
-// of all are no larger; `count`: the runs in which there was something to measure.
-struct Spread {
-  std::string figure;
-  std::size_t count = 0;
-  double mean = 0.0;
-  double min = 0.0;
-  double lower_quartile = 0.0;
-  double median = 0.0;
-  double upper_quartile = 0.0;
-  double max = 0.0;
-};
-std::vector<Spread> spreads_of(const std::vector<StoredRun>& runs);
 // Of a figure by time (StoredRun::staleness, detector_periods), for each stretch the median of the runs; of those that
 // lasted so long and had something to measure then.
 using ByTime = std::vector<std::optional<double>>;

@@ -1,5 +1,4 @@
-// What a run depends on beside its options: the contents of the files that these name. Runs of a batch that goes on
-// must be of the same contents, and an outcome is to tell of what it is; a path tells neither.
+// What a run depends on beside its options: the contents of the files that these name (program/inputs.h).
 //
 // Thread safety: pure, but for what is read.
 #pragma once

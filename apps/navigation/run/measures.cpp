@@ -1,8 +1,7 @@
 #include "run/measures.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
+#include <cstddef>
 #include <utility>
 
 namespace ctn::navigation::run {
@@ -16,20 +15,6 @@ std::size_t stretches_by(std::chrono::nanoseconds width, std::chrono::nanosecond
 }
 
 }  // namespace
-
-std::optional<double> mean_of(const std::vector<double>& values) {
-  if (values.empty()) return std::nullopt;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-std::optional<double> percentile_of(std::vector<double> values, double percent) {
-  if (values.empty()) return std::nullopt;
-  const double share = std::ceil(static_cast<double>(values.size()) * percent / 100.0);
-  const auto rank = std::clamp<std::size_t>(static_cast<std::size_t>(share), 1, values.size()) - 1;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples) {
   std::vector<double> ages(samples.size());

@@ -4,11 +4,15 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <optional>
 #include <vector>
 
+#include "program/figures.h"
+
 namespace ctn::navigation::run {
+
+using program::mean_of;
+using program::percentile_of;
 
 // Something of this age was used at that time.
 struct AgeSample {
@@ -16,11 +20,6 @@ struct AgeSample {
   std::chrono::nanoseconds age{};
   bool operator==(const AgeSample&) const = default;
 };
-
-// Nothing where there are no values.
-std::optional<double> mean_of(const std::vector<double>& values);
-// The smallest value such that at least `percent` of all are no larger.
-std::optional<double> percentile_of(std::vector<double> values, double percent);
 
 // In ms: for each stretch of `width` from the beginning, the 95th percentile of the ages in it; nothing where there was
 // none. As many stretches as have begun by `end`.

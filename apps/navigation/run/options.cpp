@@ -8,7 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "program/command_line.h"
-#include "run/scheme.h"
+#include "program/known_costs.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -147,12 +147,12 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   options.world_file = world_file_of(options.map);
   options.policy = options.scheduler == "fast-local" ? "default" : options.scheduler;
   if (auto mistake = mistake_about_detector(options)) return Leave{kMistake, "navigation: " + *mistake + "\n"};
-  if (needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
+  if (program::needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
     return Leave{kMistake, "navigation: --scheduler " + options.scheduler +
                                " needs --cpus in real time, as what it does depends on how many there are; write "
                                "--cpus 0, or add --virtual\n"};
   }
-  if (!options.costs.empty() && !needs_costs(options.scheduler)) {
+  if (!options.costs.empty() && !program::needs_costs(options.scheduler)) {
     return Leave{kMistake,
                  "navigation: --costs: '" + options.scheduler +
                      "' does not decide by compute times that are given; leave it out, or use static-full-run, "

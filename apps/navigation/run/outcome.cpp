@@ -1,19 +1,21 @@
 #include "run/outcome.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
 
 #include <nlohmann/json.hpp>
 
+#include "program/snapshot_json.h"
 #include "robot.h"
 
 namespace ctn::navigation::run {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using program::name_of;
+using program::or_null;
 using std::chrono::nanoseconds;
 
 double in_seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
@@ -21,8 +23,6 @@ double in_seconds(nanoseconds time) { return std::chrono::duration<double>(time)
 std::optional<double> in_seconds(const std::optional<nanoseconds>& time) {
   return time ? std::optional(in_seconds(*time)) : std::nullopt;
 }
-
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
 const char* name_of(const Outcome& outcome) {
   if (outcome.signal != 0) return "interrupted";
@@ -41,8 +41,6 @@ std::string name_of(const world::Contact& contact) {
   return contact.mover ? fmt::format("mover {}", *contact.mover) : "wall";
 }
 
-std::string name_of(const ChainSnapshot& chain) { return fmt::format("{}", fmt::join(chain.path, " -> ")); }
-
 std::vector<double> reactions_in_ms(const Findings& findings) {
   std::vector<double> reactions;
   for (const Appearance& appearance : findings.appearances) {
@@ -60,11 +58,6 @@ void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
   std::optional<double> score;
   if (optimal > 0.0) score = barn_score(success, optimal, in_seconds(found.reached_at).value_or(8.0 * optimal));
   figures.push_back({"barn_score", score});
-}
-
-Json json_of(const Summary& summary) {
-  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
-  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
 }
 
 Json json_of(const Options& options) {
@@ -92,26 +85,6 @@ Json json_of(const std::vector<std::optional<double>>& values) {
   Json json = Json::array();
   for (const auto& value : values) json.push_back(or_null(value));
   return json;
-}
-
-Json chains_of(const Snapshot& snapshot) {
-  Json chains = Json::array();
-  for (const ChainSnapshot& chain : snapshot.chains) {
-    chains.push_back({{"path", chain.path},
-                      {"response_ms", json_of(chain.response_ms)},
-                      {"predicted_response_ms", or_null(chain.predicted_response_ms)},
-                      {"latency_ms", json_of(chain.latency_ms)},
-                      {"period_ms", json_of(chain.period_ms)}});
-  }
-  return chains;
-}
-
-Json nodes_of(const Snapshot& snapshot) {
-  Json nodes = Json::object();
-  for (const NodeSnapshot& node : snapshot.nodes) {
-    nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
-  }
-  return nodes;
 }
 
 Json contacts_of(const Findings& found) {
@@ -200,19 +173,17 @@ std::string identity_of(const Options& options) { return json_of(options).dump()
 std::string to_json(const Outcome& outcome) {
   const Options& options = outcome.options;
   const Findings& found = outcome.findings;
-  Json figures = Json::object();
-  for (const Figure& figure : figures_of(outcome)) figures[figure.name] = or_null(figure.value);
   Json json = json_of(options);
   json["world"] = outcome.world;
   if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
   json["ended_by"] = name_of(outcome);
-  json["figures"] = std::move(figures);
+  json["figures"] = program::json_of(figures_of(outcome));
   json["staleness_ms_p95_by_5s"] = json_of(staleness_of(found));
   if (options.detector != "none") json["detector_period_ms_by_10s"] = json_of(detector_periods_of(found));
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
-  json["chains"] = chains_of(outcome.snapshot);
-  json["nodes"] = nodes_of(outcome.snapshot);
+  json["chains"] = program::chains_of(outcome.snapshot);
+  json["nodes"] = program::nodes_of(outcome.snapshot);
   json["plans"] = outcome.snapshot.plans;
   json["notices"] = outcome.snapshot.notices;
   if (outcome.world_thread) {
@@ -220,7 +191,7 @@ std::string to_json(const Outcome& outcome) {
                             {"late_ms_max", outcome.world_thread->late_ms_max}};
     if (outcome.world_thread->lost > 0) json["world_thread"]["lost"] = outcome.world_thread->lost;
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return program::text_of(json);
 }
 
 std::string to_text(const Outcome& outcome) {
@@ -242,11 +213,7 @@ std::string to_text(const Outcome& outcome) {
     text += fmt::format("  contact with {} after {:.3f} s at ({:.2f}, {:.2f}), {:.2f} m/s\n", name_of(contact),
                         in_seconds(contact.at), contact.pose.x, contact.pose.y, contact.speed);
   }
-  text += "  node        rate Hz   compute ms mean     p95\n";
-  for (const NodeSnapshot& node : outcome.snapshot.nodes) {
-    text += fmt::format("  {:<10} {:>8.2f} {:>17.3f} {:>7.3f}\n", node.name, node.rate_hz, node.compute_ms.mean,
-                        node.compute_ms.p95);
-  }
+  text += program::table_of_nodes(outcome.snapshot);
   if (outcome.world_thread) {
     text += fmt::format("  world's thread: {:.2f} % of a CPU; readings at most {:.1f} ms late\n",
                         100.0 * outcome.world_thread->cpu_share, outcome.world_thread->late_ms_max);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "catan/snapshot.h"
+#include "program/figures.h"
 #include "run/drive.h"
 #include "run/options.h"
 
@@ -20,7 +21,7 @@ namespace ctn::navigation::run {
 struct WorldThreadUse {
   double cpu_share = 0.0;    // of one CPU
   double late_ms_max = 0.0;  // of a reading
-  std::uint64_t lost = 0;    // of what nodes did (exchange.h): the robot and the figures know nothing of it
+  std::uint64_t lost = 0;    // of what nodes did (program/exchange.h): the robot and the figures know nothing of it
 };
 
 struct Outcome {
@@ -38,12 +39,8 @@ struct Outcome {
 inline constexpr std::chrono::nanoseconds kStalenessBucket = std::chrono::seconds(5);
 inline constexpr std::chrono::nanoseconds kDetectorBucket = std::chrono::seconds(10);
 
-// One number each, by name, in the order in which they are printed; none where there was nothing to measure. What
-// batches compute medians of.
-struct Figure {
-  std::string name;
-  std::optional<double> value;
-};
+using program::Figure;
+// In the order in which they are printed. What batches compute medians of.
 std::vector<Figure> figures_of(const Outcome& outcome);
 
 // Text: a figure by time, in rows of ten, each with the time at which it begins.

@@ -1,25 +1,12 @@
 #include "run/scheme.h"
 
-#include <fmt/format.h>
-#include <stdlib.h>
-
-#include <algorithm>
-#include <array>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
+#include <string>
 #include <utility>
 
-#include "catan/planning.h"
+#include "program/known_costs.h"
 
 namespace ctn::navigation::run {
 namespace {
-
-constexpr const char* kFullRun = "static-full-run";
-constexpr const char* kFirstSeconds = "static-20s";
-constexpr double kFirst = 20.0;
-
-bool is_static(const std::string& scheduler) { return scheduler == kFullRun || scheduler == kFirstSeconds; }
 
 bool has_one_core(const Options& options) {
   return options.virtual_time ? options.cores == 1 : options.cpus.size() == 1;
@@ -32,7 +19,7 @@ Options measuring(const Options& options, const std::string& record) {
   result.stealing = true;
   result.cores = 1;
   if (!options.virtual_time) result.cpus.resize(1);
-  if (options.scheduler == kFirstSeconds) result.seconds = std::min(options.seconds, kFirst);
+  result.seconds = program::measuring_seconds(options.scheduler, options.seconds);
   result.record = record;
   result.pictures.clear();
   result.replay.clear();
@@ -41,40 +28,11 @@ Options measuring(const Options& options, const std::string& record) {
 
 }  // namespace
 
-bool needs_costs(const std::string& scheduler) {
-  constexpr std::array<const char*, 4> kMethods{"davare", "verucchi", "picas", "deadline"};
-  return is_static(scheduler) || std::ranges::find(kMethods, scheduler) != kMethods.end();
-}
-
-class Scheme::Folder {
- public:
-  static Result<std::shared_ptr<Folder>> make() {
-    std::error_code error;
-    std::string path = (std::filesystem::temp_directory_path(error) / "navigation-XXXXXX").string();
-    if (error || mkdtemp(path.data()) == nullptr) {
-      return Error::environment("cannot make a folder for temporary files",
-                                "name one in TMPDIR that can be written to");
-    }
-    return std::make_shared<Folder>(std::move(path));
-  }
-  explicit Folder(std::string path) : path_(std::move(path)) {}
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  std::string file(const char* name) const { return (std::filesystem::path(path_) / name).string(); }
-
- private:
-  std::string path_;
-};
-
 Result<Scheme> Scheme::prepare(const Options& options, const std::function<Result<Outcome>(const Options&)>& run) {
   Scheme scheme;
   scheme.options_ = options;
-  if (!needs_costs(options.scheduler)) return scheme;
-  auto folder = Folder::make();
+  if (!program::needs_costs(options.scheduler)) return scheme;
+  auto folder = program::TemporaryFolder::make("navigation");
   if (!folder) return folder.error();
   scheme.folder_ = std::move(folder).value();
 
@@ -88,17 +46,10 @@ Result<Scheme> Scheme::prepare(const Options& options, const std::function<Resul
       return scheme;
     }
   }
-  if (!is_static(options.scheduler)) {
-    scheme.options_.policy = options.scheduler + ":" + costs;
-    return scheme;
-  }
-  const auto plan = make_plan(options.app_file, {.costs = costs, .cores = 1});
-  if (!plan) return plan.error();
-  const std::string path = scheme.folder_->file("plan.json");
-  if (!(std::ofstream(path) << *plan).flush()) {
-    return Error::environment("cannot write " + path, "name a folder in TMPDIR that can be written to");
-  }
-  scheme.options_.policy = (has_one_core(options) ? "static:" : "rates-of:") + path;
+  auto policy =
+      program::policy_by_costs(options.scheduler, costs, options.app_file, has_one_core(options), *scheme.folder_);
+  if (!policy) return policy.error();
+  scheme.options_.policy = std::move(policy).value();
   return scheme;
 }
 

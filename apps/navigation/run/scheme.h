@@ -1,9 +1,5 @@
-// What has to be there before a run under some schedulers can begin: compute times, and plans of them.
-//
-//   static-full-run   the plan that Catan would make of a whole run's compute times, on one core; then it stays. On
-//                     more cores its rates are set by hand, under ordinary scheduling, as in the paper
-//   static-20s        the same, of the first 20 s
-//   davare, verucchi, picas, deadline: decide once, by the compute times of a whole run
+// What has to be there before a run under some schedulers can begin: compute times, and plans of them
+// (program/known_costs.h).
 //
 // Compute times are from a file (`--costs`), or else measured: the same world, seed and board under Catan on one core,
 // a run of its own before the one that counts, which ends when that would.
@@ -14,16 +10,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "catan/result.h"
+#include "program/temporary_folder.h"
 #include "run/options.h"
 #include "run/outcome.h"
 
 namespace ctn::navigation::run {
-
-// Whether the scheduler decides by compute times that have to be known before.
-bool needs_costs(const std::string& scheduler);
 
 class Scheme {
  public:
@@ -38,9 +31,8 @@ class Scheme {
   const std::optional<Outcome>& interrupted() const { return interrupted_; }
 
  private:
-  class Folder;
   Options options_;
-  std::shared_ptr<Folder> folder_;  // its files go with it
+  std::shared_ptr<program::TemporaryFolder> folder_;  // its files go with it
   std::optional<Outcome> interrupted_;
 };
 

@@ -15,7 +15,7 @@ constexpr nanoseconds kLead = std::chrono::milliseconds(1);  // of a reading, be
 constexpr nanoseconds kProgressPeriod = std::chrono::milliseconds(500);
 
 template <class T>
-void take_all(Events<T>& events, std::vector<T>& due) {
+void take_all(program::Events<T>& events, std::vector<T>& due) {
   while (auto event = events.take()) due.push_back(std::move(*event));
 }
 

@@ -20,9 +20,9 @@
 #include <thread>
 #include <vector>
 
+#include "program/exchange.h"
 #include "run/album.h"
 #include "run/drive.h"
-#include "run/exchange.h"
 #include "run/hardware.h"
 #include "run/outcome.h"
 #include "run/replay.h"
@@ -70,15 +70,15 @@ class WorldThread final : public Hardware {
   Drive& drive_;
   static constexpr std::chrono::nanoseconds kNotBegun{-1};
   std::atomic<std::chrono::nanoseconds> begin_ = kNotBegun;  // of time, on the steady clock
-  Newest<std::shared_ptr<const Reading>> readings_;
-  Newest<Odometry> odometry_;
-  Newest<Progress> progress_;
-  Events<Motion> motions_;
-  Events<Guidance> guidances_;
-  Events<Planned> plans_;
-  Events<Detected> detections_;
-  Events<Moment> moments_;
-  Events<Frame> frames_;
+  program::Newest<std::shared_ptr<const Reading>> readings_;
+  program::Newest<Odometry> odometry_;
+  program::Newest<Progress> progress_;
+  program::Events<Motion> motions_;
+  program::Events<Guidance> guidances_;
+  program::Events<Planned> plans_;
+  program::Events<Detected> detections_;
+  program::Events<Moment> moments_;
+  program::Events<Frame> frames_;
   bool keeps_moments_ = false;
   bool keeps_frames_ = false;
   // The thread's own: events that were taken and are not done yet.

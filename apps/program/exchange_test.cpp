@@ -1,11 +1,11 @@
-#include "run/exchange.h"
+#include "program/exchange.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <thread>
 
-namespace ctn::navigation::run {
+namespace ctn::program {
 namespace {
 
 TEST(Newest, GivesTheNewest) {
@@ -47,4 +47,4 @@ TEST(Events, ComeInOrderAndAreCountedWhereTheyAreLost) {
 }
 
 }  // namespace
-}  // namespace ctn::navigation::run
+}  // namespace ctn::program

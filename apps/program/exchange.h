@@ -1,5 +1,5 @@
-// How values pass between the world's thread and the nodes' threads, which may have real-time priorities: without
-// locks, so that neither waits for the other.
+// How values pass between a world's thread and the nodes' threads, which may have real-time priorities: without locks,
+// so that neither waits for the other.
 //
 //   Newest<T>     one writer, one reader, who sees the newest value
 //   Events<T>     one writer, one reader, who takes all in order; full: the newest is lost, and counted
@@ -14,7 +14,7 @@
 #include <optional>
 #include <utility>
 
-namespace ctn::navigation::run {
+namespace ctn::program {
 
 template <class T>
 class Newest {
@@ -70,4 +70,4 @@ class Events {
   std::atomic<std::uint64_t> lost_{0};
 };
 
-}  // namespace ctn::navigation::run
+}  // namespace ctn::program

@@ -1,0 +1,44 @@
+// Many runs of a program that differ in their seed alone. With a folder, the JSON document of each run is a file there,
+// `run-SEED.json`, which appears whole or not at all; runs of which there is a file are not run again, so a batch that
+// was stopped goes on.
+//
+// Thread safety: one thread.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "catan/result.h"
+
+namespace ctn::program {
+
+struct Seeds {
+  std::uint64_t first = 1;
+  int count = 1;
+};
+
+// What a run printed.
+struct Document {
+  std::string text;
+  double took_seconds = 0.0;
+  int signal = 0;  // that ended it early; 0: none
+};
+
+struct BatchSteps {
+  std::function<Result<Document>(std::uint64_t seed)> run;
+  // A document of a run, from `file` or from a run that has just ended, in the order of seeds. Returns a few words on
+  // the run. Errors: it is none, or one of another run.
+  std::function<Result<std::string>(const std::string& text, const std::string& file, std::uint64_t seed)> take;
+  std::function<void(const std::string& line)> tell;  // of each run
+};
+
+// Returns the signal that has ended the batch early; 0: none. `folder`: empty: documents are not kept. Errors: those of
+// the steps; a folder or a file that cannot be written (kEnvironment).
+Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& steps);
+
+// Whether the JSON document `text` is of a run with the options that `identity`, a JSON object, says: each of its
+// members is in the document, and has the same value. Errors (kCaller): it is not; it is none, or has no figures.
+Status check_document(const std::string& text, const std::string& file, const std::string& identity);
+
+}  // namespace ctn::program

@@ -1,0 +1,30 @@
+// Schedulers that decide by compute times that have to be known before a run, and what policy of a session they are.
+//
+//   static-full-run   the plan that Catan would make of a whole run's compute times, on one core; then it stays. On
+//                     more cores its rates are set by hand, under ordinary scheduling, as in the paper
+//   static-20s        the same, of the first 20 s
+//   davare, verucchi, picas, deadline: decide once, by the compute times of a whole run
+//
+// Compute times are from a file, or else measured by a run of its own, under Catan on one core.
+//
+// Thread safety: pure, but for the files.
+#pragma once
+
+#include <string>
+
+#include "catan/result.h"
+#include "program/temporary_folder.h"
+
+namespace ctn::program {
+
+bool needs_costs(const std::string& scheduler);
+
+// How long the run lasts, at most, that measures for a run of so many seconds.
+double measuring_seconds(const std::string& scheduler, double seconds);
+
+// The session's policy, by the compute times in the file `costs` (a cost file or a record). `folder` has its files, and
+// must outlive the run. Precondition: the scheduler needs costs. Errors: those of planning; a file that cannot be made.
+Result<std::string> policy_by_costs(const std::string& scheduler, const std::string& costs, const std::string& app_file,
+                                    bool one_core, const TemporaryFolder& folder);
+
+}  // namespace ctn::program

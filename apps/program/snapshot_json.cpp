@@ -1,0 +1,82 @@
+#include "program/snapshot_json.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+
+namespace ctn::program {
+
+using Json = nlohmann::ordered_json;
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+Json json_of(const Summary& summary) {
+  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
+  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
+}
+
+Json json_of(const std::vector<Figure>& figures) {
+  Json json = Json::object();
+  for (const Figure& figure : figures) json[figure.name] = or_null(figure.value);
+  return json;
+}
+
+Json json_of(const std::vector<Spread>& spreads) {
+  Json json = Json::object();
+  for (const Spread& spread : spreads) {
+    json[spread.figure] = {{"count", spread.count}};
+    if (spread.count == 0) continue;
+    json[spread.figure].update({{"mean", spread.mean},
+                                {"deviation", spread.deviation},
+                                {"min", spread.min},
+                                {"lower_quartile", spread.lower_quartile},
+                                {"median", spread.median},
+                                {"upper_quartile", spread.upper_quartile},
+                                {"max", spread.max}});
+  }
+  return json;
+}
+
+Json chains_of(const Snapshot& snapshot) {
+  Json chains = Json::array();
+  for (const ChainSnapshot& chain : snapshot.chains) {
+    chains.push_back({{"path", chain.path},
+                      {"response_ms", json_of(chain.response_ms)},
+                      {"predicted_response_ms", or_null(chain.predicted_response_ms)},
+                      {"latency_ms", json_of(chain.latency_ms)},
+                      {"period_ms", json_of(chain.period_ms)}});
+  }
+  return chains;
+}
+
+Json nodes_of(const Snapshot& snapshot) {
+  Json nodes = Json::object();
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
+  }
+  return nodes;
+}
+
+std::string name_of(const ChainSnapshot& chain) { return fmt::format("{}", fmt::join(chain.path, " -> ")); }
+
+std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string table_of_nodes(const Snapshot& snapshot) {
+  std::string text = "  node        rate Hz   compute ms mean     p95\n";
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    text += fmt::format("  {:<10} {:>8.2f} {:>17.3f} {:>7.3f}\n", node.name, node.rate_hz, node.compute_ms.mean,
+                        node.compute_ms.p95);
+  }
+  return text;
+}
+
+std::vector<Figure> figures_in(const Json& document) {
+  std::vector<Figure> figures;
+  for (const auto& [name, value] : document["figures"].items()) {
+    figures.push_back({name, value.is_number() ? std::optional(value.get<double>()) : std::nullopt});
+  }
+  return figures;
+}
+
+}  // namespace ctn::program

@@ -1,0 +1,35 @@
+// What a session or a simulation has measured, as JSON, for the documents that the apps' programs print.
+//
+// Thread safety: pure functions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "catan/snapshot.h"
+#include "program/figures.h"
+
+namespace ctn::program {
+
+nlohmann::ordered_json or_null(const std::optional<double>& value);
+nlohmann::ordered_json json_of(const Summary& summary);
+nlohmann::ordered_json json_of(const std::vector<Figure>& figures);  // an object
+nlohmann::ordered_json json_of(const std::vector<Spread>& spreads);  // an object
+nlohmann::ordered_json chains_of(const Snapshot& snapshot);
+nlohmann::ordered_json nodes_of(const Snapshot& snapshot);
+
+std::string name_of(const ChainSnapshot& chain);  // "a -> b"
+
+// The text of a document.
+std::string text_of(const nlohmann::ordered_json& json);
+
+// Text: rates and compute times of nodes.
+std::string table_of_nodes(const Snapshot& snapshot);
+
+// The figures of a document that text_of() gave. Precondition: check_document() (program/batch.h).
+std::vector<Figure> figures_in(const nlohmann::ordered_json& document);
+
+}  // namespace ctn::program

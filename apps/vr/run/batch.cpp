@@ -1,0 +1,81 @@
+#include "run/batch.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "program/batch.h"
+#include "program/snapshot_json.h"
+
+namespace ctn::vr::run {
+namespace {
+
+using BatchJson = nlohmann::ordered_json;
+
+std::string words_on(const StoredRun& run) {
+  const auto value = [&run](const char* name) { return program::figure_of(run.figures, name).value_or(0.0); };
+  return fmt::format("A {:.2f} ms, B {:.2f} ms, C {:.1f} ms, {:.0f} of {:.0f} ticks missed",
+                     value("response_ms A_mean"), value("response_ms B_mean"), value("response_ms C_mean"),
+                     value("ticks_missed"), value("ticks"));
+}
+
+std::vector<program::Spread> spreads_of(const Batch& batch) {
+  std::vector<std::vector<program::Figure>> figures;
+  for (const StoredRun& run : batch.runs) figures.push_back(run.figures);
+  return program::spreads_of(figures);
+}
+
+}  // namespace
+
+Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
+                        const std::function<void(const std::string&)>& tell) {
+  Batch batch{options, {}, 0};
+  const auto with_seed = [&options](std::uint64_t seed) {
+    Options one = options;
+    one.seed = seed;
+    return one;
+  };
+  program::BatchSteps steps;
+  steps.run = [&](std::uint64_t seed) -> Result<program::Document> {
+    const auto outcome = run_one(with_seed(seed));
+    if (!outcome) return outcome.error();
+    return program::Document{to_json(*outcome), outcome->took_seconds, outcome->signal};
+  };
+  steps.take = [&](const std::string& text, const std::string& file, std::uint64_t seed) -> Result<std::string> {
+    if (Status checked = program::check_document(text, file, identity_of(with_seed(seed))); !checked) {
+      return checked.error();
+    }
+    StoredRun run{seed, program::figures_in(BatchJson::parse(text))};
+    std::string words = words_on(run);
+    batch.runs.push_back(std::move(run));
+    return words;
+  };
+  steps.tell = tell;
+  const auto ended = program::run_batch({options.seed, options.runs}, options.out, steps);
+  if (!ended) return ended.error();
+  batch.signal = *ended;
+  return batch;
+}
+
+std::string to_json(const Batch& batch) {
+  BatchJson json = BatchJson::parse(identity_of(batch.options));
+  json["runs"] = BatchJson::array();
+  for (const StoredRun& run : batch.runs) {
+    json["runs"].push_back({{"seed", run.seed}, {"figures", program::json_of(run.figures)}});
+  }
+  json["summary"] = program::json_of(spreads_of(batch));
+  json["interrupted"] = batch.signal != 0;
+  return program::text_of(json);
+}
+
+std::string to_text(const Batch& batch) {
+  const Options& options = batch.options;
+  return fmt::format("{} of {} runs of {} under '{}'{}{}\n", batch.runs.size(), options.runs, note_of(options),
+                     options.scheduler, options.stealing ? "" : " without stealing",
+                     batch.signal != 0 ? ", interrupted" : "") +
+         program::table_of(spreads_of(batch));
+}
+
+}  // namespace ctn::vr::run

@@ -1,0 +1,141 @@
+#include "run/findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "vio/trajectory_error.h"
+
+namespace ctn::vr::run {
+namespace {
+
+using program::Figure;
+using std::chrono::nanoseconds;
+
+// Mean and percentiles of what was measured many times.
+class Samples {
+ public:
+  void add(double value) { values_.push_back(value); }
+  void tell(const std::string& name, std::vector<Figure>& figures) const {
+    figures.push_back({name + "_mean", program::mean_of(values_)});
+    figures.push_back({name + "_p50", program::percentile_of(values_, 50.0)});
+    figures.push_back({name + "_p95", program::percentile_of(values_, 95.0)});
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+struct PictureErrors {
+  Samples degrees;
+  Samples pixels;
+
+  void add(const Surroundings& surroundings, const Pose& shown, const Pose& truth) {
+    const measures::Depths depths = [&surroundings](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+      return surroundings.room().distance(origin, direction);
+    };
+    degrees.add(measures::rotation_error(shown, truth));
+    if (const auto error = measures::pixel_error(surroundings.eye(), shown, truth, depths)) pixels.add(*error);
+  }
+  void tell(const std::string& name, std::vector<Figure>& figures) const {
+    degrees.tell(name + "_deg", figures);
+    pixels.tell(name + "_px", figures);
+  }
+};
+
+void add_ticks(const Happened& happened, std::vector<Figure>& figures) {
+  std::size_t ticks = 0;
+  std::size_t missed = 0;
+  Samples rotation;
+  Samples translation;
+  Samples camera;
+  for (const Photon& photon : happened.photons) {
+    if (photon.tick < happened.from) continue;
+    ++ticks;
+    if (!photon.fresh) ++missed;
+    rotation.add(in_ms(photon.tick - photon.picture.warped_stamp));
+    translation.add(in_ms(photon.tick - photon.picture.drawn_stamp));
+    if (photon.picture.exposure) camera.add(in_ms(photon.tick - *photon.picture.exposure));
+  }
+  figures.push_back({"ticks", static_cast<double>(ticks)});
+  figures.push_back({"ticks_missed", static_cast<double>(missed)});
+  rotation.tell("photon_age_ms rotation", figures);
+  translation.tell("photon_age_ms translation", figures);
+  camera.tell("photon_age_ms camera", figures);
+}
+
+void add_errors(const Happened& happened, const Surroundings& surroundings, bool translational,
+                std::vector<Figure>& figures) {
+  PictureErrors whole;
+  PictureErrors of_age;
+  for (const Photon& photon : happened.photons) {
+    const std::optional<Pose> truth = surroundings.true_eye(photon.tick);
+    const std::optional<Pose> truth_then = surroundings.true_eye(photon.picture.warped_stamp);
+    if (photon.tick < happened.from || !truth || !truth_then) continue;
+    const Picture& picture = photon.picture;
+    const Pose shown = translational ? picture.warped : measures::shown_by_rotation(picture.drawn, picture.warped);
+    whole.add(surroundings, shown, *truth);
+    const Pose true_from_known = transformed(*truth_then, inverse(picture.known));
+    of_age.add(surroundings, transformed(true_from_known, shown), *truth);
+  }
+  whole.tell("error", figures);
+  of_age.tell("age_error", figures);
+}
+
+void add_tracking(const Happened& happened, const Surroundings& surroundings, std::vector<Figure>& figures) {
+  Samples ages;
+  std::vector<StampedPose> estimated;
+  std::vector<StampedPose> truth;
+  std::vector<nanoseconds> times;
+  for (const Tracked& tracked : happened.tracked) {
+    const double exposed = in_seconds(tracked.exposure);
+    if (const auto true_pose = surroundings.truth(tracked.exposure)) {
+      estimated.push_back({exposed, tracked.pose});
+      truth.push_back({exposed, *true_pose});
+    }
+    if (tracked.at < happened.from) continue;
+    ages.add(in_ms(tracked.at - tracked.exposure));
+    times.push_back(tracked.at);
+  }
+  ages.tell("vio_age_ms", figures);
+  std::optional<double> rate;
+  if (times.size() > 1) rate = static_cast<double>(times.size() - 1) / in_seconds(times.back() - times.front());
+  figures.push_back({"vio_hz", rate});
+  const TrajectoryError error = absolute_error(estimated, truth);
+  const bool known = error.poses > 0;
+  figures.push_back({"vio_ate_m", known ? std::optional(error.position_rmse) : std::nullopt});
+  figures.push_back(
+      {"vio_error_deg", known ? std::optional(error.rotation_rmse * 180.0 / std::numbers::pi) : std::nullopt});
+}
+
+}  // namespace
+
+nanoseconds counted_from(nanoseconds end) { return std::min<nanoseconds>(std::chrono::seconds(4), end / 2); }
+
+std::vector<Figure> figures_of(const Happened& happened, const Surroundings& surroundings, bool translational) {
+  std::vector<Figure> figures;
+  add_ticks(happened, figures);
+  add_errors(happened, surroundings, translational, figures);
+  add_tracking(happened, surroundings, figures);
+  return figures;
+}
+
+double floor_ms(const Clock& samples, const Clock& display, nanoseconds cost) {
+  constexpr int kTicks = 3000;
+  double sum = 0.0;
+  int responses = 0;
+  nanoseconds tick = display.next(samples.first);
+  nanoseconds before = samples.last(tick - cost);
+  for (int count = 0; count < kTicks; ++count) {
+    tick += display.period;
+    const nanoseconds sample = samples.last(tick - cost);
+    if (sample == before) continue;  // nothing new reaches the display
+    sum += in_ms(tick - before);
+    ++responses;
+    before = sample;
+  }
+  return responses == 0 ? 0.0 : sum / responses;
+}
+
+}  // namespace ctn::vr::run

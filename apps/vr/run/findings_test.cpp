@@ -1,0 +1,113 @@
+#include "run/findings.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace ctn::vr::run {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+// Samples at 0, 5, 10, ... ms, ticks at 3, 13, 23, ... ms, 1 ms of computing: each tick has a sample that is 3 ms old,
+// and the one before that reached the display is 10 ms older.
+TEST(Floor, IsThePeriodTheWaitAndTheCost) {
+  EXPECT_NEAR(floor_ms({0ms, 5ms}, {3ms, 10ms}, 1ms), 13.0, 1e-9);
+  EXPECT_NEAR(floor_ms({0ms, 5ms}, {3ms, 10ms}, 4ms), 18.0, 1e-9) << "too late for that sample";
+}
+
+// A display that ticks more often than there are samples: every other tick has something new.
+TEST(Floor, DoesNotCountTicksWithNothingNew) { EXPECT_NEAR(floor_ms({0ms, 5ms}, {1ms, 2500us}, 500us), 6.0, 1e-9); }
+
+class Findings : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.seconds = 8.0;
+    auto made = Surroundings::make(options_, 5ms);
+    ASSERT_TRUE(made.ok());
+    surroundings_ = std::move(made).value();
+  }
+  // Shown at a tick: what was true so long before.
+  Photon photon(nanoseconds tick, nanoseconds old) const {
+    Photon photon;
+    photon.tick = tick;
+    photon.fresh = true;
+    photon.picture.drawn = *surroundings_->true_eye(tick - old);
+    photon.picture.warped = photon.picture.drawn;
+    photon.picture.known = *surroundings_->true_eye(tick - 4ms);
+    photon.picture.warped_stamp = tick - 4ms;
+    photon.picture.drawn_stamp = tick - 9ms;
+    return photon;
+  }
+  std::optional<double> figure(const Happened& happened, const std::string& name) const {
+    return program::figure_of(figures_of(happened, *surroundings_, false), name);
+  }
+
+  Options options_;
+  std::unique_ptr<const Surroundings> surroundings_;
+};
+
+TEST_F(Findings, TheTruthHasNoError) {
+  const Happened happened{{photon(5s, 0ns), photon(6s, 0ns)}, {}, 4s};
+  EXPECT_NEAR(*figure(happened, "error_deg_p95"), 0.0, 1e-6);
+  EXPECT_NEAR(*figure(happened, "error_px_p95"), 0.0, 1e-6);
+  EXPECT_EQ(figure(happened, "ticks"), 2.0);
+  EXPECT_EQ(figure(happened, "ticks_missed"), 0.0);
+  EXPECT_EQ(figure(happened, "photon_age_ms rotation_mean"), 4.0);
+  EXPECT_EQ(figure(happened, "photon_age_ms translation_mean"), 9.0);
+  EXPECT_EQ(figure(happened, "photon_age_ms camera_mean"), std::nullopt);
+  EXPECT_EQ(figure(happened, "vio_ate_m"), std::nullopt);
+}
+
+TEST_F(Findings, WhatIsShownIsTheOrientationThatWasWarpedTo) {
+  Photon turned = photon(5s, 0ns);
+  const double angle = 2.0 * std::numbers::pi / 180.0;
+  turned.picture.warped.orientation =
+      turned.picture.warped.orientation * Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()));
+  EXPECT_NEAR(*figure({{turned}, {}, 4s}, "error_deg_mean"), 2.0, 1e-6);
+  EXPECT_GT(*figure({{turned}, {}, 4s}, "error_px_mean"), 160.0 * angle) << "320 pixels are 90 degrees";
+}
+
+// A headset that has lost its way, but knows how it moves.
+TEST_F(Findings, TheErrorOfAgeKnowsNothingOfDrift) {
+  Photon drifted = photon(5s, 0ns);
+  Pose drift;
+  drift.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  drift.position = {0.2, 0.0, 0.0};
+  for (Pose* pose : {&drifted.picture.drawn, &drifted.picture.warped, &drifted.picture.known}) {
+    *pose = transformed(drift, *pose);
+  }
+  EXPECT_NEAR(*figure({{drifted}, {}, 4s}, "age_error_deg_mean"), 0.0, 1e-6);
+  EXPECT_NEAR(*figure({{drifted}, {}, 4s}, "age_error_px_mean"), 0.0, 1e-6);
+  EXPECT_NEAR(*figure({{drifted}, {}, 4s}, "error_deg_mean"), 0.1 * 180.0 / std::numbers::pi, 1e-6);
+  EXPECT_NEAR(*figure({{photon(5s, 20ms)}, {}, 4s}, "age_error_deg_mean"),
+              *figure({{photon(5s, 20ms)}, {}, 4s}, "error_deg_mean"), 1e-6)
+      << "without drift there is nothing else";
+}
+
+TEST_F(Findings, OfTheFirstSecondsDoNotCount) {
+  Photon early = photon(1s, 30ms);
+  early.fresh = false;
+  const Happened happened{{early, photon(5s, 0ns)}, {}, counted_from(20s)};
+  EXPECT_EQ(figure(happened, "ticks"), 1.0);
+  EXPECT_EQ(figure(happened, "ticks_missed"), 0.0);
+}
+
+TEST_F(Findings, TrackingIsComparedWithTheTruth) {
+  Happened happened{{}, {}, 4s};
+  for (int i = 0; i < 40; ++i) {
+    const nanoseconds exposed = 4s + i * 50ms;
+    happened.tracked.push_back({exposed + 30ms, exposed, *surroundings_->truth(exposed)});
+  }
+  EXPECT_NEAR(*figure(happened, "vio_ate_m"), 0.0, 1e-9);
+  EXPECT_EQ(figure(happened, "vio_age_ms_mean"), 30.0);
+  EXPECT_NEAR(*figure(happened, "vio_hz"), 20.0, 1e-9);
+  happened.tracked[7].pose.position.x() += 0.1;
+  EXPECT_NEAR(*figure(happened, "vio_ate_m"), 0.1 / std::sqrt(40.0), 2e-3);
+}
+
+}  // namespace
+}  // namespace ctn::vr::run

@@ -1,0 +1,84 @@
+#include "run/live_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "catan/session.h"
+#include "run/album.h"
+#include "run/headset_app.h"
+#include "run/live_headset.h"
+#include "run/nodes.h"
+
+namespace ctn::vr::run {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::chrono::seconds kMayBeginLate(10);
+
+SessionOptions session_options(const Options& options, const Watch& watch) {
+  SessionOptions result;
+  result.policy = options.policy;
+  result.cpus = options.cpus;
+  result.record = options.record;
+  result.note = note_of(options);
+  result.stealing = options.stealing;
+  if (watch.notice) result.on_notice = watch.notice;
+  return result;
+}
+
+}  // namespace
+
+Result<Outcome> run_live(const Options& options, const Watch& watch) {
+  const DrawnClocks clocks = clocks_of(options);
+  const Clock samples{nanoseconds(0), kImuPeriod};  // their timer is the session's
+  const auto surroundings = Surroundings::make(options, samples.period);
+  if (!surroundings) return surroundings.error();
+  const nanoseconds asked(std::llround(options.seconds * 1e9));
+  const nanoseconds end = std::min(asked, (*surroundings)->end());
+  const Clock ready =
+      options.camera_hz ? clocks.exposures : Clock{nanoseconds(0), nanoseconds(std::llround(1e9 / kReadyHz))};
+  const auto exposures = ready_exposures(**surroundings, ready, end);
+  if (!exposures) return exposures.error();
+  auto drawing = DrawingParts::open(**surroundings, options);
+  if (!drawing) return drawing.error();
+
+  auto session = Session::open(options.app_file, session_options(options, watch));
+  if (!session) return session.error();
+  LiveHeadset headset(**surroundings, clocks.display, **exposures);
+  Nodes nodes(headset, **surroundings, options, std::move(drawing).value());
+  nodes.attach(*session);
+
+  Outcome outcome;
+  outcome.options = options;
+  headset.start([&session](std::chrono::steady_clock::time_point tick) {
+    static_cast<void>(session->tick("display", tick));  // an app file without its clock has none
+  });
+  if (Status started = session->start(); !started) return started.error();
+  const auto at_last = std::chrono::steady_clock::now() + end + kMayBeginLate;
+  while (headset.now() < end && outcome.signal == 0 && std::chrono::steady_clock::now() < at_last) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (nodes.failure()) break;
+    if (watch.signal) outcome.signal = watch.signal();
+    if (watch.show) watch.show(headset.now());
+  }
+  outcome.snapshot = session->snapshot();
+  Status stopped = session->stop();
+  headset.stop();
+  if (!stopped) return stopped.error();
+  if (const auto failure = nodes.failure()) return *failure;
+  const Happened happened = headset.happened();
+  outcome.figures = figures_of(happened, **surroundings, options.translational);
+  add_responses(outcome, {samples, clocks.display});
+  outcome.display_thread = headset.use();
+  outcome.took_seconds = in_seconds(headset.now());
+  if (!options.pictures.empty()) {
+    if (Status drawn = draw_album(options, **surroundings, happened.photons); !drawn) return drawn.error();
+  }
+  return outcome;
+}
+
+}  // namespace ctn::vr::run

@@ -1,0 +1,84 @@
+// The program as a script sees it: what it prints where, and how it ends.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "program/testing/run_command.h"
+
+namespace ctn::vr::run {
+namespace {
+
+using program::testing::Ended;
+using program::testing::run_command;
+
+Ended run(const std::string& arguments, const std::string& before = "") {
+  return run_command(before + " '" VR_PROGRAM "' " + arguments);
+}
+
+std::string temporary(const std::string& name) {
+  return ::testing::TempDir() + "vr_program_" + std::to_string(getpid()) + "_" + name;
+}
+
+// Nothing can be drawn here: then the program says so, and cannot run.
+bool cannot_draw(const Ended& ended) { return ended.code == 1 && ended.out.empty(); }
+
+TEST(Program, InVirtualTimePrintsTheSameBytesEachTime) {
+  const std::string record = temporary("record.catan");
+  const std::string options = "--virtual --seconds 5 --json --scheduler fifo --seed 7";
+  const Ended first = run(options + " --record " + record);
+  if (cannot_draw(first)) GTEST_SKIP() << "EGL is not installed";
+  ASSERT_EQ(first.code, 0);
+  EXPECT_EQ(first.out, run(options).out);
+  EXPECT_GT(std::filesystem::file_size(record), 10000U);
+  std::filesystem::remove(record);
+  const auto json = nlohmann::json::parse(first.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << first.out;
+  EXPECT_EQ(json["virtual"], true);
+  EXPECT_EQ(json["scheduler"], "fifo");
+  EXPECT_GT(json["figures"]["ticks"].get<double>(), 100.0);
+  EXPECT_GT(json["figures"]["response_ms A_mean"].get<double>(), 8.0);
+}
+
+TEST(Program, InVirtualTimeABatchGoesOn) {
+  const std::string folder = temporary("batch");
+  const std::string options = "--virtual --seconds 5 --json --scheduler default --out " + folder + " --runs ";
+  const Ended first = run(options + "1");
+  if (cannot_draw(first)) GTEST_SKIP() << "EGL is not installed";
+  ASSERT_EQ(first.code, 0);
+  const Ended both = run(options + "2");
+  ASSERT_EQ(both.code, 0);
+  const auto json = nlohmann::json::parse(both.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << both.out;
+  EXPECT_EQ(json["runs"].size(), 2U);
+  EXPECT_EQ(json["summary"]["response_ms A_mean"]["count"], 2);
+  EXPECT_EQ(run(options + "2 --hz 90").code, 2) << "other options";
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Program, LeavesWithTwoOnAMistake) {
+  for (const char* arguments :
+       {"--virtual --scheduler fastest", "--app /nowhere/app.yaml --virtual", "--no-such-option", "--cores 2",
+        "--virtual --size 1x1", "--virtual --dataset /nowhere"}) {
+    const Ended ended = run(arguments);
+    EXPECT_EQ(ended.code, 2) << arguments;
+    EXPECT_EQ(ended.out, "") << arguments;
+  }
+}
+
+TEST(Program, InLifeItShows) {
+  const Ended ended = run("--json --seconds 6 --scheduler default --size 160x120");
+  if (cannot_draw(ended)) GTEST_SKIP() << "EGL is not installed";
+  ASSERT_EQ(ended.code, 0);
+  const auto json = nlohmann::json::parse(ended.out, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << ended.out;
+  EXPECT_GT(json["figures"]["ticks"].get<double>(), 60.0);
+  EXPECT_GT(json["display_thread"]["cpu_share"].get<double>(), 0.0);
+}
+
+}  // namespace
+}  // namespace ctn::vr::run

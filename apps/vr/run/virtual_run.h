@@ -1,0 +1,37 @@
+// A run in virtual time: the nodes under a simulation, the headset as the plant.
+//
+// Thread safety: one thread.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+#include "catan/result.h"
+#include "run/findings.h"
+#include "run/options.h"
+#include "run/outcome.h"
+
+namespace ctn::vr::run {
+
+// What goes on outside while it runs; may be left empty.
+struct Watch {
+  std::function<int()> signal;  // that is to end it early; 0: none
+  std::function<void(std::chrono::nanoseconds at)> show;
+  std::function<void(const std::string&)> notice;  // of a session
+  std::chrono::nanoseconds step                    // of virtual time; changes nothing in the outcome
+      = std::chrono::milliseconds(500);
+};
+
+// `options.app_file` is set. Errors: as Simulation::open(), Surroundings::make() and drawn_exposures(); pictures that
+// cannot be written.
+Result<Outcome> run_virtually(const Options& options, const Watch& watch);
+
+// Of the run's seed: when its clocks tick first, and how far each is off, in virtual time.
+struct DrawnClocks {
+  Clock samples;
+  Clock display;
+  Clock exposures;
+};
+DrawnClocks clocks_of(const Options& options);
+
+}  // namespace ctn::vr::run

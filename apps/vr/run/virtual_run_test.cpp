@@ -1,0 +1,100 @@
+// The whole app in virtual time. Where nothing can be drawn, these are skipped: the camera's pictures are.
+#include "run/virtual_run.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "program/temporary_folder.h"
+#include "run/headset_app.h"
+
+namespace ctn::vr::run {
+namespace {
+
+using namespace std::chrono_literals;
+
+class VirtualRun : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto folder = program::TemporaryFolder::make("virtual_run_test");
+    ASSERT_TRUE(folder.ok());
+    folder_ = *folder;
+    Options options = short_run("default", 1);
+    const auto surroundings = Surroundings::make(options, kImuPeriod);
+    ASSERT_TRUE(surroundings.ok());
+    const auto exposures = drawn_exposures(**surroundings, std::nullopt);
+    if (exposures) return;
+    ASSERT_EQ(exposures.error().kind(), ErrorKind::kEnvironment);
+    GTEST_SKIP() << exposures.error().message();
+  }
+
+  Options short_run(const std::string& scheduler, std::uint64_t seed) const {
+    Options options;
+    options.virtual_time = true;
+    options.scheduler = scheduler;
+    options.policy = scheduler == "pacer" ? "fifo" : scheduler;
+    options.seconds = 5.5;
+    options.seed = seed;
+    options.app_file = folder_->write(scheduler + ".yaml", app_text(options)).value();
+    return options;
+  }
+
+  static Outcome outcome_of(const Options& options, std::chrono::nanoseconds step = 500ms) {
+    Watch watch;
+    watch.step = step;
+    auto outcome = run_virtually(options, watch);
+    EXPECT_TRUE(outcome.ok()) << (outcome.ok() ? "" : outcome.error().message());
+    return outcome.ok() ? *outcome : Outcome{};
+  }
+  static double figure(const Outcome& outcome, const std::string& name) {
+    const auto value = program::figure_of(outcome.figures, name);
+    EXPECT_TRUE(value) << name;
+    return value.value_or(-1.0);
+  }
+
+  std::shared_ptr<program::TemporaryFolder> folder_;
+};
+
+TEST_F(VirtualRun, IsTheSameEachTimeAndWithAnyStep) {
+  const std::string once = to_json(outcome_of(short_run("fifo", 1)));
+  EXPECT_EQ(to_json(outcome_of(short_run("fifo", 1), 70ms)), once);
+  EXPECT_NE(to_json(outcome_of(short_run("fifo", 2))), once);
+}
+
+TEST_F(VirtualRun, ShowsWhatIsNearlyTrueUnderEachScheduler) {
+  for (const char* scheduler : {"catan", "paper", "default", "pacer"}) {
+    const Outcome outcome = outcome_of(short_run(scheduler, 1));
+    EXPECT_NEAR(figure(outcome, "ticks"), 1.5 * 120.0, 2.0) << scheduler;
+    EXPECT_LT(figure(outcome, "error_deg_p95"), 5.0) << scheduler;
+    EXPECT_LT(figure(outcome, "vio_ate_m"), 0.1) << scheduler;
+    EXPECT_GT(figure(outcome, "vio_hz"), 10.0) << scheduler;
+    EXPECT_GE(figure(outcome, "over_floor_percent A"), -1.0) << scheduler << ": as costs vary a little";
+    EXPECT_GT(figure(outcome, "response_ms C_mean"), figure(outcome, "response_ms B_mean")) << scheduler;
+  }
+}
+
+TEST_F(VirtualRun, ACameraWithItsOwnRateGivesNoPictureTwice) {
+  Options options = short_run("default", 3);
+  options.camera_hz = 10.0;
+  options.app_file = folder_->write("clocked.yaml", app_text(options)).value();
+  EXPECT_NEAR(figure(outcome_of(options), "vio_hz"), 10.0, 0.1);
+}
+
+TEST(DrawnClocks, FollowFromTheSeedAndDriftAsMuchAsIsAsked) {
+  Options options;
+  options.seed = 5;
+  const DrawnClocks still = clocks_of(options);
+  EXPECT_EQ(still.samples.period, kImuPeriod);
+  EXPECT_EQ(still.display.period, options.display_period());
+  EXPECT_EQ(clocks_of(options).display.first, still.display.first);
+  options.drift_ppm = 100.0;
+  const DrawnClocks drifting = clocks_of(options);
+  EXPECT_NE(drifting.display.period, still.display.period);
+  EXPECT_LE(std::chrono::abs(drifting.display.period - still.display.period), 834ns);
+  options.seed = 6;
+  EXPECT_NE(clocks_of(options).display.first, drifting.display.first);
+}
+
+}  // namespace
+}  // namespace ctn::vr::run
