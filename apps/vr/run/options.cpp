@@ -77,7 +77,7 @@ void add_options(CLI::App& app, Options& options, Words& words) {
       ->capture_default_str();
   app.add_option("--seconds", options.seconds,
                  "how long it runs, or as long as the data set has data; the first 4 s are not counted")
-      ->check(within(5.0, 3600.0))
+      ->check(within(1.0, 3600.0))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of how the head moves, noise, the room, and when clocks tick")
       ->capture_default_str();

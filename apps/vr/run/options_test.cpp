@@ -96,7 +96,7 @@ TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--camera", "soon"}), 2);
   EXPECT_EQ(code_of({"--camera", "120"}), 2);
   EXPECT_EQ(code_of({"--warp", "sideways"}), 2);
-  EXPECT_EQ(code_of({"--seconds", "1"}), 2);
+  EXPECT_EQ(code_of({"--seconds", "0.5"}), 2);
   EXPECT_EQ(code_of({"--cores", "2"}), 2) << "only in virtual time";
   EXPECT_EQ(code_of({"--virtual", "--cpus", "0"}), 2);
   EXPECT_EQ(code_of({"--runs", "2", "--record", "r"}), 2) << "a record is of one run";

