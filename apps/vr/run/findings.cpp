@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "vio/trajectory_error.h"
@@ -51,7 +50,7 @@ void add_ticks(const Happened& happened, std::vector<Figure>& figures) {
   Samples translation;
   Samples camera;
   for (const Photon& photon : happened.photons) {
-    if (photon.tick < happened.from) continue;
+    if (photon.tick < counted_from(happened.end)) continue;
     ++ticks;
     if (!photon.fresh) ++missed;
     rotation.add(in_ms(photon.tick - photon.picture.warped_stamp));
@@ -72,7 +71,7 @@ void add_errors(const Happened& happened, const Surroundings& surroundings, bool
   for (const Photon& photon : happened.photons) {
     const std::optional<Pose> truth = surroundings.true_eye(photon.tick);
     const std::optional<Pose> truth_then = surroundings.true_eye(photon.picture.warped_stamp);
-    if (photon.tick < happened.from || !truth || !truth_then) continue;
+    if (photon.tick < counted_from(happened.end) || !truth || !truth_then) continue;
     const Picture& picture = photon.picture;
     const Pose shown = translational ? picture.warped : measures::shown_by_rotation(picture.drawn, picture.warped);
     whole.add(surroundings, shown, *truth);
@@ -85,6 +84,8 @@ void add_errors(const Happened& happened, const Surroundings& surroundings, bool
 
 void add_tracking(const Happened& happened, const Surroundings& surroundings, std::vector<Figure>& figures) {
   Samples ages;
+  Samples metres;
+  Samples degrees;
   std::vector<StampedPose> estimated;
   std::vector<StampedPose> truth;
   std::vector<nanoseconds> times;
@@ -94,7 +95,11 @@ void add_tracking(const Happened& happened, const Surroundings& surroundings, st
       estimated.push_back({exposed, tracked.pose});
       truth.push_back({exposed, *true_pose});
     }
-    if (tracked.at < happened.from) continue;
+    if (tracked.at < counted_from(happened.end)) continue;
+    if (!truth.empty()) {
+      metres.add(measures::translation_error(tracked.pose, truth.back().pose));
+      degrees.add(measures::rotation_error(tracked.pose, truth.back().pose));
+    }
     ages.add(in_ms(tracked.at - tracked.exposure));
     times.push_back(tracked.at);
   }
@@ -103,10 +108,9 @@ void add_tracking(const Happened& happened, const Surroundings& surroundings, st
   if (times.size() > 1) rate = static_cast<double>(times.size() - 1) / in_seconds(times.back() - times.front());
   figures.push_back({"vio_hz", rate});
   const TrajectoryError error = absolute_error(estimated, truth);
-  const bool known = error.poses > 0;
-  figures.push_back({"vio_ate_m", known ? std::optional(error.position_rmse) : std::nullopt});
-  figures.push_back(
-      {"vio_error_deg", known ? std::optional(error.rotation_rmse * 180.0 / std::numbers::pi) : std::nullopt});
+  figures.push_back({"vio_ate_m", error.poses > 0 ? std::optional(error.position_rmse) : std::nullopt});
+  metres.tell("vio_error_m", figures);
+  degrees.tell("vio_error_deg", figures);
 }
 
 }  // namespace
@@ -114,7 +118,7 @@ void add_tracking(const Happened& happened, const Surroundings& surroundings, st
 nanoseconds counted_from(nanoseconds end) { return std::min<nanoseconds>(std::chrono::seconds(4), end / 2); }
 
 std::vector<Figure> figures_of(const Happened& happened, const Surroundings& surroundings, bool translational) {
-  std::vector<Figure> figures;
+  std::vector<Figure> figures{{"seconds", in_seconds(happened.end)}};
   add_ticks(happened, figures);
   add_errors(happened, surroundings, translational, figures);
   add_tracking(happened, surroundings, figures);

@@ -36,7 +36,7 @@ std::chrono::nanoseconds counted_from(std::chrono::nanoseconds end);
 struct Happened {
   std::vector<Photon> photons;
   std::vector<Tracked> tracked;
-  std::chrono::nanoseconds from{};  // what happened before does not count
+  std::chrono::nanoseconds end{};  // of the run
 };
 
 // In the order in which they are printed; none where there is nothing to measure, or no truth.

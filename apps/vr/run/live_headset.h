@@ -39,7 +39,7 @@ class LiveHeadset final : public Headset {
   // After the nodes have ended: takes what they did last. May be called twice.
   void stop();
   // After stop().
-  Happened happened() const { return {display_.photons(), tracked_, counted_from(ended_)}; }
+  Happened happened() const { return {display_.photons(), tracked_, ended_}; }
   DisplayThreadUse use() const { return use_; }
 
   std::chrono::nanoseconds now() const override;

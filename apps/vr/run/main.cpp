@@ -67,7 +67,8 @@ int run(const Options& asked) {
   status.clear();
   if (!outcome) return program::fail(kProgram, outcome.error());
   if (options.virtual_time) {
-    fmt::print(stderr, "vr: {:.1f} s of virtual time in {:.1f} s\n", options.seconds, outcome->took_seconds);
+    fmt::print(stderr, "vr: {:.1f} s of virtual time in {:.1f} s\n",
+               program::figure_of(outcome->figures, "seconds").value_or(0.0), outcome->took_seconds);
   }
   return program::print(options.json ? to_json(*outcome) : to_text(*outcome), outcome->signal);
 }
