@@ -30,8 +30,11 @@ using program::StatusLine;
 constexpr const char* kProgram = "navigation";
 
 Result<world::WorldFile> world_of(const Options& options) {
-  if (!options.world_file.empty()) return world::read_world(options.world_file);
-  return world::make_crowd({.seed = options.seed});
+  auto world = options.world_file.empty() ? Result<world::WorldFile>(world::make_crowd({.seed = options.seed}))
+                                          : world::read_world(options.world_file);
+  if (!world) return world;
+  for (world::MoverSpec& mover : world->movers) mover.speed *= options.mover_speed;
+  return world;
 }
 
 Result<Outcome> drive_once(const Options& options, const std::shared_ptr<DetectorChain>& detector, StatusLine& status) {

@@ -89,6 +89,9 @@ void add_options(CLI::App& app, Options& options, std::string& cpus) {
   app.add_option("--slowdown", options.slowdown, "each run costs X times as much, as on a slower board")
       ->check(within(1.0, 100.0))
       ->capture_default_str();
+  app.add_option("--mover-speed", options.mover_speed, "what moves in the world moves X times as fast")
+      ->check(within(0.01, 100.0))
+      ->capture_default_str();
   app.add_option("--app", options.app_file, "the app file")
       ->default_str("robot.yaml beside the program, robot_fast_local.yaml or robot_with_detector.yaml");
   CLI::Option* const in_virtual_time =

@@ -24,6 +24,7 @@ struct Options {
   std::string record;  // empty: none
   std::string app_file;
   double slowdown = 1.0;
+  double mover_speed = 1.0;  // what the speeds of all movers are multiplied by
   bool virtual_time = false;
   int cores = 1;                   // in virtual time
   std::string detector = "none";   // none, hog, yolo

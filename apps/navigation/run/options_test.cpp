@@ -99,6 +99,7 @@ TEST(Options, MistakesLeaveWithTwo) {
   EXPECT_EQ(code_of({"--seconds", "0"}), 2);
   EXPECT_EQ(code_of({"--seconds", "nan"}), 2);
   EXPECT_EQ(code_of({"--slowdown", "0.5"}), 2);
+  EXPECT_EQ(code_of({"--mover-speed", "0"}), 2);
   EXPECT_EQ(code_of({"--seed", "x"}), 2);
   EXPECT_EQ(code_of({"--runs", "0"}), 2);
   EXPECT_EQ(code_of({"--cores", "2"}), 2) << "only in virtual time";

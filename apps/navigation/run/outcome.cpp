@@ -60,10 +60,37 @@ void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
   figures.push_back({"barn_score", score});
 }
 
+// What a term of the objective came to; nothing where there was nothing to measure.
+std::optional<double> measured(const TermSnapshot& term, const Snapshot& snapshot) {
+  for (const ChainSnapshot& chain : snapshot.chains) {
+    if (name_of(chain) == term.term && chain.response_ms.count > 0) return chain.response_ms.mean;
+  }
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    if ("period of " + node.name == term.term && node.rate_hz > 0.0) return 1e3 / node.rate_hz;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> objective_of(const Snapshot& snapshot) {
+  double sum = 0.0;
+  for (const TermSnapshot& term : snapshot.objective) {
+    const auto value = measured(term, snapshot);
+    if (!value) return std::nullopt;
+    sum += term.weight * *value;
+  }
+  return snapshot.objective.empty() ? std::nullopt : std::optional(sum);
+}
+
 Json json_of(const Options& options) {
-  Json json = {{"map", options.map},           {"scheduler", options.scheduler}, {"stealing", options.stealing},
-               {"seconds", options.seconds},   {"seed", options.seed},           {"slowdown", options.slowdown},
-               {"detector", options.detector}, {"virtual", options.virtual_time}};
+  Json json = {{"map", options.map},
+               {"scheduler", options.scheduler},
+               {"stealing", options.stealing},
+               {"seconds", options.seconds},
+               {"seed", options.seed},
+               {"slowdown", options.slowdown},
+               {"mover_speed", options.mover_speed},
+               {"detector", options.detector},
+               {"virtual", options.virtual_time}};
   json["inputs"] = options.inputs;
   if (options.virtual_time) {
     json["cores"] = options.cores;
@@ -148,6 +175,7 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
     }
     figures.push_back({"detector_period_ms_mean", period});
   }
+  figures.push_back({"objective_ms", objective_of(outcome.snapshot)});
   for (const ChainSnapshot& chain : outcome.snapshot.chains) {
     const bool any = chain.response_ms.count > 0;
     figures.push_back(

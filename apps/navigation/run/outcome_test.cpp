@@ -26,6 +26,7 @@ Outcome sample() {
   outcome.snapshot.chains.push_back({{"scan", "LM"}, {40, 17.0, 16.0, 19.0, 20.0, 21.0}, {}, {}, 18.0});
   outcome.snapshot.chains.push_back({{"GL", "NC"}, {}, {}, {}, {}});
   outcome.snapshot.nodes.push_back({"LM", {40, 2.5, 2.5, 2.6, 2.7, 2.8}, 50.0});
+  outcome.snapshot.objective = {{"scan -> LM", 1.0, {}}, {"period of LM", 0.5, {}}};
   return outcome;
 }
 
@@ -49,6 +50,7 @@ TEST(Outcome, JsonHasWhatScriptsRead) {
   EXPECT_EQ(figures["reaction_ms_mean"], 100.0);
   EXPECT_EQ(figures["response_ms_mean scan -> LM"], 17.0);
   EXPECT_EQ(figures["response_ms_p95 scan -> LM"], 19.0);
+  EXPECT_EQ(figures["objective_ms"], 1.0 * 17.0 + 0.5 * 20.0);
   EXPECT_FALSE(figures.contains("explored"));
   EXPECT_EQ(json["chains"][0]["predicted_response_ms"], 18.0);
   EXPECT_EQ(json["nodes"]["LM"]["rate_hz"], 50.0);
@@ -71,6 +73,12 @@ TEST(Outcome, HasTheDetectorsPeriodWhereThereIsOne) {
   EXPECT_EQ(json["detector_period_ms_by_10s"][1], 4000.0);
   EXPECT_TRUE(json["detector_period_ms_by_10s"][2].is_null());
   EXPECT_NE(to_text(outcome).find("detector_period_ms by 10 s"), std::string::npos);
+}
+
+TEST(Outcome, AnObjectiveWithATermThatWasNotMeasuredIsNull) {
+  Outcome outcome = sample();
+  outcome.snapshot.objective.push_back({"GL -> NC", 0.005, {}});
+  EXPECT_TRUE(nlohmann::json::parse(to_json(outcome))["figures"]["objective_ms"].is_null());
 }
 
 TEST(Outcome, WhatWasNotMeasuredIsNull) {
