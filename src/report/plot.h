@@ -58,6 +58,13 @@ struct Level {
   Colour colour = Colour::kGrey;
 };
 
+// A place on an axis with a text of its own.
+struct Tick {
+  double at = 0.0;
+  std::string label{};
+};
+
+// With `ticks`, an x axis has these in place of numbers; labels that have no room side by side are slanted.
 // Without `min` and `max` (finite; positive on a logarithmic axis) the axis covers all points, spreads and lines; a
 // linear y axis then begins at 0 unless something lies below.
 struct Axis {
@@ -65,6 +72,7 @@ struct Axis {
   bool log = false;
   std::optional<double> min{};
   std::optional<double> max{};
+  std::vector<Tick> ticks{};
 };
 
 struct Panel {

@@ -22,6 +22,8 @@ constexpr double kRow = 20.0;                // of the legend or of marker label
 constexpr double kLeft = 66.0;
 constexpr double kRight = 22.0;
 constexpr double kBottom = 60.0;
+constexpr double kSlant = 25.0;   // of ticks' labels, in degrees
+constexpr double kSlope = 0.42;   // its sine
 constexpr double kSample = 24.0;  // a legend's piece of line
 constexpr double kGap = 20.0;     // between entries of a legend
 
@@ -139,7 +141,7 @@ class PanelScript {
     top = write_legend(top);
     const int rows = place_marker_labels();
     area_.top = top + kRow * rows + 6.0;
-    area_.height = std::max(20.0, cell_.top + cell_.height - kBottom - area_.top);
+    area_.height = std::max(20.0, cell_.top + cell_.height - kBottom - slanted_height() - area_.top);
     write_axes();
     write_markers();
     write_levels();
@@ -159,9 +161,21 @@ class PanelScript {
       }
     }
     for (const Marker& marker : panel_.markers) xs.push_back(marker.x);
+    for (const Tick& tick : panel_.x.ticks) xs.push_back(tick.at);
     for (const Level& level : panel_.levels) ys.push_back(level.y);
     x_ = range_of(panel_.x, xs, false);
     y_ = range_of(panel_.y, ys, true);
+  }
+
+  double widest_tick() const {
+    double widest = 0.0;
+    for (const Tick& tick : panel_.x.ticks) widest = std::max(widest, text_width(tick.label));
+    return widest;
+  }
+  // How much room ticks' labels take below what level ones do.
+  double slanted_height() const {
+    const double room = area_.width / std::max(1.0, static_cast<double>(panel_.x.ticks.size()));
+    return widest_tick() + kGap / 2.0 <= room ? 0.0 : kSlope * widest_tick();
   }
 
   std::string block(std::size_t series) const { return fmt::format("$p{}s{}", index_, series); }
@@ -289,7 +303,8 @@ class PanelScript {
                            (area_.left + area_.width) / figure_.width);
     script_ += fmt::format("set tmargin at screen {:.5f}\nset bmargin at screen {:.5f}\n",
                            1.0 - area_.top / figure_height_, 1.0 - (area_.top + area_.height) / figure_height_);
-    label(panel_.x.label, screen(area_.left + 0.5 * area_.width, area_.top + area_.height + 44.0), "center");
+    label(panel_.x.label, screen(area_.left + 0.5 * area_.width, area_.top + area_.height + slanted_height() + 44.0),
+          "center");
     label(panel_.y.label, screen(cell_.left + 14.0, area_.top + 0.5 * area_.height), "center",
           fmt::format(" rotate by 90 tc rgb '{}'", kInkColour));
     write_axis('x', x_);
@@ -299,8 +314,21 @@ class PanelScript {
   void write_axis(char name, const Range& range) {
     script_ += fmt::format("{}set logscale {}\nset {}range [{:.9g}:{:.9g}]\n", range.log ? "" : "un", name, name,
                            range.low, range.high);
-    script_ += fmt::format("set {}tics autofreq\n", name);
-    if (range.log) script_ += fmt::format("set {}tics ({})\n", name, log_tics(range));
+    script_ += fmt::format("set {}tics norotate autofreq\n", name);
+    if (name == 'x' && !panel_.x.ticks.empty()) {
+      write_ticks();
+    } else if (range.log) {
+      script_ += fmt::format("set {}tics ({})\n", name, log_tics(range));
+    }
+  }
+
+  void write_ticks() {
+    std::string list;
+    for (const Tick& tick : panel_.x.ticks) {
+      list += fmt::format("{}{} {:.9g}", list.empty() ? "" : ", ", quoted(tick.label), tick.at);
+    }
+    const std::string slant = slanted_height() > 0.0 ? fmt::format("rotate by {} right ", kSlant) : "";
+    script_ += fmt::format("set xtics {}({})\n", slant, list);
   }
 
   // gnuplot labels whole decades only, of which a range of rates may hold one or none. Where even 1, 2 and 5 of each

@@ -104,6 +104,19 @@ TEST(Plot, NarrowLogarithmicAxesHaveTicsToo) {
   for (const char* tic : {"80", "100", "120"}) EXPECT_THAT(*svg, HasSubstr(std::string(">") + tic + "<"));
 }
 
+TEST(Plot, TicksHaveTextsOfTheirOwnWhichSlantWhereThereIsNoRoom) {
+  Panel panel{.series = {{.label = "s", .points = {{1, 74}, {2, 137}}}}};
+  panel.x.ticks = {{1, "one"}, {2, "the other's"}};
+  const auto level = render_svg({.panels = {panel}});
+  ASSERT_TRUE(level.ok()) << level.error().message();
+  EXPECT_THAT(*level, HasSubstr("one"));
+  EXPECT_THAT(*level, HasSubstr("the other\u2019s"));
+  EXPECT_THAT(*level, Not(HasSubstr("1.2")));
+  EXPECT_THAT(plot_script({.panels = {panel}}), Not(HasSubstr("rotate by 25")));
+  panel.x.ticks[1].label = std::string(100, 'x');
+  EXPECT_THAT(plot_script({.panels = {panel}}), HasSubstr("rotate by 25"));
+}
+
 TEST(Plot, SaysWhatToInstall) {
   const std::string path = getenv("PATH");
   setenv("PATH", "/nowhere", 1);
