@@ -16,7 +16,7 @@
 #include <CLI/CLI.hpp>
 
 #include "experiment.h"
-#include "host.h"
+#include "experiments/host.h"
 #include "look.h"
 #include "page.h"
 #include "report/plot.h"
@@ -143,7 +143,7 @@ Result<Results> run_all(Options& options) {
   // Before minutes are spent on results that could not be kept.
   if (Status log = write_file(options.log(), ""); !log) return log.error();
 
-  Result<Host> host = look_at_host(options.program);
+  Result<experiments::Host> host = experiments::look_at_host(options.program);
   if (!host) return host.error();
   options.setting.cpu_sets = host->cpu_sets;
   if (options.setting.quick) options.setting.cpu_sets.resize(1);

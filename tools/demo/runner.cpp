@@ -7,25 +7,16 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "experiments/shell.h"
 #include "load.h"
 
 namespace ctn::demo {
 namespace {
 
+using experiments::quoted;
+
 constexpr double kLonger = 4.0;    // how much, where a trial brought nothing
 constexpr double kTimeout = 60.0;  // seconds beyond what a trial measures, at slowdown 1
-
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      out += "'\\''";
-    } else {
-      out += c;
-    }
-  }
-  return out + "'";
-}
 
 Result<Measured> run_once(const std::string& program, const Trial& trial, double slowdown, const std::string& log) {
   const double limit = trial.seconds + slowdown * kTimeout;

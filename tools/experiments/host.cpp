@@ -1,4 +1,4 @@
-#include "host.h"
+#include "experiments/host.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "os/linux/linux_os.h"
 
-namespace ctn::demo {
+namespace ctn::experiments {
 namespace {
 
 // The last CPU that may be used, for the first ones serve most interrupts; and with it the last of another core.
@@ -68,4 +68,4 @@ Result<Host> look_at_host(const std::string& program) {
   return host;
 }
 
-}  // namespace ctn::demo
+}  // namespace ctn::experiments

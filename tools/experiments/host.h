@@ -1,4 +1,4 @@
-// What the demonstration needs to know about the machine.
+// What an experiment needs to know about the machine.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 
-namespace ctn::demo {
+namespace ctn::experiments {
 
 struct Host {
   std::vector<std::pair<std::string, std::string>> facts;  // name and value, for the page
@@ -18,4 +18,4 @@ struct Host {
 // `program`: the one that is to be real-time, for the advice how.
 Result<Host> look_at_host(const std::string& program);
 
-}  // namespace ctn::demo
+}  // namespace ctn::experiments
