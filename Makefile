@@ -23,7 +23,7 @@ say = @printf '\n== %s\n' '$(1)'
 sources = git ls-files '*.cpp' '*.h'
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-steady build bench package format format-check lint lint-changed asan tsan fuzz clean setup setup-dev
+.PHONY: help demo case-studies test test-steady build bench package format format-check lint lint-changed asan tsan fuzz clean setup setup-dev
 # One thing at a time: each step uses all CPUs by itself.
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
@@ -37,6 +37,10 @@ demo: build-demo ## build and run the demonstration; results in out/demo, page o
 	$(call say,Demo)
 	mkdir -p out/demo
 	$(BUILD)/tools/demo/catan_demo $(DEMO_ARGS)
+
+case-studies: build-case-studies ## run the case studies over night (CASE_STUDIES_ARGS=--quick: 10 minutes); page out/case-studies/report.html
+	$(call say,Case studies)
+	$(BUILD)/tools/case_studies/catan_case_studies $(CASE_STUDIES_ARGS)
 
 test: build ## build everything and run all tests
 	$(call say,Test)
@@ -95,7 +99,7 @@ clean: ## remove all that make made
 	rm -rf build bin out
 
 # --- parts of the above -------------------------------------------------------------------------------------------------
-.PHONY: configure build-demo
+.PHONY: configure build-demo build-case-studies
 
 setup:
 	[ '$(SETUP)' = skip ] || scripts/setup.sh
@@ -112,3 +116,7 @@ $(BUILD)/build.ninja: CMakePresets.json
 build-demo: configure
 	$(call say,Build ($(PRESET)))
 	$(call cmake_build,$(PRESET)) --target catan_demo face_tracking catan
+
+build-case-studies: configure
+	$(call say,Build ($(PRESET)))
+	$(call cmake_build,$(PRESET)) --target catan_case_studies navigation

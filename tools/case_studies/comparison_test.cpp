@@ -1,0 +1,90 @@
+#include "comparison.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sample.h"
+
+namespace ctn::case_studies {
+namespace {
+
+TEST(Comparison, SharesByFisher) {
+  const Study study = sample_study();
+  const std::vector<Row> rows = compare(study, sample_runs(0.0));
+  EXPECT_EQ(row_of(rows, "Collisions", "catan").share, (Share{8, 8}));
+  EXPECT_FALSE(row_of(rows, "Collisions", "catan").probability) << "it is the reference";
+  const Row& other = row_of(rows, "Collisions", "other");
+  EXPECT_EQ(other.share, (Share{0, 8}));
+  EXPECT_LT(*other.probability, 0.001);
+  EXPECT_TRUE(other.better());
+  EXPECT_FALSE(other.worse());
+}
+
+TEST(Comparison, PairsOfOneSeedShowWhatRanksWouldNot) {
+  Study study = sample_study();
+  Row other = row_of(compare(study, sample_runs(0.0)), "Score", "other");
+  EXPECT_TRUE(other.worse()) << "by 1 in each of eight pairs";
+  EXPECT_EQ(other.sign, -1);
+  study.metrics[1].method = Method::kRanks;
+  EXPECT_FALSE(row_of(compare(study, sample_runs(0.0)), "Score", "other").significant());
+}
+
+TEST(Comparison, WhatNeverCameIsLatest) {
+  const Study study = sample_study();
+  const std::vector<Row> rows = compare(study, sample_runs(100.0));
+  EXPECT_EQ(row_of(rows, "Time", "catan").runs, 8U);
+  EXPECT_EQ(row_of(rows, "Time", "catan").spread->median, 4.0);
+  EXPECT_TRUE(std::isinf(row_of(rows, "Time", "catan").spread->mean));
+  EXPECT_TRUE(row_of(rows, "Time", "other").worse());
+  EXPECT_FALSE(row_of(compare(study, sample_runs(0.0)), "Time", "other").significant());
+}
+
+TEST(Comparison, WithoutAJudgementNothingIsBetter) {
+  Study study = sample_study();
+  study.metrics[0].better = Better::kNeither;
+  const std::vector<Row> rows = compare(study, sample_runs(0.0));
+  const Row& other = row_of(rows, "Collisions", "other");
+  EXPECT_TRUE(other.significant());
+  EXPECT_FALSE(other.better());
+  EXPECT_FALSE(other.worse());
+}
+
+TEST(Comparison, EachGroupHasItsReference) {
+  Study study = sample_study();
+  Batch more = study.batches[1];
+  more.name = "more";
+  more.group = "of its own";
+  study.batches.push_back(more);
+  Runs runs = sample_runs(0.0);
+  runs["more"] = runs["other"];
+  const std::vector<Row> rows = compare(study, runs);
+  EXPECT_TRUE(row_of(rows, "Collisions", "other").probability);
+  EXPECT_FALSE(row_of(rows, "Collisions", "more").probability);
+}
+
+TEST(Comparison, SeveralTestsOfOneFigureAskForMore) {
+  Study study = sample_study();
+  Runs runs = sample_runs(0.0);
+  const double alone = *row_of(compare(study, runs), "Collisions", "other").probability;
+  Batch more = study.batches[1];
+  more.name = "more";
+  study.batches.push_back(more);
+  runs["more"] = runs["other"];
+  EXPECT_NEAR(*row_of(compare(study, runs), "Collisions", "other").probability, 2.0 * alone, 1e-12);
+}
+
+TEST(Comparison, LowestByTimeCountsStretches) {
+  const Share share = lowest_by_time(sample_runs(0.0), "catan", {"other"}, "x_by_1s");
+  EXPECT_EQ(share, (Share{1, 3})) << "lower in the first, equal in the second";
+  EXPECT_EQ(lowest_by_time(sample_runs(0.0), "catan", {"other"}, "none"), (Share{0, 0}));
+}
+
+TEST(Comparison, ProbabilitiesAsText) {
+  EXPECT_EQ(probability_text(0.0002), "< 0.001");
+  EXPECT_EQ(probability_text(0.0312), "0.031");
+  EXPECT_EQ(probability_text(0.514), "0.51");
+}
+
+}  // namespace
+}  // namespace ctn::case_studies

@@ -1,0 +1,110 @@
+#include "jobs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <iterator>
+
+#include "sample.h"
+
+namespace ctn::case_studies {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class JobsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("jobs_" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Plan plan() const {
+    return {folder_, 11, [](const std::string& app) { return "/bin/" + app; }};
+  }
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  std::string text_of(const std::string& name) const {
+    std::ifstream stream(folder_ / name);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  Ran run(const std::vector<Job>& jobs, int at_a_time = 2) {
+    return run_jobs(
+        jobs, at_a_time, file("log"), [this] { return signal_.load(); },
+        [this](const std::string& line) { lines_.push_back(line); });
+  }
+
+  std::filesystem::path folder_;
+  std::atomic<int> signal_ = 0;
+  std::vector<std::string> lines_;
+};
+
+TEST_F(JobsTest, BatchesTakeTurns) {
+  const Jobs jobs = make_jobs({sample_study()}, plan());
+  std::vector<std::string> names;
+  for (const Job& job : jobs.runs) names.push_back(job.name);
+  EXPECT_THAT(names, ElementsAre("sample/catan, runs 1 to 3 of 8", "sample/other, runs 1 to 3 of 8",
+                                 "sample/catan, runs 4 to 6 of 8", "sample/other, runs 4 to 6 of 8",
+                                 "sample/catan, runs 7 to 8 of 8", "sample/other, runs 7 to 8 of 8"));
+  EXPECT_EQ(jobs.runs[2].command,
+            "exec '/bin/navigation' '--virtual' '--seed' '14' '--runs' '3' '--out' '" + file("sample/catan") + "'");
+  EXPECT_THAT(jobs.runs[1].command, HasSubstr("'--costs' '" + file("sample/whole-run.catan") + "'"));
+  EXPECT_EQ(jobs.runs[5].seconds, 200.0);
+}
+
+TEST_F(JobsTest, WhatIsMeasuredIsNotMeasuredAgain) {
+  const Jobs jobs = make_jobs({sample_study()}, plan());
+  ASSERT_EQ(jobs.measurements.size(), 1U);
+  EXPECT_THAT(jobs.measurements[0].command, HasSubstr("'--seed' '10'"));
+  EXPECT_EQ(jobs.measurements[0].writes, file("sample/whole-run.catan"));
+  std::filesystem::create_directories(folder_ / "sample");
+  std::ofstream(folder_ / "sample/whole-run.catan") << "there";
+  EXPECT_TRUE(make_jobs({sample_study()}, plan()).measurements.empty());
+}
+
+TEST_F(JobsTest, AStudyThatCannotBeRunHasNone) {
+  Study study = sample_study();
+  study.missing = "a second CPU";
+  EXPECT_TRUE(make_jobs({study}, plan()).runs.empty());
+  EXPECT_TRUE(make_jobs({study}, plan()).measurements.empty());
+}
+
+TEST_F(JobsTest, FailuresStopNothingElse) {
+  const Ran ran = run({{"one", "echo complaint >&2; exit 3", 1.0}, {"two", "exec touch " + file("two"), 1.0}}, 1);
+  EXPECT_EQ(ran.signal, 0);
+  EXPECT_THAT(ran.failed, ElementsAre("one"));
+  EXPECT_TRUE(std::filesystem::exists(file("two")));
+  EXPECT_THAT(lines_, ElementsAre(HasSubstr("one: FAILED"), Not(HasSubstr("FAILED"))));
+  EXPECT_EQ(text_of("log"), "complaint\n");
+}
+
+TEST_F(JobsTest, AFileAppearsOnlyWhenItIsWhole) {
+  const std::string half = "echo half >" + file("a/record") + ".unfinished; ";
+  EXPECT_THAT(run({{"measure", half + "exit 1", 1.0, false, file("a/record")}}).failed, ElementsAre("measure"));
+  EXPECT_FALSE(std::filesystem::exists(file("a/record")));
+  EXPECT_TRUE(run({{"measure", half + "exit 0", 1.0, false, file("a/record")}}).failed.empty());
+  EXPECT_EQ(text_of("a/record"), "half\n");
+}
+
+TEST_F(JobsTest, LiveOnesRunAloneAndLast) {
+  const std::string log = "exec sh -c 'echo $0 >>" + file("order") + "' ";
+  EXPECT_TRUE(run({{"live", log + "live", 1.0, true}, {"virtual", log + "virtual", 1.0}}).failed.empty());
+  EXPECT_EQ(text_of("order"), "virtual\nlive\n");
+}
+
+TEST_F(JobsTest, ASignalEndsWhatRunsAndBeginsNothing) {
+  signal_ = 15;
+  const Ran ran = run({{"long", "exec sleep 600", 1.0}, {"never", "exec touch " + file("never"), 1.0}}, 1);
+  EXPECT_EQ(ran.signal, 15);
+  EXPECT_TRUE(ran.failed.empty()) << "it was ended, and did not fail";
+  EXPECT_FALSE(std::filesystem::exists(file("never")));
+}
+
+}  // namespace
+}  // namespace ctn::case_studies

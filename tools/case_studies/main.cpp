@@ -1,0 +1,227 @@
+// catan_case_studies: runs the case studies under all schedulers, and writes what came out as one page.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "experiments/host.h"
+#include "jobs.h"
+#include "map_picture.h"
+#include "page.h"
+#include "page/page.h"
+#include "program/command_line.h"
+#include "program/fingerprint.h"
+#include "program/terminal.h"
+#include "studies.h"
+#include "world/world_file.h"
+
+namespace ctn::case_studies {
+namespace {
+
+constexpr const char* kProgram = "catan_case_studies";
+
+struct Options {
+  std::string out;
+  std::string program;  // navigation
+  std::uint64_t seed = 1001;
+  int jobs = 0;
+  std::vector<std::string> only;   // studies; empty: all
+  std::vector<std::string> model;  // of a YOLO; empty: the people detector
+  bool no_life = false;
+  bool page = false;
+  Setting setting;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Next to this program in the build tree, or where both were installed to.
+std::string find_program() {
+  std::error_code error;
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const auto built = (folder / "../../apps/navigation/run/navigation").lexically_normal();
+  return std::filesystem::exists(built, error) ? built.string() : (folder / "navigation").string();
+}
+
+// Runs of one build are not mixed with those of another, which may drive otherwise.
+Result<std::filesystem::path> folder_of_runs(const Options& options) {
+  const std::string text = text_of(options.program);
+  if (text.empty()) return Error::caller(options.program + " cannot be read", "name the program with --program");
+  program::Fingerprint fingerprint;
+  fingerprint.add(text);
+  const std::filesystem::path folder =
+      std::filesystem::path(options.out) / fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error::environment(folder.string() + " cannot be made", "name another folder with --out");
+  return folder;
+}
+
+void tell_of_other_builds(const std::filesystem::path& folder) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.parent_path(), error)) {
+    if (entry.path() == folder || !entry.path().filename().string().starts_with("runs-")) continue;
+    fmt::print(stderr, "{}: {} has runs of another build of navigation, which are not used\n", kProgram,
+               entry.path().string());
+  }
+}
+
+// Beside the app's program, or where it was installed to.
+std::string file_of(const std::string& map, const std::string& program) {
+  if (map != "1" && map != "2") return map;
+  const std::string name = "map" + map + ".yaml";
+  const std::filesystem::path beside = std::filesystem::path(program).parent_path() / name;
+  std::error_code error;
+  return std::filesystem::exists(beside, error) ? beside.string() : program::file_of_the_app(name);
+}
+
+Result<std::vector<Map>> maps_of(const Options& options) {
+  std::vector<Map> maps;
+  for (const std::string& map : {options.setting.map1, options.setting.map2}) {
+    const auto world = navigation::world::read_world(file_of(map, options.program));
+    if (!world) return world.error();
+    maps.push_back({fmt::format("{}: {}. Blue: the robot{}.", map.size() == 1 ? "Map " + map : map, world->name,
+                                world->goal ? "; green: its goal; orange: what moves" : ", which explores"),
+                    map_picture(*world)});
+  }
+  return maps;
+}
+
+Result<std::vector<Study>> chosen(const Options& options) {
+  std::vector<Study> studies = make_studies(options.setting);
+  for (const std::string& name : options.only) {
+    if (std::ranges::find(studies, name, &Study::id) != studies.end()) continue;
+    std::string names;
+    for (const Study& study : studies) names += (names.empty() ? "" : ", ") + study.id;
+    return Error::caller(fmt::format("--only: there is no study '{}'", name), "there are " + names);
+  }
+  if (!options.only.empty()) {
+    std::erase_if(studies,
+                  [&](const Study& study) { return std::ranges::find(options.only, study.id) == options.only.end(); });
+  }
+  return studies;
+}
+
+Result<Results> gather(const Options& options, std::vector<Study> studies, const std::filesystem::path& folder) {
+  Results results{
+      .host = {}, .quick = options.setting.quick, .seed = options.seed, .maps = {}, .failed = {}, .studies = {}};
+  for (Study& study : studies) {
+    Runs runs;
+    for (const Batch& batch : study.batches) {
+      auto read = read_runs(folder / study.id / batch.name, options.seed, batch.runs);
+      if (!read) return read.error();
+      runs[batch.name] = std::move(read).value();
+    }
+    results.studies.push_back({std::move(study), std::move(runs)});
+  }
+  return results;
+}
+
+// Measurements first, since the others need them.
+Ran run_all(const std::vector<Study>& studies, const Options& options, const std::filesystem::path& folder) {
+  const Jobs jobs =
+      make_jobs(studies, {folder, options.seed, [&](const std::string& /*app*/) { return options.program; }});
+  const std::string log = (std::filesystem::path(options.out) / "programs.log").string();
+  std::ofstream(log, std::ios::trunc).flush();
+  const auto tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  Ran ran = run_jobs(jobs.measurements, options.jobs, log, program::signal_so_far, tell);
+  if (ran.signal != 0) return ran;
+  Ran rest = run_jobs(jobs.runs, options.jobs, log, program::signal_so_far, tell);
+  rest.failed.insert(rest.failed.begin(), ran.failed.begin(), ran.failed.end());
+  return rest;
+}
+
+int run(Options& options) {
+  const auto host = experiments::look_at_host(options.program);
+  if (!host) return program::fail(kProgram, host.error());
+  options.setting.cpu = host->cpu_sets.front().front();
+  if (options.no_life) {
+    options.setting.no_life = "It was not asked for (--no-life).";
+  } else if (!host->no_real_time.empty()) {
+    options.setting.no_life = "Real-time levels may not be set here: " + host->no_real_time;
+  } else if (host->cpu_sets.size() < 2) {
+    options.setting.no_life = "It takes two CPUs: one for the nodes, and one for the world.";
+  }
+  const auto folder = folder_of_runs(options);
+  if (!folder) return program::fail(kProgram, folder.error());
+  auto studies = chosen(options);
+  if (!studies) return program::fail(kProgram, studies.error());
+  auto maps = maps_of(options);
+  if (!maps) return program::fail(kProgram, maps.error());
+  tell_of_other_builds(*folder);
+
+  Ran ran;
+  if (!options.page) ran = run_all(*studies, options, *folder);
+  auto results = gather(options, std::move(studies).value(), *folder);
+  if (!results) return program::fail(kProgram, results.error());
+  results->host = host->facts;
+  results->failed = ran.failed;
+  results->maps = std::move(maps).value();
+  const auto page = render_page(*results);
+  if (!page) return program::fail(kProgram, page.error());
+  const std::string file = (std::filesystem::path(options.out) / "report.html").string();
+  if (Status saved = page::save(*page, file); !saved) return program::fail(kProgram, saved.error());
+  const int code = program::print(to_text(*results) + fmt::format("\nPage: {}\n", file), ran.signal);
+  return code == 0 && !ran.failed.empty() ? program::kFailure : code;
+}
+
+}  // namespace
+}  // namespace ctn::case_studies
+
+int main(int argc, char** argv) {
+  using namespace ctn;
+  case_studies::Options options;
+  options.program = case_studies::find_program();
+  options.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  CLI::App app("Runs the case studies under all schedulers, in virtual time and in life, and writes one page.",
+               case_studies::kProgram);
+  app.add_option("--out", options.out, "folder for report.html and the runs")
+      ->default_str("out/case-studies, with --quick out/case-studies-quick");
+  app.add_flag("--quick", options.setting.quick, "few and short runs: ten minutes on two cores, not a night");
+  app.add_option("--only", options.only, "only these studies, by the names of their folders");
+  app.add_option("--runs", options.setting.max_runs, "at most so many runs a scheduler and study")
+      ->check(CLI::Range(2, 100000))
+      ->default_str("as many as each study needs");
+  app.add_option("--seconds", options.setting.max_seconds, "no run lasts longer, in its own time")
+      ->check(program::within(0.5, 86400.0))
+      ->default_str("as long as each study needs");
+  app.add_option("--seed", options.seed, "of each scheduler's first run")
+      ->check(CLI::Range(1, 1000000000))
+      ->capture_default_str();
+  app.add_option("--jobs", options.jobs, "runs at a time")->check(CLI::Range(1, 1024))->default_str("the CPUs");
+  app.add_option("--map1", options.setting.map1, "another world with a goal, in place of map 1")->type_name("FILE");
+  app.add_option("--map2", options.setting.map2, "another world to be explored, in place of map 2")->type_name("FILE");
+  app.add_option("--model", options.model, "a YOLO, FILE.cfg and FILE.weights, in place of OpenCV's people detector")
+      ->type_name("FILE")
+      ->expected(2, 3);
+  app.add_flag("--no-life", options.no_life, "leave out what takes real time");
+  app.add_flag("--page", options.page, "run nothing: draw the page of the runs that are there");
+  app.add_option("--program", options.program, "the navigation program")->default_str("beside this one");
+  app.footer(
+      "\nRun again, it goes on where it was stopped.\nexit codes: 0 done, 1 something could not be run, 2 a mistake, "
+      "128 "
+      "+ signal number when interrupted (the page has what was there)\n");
+  if (const auto leave = program::parse(app, argc, argv)) {
+    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
+    return leave->code;
+  }
+  if (options.out.empty()) options.out = options.setting.quick ? "out/case-studies-quick" : "out/case-studies";
+  if (!options.model.empty()) {
+    options.setting.detector = {"--detector", "yolo", "--model"};
+    options.setting.detector.insert(options.setting.detector.end(), options.model.begin(), options.model.end());
+  }
+  program::remember_signals();
+  return case_studies::run(options);
+}

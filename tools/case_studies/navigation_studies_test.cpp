@@ -1,0 +1,144 @@
+#include "navigation_studies.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "comparison.h"
+#include "report/plot.h"
+
+namespace ctn::case_studies {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::Field;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+// Runs as they would come out if all went as one hopes: what is lower the better is 1 under Catan, and 2 under the
+// others.
+Runs hoped_for(const Study& study) {
+  Runs runs;
+  for (const Batch& batch : study.batches) {
+    const bool ours = batch.reference || study.id == "life";
+    const double value = ours ? 1.0 : 2.0;
+    for (int number = 0; number < 12; ++number) {
+      StoredRun run;
+      run.seed = 1 + static_cast<std::uint64_t>(number);
+      for (const char* figure :
+           {"staleness_ms_p95", "staleness_ms_mean", "explored_90_s", "objective_ms", "goal_s", "reaction_ms_mean",
+            "reaction_ms_p95", "response_ms_mean laser -> scan -> LM -> LP -> base"}) {
+        run.figures[figure] = value + 0.01 * number;
+      }
+      run.figures["collided"] = ours ? 0.0 : 1.0;
+      run.figures["reached_goal"] = 1.0;
+      run.figures["barn_score"] = ours ? 0.5 : 0.0;
+      run.figures["appearances"] = 2.0;
+      run.figures["reacted"] = ours ? 2.0 : 1.0;
+      const bool without = batch.name.ends_with("without-stealing");
+      run.by_time["staleness_ms_p95_by_5s"] = ByTime(20, without ? 3.0 : value);
+      run.by_time["detector_period_ms_by_10s"] = ByTime(10, value);
+      runs[batch.name].push_back(run);
+    }
+  }
+  return runs;
+}
+
+class NavigationStudies : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  Study study(const Setting& setting = {}) const { return make_studies(setting).at(GetParam()); }
+};
+
+TEST_P(NavigationStudies, HoldIfAllIsAsHopedFor) {
+  const Study of = study();
+  const Runs runs = hoped_for(of);
+  ASSERT_TRUE(is_complete_enough(of, runs));
+  const std::vector<Claim> claims = of.claim(of, runs);
+  EXPECT_THAT(claims, Not(IsEmpty()));
+  for (const Claim& claim : claims) EXPECT_EQ(claim.verdict, Verdict::kHeld) << claim.text << ": " << claim.measured;
+}
+
+TEST_P(NavigationStudies, DoNotHoldWhereOthersAreTheBetterOnes) {
+  const Study of = study();
+  Runs runs = hoped_for(of);
+  for (auto& [name, batch] : runs) {
+    const bool ours = name.ends_with("catan") || name.ends_with("virtual") || name == "paper";
+    for (StoredRun& run : batch) {
+      for (auto& [figure, value] : run.figures) value = ours ? 3.0 : 0.0;
+      for (auto& [list, values] : run.by_time) std::ranges::fill(values, ours ? 3.0 : 1.0);
+    }
+  }
+  for (const Claim& claim : of.claim(of, runs)) {
+    if (claim.text.find("BARN") == std::string::npos) {
+      EXPECT_EQ(claim.verdict, Verdict::kFailed) << claim.text << ": " << claim.measured;
+    }
+  }
+}
+
+TEST_P(NavigationStudies, DrawFigures) {
+  const Study of = study();
+  if (!of.draw) return;
+  for (const Drawn& drawn : of.draw(of, hoped_for(of))) {
+    const auto svg = report::render_svg(drawn.figure);
+    EXPECT_TRUE(svg.ok()) << svg.error().message();
+  }
+}
+
+TEST_P(NavigationStudies, HaveEachBatchOnceAndEachMeasurementThatIsNeeded) {
+  const Study of = study();
+  std::set<std::string> names;
+  for (const Batch& batch : of.batches) {
+    EXPECT_TRUE(names.insert(batch.name).second) << batch.name;
+    EXPECT_GT(batch.runs, 0);
+    EXPECT_GT(batch.seconds, 0.0);
+    if (!batch.costs.empty()) {
+      EXPECT_THAT(of.measurements, Contains(Field(&Measurement::name, batch.costs)));
+    }
+    const auto in_group = [&](const Batch& other) { return other.reference && other.group == batch.group; };
+    EXPECT_EQ(std::ranges::count_if(of.batches, in_group), 1) << batch.name;
+  }
+}
+
+TEST_P(NavigationStudies, KeepToLimitsAndMaps) {
+  Setting setting;
+  setting.max_runs = 2;
+  setting.max_seconds = 5.0;
+  setting.map1 = "mine.yaml";
+  setting.map2 = "other.yaml";
+  const Study of = study(setting);
+  EXPECT_THAT(of.batches, Each(Field(&Batch::runs, 2)));
+  for (const Batch& batch : of.batches) {
+    EXPECT_THAT(batch.arguments, Contains("5"));
+    EXPECT_THAT(batch.arguments, Not(Contains("1.yaml")));
+    const auto map = std::ranges::find(batch.arguments, "--map") + 1;
+    EXPECT_TRUE(*map == "mine.yaml" || *map == "other.yaml" || *map == "crowd") << *map;
+  }
+}
+
+TEST_P(NavigationStudies, AreShorterIfQuick) {
+  Setting quick;
+  quick.quick = true;
+  const Study whole = study();
+  const Study less = study(quick);
+  ASSERT_EQ(whole.batches.size(), less.batches.size());
+  for (std::size_t i = 0; i < whole.batches.size(); ++i) EXPECT_LT(less.batches[i].runs, whole.batches[i].runs);
+}
+
+std::size_t number_of_studies() { return make_studies(Setting()).size(); }
+std::string id_of(const ::testing::TestParamInfo<std::size_t>& number) {
+  return make_studies(Setting()).at(number.param).id;
+}
+INSTANTIATE_TEST_SUITE_P(All, NavigationStudies, ::testing::Range(std::size_t{0}, number_of_studies()), id_of);
+
+TEST(LifeStudy, IsLeftOutWhereItCannotBeRun) {
+  Setting setting;
+  setting.no_life = "It takes two CPUs.";
+  EXPECT_EQ(life(setting).missing, setting.no_life);
+  EXPECT_TRUE(life({}).missing.empty());
+}
+
+}  // namespace
+}  // namespace ctn::case_studies

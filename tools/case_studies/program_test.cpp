@@ -1,0 +1,55 @@
+// The program as a script sees it: the smallest study, run, gone on with, drawn.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "program/testing/run_command.h"
+
+namespace ctn::case_studies {
+namespace {
+
+using program::testing::Ended;
+using program::testing::run_command;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+Ended run_program(const std::string& arguments) { return run_command("'" CASE_STUDIES_PROGRAM "' " + arguments); }
+
+std::string contents_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(CaseStudiesProgram, RunsGoesOnAndDraws) {
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / ("case_studies_" + std::to_string(getpid()));
+  std::filesystem::remove_all(folder);
+  const std::string options = "--only map1 --seconds 2 --runs 2 --no-life --out " + folder.string();
+  const Ended first = run_program(options);
+  ASSERT_EQ(first.code, 0) << contents_of(folder / "programs.log");
+  EXPECT_THAT(first.out, HasSubstr("6 of 6 runs"));
+  const std::string page = contents_of(folder / "report.html");
+  EXPECT_THAT(page, HasSubstr("Collisions on map 1"));
+  EXPECT_THAT(page, Not(HasSubstr("Not all runs")));
+  EXPECT_THAT(page, Not(HasSubstr("Crowds")));
+  // What is there is not run again, and comes to the same.
+  EXPECT_EQ(run_program(options).out, first.out);
+  EXPECT_THAT(contents_of(folder / "programs.log"), HasSubstr("(from "));
+  EXPECT_EQ(run_program(options + " --page").out, first.out);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(CaseStudiesProgram, LeavesWithTwoOnAMistake) {
+  for (const char* arguments : {"--only nothing", "--program /nowhere/navigation", "--runs 1", "--jobs 0", "stray"}) {
+    EXPECT_EQ(run_program(std::string(arguments) + " --out " + ::testing::TempDir() + "/mistakes").code, 2)
+        << arguments;
+  }
+}
+
+}  // namespace
+}  // namespace ctn::case_studies

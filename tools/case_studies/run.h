@@ -1,0 +1,42 @@
+// What one run of a case study came to, as its program stores it: `run-SEED.json`, with `figures` (numbers by name,
+// null where there was nothing to measure) and lists of numbers over time, named `..._by_5s` or so.
+//
+// Thread safety: values; read_runs() reads the file system.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace ctn::case_studies {
+
+using ByTime = std::vector<std::optional<double>>;
+
+struct StoredRun {
+  std::uint64_t seed = 0;
+  std::map<std::string, double> figures;  // those that were measured
+  std::map<std::string, ByTime> by_time;
+
+  std::optional<double> figure(const std::string& name) const;
+};
+
+// Errors: kEnvironment, naming `file`, where the text is no outcome of a run.
+Result<StoredRun> parse_run(const std::string& text, const std::string& file);
+
+// The runs with seeds from `first` on that are there, in the order of their seeds. Errors: as parse_run().
+Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, std::uint64_t first, int count);
+
+// Of a list over time: its median for each stretch, over the runs that have one there. Stretches that fewer than half
+// of the runs reached are left out, as they tell of other runs than those before.
+ByTime medians_by_time(const std::vector<StoredRun>& runs, const std::string& name);
+
+// The mean of a list's values in a part of the run, from one share of its length to another; nothing where there are
+// none.
+std::optional<double> mean_between(const StoredRun& run, const std::string& name, double from, double to);
+
+}  // namespace ctn::case_studies
