@@ -8,6 +8,7 @@
 #include "catan/session.h"
 #include "run/album.h"
 #include "run/nodes.h"
+#include "run/objective.h"
 #include "run/replay.h"
 #include "run/shortest_way.h"
 #include "run/world_thread.h"
@@ -65,6 +66,7 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
     robot.keep_frames();
   }
 
+  ObjectiveByTime objective;
   Outcome outcome;
   outcome.options = options;
   outcome.world = world.name;
@@ -81,11 +83,13 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
     if (progress.over) break;
     if (watch.signal) outcome.signal = watch.signal();
     if (watch.show) watch.show(progress);
+    if (objective.due(robot.now())) objective.add(robot.now(), session->snapshot());
     add_all(robot, replay);
     drawn = draw_all(robot, album);
     if (!drawn) break;
   }
   outcome.snapshot = session->snapshot();
+  outcome.objective_by_time = objective.values();
   Status stopped = session->stop();
   robot.stop();
   if (!stopped) return stopped.error();

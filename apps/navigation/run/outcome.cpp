@@ -9,6 +9,7 @@
 
 #include "program/snapshot_json.h"
 #include "robot.h"
+#include "run/objective.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -58,27 +59,6 @@ void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
   std::optional<double> score;
   if (optimal > 0.0) score = barn_score(success, optimal, in_seconds(found.reached_at).value_or(8.0 * optimal));
   figures.push_back({"barn_score", score});
-}
-
-// What a term of the objective came to; nothing where there was nothing to measure.
-std::optional<double> measured(const TermSnapshot& term, const Snapshot& snapshot) {
-  for (const ChainSnapshot& chain : snapshot.chains) {
-    if (name_of(chain) == term.term && chain.response_ms.count > 0) return chain.response_ms.mean;
-  }
-  for (const NodeSnapshot& node : snapshot.nodes) {
-    if ("period of " + node.name == term.term && node.rate_hz > 0.0) return 1e3 / node.rate_hz;
-  }
-  return std::nullopt;
-}
-
-std::optional<double> objective_of(const Snapshot& snapshot) {
-  double sum = 0.0;
-  for (const TermSnapshot& term : snapshot.objective) {
-    const auto value = measured(term, snapshot);
-    if (!value) return std::nullopt;
-    sum += term.weight * *value;
-  }
-  return snapshot.objective.empty() ? std::nullopt : std::optional(sum);
 }
 
 Json json_of(const Options& options) {
@@ -208,6 +188,7 @@ std::string to_json(const Outcome& outcome) {
   json["figures"] = program::json_of(figures_of(outcome));
   json["staleness_ms_p95_by_5s"] = json_of(staleness_of(found));
   if (options.detector != "none") json["detector_period_ms_by_10s"] = json_of(detector_periods_of(found));
+  json["objective_ms_by_10s"] = json_of(outcome.objective_by_time);
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
   json["chains"] = program::chains_of(outcome.snapshot);

@@ -31,6 +31,7 @@ struct Outcome {
   std::optional<double> shortest_way;  // to the goal, metres
   Findings findings;
   Snapshot snapshot;
+  std::vector<std::optional<double>> objective_by_time;  // objective.h
   double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
   std::optional<WorldThreadUse> world_thread;
   int signal = 0;  // that ended it early; 0: none

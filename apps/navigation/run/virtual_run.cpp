@@ -8,6 +8,7 @@
 #include "catan/simulation.h"
 #include "run/album.h"
 #include "run/nodes.h"
+#include "run/objective.h"
 #include "run/replay.h"
 #include "run/shortest_way.h"
 
@@ -77,6 +78,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   std::optional<Replay> replay;
   if (!options.replay.empty()) replay.emplace(world, drive.world().scene().movers(), options.seconds);
 
+  ObjectiveByTime objective;
   Outcome outcome;
   outcome.options = options;
   outcome.world = world.name;
@@ -92,6 +94,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
     drive.advance(simulation->now());
     if (watch.signal) outcome.signal = watch.signal();
     if (watch.show) watch.show(drive.progress());
+    if (objective.due(simulation->now())) objective.add(simulation->now(), simulation->snapshot());
     if (replay && simulation->now() % kFramePeriod == nanoseconds(0)) replay->add(frame_of(drive));
     if (!album || simulation->now() % kPicturePeriod != nanoseconds(0)) continue;
     if (Status drawn = album->draw(moment_of(drive)); !drawn) return drawn.error();
@@ -99,6 +102,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   if (Status finished = simulation->finish(); !finished) return finished.error();
   outcome.findings = drive.findings();
   outcome.snapshot = simulation->snapshot();
+  outcome.objective_by_time = objective.values();
   if (replay) {
     if (Status written = replay->write(outcome, options.replay); !written) return written.error();
   }
