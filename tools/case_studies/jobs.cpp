@@ -22,7 +22,7 @@ using experiments::quoted;
 
 // How many seconds of runs are done in one go: more, and processes end at more different times; fewer, and more time
 // goes into starting them.
-constexpr double kTurn = 300.0;
+constexpr double kTurn = 600.0;
 constexpr auto kLook = std::chrono::milliseconds(200);
 
 std::string command_of(const std::string& program, const std::vector<std::string>& arguments) {

@@ -92,8 +92,9 @@ Result<std::vector<Map>> maps_of(const Options& options) {
   for (const std::string& map : {options.setting.map1, options.setting.map2}) {
     const auto world = navigation::world::read_world(file_of(map, options.program));
     if (!world) return world.error();
-    maps.push_back({fmt::format("{}: {}. Blue: the robot{}.", map.size() == 1 ? "Map " + map : map, world->name,
-                                world->goal ? "; green: its goal; orange: what moves" : ", which explores"),
+    maps.push_back({fmt::format("{}: {}. Blue: the robot{}{}.", map.size() == 1 ? "Map " + map : map, world->name,
+                                world->goal ? "; green: its goal" : ", which explores",
+                                world->movers.empty() ? "" : "; orange: what moves"),
                     map_picture(*world)});
   }
   return maps;

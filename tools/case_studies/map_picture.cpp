@@ -32,11 +32,11 @@ std::string box(Point at, double length, double width, double heading, const cha
       at.x - length / 2.0, -at.y - width / 2.0, length, width, -heading * kDegrees, at.x, -at.y, colour);
 }
 
-std::string mover(const MoverSpec& spec) {
+std::string mover(const MoverSpec& spec, double line) {
   const char* const colour = "#d55e00";
   const std::string way =
-      fmt::format("<path d='{}{}' fill='none' stroke='{}' stroke-width='0.06' stroke-dasharray='0.2 0.15'/>",
-                  path_of(spec.path), spec.closed ? "Z" : "", colour);
+      fmt::format("<path d='{}{}' fill='none' stroke='{}' stroke-width='{:.3g}' stroke-dasharray='{:.3g}'/>",
+                  path_of(spec.path), spec.closed ? "Z" : "", colour, line, 3.0 * line);
   const Point at = spec.path.front();
   if (spec.radius <= 0.0) return way + box(at, spec.length, spec.width, spec.heading, colour);
   return way + fmt::format("<circle cx='{:.5g}' cy='{:.5g}' r='{:.5g}' fill='{}'/>", at.x, -at.y, spec.radius, colour);
@@ -52,12 +52,12 @@ std::string map_picture(const WorldFile& world) {
       "<svg role='img' width='{:.0f}' height='{:.0f}' viewBox='{:.5g} {:.5g} {:.5g} {:.5g}'><title>{}</title>", kWidth,
       kWidth * height / width, world.bounds.low.x - kMargin, -world.bounds.high.y - kMargin, width, height,
       report::escaped(world.name));
+  const double line = width / 250.0;
   std::string walls;
   for (const Segment& wall : world.walls) walls += path_of({wall.from, wall.to});
-  picture +=
-      fmt::format("<path d='{}' fill='none' stroke='currentColor' stroke-width='{:.3g}' stroke-linecap='round'/>",
-                  walls, width / 250.0);
-  for (const MoverSpec& spec : world.movers) picture += mover(spec);
+  picture += fmt::format(
+      "<path d='{}' fill='none' stroke='currentColor' stroke-width='{:.3g}' stroke-linecap='round'/>", walls, line);
+  for (const MoverSpec& spec : world.movers) picture += mover(spec, line);
   picture += box(position(world.start), kRobot, kRobot, world.start.heading, "#0072b2");
   if (world.goal) {
     picture += fmt::format("<circle cx='{:.5g}' cy='{:.5g}' r='0.3' fill='none' stroke='#009e73' stroke-width='0.12'/>",

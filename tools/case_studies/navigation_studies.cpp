@@ -371,7 +371,7 @@ std::vector<Claim> claims_of_life(const Study& study, const Runs& runs) {
 }  // namespace
 
 Study collisions(const Setting& setting) {
-  const Conditions conditions = conditions_of(setting, setting.map1, {40, 90.0}, {6, 60.0});
+  const Conditions conditions = conditions_of(setting, setting.map1, {40, 90.0}, {5, 60.0});
   return {.id = "map1",
           .program = "navigation",
           .title = "Collisions on map 1 (the paper's figure 8)",
@@ -393,7 +393,7 @@ Study collisions(const Setting& setting) {
 }
 
 Study exploration(const Setting& setting) {
-  const Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 120.0});
+  const Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 90.0});
   constexpr Scheduler kPaperWithout{"paper-without-stealing", "the paper's Catan without stealing", "paper", "", false};
   constexpr Scheduler kCatanWithout{"catan-without-stealing", "Catan without stealing", "catan", "", false};
   return {.id = "map2",
@@ -425,7 +425,7 @@ Study exploration(const Setting& setting) {
 }
 
 Study detector(const Setting& setting) {
-  Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 120.0});
+  Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 90.0});
   conditions.more = setting.detector;
   const std::vector<Scheduler> schedulers{kStaticFullRun, kStatic20s, kCatan};
   Study study{
@@ -538,7 +538,7 @@ Study life(const Setting& setting) {
                           metric(kReaction, "reaction_ms_mean", Better::kNeither, Method::kRanks)},
               .draw = {},
               .claim = claims_of_life};
-  Conditions conditions = conditions_of(setting, setting.map1, {10, 90.0}, {2, 30.0});
+  Conditions conditions = conditions_of(setting, setting.map1, {10, 90.0}, {2, 20.0});
   for (const Scheduler& scheduler : {kDefault, kFastLocal, kCatan}) {
     std::vector<Batch> batches;
     for (const bool live : {false, true}) {
