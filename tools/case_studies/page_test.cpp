@@ -18,7 +18,7 @@ Results sample_results() {
   Results results;
   results.host = {{"Processor", "made up"}};
   results.seed = 11;
-  results.studies = {{sample_study(), sample_runs(100.0)}};
+  results.studies = {{sample_study(), sample_runs(std::numeric_limits<double>::infinity())}};
   results.studies[0].study.draw = [](const Study& study, const Runs& runs) -> std::vector<Drawn> {
     return {{by_batch(study, runs, "Score"), "higher is better"},
             {over_time(study, runs, {{"catan", "other"}, "x_by_1s", 1.0, "X", "ms"}), "lower is better"}};
@@ -30,12 +30,11 @@ TEST(CaseStudiesPage, TellsItAll) {
   const auto page = render_page(sample_results());
   ASSERT_TRUE(page.ok()) << page.error().message();
   for (const char* text : {"A study &lt;made up&gt;", "<svg", "16 of 16", "1 held, 1 not shown, 1 did not hold",
-                           "It is so", "&lt; 0.001", "not shown", "8 of 8", "68 to 100 %", "never",
-                           "worse, p &lt; 0.001", "higher is better", "Seeds from 11 on", "made up"}) {
+                           "It is so", "&lt; 0.001", "not shown", "8 of 8", "68 to 100 %", "never", "worse, p = 0.001",
+                           "higher is better", "Seeds from 11 on", "made up"}) {
     EXPECT_THAT(*page, HasSubstr(text));
   }
-  EXPECT_THAT(*page, AllOf(Not(HasSubstr("http://www.w3.org/1999")), Not(HasSubstr("Not all runs")),
-                           Not(HasSubstr("quick run"))));
+  EXPECT_THAT(*page, AllOf(Not(HasSubstr("src=\"http")), Not(HasSubstr("Not all runs")), Not(HasSubstr("quick run"))));
 }
 
 TEST(CaseStudiesPage, OwnsUpToWhatIsBetterThanCatan) {
