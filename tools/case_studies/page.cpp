@@ -88,8 +88,9 @@ std::string spread_text(const Row& row) {
     const Interval interval = wilson(row.share);
     return fmt::format("{:.0f} to {:.0f} %", 100.0 * interval.low, 100.0 * interval.high);
   }
-  return fmt::format("{} to {}", value_text(row.spread->lower_quartile, row.metric->digits),
-                     value_text(row.spread->upper_quartile, row.metric->digits));
+  const std::string low = value_text(row.spread->lower_quartile, row.metric->digits);
+  const std::string high = value_text(row.spread->upper_quartile, row.metric->digits);
+  return low == high ? low : fmt::format("{} to {}", low, high);
 }
 
 std::string mean_text(const Row& row) {
@@ -98,27 +99,26 @@ std::string mean_text(const Row& row) {
 }
 
 std::string comparison_text(const Row& row) {
-  if (row.batch->reference) return "";
-  if (!row.probability) return "-";
-  const char* word = "no difference shown";
-  if (row.significant()) {
-    word = row.better() ? "better" : row.worse() ? "worse" : row.sign > 0 ? "larger" : "smaller";
-  }
-  return fmt::format("{}, p {}{}", word, *row.probability < 0.001 ? "" : "= ", probability_text(*row.probability));
+  if (!row.probability) return "";
+  if (!row.significant()) return "not shown";
+  if (row.better()) return "better";
+  if (row.worse()) return "worse";
+  return row.sign > 0 ? "larger" : "smaller";
 }
 
 report::Table table_of(const StudyResults& results, const std::vector<Row>& rows) {
-  report::Table table{.header = {"Figure", "Under", "Runs", "Result", "Spread", "Mean", "Beside the reference"}};
+  report::Table table{.header = {"Figure", "Under", "Runs", "Result", "Spread", "Mean", "Difference", "p"}};
   std::vector<std::string> references;
   for (const Batch& batch : results.study.batches) {
     if (batch.reference) references.push_back(batch.label);
   }
-  table.caption = fmt::format("Reference: {}. {}", fmt::join(references, "; "),
+  table.caption = fmt::format("Difference from: {}. {}", fmt::join(references, "; "),
                               references.size() > 1 ? "Each is compared with that of its own kind." : "");
   const Metric* before = nullptr;
   for (const Row& row : rows) {
     table.rows.push_back({row.metric == before ? "" : row.metric->name, row.batch->label, std::to_string(row.runs),
-                          result_text(row), spread_text(row), mean_text(row), comparison_text(row)});
+                          result_text(row), spread_text(row), mean_text(row), comparison_text(row),
+                          row.probability ? probability_text(*row.probability) : ""});
     before = row.metric;
   }
   return table;

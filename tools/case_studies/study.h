@@ -60,7 +60,7 @@ struct Drawn {
   std::string caption;
 };
 
-// kNotShown: it came out as expected, but by less than chance may do.
+// kNotShown: it did not come out otherwise, but as chance may do, too.
 enum class Verdict { kHeld, kNotShown, kFailed };
 
 // What is expected, and what came out.
