@@ -261,6 +261,20 @@ void Moves::slow(Schedule& schedule, double factor) const {
   }
 }
 
+bool Moves::may_come_less_often(const Place& place, std::size_t subchain) const {
+  return place.form == trial::Form::kPriority && !limits_[subchain].exact && !place.clock && !place.after;
+}
+
+void Moves::come_less_often(Place& place, std::size_t subchain, double factor, Millis period_now) const {
+  if (!may_come_less_often(place, subchain)) return;
+  if (place.pause) {
+    *place.pause += to_nanos((factor - 1.0) * period_now);
+    return;
+  }
+  place.phase = to_nanos(factor * to_millis(place.phase));
+  place.period = to_nanos(factor * std::max(to_millis(place.period), period_now));
+}
+
 // Those of its core that may follow it do.
 void Moves::lead(Schedule& schedule, std::size_t leader) const {
   Place& first = schedule.subchains[leader];

@@ -71,6 +71,10 @@ class Moves {
   // weighs most, or by chance.
   void fall_in_line(trial::Schedule& schedule, bool by_chance, Random& random) const;
 
+  // Whether the subchain goes by its own time, in any period that it may be given.
+  bool may_come_less_often(const trial::Place& place, std::size_t subchain) const;
+  // It does: so many times less often than it does now, where that may be.
+  void come_less_often(trial::Place& place, std::size_t subchain, double factor, Millis period_now) const;
   // Subchains that may, come so many times less often, or are held so much further apart.
   void slow(trial::Schedule& schedule, double factor) const;
 

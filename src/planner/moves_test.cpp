@@ -193,6 +193,26 @@ TEST_F(FallInLine, WhoIsSlowedComesLessOften) {
   EXPECT_EQ(schedule.subchains[0].phase, Nanos{std::chrono::microseconds{7500}});
 }
 
+TEST(Moves, ComeLessOftenWhereTheyGoByTheirOwnTime) {
+  using std::chrono::milliseconds;
+  const graph::App app = fed_by_a_sensor(graph::TriggerBy::kAny);
+  const Pipelines pipelines = no_costs_known(app);
+  const Moves moves(app, {1.0, 1.0}, pipelines, 1);
+  trial::Place by_time{.period = milliseconds{20}, .phase = milliseconds{4}};
+  moves.come_less_often(by_time, 1, 1.5, Millis{20.0});
+  EXPECT_EQ(by_time, (trial::Place{.period = milliseconds{30}, .phase = milliseconds{6}}));
+  trial::Place missing{.period = milliseconds{2}};
+  moves.come_less_often(missing, 1, 1.5, Millis{20.0});
+  EXPECT_EQ(missing.period, milliseconds{30}) << "it cannot keep its period now";
+  trial::Place by_pause{.period = milliseconds{1}, .pause = milliseconds{2}};
+  moves.come_less_often(by_pause, 1, 1.5, Millis{20.0});
+  EXPECT_EQ(by_pause.pause, milliseconds{12}) << "of 20 ms the pause is 2";
+  const trial::Place follower{.period = milliseconds{20}, .after = plan::After{SubchainId(0), 1}};
+  trial::Place as_before = follower;
+  moves.come_less_often(as_before, 1, 1.5, Millis{20.0});
+  EXPECT_EQ(as_before, follower);
+}
+
 // a and b end at the display, c does not; b's rate is that of every second tick.
 RC_GTEST_PROP(MovesProperty, KeepPhasesToKnownClocksAlone, (std::uint64_t seed, bool known)) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "c", "display"}, {"a b display", "c b"});

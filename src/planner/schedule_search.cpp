@@ -29,6 +29,11 @@ constexpr std::size_t kStepsNearby = 400;
 // How often one step at random is drawn again that formulas find worse by more than this.
 constexpr std::size_t kRedraws = 20;
 constexpr double kPromising = 1.02;
+// Room is made on a core up to this part of what there is, by periods at most so many times as long.
+constexpr double kRoomUpTo = 0.9999;
+constexpr double kMaxRoom = 1.5;
+// How far formulas are taken to be from how full a core is, at most.
+constexpr double kMaxLoadFactor = 1.1;
 // A first trial that is worse by no more is followed by the second.
 constexpr double kNearlyAsGood = 1.002;
 // After so many changes in vain a candidate, unless it is the best, gives way to a new beginning.
@@ -168,7 +173,11 @@ void ScheduleSearch::guess(std::size_t steps, const std::function<void()>& after
   const auto known =
       std::find_if(candidates_.begin(), candidates_.end(), [](const Candidate& each) { return !each.factors.empty(); });
   // What is known of one schedule is likely to be so of others, and makes guesses comparable with what was tried.
-  costs_->surrogate.correct(known == candidates_.end() ? std::vector<double>{} : known->factors);
+  if (known == candidates_.end()) {
+    costs_->surrogate.correct({});
+  } else {
+    costs_->surrogate.correct(known->factors, known->load_factor);
+  }
   std::vector<Candidate> guessed;
   while (guessed.size() < beginnings) {
     if (guessed.empty() && known != candidates_.end()) {
@@ -236,13 +245,45 @@ void ScheduleSearch::arrange(Schedule& schedule, std::size_t sort, bool by_chanc
   if (sort == 2) moves_->take_turns(schedule);
 }
 
-double ScheduleSearch::guessed_score(const Schedule& schedule, double limit) {
-  const std::optional<Estimate> estimate = costs_->surrogate(schedule, limit);
+double ScheduleSearch::guessed_score(Schedule& schedule, double limit) {
+  std::optional<Estimate> estimate = costs_->surrogate(schedule, limit);
+  // It does not get better by that.
+  if (estimate && estimate->load > 1.0 && estimate->objective <= limit && make_room(schedule)) {
+    work_ += work_of_guesses(1, app_.graph.subchains().size());
+    estimate = costs_->surrogate(schedule, limit);
+  }
   if (!estimate) return 2.0 * kOverload;
   if (estimate->load > 1.0) return kOverload * estimate->load;
   if (estimate->objective > limit) return kInfinity;
   if (estimate->exact_missed || !estimate->promised) return kOverload;
   return relaxed_score(estimate->objective, estimate->relax);
+}
+
+// By the formulas of the schedule that was asked about last. False: not much less often would be enough.
+bool ScheduleSearch::make_room(Schedule& schedule) const {
+  const auto cores = static_cast<std::size_t>(schedule.cores);
+  std::vector<double> used(cores, 0.0);
+  std::vector<double> movable(cores, 0.0);
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    const Place& place = schedule.subchains[i];
+    if (place.form != trial::Form::kPriority) continue;
+    const double part = costs_->surrogate.load(SubchainId(i));
+    used[static_cast<std::size_t>(place.core)] += part;
+    if (moves_->may_come_less_often(place, i)) movable[static_cast<std::size_t>(place.core)] += part;
+  }
+  std::vector<double> factors(cores, 1.0);
+  for (std::size_t core = 0; core < cores; ++core) {
+    if (used[core] <= 1.0) continue;
+    const double left = kRoomUpTo - (used[core] - movable[core]);
+    if (left <= 0.0 || movable[core] > left * kMaxRoom) return false;
+    factors[core] = movable[core] / left;
+  }
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    Place& place = schedule.subchains[i];
+    const double factor = factors[static_cast<std::size_t>(place.core)];
+    if (factor > 1.0) moves_->come_less_often(place, i, factor, costs_->surrogate.period(SubchainId(i)));
+  }
+  return true;
 }
 
 ScheduleSearch::Candidate ScheduleSearch::anneal(Schedule schedule, std::size_t steps, double first_temperature) {
@@ -297,13 +338,18 @@ double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& 
   return overload;
 }
 
-// Without bounds.
-double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
+// Means, and something for tails.
+double ScheduleSearch::weighted(const trial::Figures& figures) const {
   double score = figures.objective;
   for (std::size_t term = 0; term < figures.terms.size(); ++term) {
     score += tail_weights_[term] * app_.objective[term].weight * figures.terms[term].p95_ms;
   }
-  return score + kOverload * overload(schedule, figures);
+  return score;
+}
+
+// Without bounds.
+double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
+  return weighted(figures) + kOverload * overload(schedule, figures);
 }
 
 // What bounds make of it. Of frames the surrogate knows nothing.
@@ -318,7 +364,8 @@ double ScheduleSearch::glance(const Candidate& candidate) {
   if (horizon_ == Nanos{0}) set_horizon(candidate.schedule);
   const trial::Figures figures =
       run_trial(candidate.schedule, {.horizon = horizon_ / kGlance, .warm_up = horizon_ / (2 * kGlance), .p95 = true});
-  return bounded_score(candidate, unbounded_score(candidate.schedule, figures));
+  // A core is full or not by luck in so short a time: as if all were slower by as much.
+  return bounded_score(candidate, weighted(figures) * (1.0 + overload(candidate.schedule, figures)));
 }
 
 bool ScheduleSearch::try_first(Candidate& candidate) {
@@ -329,6 +376,11 @@ bool ScheduleSearch::try_first(Candidate& candidate) {
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
   if (fixed(candidate)) return overloads;
+  const std::vector<double> used = load(candidate.schedule, figures);
+  const double fullest = *std::max_element(used.begin(), used.end()) / (1.0 - setting_.slack);
+  const double guessed_fullest = costs_->surrogate.fullest();
+  candidate.load_factor =
+      guessed_fullest > 0.0 ? std::clamp(fullest / guessed_fullest, 1.0 / kMaxLoadFactor, kMaxLoadFactor) : 1.0;
   const std::vector<double>& guessed = costs_->surrogate.terms();
   for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
     const double found = figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
@@ -355,13 +407,14 @@ void ScheduleSearch::try_whole(Candidate& candidate) {
       return;
     }
     candidate.schedule = std::move(slower);
+    candidate.glance = 0.0;
   }
 }
 
 // Beside one that was tried.
 bool ScheduleSearch::is_hopeless(const Candidate& candidate) const {
   return std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& each) {
-    return each.tried && each.glance > 0.0 && candidate.glance > each.glance * kHopeless;
+    return each.tried && each.score < kOverload && each.glance > 0.0 && candidate.glance > each.glance * kHopeless;
   });
 }
 
@@ -417,14 +470,14 @@ void ScheduleSearch::step() {
 }
 
 ScheduleSearch::Candidate ScheduleSearch::changed_by_formulas(const Candidate& candidate) {
-  costs_->surrogate.correct(candidate.factors);
+  costs_->surrogate.correct(candidate.factors, candidate.load_factor);
   return anneal(candidate.schedule, kStepsNearby, kTemperatureNearby);
 }
 
 ScheduleSearch::Candidate ScheduleSearch::changed_by_chance(const Candidate& candidate) {
-  costs_->surrogate.correct(candidate.factors);
+  costs_->surrogate.correct(candidate.factors, candidate.load_factor);
   Candidate child{.schedule = candidate.schedule};
-  const double before = guessed_score(candidate.schedule);
+  const double before = guessed_score(child.schedule);
   std::size_t draws = 0;
   do {
     child.schedule = candidate.schedule;

@@ -148,6 +148,7 @@ class ScheduleSearch {
     double first_score = 0.0;  // with bounds, of the first trial
     bool tried = false;
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
+    double load_factor = 1.0;       // the same of how full the fullest core is
     std::optional<double> relax{};  // where it is known; else by the surrogate
     double glance = 0.0;            // its score in a short trial; 0: there was none
     std::size_t in_vain = 0;        // changes since it got better
@@ -160,12 +161,15 @@ class ScheduleSearch {
   bool keeps_asked_triggers(const trial::Schedule& schedule) const;
   trial::Schedule beginning(bool even);
   void arrange(trial::Schedule& schedule, std::size_t sort, bool by_chance);
-  // Where it is above the limit, any number above it.
-  double guessed_score(const trial::Schedule& schedule, double limit = kInfinity);
+  // Where it is above the limit, any number above it. Where a core is used for more than there is, and others on it may
+  // come less often, they do.
+  double guessed_score(trial::Schedule& schedule, double limit = kInfinity);
+  bool make_room(trial::Schedule& schedule) const;
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
   double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
+  double weighted(const trial::Figures& figures) const;
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);

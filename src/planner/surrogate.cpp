@@ -45,6 +45,34 @@ std::vector<double> parts_by_threads(const graph::Graph& graph, const model::Cos
   return parts;
 }
 
+// Of so many runs, each of which takes one of its draws of each node; in ms.
+std::vector<double> some_runs(const graph::Subchain& subchain, const trial::Samples& samples, std::size_t kind) {
+  constexpr std::uint32_t kRuns = 512;
+  constexpr std::uint32_t kApart = trial::Samples::kDraws / kRuns;
+  std::vector<double> runs(kRuns, 0.0);
+  for (const NodeId node : subchain.nodes) {
+    for (std::uint32_t run = 0; run < kRuns; ++run)
+      runs[run] += to_millis(samples.draw(node, kind, run * kApart)).count();
+  }
+  std::sort(runs.begin(), runs.end());
+  return runs;
+}
+
+// Means of equal parts of the runs, in their order, to the mean of all.
+template <std::size_t kParts>
+std::array<double, kParts> spread_of(const std::vector<double>& runs) {
+  std::array<double, kParts> spread{};
+  const std::size_t each = runs.size() / kParts;
+  double sum = 0.0;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    for (std::size_t at = part * each; at < (part + 1) * each; ++at)
+      spread[part] += runs[at] / static_cast<double>(each);
+    sum += spread[part];
+  }
+  for (double& part : spread) part -= sum / static_cast<double>(kParts);
+  return spread;
+}
+
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
@@ -72,6 +100,7 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
     std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
     std::vector<std::vector<double>>& parts = parts_on_threads_.emplace_back();
+    std::vector<std::array<double, kSpread>>& spreads = spread_.emplace_back();
     for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
       double mean = trigger;
       double variance = 0.0;
@@ -82,6 +111,7 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
       }
       means.push_back(mean);
       squares.push_back(mean * mean + variance);
+      spreads.push_back(spread_of<kSpread>(some_runs(app_.graph.subchain(SubchainId(i)), samples, kind)));
       percentiles.push_back(tables[kind].subchain_total(app_.graph, SubchainId(i)).count() / usable_);
       parts.push_back(parts_by_threads(app_.graph, tables[kind], SubchainId(i)));
     }
@@ -129,6 +159,8 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
   if (term.metric == graph::Metric::kPeriod) {
     known.of = app_.graph.node(term.path.front()).subchain;
     if (!known.of) known.fixed_period = own_period(app_.graph, term.path.front());
+    const NodeId node = term.path.front();
+    if (known.of && app_.graph.may_run_empty(node)) known.inputs = model::batch_inputs(app_.graph, planned, node);
     return;
   }
   if (term.max) known.max = to_millis(*term.max).count();
@@ -278,6 +310,21 @@ Surrogate::Led Surrogate::led_above(const trial::Schedule& schedule, std::size_t
   return led;
 }
 
+// Triggers, of each run, while it is under way itself: all that come meanwhile but one, which is made up for.
+double Surrogate::lost_in_own_runs(const trial::Place& place, std::size_t subchain, double apart,
+                                   double stretch) const {
+  const Timing& timing = timings_[subchain];
+  const std::array<double, kSpread>& spread = spread_[kind_of(place.core)][subchain];
+  constexpr double kMadeUpFor = 1.5;  // the run began with one, and at any time between two of them
+  double lost = 0.0;
+  for (auto run = spread.rbegin(); run != spread.rend(); ++run) {
+    const double length = (timing.cost + *run) * stretch + timing.waits;
+    if (length <= kMadeUpFor * apart) break;
+    lost += length / apart - kMadeUpFor;
+  }
+  return lost / static_cast<double>(kSpread);
+}
+
 // What a run finds of the runs under way of those above it, on average: which ones it can meet is told by what it is
 // triggered by.
 double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above,
@@ -321,6 +368,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   const double found = found_under_way(schedule, i, above, led) + met_after_waits;
   timing.execution = led.late + (timing.cost + found) * stretch + timing.waits;
   timing.from_begin = (timing.cost + met_after_waits) * stretch + timing.waits;
+  timing.late = led.late;
+  timing.stretch = stretch;
   const double min = to_millis(place.period).count();
   const double variance = timing.square - timing.cost * timing.cost;
   if (place.pause) {
@@ -335,9 +384,10 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   double long_gaps = 0.0;
   for (std::size_t at = above.first; at < above.last && above.longest > (apart - alone) * (1.0 - above.load); ++at) {
     const Timing& other = timings_[order_[at]];
-    const double left = 1.0 - used + other.load;
+    // What it triggers itself is not in `used`.
+    const bool led_by_it = timing.leads && is_led_by(schedule, order_[at], i);
+    const double left = 1.0 - used + (led_by_it ? 0.0 : other.load);
     if (other.cost <= (apart - alone) * left) continue;
-    if (timing.leads && is_led_by(schedule, order_[at], i)) continue;
     const double blocked = other.cost / left + alone;
     missed += (blocked - apart) * other.rate;
     squares += blocked * blocked * other.rate;
@@ -345,7 +395,8 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   }
   constexpr double kMinKept = 0.02;
   const double kept = std::max(1.0 - missed, kMinKept);
-  timing.period = std::max(apart / kept, alone);
+  const double own = lost_in_own_runs(place, i, apart, stretch);
+  timing.period = std::max(apart * (1.0 + own) / kept, alone);
   const double even = std::max(1.0 / timing.period - long_gaps, 0.0);
   timing.wait = std::max((even * apart * apart + squares) / 2.0, timing.period / 2.0);
   if (place.after && place.after->every == 1 && place.after->subchain() != nullptr) {
@@ -449,9 +500,28 @@ double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, 
   return wait->last.count() + (usual ? older / 2.0 : older);
 }
 
+// Runs that find no input do not count: fewer, the closer together they come.
+double Surrogate::counted_period(const Term& term, const trial::Place& place) const {
+  const Timing& timing = timings_[term.of->index()];
+  if (term.inputs.empty()) return timing.period;
+  const auto period_of = [&](SubchainId id) { return Millis{timings_[id.index()].period}; };
+  const double usual = timing.period - timing.late;
+  constexpr double kMinItems = 1e-6;
+  if (!place.pause) {
+    const double items = model::mean_items(term.inputs, Millis{usual}, period_of);
+    return timing.period / std::clamp(items, kMinItems, 1.0);
+  }
+  double with_input = kMinItems;
+  for (const double run : spread_[kind_of(place.core)][term.of->index()]) {
+    with_input += std::min(1.0, model::mean_items(term.inputs, Millis{usual + run * timing.stretch}, period_of));
+  }
+  return timing.period * static_cast<double>(kSpread) / with_input;
+}
+
 double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const {
   const bool usual = basis == Basis::kUsual;
   const auto period_of = [&](const Timing& timing) { return usual ? timing.period : timing.promised_period; };
+  if (term.of && usual) return counted_period(term, schedule.subchains[term.of->index()]);
   if (term.of) return period_of(timings_[term.of->index()]);
   if (term.elements.empty()) return term.fixed_period;
   double latency = 0.0;
@@ -538,7 +608,7 @@ std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule, d
     // Once more at least, for what follows others that come later in the order.
     if (at_once || (settled_ && round > 0)) break;
   }
-  Estimate estimate{.promised = false, .load = load_};
+  Estimate estimate{.promised = false, .load = load_ * load_factor_};
   values_.clear();
   for (const Term& term : terms_) {
     const double factor = factors_.empty() ? 1.0 : factors_[values_.size()];

@@ -23,6 +23,7 @@
 // Units: milliseconds. Thread safety: none; one owner.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -52,9 +53,13 @@ class Surrogate {
   Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned, double slack,
             const trial::Overheads& machine = {});
 
-  // From now on the objective is of terms so many times as long as the formulas say, one factor a term: what a trial of
-  // a schedule found that is much like those asked about. It goes back to 1 with an empty list.
-  void correct(std::vector<double> factors) { factors_ = std::move(factors); }
+  // From now on the objective is of terms so many times as long as the formulas say, one factor a term, and cores are
+  // so many times as full: what a trial of a schedule found that is much like those asked about. It goes back to 1 with
+  // an empty list.
+  void correct(std::vector<double> factors, double load = 1.0) {
+    factors_ = std::move(factors);
+    load_factor_ = load;
+  }
 
   // None where some subchain gets no time at all. Where the objective alone is above the limit, promises are not looked
   // at, and the estimate says that there are none. Precondition: as Trial::run(), without frames; subchains that follow
@@ -63,6 +68,12 @@ class Surrogate {
 
   // Of the schedule that was asked about last: each term of the objective, in ms, without correction.
   const std::vector<double>& terms() const { return values_; }
+  // The same, of the fullest core: CPU time used, as a fraction of what the slack leaves.
+  double fullest() const { return load_; }
+  // Of a subchain with a fixed priority: its period, and what it uses of its core as a fraction of what the slack
+  // leaves, with correction.
+  Millis period(SubchainId subchain) const { return Millis{timings_[subchain.index()].period}; }
+  double load(SubchainId subchain) const { return timings_[subchain.index()].load * load_factor_ / usable_; }
 
   // What a run of the subchain costs on average on a core, the machine's part included; one that takes batches, with
   // one item of each predecessor.
@@ -84,6 +95,8 @@ class Surrogate {
     std::vector<Element> elements;  // of a response time
     std::optional<SubchainId> of;   // of a period
     double fixed_period = 0.0;      // of a period that no schedule changes
+    // Of the period of a node whose runs may be without input, and do not count then; else empty.
+    std::vector<model::BatchInput> inputs;
   };
   struct Timing {  // of a subchain
     double cost = 0.0;
@@ -110,6 +123,8 @@ class Surrogate {
     // Of one that triggers others that are above it on its core: they run after its runs, and never while it does.
     bool leads = false;
     double led_work = 0.0;  // what those cost, after each of its runs
+    double late = 0.0;      // how long they keep it from its next run, on average
+    double stretch = 1.0;   // of what it costs, while others pre-empt it
   };
   // Those above a subchain on its core: order_[first, last).
   struct Above {
@@ -156,6 +171,7 @@ class Surrogate {
   void time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above);
   static bool is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader);
   Led led_above(const trial::Schedule& schedule, std::size_t leader, const Above& above) const;
+  double lost_in_own_runs(const trial::Place& place, std::size_t subchain, double apart, double stretch) const;
   double found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above, const Led& led) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
@@ -178,6 +194,7 @@ class Surrogate {
   // `all_new`: each run of the one brings something new.
   double wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
                       Basis basis) const;
+  double counted_period(const Term& term, const trial::Place& place) const;
   double total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const;
   void promise(const trial::Schedule& schedule, Estimate& estimate);
 
@@ -186,6 +203,10 @@ class Surrogate {
   std::vector<std::vector<double>> mean_;     // by kind, subchain
   std::vector<std::vector<double>> square_;   // by kind, subchain
   std::vector<std::vector<double>> planned_;  // by kind, subchain
+  // By kind, subchain: runs as they are distributed, from the cheapest to the most expensive, by how much each costs
+  // more than the mean.
+  static constexpr std::size_t kSpread = 16;
+  std::vector<std::vector<std::array<double, kSpread>>> spread_;
   // By kind, subchain, threads - 1: as times one thread.
   std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
@@ -209,6 +230,7 @@ class Surrogate {
   std::vector<AskedRate> min_rates_;
   std::vector<AskedRate> exact_rates_;
   std::vector<double> factors_;  // by term; empty: all 1
+  double load_factor_ = 1.0;
 
   // Reused.
   std::vector<std::size_t> order_;  // subchains with a priority, core by core, the highest first
