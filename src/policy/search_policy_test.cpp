@@ -162,7 +162,7 @@ TEST(SearchPolicy, PromisesForTypicalCostsWhereNoMoreIsAskedFor) {
   ASSERT_TRUE(bounded.decide(PlanReason::kPeriodic));
   EXPECT_FALSE(bounded.in_force.plan->for_typical);
   EXPECT_TRUE(plan::validate(*bounded.in_force.plan, bounded.app, bounded.costs, 1).ok());
-  EXPECT_LT(plan.expected->objective, 0.95 * bounded.in_force.plan->expected->objective);
+  EXPECT_LT(plan.expected->objective, 1.02 * bounded.in_force.plan->expected->objective) << "what is worth no swap";
 }
 
 TEST(SearchPolicy, GetsBetterAndComesToRest) {
@@ -254,7 +254,7 @@ app: batches
 nodes: { a: {}, b: { input: queue } }
 edges: [ a -> b ]
 objective: [ { response_time: [a], weight: 1 }, { response_time: [a, b], weight: 0.1 } ]
-scheduler: { slack: 6% }
+scheduler: { slack: 6%, schedule: priorities }
 )"),
               1);
   asked.cost(NodeId(0), Millis{1});
