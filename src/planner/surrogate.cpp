@@ -59,17 +59,17 @@ std::vector<double> some_runs(const graph::Subchain& subchain, const trial::Samp
 }
 
 // Means of equal parts of the runs, in their order, to the mean of all.
-template <std::size_t kParts>
-std::array<double, kParts> spread_of(const std::vector<double>& runs) {
-  std::array<double, kParts> spread{};
-  const std::size_t each = runs.size() / kParts;
+template <std::size_t Parts>
+std::array<double, Parts> spread_of(const std::vector<double>& runs) {
+  std::array<double, Parts> spread{};
+  const std::size_t each = runs.size() / Parts;
   double sum = 0.0;
-  for (std::size_t part = 0; part < kParts; ++part) {
+  for (std::size_t part = 0; part < Parts; ++part) {
     for (std::size_t at = part * each; at < (part + 1) * each; ++at)
       spread[part] += runs[at] / static_cast<double>(each);
     sum += spread[part];
   }
-  for (double& part : spread) part -= sum / static_cast<double>(kParts);
+  for (double& part : spread) part -= sum / static_cast<double>(Parts);
   return spread;
 }
 
