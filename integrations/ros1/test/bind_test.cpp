@@ -46,7 +46,7 @@ TEST_F(BindTest, WhatItWritesIsPlannedAsItIs) {
   const std::string plan =
       std::string(CATAN_COMMAND) + " plan app.yaml --costs costs.yaml --effort 0.1 --cores 2 --json";
   EXPECT_EQ(wait(start("plan", plan), seconds{60}), 0) << text_of(path("plan.err"));
-  EXPECT_TRUE(json::parse(text_of(path("plan.out")), nullptr, false).is_object());
+  EXPECT_TRUE(Json::parse(text_of(path("plan.out")), nullptr, false).is_object());
 }
 
 TEST_F(BindTest, WhatWasSeenUntilItIsStoppedCounts) {
@@ -81,7 +81,7 @@ TEST_F(BindTest, ThatOnlyPythonRunsIsTold) {
   write_talker("/orders", "Int64");
   const int bind = start_bind("-- /usr/bin/python3 talker.py");
   for (int tries = 0; tries < 400 && !std::filesystem::exists(path("talks")); ++tries) {
-    std::this_thread::sleep_for(milliseconds{50});
+    std::this_thread::sleep_for(Milliseconds{50});
   }
   EXPECT_EQ(end(bind, SIGINT), 1);
   EXPECT_THAT(text_of(path("bind.err")), HasSubstr("no callback of a roscpp program was called before it was stopped; "

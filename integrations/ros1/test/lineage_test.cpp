@@ -67,7 +67,7 @@ ros:
   EXPECT_GT(counted("nodelets", "calls"), 30);
   EXPECT_EQ(counted("nodelets", "overlaps"), 0) << "of one nodelet";
   EXPECT_EQ(counted("nodelets", "copies"), 0);
-  const json report = json::parse(text_of(path("run.out")));
+  const Json report = Json::parse(text_of(path("run.out")));
   EXPECT_GT(node(report, "detect")["compute_ms"]["p50"].get<double>(), 4.5);
   EXPECT_GT(report["chains"][0]["response_ms"]["count"].get<long>(), 20);
 

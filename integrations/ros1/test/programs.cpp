@@ -57,7 +57,7 @@ int ProgramsTest::end(int process, int signal) {
   return wait(process, std::chrono::seconds{15});
 }
 
-int ProgramsTest::wait(int process, milliseconds timeout) {
+int ProgramsTest::wait(int process, Milliseconds timeout) {
   const auto until = std::chrono::steady_clock::now() + timeout;
   int status = 0;
   while (::waitpid(process, &status, WNOHANG) == 0) {
@@ -67,23 +67,23 @@ int ProgramsTest::wait(int process, milliseconds timeout) {
       std::erase(processes_, process);
       return 255;
     }
-    std::this_thread::sleep_for(milliseconds{10});
+    std::this_thread::sleep_for(Milliseconds{10});
   }
   std::erase(processes_, process);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 long ProgramsTest::counted(const std::string& node, const std::string& what) const {
-  const json counts = json::parse(text_of(path(node + ".json")), nullptr, false);
+  const Json counts = Json::parse(text_of(path(node + ".json")), nullptr, false);
   return counts.is_object() ? counts.value(what, 0L) : 0;
 }
 
-bool ProgramsTest::counts(const std::string& node, const std::string& what, long more, milliseconds within) const {
+bool ProgramsTest::counts(const std::string& node, const std::string& what, long more, Milliseconds within) const {
   const long goal = counted(node, what) + more;
   const auto until = std::chrono::steady_clock::now() + within;
   while (counted(node, what) < goal) {
     if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(milliseconds{20});
+    std::this_thread::sleep_for(Milliseconds{20});
   }
   return true;
 }
@@ -109,11 +109,11 @@ void ProgramsTest::write_talker(const std::string& topic, const std::string& typ
             "    rate.sleep()\n");
 }
 
-ProgramsTest::json ProgramsTest::node(const json& report, const std::string& name) {
-  for (const json& entry : report["nodes"]) {
+ProgramsTest::Json ProgramsTest::node(const Json& report, const std::string& name) {
+  for (const Json& entry : report["nodes"]) {
     if (entry["node"] == name) return entry;
   }
-  return json::object();
+  return Json::object();
 }
 
 }  // namespace catan_ros

@@ -22,8 +22,8 @@ std::string text_of(const std::string& path);
 
 class ProgramsTest : public testing::Test {
  protected:
-  using milliseconds = std::chrono::milliseconds;
-  using json = nlohmann::json;
+  using Milliseconds = std::chrono::milliseconds;
+  using Json = nlohmann::json;
 
   ProgramsTest();
   ~ProgramsTest() override;
@@ -39,12 +39,12 @@ class ProgramsTest : public testing::Test {
 
   int end(int process, int signal);
   // Exit code, 128 + signal; 255: it did not end.
-  int wait(int process, milliseconds timeout);
+  int wait(int process, Milliseconds timeout);
 
   long counted(const std::string& node, const std::string& what) const;
   // Until it has counted so many more.
   bool counts(const std::string& node, const std::string& what, long more,
-              milliseconds within = std::chrono::seconds{20}) const;
+              Milliseconds within = std::chrono::seconds{20}) const;
 
   // launch.sh starts these nodes, and waits for them: what a launch file does.
   void write_launcher(const std::vector<std::string>& lines) const;
@@ -55,7 +55,7 @@ class ProgramsTest : public testing::Test {
 
   Roscore& roscore() { return *roscore_; }
 
-  static json node(const json& report, const std::string& name);
+  static Json node(const Json& report, const std::string& name);
 
  private:
   std::string folder_;

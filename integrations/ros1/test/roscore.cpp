@@ -60,7 +60,7 @@ Roscore::Roscore(const std::string& folder) : folder_(folder), port_(free_port()
 
 void Roscore::start() {
   const std::string log_file = folder_ + "/roscore.log";
-  std::ofstream{log_file};
+  std::ofstream(log_file).close();
   process_ = ::fork();
   if (process_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
