@@ -37,6 +37,30 @@ struct BatchSteps {
 // the steps; a folder or a file that cannot be written (kEnvironment).
 Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& steps);
 
+// The same for runs with `options` of an app, of which `seed`, `runs` and `out` say what is run. `run_one(options)` is
+// one of them: a Result of an outcome, of which to_json() in the app's namespace makes the document. `take(text, file,
+// options)`: as in BatchSteps, with the options of that run.
+template <class Options, class RunOne, class Take>
+Result<int> run_batch(const Options& options, const RunOne& run_one, const Take& take,
+                      const std::function<void(const std::string&)>& tell) {
+  const auto with_seed = [&options](std::uint64_t seed) {
+    Options one = options;
+    one.seed = seed;
+    return one;
+  };
+  BatchSteps steps;
+  steps.run = [&](std::uint64_t seed) -> Result<Document> {
+    const auto outcome = run_one(with_seed(seed));
+    if (!outcome) return outcome.error();
+    return Document{to_json(*outcome), outcome->took_seconds, outcome->signal};
+  };
+  steps.take = [&](const std::string& text, const std::string& file, std::uint64_t seed) {
+    return take(text, file, with_seed(seed));
+  };
+  steps.tell = tell;
+  return run_batch(Seeds{options.seed, options.runs}, options.out, steps);
+}
+
 // Whether the JSON document `text` is of a run with the options that `identity`, a JSON object, says: each of its
 // members is in the document, and has the same value. Errors (kCaller): it is not; it is none, or has no figures.
 Status check_document(const std::string& text, const std::string& file, const std::string& identity);

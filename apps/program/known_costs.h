@@ -22,6 +22,26 @@ bool needs_costs(const std::string& scheduler);
 // How long the run lasts, at most, that measures for a run of so many seconds.
 double measuring_seconds(const std::string& scheduler, double seconds);
 
+// With options of an app: whether its nodes have one core.
+template <class Options>
+bool has_one_core(const Options& options) {
+  return options.virtual_time ? options.cores == 1 : options.cpus.size() == 1;
+}
+
+// Options of a run whose record says what runs with `options` cost: under Catan, on one core.
+template <class Options>
+Options measuring(const Options& options, const std::string& record) {
+  Options result = options;
+  result.scheduler = result.policy = "catan";
+  result.stealing = true;
+  result.cores = 1;
+  if (!options.virtual_time) result.cpus.resize(1);
+  result.seconds = measuring_seconds(options.scheduler, options.seconds);
+  result.record = record;
+  result.pictures.clear();
+  return result;
+}
+
 // The session's policy, by the compute times in the file `costs` (a cost file or a record). `folder` has its files, and
 // must outlive the run. Precondition: the scheduler needs costs. Errors: those of planning; a file that cannot be made.
 Result<std::string> policy_by_costs(const std::string& scheduler, const std::string& costs, const std::string& app_file,

@@ -38,6 +38,12 @@ Json json_of(const std::vector<Spread>& spreads) {
   return json;
 }
 
+Json json_of(const ThreadUse& use) {
+  Json json = {{"cpu_share", use.cpu_share}, {"late_ms_max", use.late_ms_max}};
+  if (use.lost > 0) json["lost"] = use.lost;
+  return json;
+}
+
 Json chains_of(const Snapshot& snapshot) {
   Json chains = Json::array();
   for (const ChainSnapshot& chain : snapshot.chains) {
@@ -61,6 +67,19 @@ Json nodes_of(const Snapshot& snapshot) {
 std::string name_of(const ChainSnapshot& chain) { return fmt::format("{}", fmt::join(chain.path, " -> ")); }
 
 std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string machine_of(bool virtual_time, int cores, const Snapshot& snapshot) {
+  if (virtual_time) return fmt::format("in virtual time on {} core{}", cores, cores == 1 ? "" : "s");
+  return fmt::format("real-time levels {}", snapshot.real_time ? "enforced" : "not used");
+}
+
+std::string list_of(const std::vector<Figure>& figures) {
+  std::string text;
+  for (const Figure& figure : figures) {
+    text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
+  }
+  return text;
+}
 
 std::string table_of_nodes(const Snapshot& snapshot) {
   std::string text = "  node        rate Hz   compute ms mean     p95\n";

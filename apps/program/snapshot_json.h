@@ -11,6 +11,7 @@
 
 #include "catan/snapshot.h"
 #include "program/figures.h"
+#include "program/thread_use.h"
 
 namespace ctn::program {
 
@@ -18,6 +19,7 @@ nlohmann::ordered_json or_null(const std::optional<double>& value);
 nlohmann::ordered_json json_of(const Summary& summary);
 nlohmann::ordered_json json_of(const std::vector<Figure>& figures);  // an object
 nlohmann::ordered_json json_of(const std::vector<Spread>& spreads);  // an object
+nlohmann::ordered_json json_of(const ThreadUse& use);
 nlohmann::ordered_json chains_of(const Snapshot& snapshot);
 nlohmann::ordered_json nodes_of(const Snapshot& snapshot);
 
@@ -25,6 +27,12 @@ std::string name_of(const ChainSnapshot& chain);  // "a -> b"
 
 // The text of a document.
 std::string text_of(const nlohmann::ordered_json& json);
+
+// Text: on what a run took place. `cores`: of virtual time.
+std::string machine_of(bool virtual_time, int cores, const Snapshot& snapshot);
+
+// Text: a figure a line.
+std::string list_of(const std::vector<Figure>& figures);
 
 // Text: rates and compute times of nodes.
 std::string table_of_nodes(const Snapshot& snapshot);

@@ -50,26 +50,14 @@ ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*fi
 Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
                         const std::function<void(const std::string&)>& tell) {
   Batch batch{options, {}, 0};
-  const auto with_seed = [&options](std::uint64_t seed) {
-    Options one = options;
-    one.seed = seed;
-    return one;
-  };
-  program::BatchSteps steps;
-  steps.run = [&](std::uint64_t seed) -> Result<program::Document> {
-    const auto outcome = run_one(with_seed(seed));
-    if (!outcome) return outcome.error();
-    return program::Document{to_json(*outcome), outcome->took_seconds, outcome->signal};
-  };
-  steps.take = [&](const std::string& text, const std::string& file, std::uint64_t seed) -> Result<std::string> {
-    auto run = read_run(text, file, with_seed(seed));
+  const auto take = [&](const std::string& text, const std::string& file, const Options& one) -> Result<std::string> {
+    auto run = read_run(text, file, one);
     if (!run) return run.error();
     std::string words = words_on(*run);
     batch.runs.push_back(std::move(run).value());
     return words;
   };
-  steps.tell = tell;
-  const auto ended = program::run_batch({options.seed, options.runs}, options.out, steps);
+  const auto ended = program::run_batch(options, run_one, take, tell);
   if (!ended) return ended.error();
   batch.signal = *ended;
   return batch;

@@ -5,21 +5,17 @@
 #include <initializer_list>
 #include <vector>
 
+#include "program/testing/parsed.h"
+
 namespace ctn::navigation::run {
 namespace {
 
 using program::Leave;
 
 std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
-  std::vector<const char*> argv = {"navigation"};
-  argv.insert(argv.end(), words);
-  return parse_options(static_cast<int>(argv.size()), argv.data());
+  return program::testing::parsed("navigation", words, parse_options);
 }
-
-int code_of(std::initializer_list<const char*> words) {
-  const auto parsed = parse(words);
-  return std::holds_alternative<Leave>(parsed) ? std::get<Leave>(parsed).code : -1;
-}
+int code_of(std::initializer_list<const char*> words) { return program::testing::code_of(parse(words)); }
 
 TEST(Options, AreWhatWasGiven) {
   const auto parsed = parse({"--map",  "w.yaml", "--scheduler", "default",    "--cpus", "0,2-4",      "--seconds",

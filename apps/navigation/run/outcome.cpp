@@ -195,25 +195,17 @@ std::string to_json(const Outcome& outcome) {
   json["nodes"] = program::nodes_of(outcome.snapshot);
   json["plans"] = outcome.snapshot.plans;
   json["notices"] = outcome.snapshot.notices;
-  if (outcome.world_thread) {
-    json["world_thread"] = {{"cpu_share", outcome.world_thread->cpu_share},
-                            {"late_ms_max", outcome.world_thread->late_ms_max}};
-    if (outcome.world_thread->lost > 0) json["world_thread"]["lost"] = outcome.world_thread->lost;
-  }
+  if (outcome.world_thread) json["world_thread"] = program::json_of(*outcome.world_thread);
   return program::text_of(json);
 }
 
 std::string to_text(const Outcome& outcome) {
   const Options& options = outcome.options;
-  const std::string machine =
-      options.virtual_time ? fmt::format("in virtual time on {} core{}", options.cores, options.cores == 1 ? "" : "s")
-                           : fmt::format("real-time levels {}", outcome.snapshot.real_time ? "enforced" : "not used");
+  const std::string machine = program::machine_of(options.virtual_time, options.cores, outcome.snapshot);
   std::string text = fmt::format("navigation in '{}' under '{}'{}, seed {}, slowdown {}, {}; ended by: {}\n",
                                  outcome.world, options.scheduler, options.stealing ? "" : " without stealing",
                                  options.seed, options.slowdown, machine, name_of(outcome));
-  for (const Figure& figure : figures_of(outcome)) {
-    text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
-  }
+  text += program::list_of(figures_of(outcome));
   text += rows_of("staleness_ms_p95 by 5 s", staleness_of(outcome.findings), kStalenessBucket);
   if (options.detector != "none") {
     text += rows_of("detector_period_ms by 10 s", detector_periods_of(outcome.findings), kDetectorBucket);

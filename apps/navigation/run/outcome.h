@@ -4,7 +4,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,17 +11,11 @@
 
 #include "catan/snapshot.h"
 #include "program/figures.h"
+#include "program/thread_use.h"
 #include "run/drive.h"
 #include "run/options.h"
 
 namespace ctn::navigation::run {
-
-// What the world's thread took, in real time.
-struct WorldThreadUse {
-  double cpu_share = 0.0;    // of one CPU
-  double late_ms_max = 0.0;  // of a reading
-  std::uint64_t lost = 0;    // of what nodes did (program/exchange.h): the robot and the figures know nothing of it
-};
 
 struct Outcome {
   Options options;
@@ -33,7 +26,7 @@ struct Outcome {
   Snapshot snapshot;
   std::vector<std::optional<double>> objective_by_time;  // objective.h
   double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
-  std::optional<WorldThreadUse> world_thread;
+  std::optional<program::ThreadUse> world_thread;
   int signal = 0;  // that ended it early; 0: none
 };
 

@@ -116,7 +116,7 @@ TEST(Outcome, OfExplorationHasNoGoal) {
 
 TEST(Outcome, TellsWhatTheWorldsThreadLost) {
   Outcome outcome = sample();
-  outcome.world_thread = WorldThreadUse{0.01, 0.5, 0};
+  outcome.world_thread = program::ThreadUse{0.01, 0.5, 0};
   EXPECT_FALSE(nlohmann::json::parse(to_json(outcome))["world_thread"].contains("lost"));
   EXPECT_EQ(to_text(outcome).find("LOST"), std::string::npos);
   outcome.world_thread->lost = 7;

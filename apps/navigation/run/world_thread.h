@@ -48,7 +48,7 @@ class WorldThread final : public Hardware {
   // After the nodes have ended: takes what they did last, and lets time pass until now. May be called twice.
   void stop();
   // Of what the thread did since start(). After stop().
-  WorldThreadUse use() const { return use_; }
+  program::ThreadUse use() const { return use_; }
   // The newest, while it runs.
   Progress progress() { return progress_.read(); }
 
@@ -86,7 +86,7 @@ class WorldThread final : public Hardware {
   std::vector<Guidance> due_guidances_;
   std::vector<Planned> due_plans_;
   std::vector<Detected> due_detections_;
-  WorldThreadUse use_;
+  program::ThreadUse use_;
   std::jthread thread_;  // last: it uses the others
 };
 

@@ -40,7 +40,7 @@ class LiveHeadset final : public Headset {
   void stop();
   // After stop().
   Happened happened() const { return {display_.photons(), tracked_, ended_}; }
-  DisplayThreadUse use() const { return use_; }
+  program::ThreadUse use() const { return use_; }
 
   std::chrono::nanoseconds now() const override;
   std::size_t samples() const override;
@@ -64,7 +64,7 @@ class LiveHeadset final : public Headset {
   // The thread's own.
   Display display_;
   std::vector<Tracked> tracked_;
-  DisplayThreadUse use_;
+  program::ThreadUse use_;
   std::chrono::nanoseconds ended_{};
   std::jthread thread_;  // last: it uses the others
 };

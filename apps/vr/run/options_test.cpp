@@ -5,21 +5,17 @@
 #include <initializer_list>
 #include <vector>
 
+#include "program/testing/parsed.h"
+
 namespace ctn::vr::run {
 namespace {
 
 using program::Leave;
 
 std::variant<Options, Leave> parse(std::initializer_list<const char*> words) {
-  std::vector<const char*> argv = {"vr"};
-  argv.insert(argv.end(), words);
-  return parse_options(static_cast<int>(argv.size()), argv.data());
+  return program::testing::parsed("vr", words, parse_options);
 }
-
-int code_of(std::initializer_list<const char*> words) {
-  const auto parsed = parse(words);
-  return std::holds_alternative<Leave>(parsed) ? std::get<Leave>(parsed).code : -1;
-}
+int code_of(std::initializer_list<const char*> words) { return program::testing::code_of(parse(words)); }
 
 TEST(Options, AreWhatWasGiven) {
   const auto options = std::get<Options>(parse({"--scheduler",

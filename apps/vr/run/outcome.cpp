@@ -15,7 +15,6 @@ namespace ctn::vr::run {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using program::Figure;
 using std::chrono::nanoseconds;
 
 // The paper's chains, by the nodes that ours have in common with them.
@@ -105,25 +104,17 @@ std::string to_json(const Outcome& outcome) {
   json["nodes"] = program::nodes_of(outcome.snapshot);
   json["plans"] = outcome.snapshot.plans;
   json["notices"] = outcome.snapshot.notices;
-  if (outcome.display_thread) {
-    json["display_thread"] = {{"cpu_share", outcome.display_thread->cpu_share},
-                              {"late_ms_max", outcome.display_thread->late_ms_max}};
-    if (outcome.display_thread->lost > 0) json["display_thread"]["lost"] = outcome.display_thread->lost;
-  }
+  if (outcome.display_thread) json["display_thread"] = program::json_of(*outcome.display_thread);
   return program::text_of(json);
 }
 
 std::string to_text(const Outcome& outcome) {
   const Options& options = outcome.options;
-  const std::string machine =
-      options.virtual_time ? fmt::format("in virtual time on {} core{}", options.cores, options.cores == 1 ? "" : "s")
-                           : fmt::format("real-time levels {}", outcome.snapshot.real_time ? "enforced" : "not used");
+  const std::string machine = program::machine_of(options.virtual_time, options.cores, outcome.snapshot);
   std::string text =
       fmt::format("{} under '{}'{}, {}{}\n", note_of(options), options.scheduler,
                   options.stealing ? "" : " without stealing", machine, outcome.signal != 0 ? ", interrupted" : "");
-  for (const Figure& figure : outcome.figures) {
-    text += fmt::format("  {:<46} {}\n", figure.name, figure.value ? fmt::format("{:.6g}", *figure.value) : "-");
-  }
+  text += program::list_of(outcome.figures);
   text += program::table_of_nodes(outcome.snapshot);
   if (outcome.display_thread) {
     text += fmt::format("  display's thread: {:.2f} % of a CPU; ticks told at most {:.1f} ms late\n",

@@ -3,31 +3,24 @@
 // Thread safety: values, pure functions.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "catan/snapshot.h"
 #include "program/figures.h"
+#include "program/thread_use.h"
 #include "run/clock.h"
 #include "run/options.h"
 
 namespace ctn::vr::run {
-
-// What the display's thread took, in real time.
-struct DisplayThreadUse {
-  double cpu_share = 0.0;    // of one CPU
-  double late_ms_max = 0.0;  // of a tick that was told
-  std::uint64_t lost = 0;    // of what nodes did: the figures know nothing of it
-};
 
 struct Outcome {
   Options options;
   std::vector<program::Figure> figures;
   Snapshot snapshot;
   double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
-  std::optional<DisplayThreadUse> display_thread;
+  std::optional<program::ThreadUse> display_thread;
   int signal = 0;  // that ended it early; 0: none
 };
 

@@ -9,27 +9,6 @@
 #include "run/headset_app.h"
 
 namespace ctn::vr::run {
-namespace {
-
-bool has_one_core(const Options& options) {
-  return options.virtual_time ? options.cores == 1 : options.cpus.size() == 1;
-}
-
-// A run whose record says what these options' runs cost.
-Options measuring(const Options& options, const std::string& record) {
-  Options result = options;
-  result.scheduler = result.policy = "catan";
-  result.stealing = true;
-  result.cores = 1;
-  if (!options.virtual_time) result.cpus.resize(1);
-  result.seconds = program::measuring_seconds(options.scheduler, options.seconds);
-  result.record = record;
-  result.pictures.clear();
-  return result;
-}
-
-}  // namespace
-
 Result<Prepared> Prepared::make(const Options& options) {
   auto folder = program::TemporaryFolder::make("vr");
   if (!folder) return folder.error();
@@ -57,11 +36,12 @@ Result<Prepared::Ready> Prepared::for_run(const Options& options,
   std::string costs = options.costs;
   if (costs.empty()) {
     costs = folder_->file(fmt::format("measured-{}.catan", options.seed));
-    auto measured = measure(measuring(options, costs));
+    auto measured = measure(program::measuring(options, costs));
     if (!measured) return measured.error();
     if (measured->signal != 0) return Ready(std::move(measured).value());
   }
-  auto policy = program::policy_by_costs(options.scheduler, costs, options.app_file, has_one_core(options), *folder_);
+  auto policy =
+      program::policy_by_costs(options.scheduler, costs, options.app_file, program::has_one_core(options), *folder_);
   if (!policy) return policy.error();
   ready.policy = std::move(policy).value();
   if (!options.costs.empty()) policy_ = ready.policy;
