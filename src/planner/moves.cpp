@@ -251,28 +251,30 @@ std::size_t Moves::some_predecessor(std::size_t subchain, Random& random) const 
   return random.below(limits_.size());
 }
 
-void Moves::slow(Schedule& schedule, double factor) const {
-  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
-    Place& place = schedule.subchains[i];
-    if (place.form != trial::Form::kPriority || limits_[i].exact || place.clock) continue;
-    place.period = to_nanos(factor * to_millis(place.period));
-    if (place.pause) place.pause = to_nanos(factor * to_millis(*place.pause));
-    place.phase = to_nanos(factor * to_millis(place.phase));
-  }
-}
-
 bool Moves::may_come_less_often(const Place& place, std::size_t subchain) const {
   return place.form == trial::Form::kPriority && !limits_[subchain].exact && !place.clock && !place.after;
 }
 
 void Moves::come_less_often(Place& place, std::size_t subchain, double factor, Millis period_now) const {
-  if (!may_come_less_often(place, subchain)) return;
-  if (place.pause) {
-    *place.pause += to_nanos((factor - 1.0) * period_now);
-    return;
-  }
+  if (factor <= 1.0 || place.form != trial::Form::kPriority || limits_[subchain].exact) return;
+  if (place.clock) return skip_ticks(place, factor);
+  if (place.pause) *place.pause += to_nanos((factor - 1.0) * period_now);
+  const bool by_time = !place.pause && !place.after;
+  const Millis period = to_millis(place.period);
+  place.period = to_nanos(factor * (by_time ? std::max(period, period_now) : period));
   place.phase = to_nanos(factor * to_millis(place.phase));
-  place.period = to_nanos(factor * std::max(to_millis(place.period), period_now));
+}
+
+// By so many quarters of a tick as it takes, where that is not much more than was asked for: else who goes at each tick
+// would come at five in six of them.
+void Moves::skip_ticks(Place& place, double factor) const {
+  constexpr double kParts = 4.0;
+  constexpr double kMuchMore = 1.1;
+  constexpr double kRounding = 1e-6;
+  const Millis tick = *app_.graph.node(*place.clock).period;
+  const double ticks = to_millis(place.period) / tick;
+  const double slower = std::ceil(ticks * factor * kParts - kRounding) / kParts;
+  if (slower <= ticks * factor * kMuchMore) place.period = to_nanos(slower * tick);
 }
 
 // Those of its core that may follow it do.

@@ -73,10 +73,10 @@ class Moves {
 
   // Whether the subchain goes by its own time, in any period that it may be given.
   bool may_come_less_often(const trial::Place& place, std::size_t subchain) const;
-  // It does: so many times less often than it does now, where that may be.
+  // So many times less often, if it comes each `period_now`: by a longer period or pause; by more ticks of a clock of
+  // others, of which it takes a few more than that; and who follows is held so much further apart. Not at an exact
+  // rate.
   void come_less_often(trial::Place& place, std::size_t subchain, double factor, Millis period_now) const;
-  // Subchains that may, come so many times less often, or are held so much further apart.
-  void slow(trial::Schedule& schedule, double factor) const;
 
  private:
   struct Limits {
@@ -94,6 +94,7 @@ class Moves {
   void change_time(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void follow_arrivals(trial::Place& place, std::size_t subchain, const Arrival& arrival, int every) const;
+  void skip_ticks(trial::Place& place, double factor) const;
   void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
   bool knows(std::size_t subchain, NodeId clock) const;
   void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;

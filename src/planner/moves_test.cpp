@@ -182,18 +182,7 @@ TEST_F(FallInLine, EachRunsAfterTheOneBeforeItAndTheFirstAfterAll) {
   EXPECT_EQ(place("d").priority, 4) << "as before";
 }
 
-TEST_F(FallInLine, WhoIsSlowedComesLessOften) {
-  const Pipelines pipelines = no_costs_known(app);
-  const Moves moves(app, {1.0, 1.0, 1.0, 1.0, 10.0}, pipelines, 1);
-  schedule.subchains[0].phase = std::chrono::milliseconds{5};
-  schedule.subchains[1].pause = std::chrono::milliseconds{2};
-  moves.slow(schedule, 1.5);
-  EXPECT_EQ(schedule.subchains[1].pause, std::chrono::milliseconds{3});
-  EXPECT_EQ(schedule.subchains[0].period, std::chrono::milliseconds{30});
-  EXPECT_EQ(schedule.subchains[0].phase, Nanos{std::chrono::microseconds{7500}});
-}
-
-TEST(Moves, ComeLessOftenWhereTheyGoByTheirOwnTime) {
+TEST(Moves, ComeLessOften) {
   using std::chrono::milliseconds;
   const graph::App app = fed_by_a_sensor(graph::TriggerBy::kAny);
   const Pipelines pipelines = no_costs_known(app);
@@ -207,10 +196,53 @@ TEST(Moves, ComeLessOftenWhereTheyGoByTheirOwnTime) {
   trial::Place by_pause{.period = milliseconds{1}, .pause = milliseconds{2}};
   moves.come_less_often(by_pause, 1, 1.5, Millis{20.0});
   EXPECT_EQ(by_pause.pause, milliseconds{12}) << "of 20 ms the pause is 2";
-  const trial::Place follower{.period = milliseconds{20}, .after = plan::After{SubchainId(0), 1}};
-  trial::Place as_before = follower;
-  moves.come_less_often(as_before, 1, 1.5, Millis{20.0});
-  EXPECT_EQ(as_before, follower);
+  trial::Place follower{.period = milliseconds{20}, .after = plan::After{SubchainId(0), 1}};
+  moves.come_less_often(follower, 1, 1.5, Millis{100.0});
+  EXPECT_EQ(follower, (trial::Place{.period = milliseconds{30}, .after = plan::After{SubchainId(0), 1}}))
+      << "held apart as much more as its leader";
+}
+
+// d keeps to the display's clock, at its rate e.
+class AtTheDisplay : public testing::Test {
+ protected:
+  AtTheDisplay() {
+    graph::AppSpec spec = graph::spec_of({"d", "e", "display"}, {"d display", "e display"});
+    graph::node(spec, "display").external = true;
+    graph::node(spec, "display").period = graph::At<Nanos>{kTick, {}};
+    for (auto rate : {&graph::NodeSpec::min_rate, &graph::NodeSpec::max_rate}) {
+      graph::node(spec, "e").*rate = graph::At<Rate>{Rate{100.0}, {}};
+    }
+    spec.objective = {graph::response("d display", 1.0), graph::response("e display", 1.0)};
+    app = graph::build_app(spec).value();
+  }
+  trial::Place every(double ticks) const {
+    return {.period = to_nanos(ticks * to_millis(kTick)),
+            .phase = std::chrono::milliseconds{3},
+            .clock = app.graph.find_node("display")};
+  }
+
+  static constexpr Nanos kTick = std::chrono::milliseconds{10};
+  graph::App app;
+};
+
+TEST_F(AtTheDisplay, WhoKeepsToAClockComesLessOftenByQuartersOfItsTicksAndAtTheSamePhase) {
+  const Pipelines pipelines = no_costs_known(app);
+  const Moves moves(app, {1.0, 1.0}, pipelines, 1);
+  for (const auto& [ticks, factor, slower] :
+       {std::tuple{4.0, 1.06, 4.25}, std::tuple{3.0, 1.25, 3.75}, std::tuple{8.0, 1.06, 8.5}}) {
+    trial::Place place = every(ticks);
+    moves.come_less_often(place, 0, factor, Millis{15.0});
+    EXPECT_EQ(place, every(slower)) << ticks << " times " << factor;
+  }
+  trial::Place at_each = every(1.0);
+  moves.come_less_often(at_each, 0, 1.06, Millis{15.0});
+  EXPECT_EQ(at_each, every(1.0)) << "each fifth tick would be left out, for 6 %";
+  trial::Place as_before = every(5.0 / 3.0);
+  moves.come_less_often(as_before, 0, 1.0, Millis{15.0});
+  EXPECT_EQ(as_before, every(5.0 / 3.0));
+  trial::Place exact = every(1.0);
+  moves.come_less_often(exact, 1, 1.25, Millis{15.0});
+  EXPECT_EQ(exact, every(1.0)) << "its rate is asked for";
 }
 
 // a and b end at the display, c does not; b's rate is that of every second tick.

@@ -122,7 +122,11 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned,
 }
 
 Schedule ScheduleSearch::slowed(Schedule schedule, double factor) const {
-  moves_->slow(schedule, factor);
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    Place& place = schedule.subchains[i];
+    // A pause alone is made so much longer, so that it is a small step: there may be several.
+    moves_->come_less_often(place, i, factor, to_millis(place.pause.value_or(place.period)));
+  }
   return schedule;
 }
 
@@ -281,7 +285,8 @@ bool ScheduleSearch::make_room(Schedule& schedule) const {
   for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
     Place& place = schedule.subchains[i];
     const double factor = factors[static_cast<std::size_t>(place.core)];
-    if (factor > 1.0) moves_->come_less_often(place, i, factor, costs_->surrogate.period(SubchainId(i)));
+    if (moves_->may_come_less_often(place, i))
+      moves_->come_less_often(place, i, factor, costs_->surrogate.period(SubchainId(i)));
   }
   return true;
 }

@@ -100,7 +100,8 @@ class ScheduleSearch {
   // arrival what the app says is passed over.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
-  // The same, with periods so many times as long where they may be: what costs more than before may so hold again.
+  // The same, with periods and pauses so many times as long where they may be: what costs more than before may so hold
+  // again.
   trial::Schedule slowed(trial::Schedule schedule, double factor) const;
 
   // So many steps by formulas alone, from several beginnings; `after_each` is called after each of these.
