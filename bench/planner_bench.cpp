@@ -11,7 +11,10 @@
 #include "plan/validate.h"
 #include "planner/formulas.h"
 #include "planner/frames.h"
+#include "planner/surrogate.h"
 #include "planner/testing/random_apps.h"
+#include "trial/samples.h"
+#include "trial/schedule.h"
 
 namespace ctn {
 namespace {
@@ -113,6 +116,24 @@ BENCHMARK(guess_a_plan)
     ->Args({64, 16})
     ->Args({256, 64})
     ->Unit(benchmark::kMillisecond);
+
+// What a search asks thousands of times: one schedule, without the time that it takes to know the app.
+void guess_a_schedule(benchmark::State& state) {
+  const planner::RandomCase any = large(state);
+  const trial::Samples samples(any.app, trial::MeasuredRuns{}, any.costs);
+  const auto plan = planner::make_guessed_plan(any.app, samples, any.costs, {.cores = any.cores, .slack = any.slack});
+  if (!plan) std::abort();
+  const trial::Schedule schedule = trial::schedule_of(any.app, *plan);
+  planner::Surrogate surrogate(any.app, samples, any.costs, any.slack);
+  for (auto _ : state) benchmark::DoNotOptimize(surrogate(schedule));
+}
+BENCHMARK(guess_a_schedule)
+    ->ArgNames({"subchains", "cores"})
+    ->Args({5, 2})
+    ->Args({20, 8})
+    ->Args({64, 16})
+    ->Args({256, 64})
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace ctn

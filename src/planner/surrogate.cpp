@@ -45,34 +45,6 @@ std::vector<double> parts_by_threads(const graph::Graph& graph, const model::Cos
   return parts;
 }
 
-// Of so many runs, each of which takes one of its draws of each node; in ms.
-std::vector<double> some_runs(const graph::Subchain& subchain, const trial::Samples& samples, std::size_t kind) {
-  constexpr std::uint32_t kRuns = 512;
-  constexpr std::uint32_t kApart = trial::Samples::kDraws / kRuns;
-  std::vector<double> runs(kRuns, 0.0);
-  for (const NodeId node : subchain.nodes) {
-    for (std::uint32_t run = 0; run < kRuns; ++run)
-      runs[run] += to_millis(samples.draw(node, kind, run * kApart)).count();
-  }
-  std::sort(runs.begin(), runs.end());
-  return runs;
-}
-
-// Means of equal parts of the runs, in their order, to the mean of all.
-template <std::size_t Parts>
-std::array<double, Parts> spread_of(const std::vector<double>& runs) {
-  std::array<double, Parts> spread{};
-  const std::size_t each = runs.size() / Parts;
-  double sum = 0.0;
-  for (std::size_t part = 0; part < Parts; ++part) {
-    for (std::size_t at = part * each; at < (part + 1) * each; ++at)
-      spread[part] += runs[at] / static_cast<double>(each);
-    sum += spread[part];
-  }
-  for (double& part : spread) part -= sum / static_cast<double>(Parts);
-  return spread;
-}
-
 }  // namespace
 
 Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const model::CostTable& planned,
@@ -100,7 +72,7 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
     std::vector<double>& squares = square_.emplace_back();
     std::vector<double>& percentiles = planned_.emplace_back();
     std::vector<std::vector<double>>& parts = parts_on_threads_.emplace_back();
-    std::vector<std::array<double, kSpread>>& spreads = spread_.emplace_back();
+    std::vector<RunSpread>& spreads = spread_.emplace_back();
     for (std::size_t i = 0; i < app_.graph.subchains().size(); ++i) {
       double mean = trigger;
       double variance = 0.0;
@@ -111,7 +83,7 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
       }
       means.push_back(mean);
       squares.push_back(mean * mean + variance);
-      spreads.push_back(spread_of<kSpread>(some_runs(app_.graph.subchain(SubchainId(i)), samples, kind)));
+      spreads.push_back(RunSpread::of(app_.graph.subchain(SubchainId(i)), samples, kind));
       percentiles.push_back(tables[kind].subchain_total(app_.graph, SubchainId(i)).count() / usable_);
       parts.push_back(parts_by_threads(app_.graph, tables[kind], SubchainId(i)));
     }
@@ -310,21 +282,6 @@ Surrogate::Led Surrogate::led_above(const trial::Schedule& schedule, std::size_t
   return led;
 }
 
-// Triggers, of each run, while it is under way itself: all that come meanwhile but one, which is made up for.
-double Surrogate::lost_in_own_runs(const trial::Place& place, std::size_t subchain, double apart,
-                                   double stretch) const {
-  const Timing& timing = timings_[subchain];
-  const std::array<double, kSpread>& spread = spread_[kind_of(place.core)][subchain];
-  constexpr double kMadeUpFor = 1.5;  // the run began with one, and at any time between two of them
-  double lost = 0.0;
-  for (auto run = spread.rbegin(); run != spread.rend(); ++run) {
-    const double length = (timing.cost + *run) * stretch + timing.waits;
-    if (length <= kMadeUpFor * apart) break;
-    lost += length / apart - kMadeUpFor;
-  }
-  return lost / static_cast<double>(kSpread);
-}
-
 // What a run finds of the runs under way of those above it, on average: which ones it can meet is told by what it is
 // triggered by.
 double Surrogate::found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above,
@@ -395,7 +352,7 @@ void Surrogate::time_subchain(const trial::Schedule& schedule, std::size_t i, co
   }
   constexpr double kMinKept = 0.02;
   const double kept = std::max(1.0 - missed, kMinKept);
-  const double own = lost_in_own_runs(place, i, apart, stretch);
+  const double own = spread_[kind_of(place.core)][i].lost_triggers({timing.cost, stretch, timing.waits}, apart);
   timing.period = std::max(apart * (1.0 + own) / kept, alone);
   const double even = std::max(1.0 / timing.period - long_gaps, 0.0);
   timing.wait = std::max((even * apart * apart + squares) / 2.0, timing.period / 2.0);
@@ -506,16 +463,10 @@ double Surrogate::counted_period(const Term& term, const trial::Place& place) co
   if (term.inputs.empty()) return timing.period;
   const auto period_of = [&](SubchainId id) { return Millis{timings_[id.index()].period}; };
   const double usual = timing.period - timing.late;
-  constexpr double kMinItems = 1e-6;
-  if (!place.pause) {
-    const double items = model::mean_items(term.inputs, Millis{usual}, period_of);
-    return timing.period / std::clamp(items, kMinItems, 1.0);
-  }
-  double with_input = kMinItems;
-  for (const double run : spread_[kind_of(place.core)][term.of->index()]) {
-    with_input += std::min(1.0, model::mean_items(term.inputs, Millis{usual + run * timing.stretch}, period_of));
-  }
-  return timing.period * static_cast<double>(kSpread) / with_input;
+  const auto items_in = [&](double window) { return model::mean_items(term.inputs, Millis{window}, period_of); };
+  if (!place.pause) return timing.period / RunSpread::part_with_input(items_in(usual));
+  const RunSpread& spread = spread_[kind_of(place.core)][term.of->index()];
+  return timing.period / spread.part_with_input([&](double more) { return items_in(usual + more * timing.stretch); });
 }
 
 double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const {

@@ -23,7 +23,6 @@
 // Units: milliseconds. Thread safety: none; one owner.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -33,6 +32,7 @@
 #include "graph/app.h"
 #include "model/batches.h"
 #include "model/cost.h"
+#include "planner/run_spread.h"
 #include "trial/samples.h"
 #include "trial/schedule.h"
 #include "trial/trial.h"
@@ -171,7 +171,6 @@ class Surrogate {
   void time_subchain(const trial::Schedule& schedule, std::size_t i, const Above& above);
   static bool is_led_by(const trial::Schedule& schedule, std::size_t subchain, std::size_t leader);
   Led led_above(const trial::Schedule& schedule, std::size_t leader, const Above& above) const;
-  double lost_in_own_runs(const trial::Place& place, std::size_t subchain, double apart, double stretch) const;
   double found_under_way(const trial::Schedule& schedule, std::size_t i, const Above& above, const Led& led) const;
   bool time_cores(const trial::Schedule& schedule);
   void time_pipelines(const trial::Schedule& schedule);
@@ -199,14 +198,11 @@ class Surrogate {
   void promise(const trial::Schedule& schedule, Estimate& estimate);
 
   const graph::App& app_;
-  double usable_;                             // of a core
-  std::vector<std::vector<double>> mean_;     // by kind, subchain
-  std::vector<std::vector<double>> square_;   // by kind, subchain
-  std::vector<std::vector<double>> planned_;  // by kind, subchain
-  // By kind, subchain: runs as they are distributed, from the cheapest to the most expensive, by how much each costs
-  // more than the mean.
-  static constexpr std::size_t kSpread = 16;
-  std::vector<std::vector<std::array<double, kSpread>>> spread_;
+  double usable_;                               // of a core
+  std::vector<std::vector<double>> mean_;       // by kind, subchain
+  std::vector<std::vector<double>> square_;     // by kind, subchain
+  std::vector<std::vector<double>> planned_;    // by kind, subchain
+  std::vector<std::vector<RunSpread>> spread_;  // by kind, subchain
   // By kind, subchain, threads - 1: as times one thread.
   std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
