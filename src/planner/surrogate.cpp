@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/formulas.h"
 #include "plan/limits.h"
-#include "plan/predict.h"
 #include "plan/promise.h"
 
 namespace ctn::planner {
@@ -401,135 +399,6 @@ bool Surrogate::settles_at_once(const trial::Schedule& schedule) const {
     if (std::find(order_.begin(), end, leader) == end) return false;
   }
   return true;
-}
-
-// Of one that keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as
-// it does on average.
-std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, const Element& before,
-                                               const Element& element) const {
-  if (element.subchain || !before.subchain) return std::nullopt;
-  const trial::Place& place = schedule.subchains[before.subchain->index()];
-  if (place.clock != element.node) return std::nullopt;
-  const double end = to_millis(place.phase).count() + timings_[before.subchain->index()].execution;
-  return element.period - std::fmod(end, element.period);
-}
-
-// Of one that keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
-std::optional<double> Surrogate::wait_since_tick(const trial::Schedule& schedule, const Ticked& begun,
-                                                 const Element& element) const {
-  if (!element.subchain) return std::nullopt;
-  const trial::Place& place = schedule.subchains[element.subchain->index()];
-  if (place.clock != begun.clock) return std::nullopt;
-  const std::optional<TickCount> ticks = plan::ticks_of(to_millis(place.period), Millis{begun.period});
-  if (!ticks) return std::nullopt;
-  const double apart = begun.period * ticks->ticks / ticks->parts;
-  double sum = 0.0;
-  for (int run = 0; run < ticks->parts; ++run) {
-    const double since = std::fmod(to_millis(place.phase).count() + run * apart - begun.passed, begun.period);
-    sum += since < 0.0 ? since + begun.period : since;
-  }
-  return sum / ticks->parts;
-}
-
-// Any, unless both keep phases to one clock (model::wait_between()).
-double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
-                               Basis basis) const {
-  const bool usual = basis == Basis::kUsual;
-  const Timing& timing = timings_[one.index()];
-  const Timing& next = timings_[other.index()];
-  const double any = usual ? next.wait : promised_gap(schedule, other.index());
-  const trial::Place& first = schedule.subchains[one.index()];
-  const trial::Place& second = schedule.subchains[other.index()];
-  const auto by_phase = [](const trial::Place& place) {
-    return place.form == trial::Form::kPriority && !place.pause && !place.after;
-  };
-  if (!by_phase(first) || !by_phase(second) || first.clock != second.clock) return any;
-  const auto misses = [&](const Timing& of, const trial::Place& place) {
-    return (usual ? of.period : of.promised_period) > to_millis(place.period).count() * (1.0 + plan::kTolerance);
-  };
-  if (misses(timing, first) || misses(next, second)) return any;
-  const bool below = first.core == second.core && second.priority < first.priority && waits_[one.index()] == 0.0;
-  const Millis execution{usual ? timing.execution : timing.promised_execution};
-  const auto wait = model::wait_between({first.phase, first.period}, execution, {second.phase, second.period}, below);
-  if (!wait) return any;
-  // Whether each run brings something new is told of the first element alone.
-  const double older = all_new ? 0.0 : wait->more.count();
-  return wait->last.count() + (usual ? older / 2.0 : older);
-}
-
-// Runs that find no input do not count: fewer, the closer together they come.
-double Surrogate::counted_period(const Term& term, const trial::Place& place) const {
-  const Timing& timing = timings_[term.of->index()];
-  if (term.inputs.empty()) return timing.period;
-  const auto period_of = [&](SubchainId id) { return Millis{timings_[id.index()].period}; };
-  const double usual = timing.period - timing.late;
-  const auto items_in = [&](double window) { return model::mean_items(term.inputs, Millis{window}, period_of); };
-  if (!place.pause) return timing.period / RunSpread::part_with_input(items_in(usual));
-  const RunSpread& spread = spread_[kind_of(place.core)][term.of->index()];
-  return timing.period / spread.part_with_input([&](double more) { return items_in(usual + more * timing.stretch); });
-}
-
-double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const {
-  const bool usual = basis == Basis::kUsual;
-  const auto period_of = [&](const Timing& timing) { return usual ? timing.period : timing.promised_period; };
-  if (term.of && usual) return counted_period(term, schedule.subchains[term.of->index()]);
-  if (term.of) return period_of(timings_[term.of->index()]);
-  if (term.elements.empty()) return term.fixed_period;
-  double latency = 0.0;
-  double period = 0.0;
-  const Element* before = nullptr;
-  double period_before = 0.0;
-  double first_late = 0.0;
-  bool in_line = true;  // all since the first follow the one before
-  std::optional<Ticked> begun;
-  for (const Element& element : term.elements) {
-    const Timing* const timing = element.subchain ? &timings_[element.subchain->index()] : nullptr;
-    bool follows = element.follows;
-    if (timing != nullptr && before != nullptr) {
-      const auto& after = schedule.subchains[element.subchain->index()].after;
-      if (after) {
-        follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
-                                   : after->leader == plan::Leader(before->node);
-        follows = follows && (usual || !may_be_held_back(schedule, element.subchain->index()));
-      }
-    }
-    const double own = timing == nullptr ? element.period : period_of(*timing);
-    if (before == nullptr && timing != nullptr && !usual) {
-      first_late = promised_gap(schedule, element.subchain->index()) - own;
-    }
-    if (before != nullptr && follows && !in_line && !usual) latency += std::max(own - period_before, 0.0);
-    if (before != nullptr && !follows) {
-      in_line = false;
-      double wait = element.period / (usual ? 2.0 : 1.0);
-      if (timing != nullptr) {
-        wait = before->subchain ? wait_between(schedule, *before->subchain, *element.subchain,
-                                               before == &term.elements.front(), basis)
-                                : (usual ? timing->wait : promised_gap(schedule, element.subchain->index()));
-      }
-      if (usual) {
-        const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
-        wait = since ? *since : wait_for_tick(schedule, *before, element).value_or(wait);
-      }
-      latency += wait;
-    }
-    if (before == nullptr && !element.subchain && app_.graph.node(element.node).has_clock()) {
-      begun = Ticked{element.node, element.period, 0.0};
-    } else if (element.subchain || !element.follows) {
-      begun.reset();
-    }
-    if (begun) begun->passed += element.cost;
-    if (timing == nullptr) {
-      latency += element.cost;
-    } else if (!usual) {
-      latency += timing->promised_execution;
-    } else {
-      latency += before == nullptr ? timing->from_begin : timing->execution;
-    }
-    period = std::max({period, own * element.runs_per_output, element.output_period});
-    period_before = own;
-    before = &element;
-  }
-  return latency + first_late + period;
 }
 
 std::optional<Estimate> Surrogate::operator()(const trial::Schedule& schedule, double limit) {
