@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "program/snapshot_json.h"
+
 namespace ctn::program {
 namespace {
 
@@ -38,6 +40,8 @@ std::string left(double seconds) {
 
 }  // namespace
 
+std::string file_of_run(std::uint64_t seed) { return fmt::format("run-{}.json", seed); }
+
 Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& steps) {
   const bool keeps = !folder.empty();
   std::error_code error;
@@ -49,7 +53,7 @@ Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& 
   int measured = 0;
   for (int number = 1; number <= seeds.count; ++number) {
     const std::uint64_t seed = seeds.first + static_cast<std::uint64_t>(number - 1);
-    const std::filesystem::path path = std::filesystem::path(folder) / fmt::format("run-{}.json", seed);
+    const std::filesystem::path path = std::filesystem::path(folder) / file_of_run(seed);
     const auto line_of = [&](const std::string& words) {
       return fmt::format("run {} of {}, seed {}: {}", number, seeds.count, seed, words);
     };
@@ -79,7 +83,7 @@ Result<int> run_batch(Seeds seeds, const std::string& folder, const BatchSteps& 
 Status check_document(const std::string& text, const std::string& file, const std::string& identity) {
   const auto json = nlohmann::ordered_json::parse(text, nullptr, false);
   const char* const kHint = "name another folder with --out, or delete the file";
-  if (!json.is_object() || !json.contains("figures") || !json["figures"].is_object()) {
+  if (!has_figures(json)) {
     return Error::caller(fmt::format("{} is no outcome of a run", file), kHint);
   }
   const auto asked = nlohmann::ordered_json::parse(identity);

@@ -13,6 +13,9 @@
 
 namespace ctn::program {
 
+// The name of a run's file: "run-7.json".
+std::string file_of_run(std::uint64_t seed);
+
 struct Seeds {
   std::uint64_t first = 1;
   int count = 1;

@@ -9,6 +9,14 @@ namespace ctn::program {
 
 using Json = nlohmann::ordered_json;
 
+namespace {
+
+std::optional<double> number_in(const Json& value) {
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+}  // namespace
+
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
 Json json_of(const Summary& summary) {
@@ -22,19 +30,25 @@ Json json_of(const std::vector<Figure>& figures) {
   return json;
 }
 
-Json json_of(const std::vector<Spread>& spreads) {
+Json json_of(const std::vector<FigureSpread>& spreads) {
   Json json = Json::object();
-  for (const Spread& spread : spreads) {
-    json[spread.figure] = {{"count", spread.count}};
+  for (const auto& [figure, spread] : spreads) {
+    json[figure] = {{"count", spread.count}};
     if (spread.count == 0) continue;
-    json[spread.figure].update({{"mean", spread.mean},
-                                {"deviation", spread.deviation},
-                                {"min", spread.min},
-                                {"lower_quartile", spread.lower_quartile},
-                                {"median", spread.median},
-                                {"upper_quartile", spread.upper_quartile},
-                                {"max", spread.max}});
+    json[figure].update({{"mean", spread.mean},
+                         {"deviation", spread.deviation},
+                         {"min", spread.min},
+                         {"lower_quartile", spread.lower_quartile},
+                         {"median", spread.median},
+                         {"upper_quartile", spread.upper_quartile},
+                         {"max", spread.max}});
   }
+  return json;
+}
+
+Json json_of(const ByTime& numbers) {
+  Json json = Json::array();
+  for (const auto& number : numbers) json.push_back(or_null(number));
   return json;
 }
 
@@ -90,12 +104,20 @@ std::string table_of_nodes(const Snapshot& snapshot) {
   return text;
 }
 
+bool has_figures(const Json& document) {
+  return document.is_object() && document.contains("figures") && document["figures"].is_object();
+}
+
 std::vector<Figure> figures_in(const Json& document) {
   std::vector<Figure> figures;
-  for (const auto& [name, value] : document["figures"].items()) {
-    figures.push_back({name, value.is_number() ? std::optional(value.get<double>()) : std::nullopt});
-  }
+  for (const auto& [name, value] : document["figures"].items()) figures.push_back({name, number_in(value)});
   return figures;
+}
+
+ByTime by_time_in(const Json& list) {
+  ByTime numbers;
+  for (const Json& value : list) numbers.push_back(number_in(value));
+  return numbers;
 }
 
 }  // namespace ctn::program

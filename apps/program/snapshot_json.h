@@ -17,8 +17,9 @@ namespace ctn::program {
 
 nlohmann::ordered_json or_null(const std::optional<double>& value);
 nlohmann::ordered_json json_of(const Summary& summary);
-nlohmann::ordered_json json_of(const std::vector<Figure>& figures);  // an object
-nlohmann::ordered_json json_of(const std::vector<Spread>& spreads);  // an object
+nlohmann::ordered_json json_of(const std::vector<Figure>& figures);        // an object
+nlohmann::ordered_json json_of(const std::vector<FigureSpread>& spreads);  // an object
+nlohmann::ordered_json json_of(const ByTime& numbers);                     // a list
 nlohmann::ordered_json json_of(const ThreadUse& use);
 nlohmann::ordered_json chains_of(const Snapshot& snapshot);
 nlohmann::ordered_json nodes_of(const Snapshot& snapshot);
@@ -37,7 +38,11 @@ std::string list_of(const std::vector<Figure>& figures);
 // Text: rates and compute times of nodes.
 std::string table_of_nodes(const Snapshot& snapshot);
 
-// The figures of a document that text_of() gave. Precondition: check_document() (program/batch.h).
+// Whether a document is the outcome of a run: an object that has `figures`.
+bool has_figures(const nlohmann::ordered_json& document);
+// Precondition: has_figures().
 std::vector<Figure> figures_in(const nlohmann::ordered_json& document);
+// The numbers of a list, none for what is no number. Precondition: it is a list.
+ByTime by_time_in(const nlohmann::ordered_json& list);
 
 }  // namespace ctn::program

@@ -69,7 +69,7 @@ void test(Row& row, const std::vector<StoredRun>& ours, const std::vector<Stored
     case Method::kPairs: {
       const std::vector<double> differences = differences_of(*row.metric, ours, reference);
       row.probability = signed_rank(differences);
-      row.sign = sign_of(mean_of(differences).value_or(0.0));
+      row.sign = sign_of(program::mean_of(differences).value_or(0.0));
       return;
     }
   }
@@ -101,8 +101,9 @@ std::vector<Row> compare(const Study& study, const Runs& runs) {
       Row row{.metric = &metric, .batch = &batch, .runs = values.size(), .share = {}, .spread = {}};
       if (metric.method == Method::kShares) {
         row.share = share_of(values);
-      } else {
-        row.spread = spread_of(std::move(values));
+      } else if (!values.empty()) {
+        std::ranges::sort(values);  // means are the same to the last digit, whatever the order of the runs
+        row.spread = program::spread_of(values);
       }
       const auto reference = std::ranges::find_if(
           study.batches, [&](const Batch& other) { return other.reference && other.group == batch.group; });

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "program/figures.h"
 #include "statistics.h"
 #include "study.h"
 
@@ -24,10 +25,10 @@ struct Row {
   const Metric* metric = nullptr;
   const Batch* batch = nullptr;
   std::size_t runs = 0;
-  Share share;                          // of Method::kShares
-  std::optional<Spread> spread;         // of the others
-  std::optional<double> probability{};  // that it differs so from the reference by chance; none: it is the reference
-  int sign = 0;                         // 1: larger than the reference's, -1: smaller
+  Share share;                            // of Method::kShares
+  std::optional<program::Spread> spread;  // of the others, if there are any values
+  std::optional<double> probability{};    // that it differs so from the reference by chance; none: it is the reference
+  int sign = 0;                           // 1: larger than the reference's, -1: smaller
 
   bool significant() const { return probability && *probability < kSignificant && sign != 0; }
   // Whether the batch is better than the reference, or worse; neither where it cannot be told.

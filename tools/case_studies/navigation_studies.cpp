@@ -203,7 +203,7 @@ double median_of_medians(const Runs& runs, const std::string& batch, const std::
   for (const auto& value : medians_by_time(runs.at(batch), list)) {
     if (value) values.push_back(*value);
   }
-  return percentile_of(std::move(values), 50.0).value_or(kNever);
+  return program::percentile_of(std::move(values), 50.0).value_or(kNever);
 }
 
 std::vector<Claim> claims_of_collisions(const Study& study, const Runs& runs) {

@@ -1,7 +1,5 @@
 #include "run.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <fstream>
 #include <sstream>
@@ -10,7 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "statistics.h"
+#include "program/batch.h"
+#include "program/snapshot_json.h"
 
 namespace ctn::case_studies {
 namespace {
@@ -31,19 +30,16 @@ std::optional<double> StoredRun::figure(const std::string& name) const {
 
 Result<StoredRun> parse_run(const std::string& text, const std::string& file) {
   const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object() || !json.contains("figures") || !json["figures"].is_object() || !json.contains("seed") ||
-      !json["seed"].is_number_unsigned()) {
+  if (!program::has_figures(json) || !json.contains("seed") || !json["seed"].is_number_unsigned()) {
     return Error::environment(file + " is no outcome of a run", "delete it, and run again");
   }
   StoredRun run;
   run.seed = json["seed"];
-  for (const auto& [name, value] : json["figures"].items()) {
-    if (value.is_number()) run.figures[name] = value;
+  for (const program::Figure& figure : program::figures_in(json)) {
+    if (figure.value) run.figures[figure.name] = *figure.value;
   }
   for (const auto& [name, value] : json.items()) {
-    if (!is_over_time(name, value)) continue;
-    ByTime& list = run.by_time[name];
-    for (const Json& item : value) list.push_back(item.is_null() ? std::nullopt : std::optional<double>(item));
+    if (is_over_time(name, value)) run.by_time[name] = program::by_time_in(value);
   }
   return run;
 }
@@ -51,7 +47,7 @@ Result<StoredRun> parse_run(const std::string& text, const std::string& file) {
 Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, std::uint64_t first, int count) {
   std::vector<StoredRun> runs;
   for (int number = 0; number < count; ++number) {
-    const std::filesystem::path path = folder / fmt::format("run-{}.json", first + static_cast<std::uint64_t>(number));
+    const std::filesystem::path path = folder / program::file_of_run(first + static_cast<std::uint64_t>(number));
     std::error_code error;
     if (!std::filesystem::exists(path, error)) continue;
     std::ostringstream text;
@@ -64,19 +60,11 @@ Result<std::vector<StoredRun>> read_runs(const std::filesystem::path& folder, st
 }
 
 ByTime medians_by_time(const std::vector<StoredRun>& runs, const std::string& name) {
-  ByTime medians;
-  for (std::size_t stretch = 0;; ++stretch) {
-    std::size_t reached = 0;
-    std::vector<double> values;
-    for (const StoredRun& run : runs) {
-      const auto list = run.by_time.find(name);
-      if (list == run.by_time.end() || stretch >= list->second.size()) continue;
-      ++reached;
-      if (const auto& value = list->second[stretch]) values.push_back(*value);
-    }
-    if (reached == 0 || 2 * reached < runs.size()) return medians;
-    medians.push_back(percentile_of(std::move(values), 50.0));
+  std::vector<ByTime> lists;
+  for (const StoredRun& run : runs) {
+    if (const auto list = run.by_time.find(name); list != run.by_time.end()) lists.push_back(list->second);
   }
+  return program::medians_by_time(lists, (runs.size() + 1) / 2);
 }
 
 std::optional<double> mean_between(const StoredRun& run, const std::string& name, double from, double to) {
@@ -88,7 +76,7 @@ std::optional<double> mean_between(const StoredRun& run, const std::string& name
     const double middle = (static_cast<double>(stretch) + 0.5) / length;
     if (middle >= from && middle < to && list->second[stretch]) values.push_back(*list->second[stretch]);
   }
-  return mean_of(values);
+  return program::mean_of(values);
 }
 
 }  // namespace ctn::case_studies

@@ -12,10 +12,11 @@
 #include <vector>
 
 #include "base/result.h"
+#include "program/figures.h"
 
 namespace ctn::case_studies {
 
-using ByTime = std::vector<std::optional<double>>;
+using program::ByTime;
 
 struct StoredRun {
   std::uint64_t seed = 0;

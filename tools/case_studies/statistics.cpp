@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/statistics.h"
-
 namespace ctn::case_studies {
 namespace {
 
@@ -127,24 +125,6 @@ Interval wilson(Share share) {
   const double half = kZ * std::sqrt(p * (1.0 - p) / n + kZ * kZ / (4.0 * n * n));
   const double scale = 1.0 + kZ * kZ / n;
   return {std::max(0.0, (middle - half) / scale), std::min(1.0, (middle + half) / scale)};
-}
-
-std::optional<Spread> spread_of(std::vector<double> values) {
-  if (values.empty()) return std::nullopt;
-  std::ranges::sort(values);
-  return Spread{values.size(), *mean_of(values), percentile_of_sorted(values, 25.0), percentile_of_sorted(values, 50.0),
-                percentile_of_sorted(values, 75.0)};
-}
-
-std::optional<double> mean_of(std::span<const double> values) {
-  if (values.empty()) return std::nullopt;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-std::optional<double> percentile_of(std::vector<double> values, double percent) {
-  if (values.empty()) return std::nullopt;
-  std::ranges::sort(values);
-  return percentile_of_sorted(values, percent);
 }
 
 }  // namespace ctn::case_studies

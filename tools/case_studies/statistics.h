@@ -1,4 +1,4 @@
-// Tests of significance and summaries for samples of some tens or hundreds of runs.
+// Tests of significance for samples of some tens or hundreds of runs.
 //
 // The tests are exact: they count, among all ways in which the same values could have fallen to the two groups (or the
 // same differences could have had either sign), those that lie at least as far from what chance makes of it. So they
@@ -9,7 +9,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,18 +43,5 @@ struct Interval {
   double high = 1.0;
 };
 Interval wilson(Share share);
-
-// Quartiles are by nearest rank: values that occurred (base/statistics.h).
-struct Spread {
-  std::size_t count = 0;
-  double mean = 0.0;
-  double lower_quartile = 0.0;
-  double median = 0.0;
-  double upper_quartile = 0.0;
-};
-// Nothing where there are no values.
-std::optional<Spread> spread_of(std::vector<double> values);
-std::optional<double> mean_of(std::span<const double> values);
-std::optional<double> percentile_of(std::vector<double> values, double percent);
 
 }  // namespace ctn::case_studies

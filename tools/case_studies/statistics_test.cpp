@@ -159,18 +159,5 @@ TEST(Statistics, WilsonsIntervalIsTheEquationsSolution) {
   EXPECT_EQ(wilson({0, 0}).high, 1.0);
 }
 
-TEST(Statistics, Spreads) {
-  const auto spread = spread_of({4.0, 1.0, 3.0, 2.0});
-  ASSERT_TRUE(spread);
-  EXPECT_EQ(spread->count, 4U);
-  EXPECT_EQ(spread->mean, 2.5);
-  EXPECT_EQ(spread->lower_quartile, 1.0);
-  EXPECT_EQ(spread->median, 2.0);
-  EXPECT_EQ(spread->upper_quartile, 3.0);
-  EXPECT_FALSE(spread_of({}));
-  EXPECT_FALSE(mean_of({}));
-  EXPECT_FALSE(percentile_of({}, 50.0));
-}
-
 }  // namespace
 }  // namespace ctn::case_studies

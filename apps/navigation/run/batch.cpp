@@ -24,27 +24,12 @@ std::string words_on(const StoredRun& run) {
                      contacts == 1 ? "" : "s");
 }
 
-std::vector<program::Spread> spreads_of(const std::vector<StoredRun>& runs) {
-  std::vector<std::vector<Figure>> figures;
-  for (const StoredRun& run : runs) figures.push_back(run.figures);
-  return program::spreads_of(figures);
-}
-
 }  // namespace
 
 ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*figure) {
-  std::size_t length = 0;
-  for (const StoredRun& run : runs) length = std::max(length, (run.*figure).size());
-  ByTime medians;
-  for (std::size_t bucket = 0; bucket < length; ++bucket) {
-    std::vector<double> values;
-    for (const StoredRun& run : runs) {
-      const ByTime& of_run = run.*figure;
-      if (bucket < of_run.size() && of_run[bucket]) values.push_back(*of_run[bucket]);
-    }
-    medians.push_back(percentile_of(std::move(values), 50.0));
-  }
-  return medians;
+  std::vector<ByTime> lists;
+  for (const StoredRun& run : runs) lists.push_back(run.*figure);
+  return program::medians_by_time(lists);
 }
 
 Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
@@ -70,11 +55,9 @@ std::string to_json(const Batch& batch) {
     json["runs"].push_back(
         {{"seed", run.seed}, {"ended_by", run.ended_by}, {"figures", program::json_of(run.figures)}});
   }
-  json["summary"] = program::json_of(spreads_of(batch.runs));
+  json["summary"] = program::json_of(program::spreads_of(batch.runs));
   const auto medians_of = [&](ByTime StoredRun::*figure) {
-    BatchJson medians = BatchJson::array();
-    for (const auto& median : medians_by_time(batch.runs, figure)) medians.push_back(program::or_null(median));
-    return medians;
+    return program::json_of(medians_by_time(batch.runs, figure));
   };
   json["staleness_ms_p95_by_5s"] = medians_of(&StoredRun::staleness);
   if (batch.options.detector != "none") json["detector_period_ms_by_10s"] = medians_of(&StoredRun::detector_periods);
@@ -90,7 +73,7 @@ std::string to_text(const Batch& batch) {
       "{} of {} runs on map {} under '{}'{}, seeds from {}, slowdown {}{}: {} with a collision\n", batch.runs.size(),
       options.runs, options.map, options.scheduler, options.stealing ? "" : " without stealing", options.seed,
       options.slowdown, batch.signal != 0 ? " (interrupted)" : "", with_collision);
-  text += program::table_of(spreads_of(batch.runs));
+  text += program::table_of(program::spreads_of(batch.runs));
   text +=
       rows_of("staleness_ms_p95 by 5 s, medians", medians_by_time(batch.runs, &StoredRun::staleness), kStalenessBucket);
   if (options.detector != "none") {

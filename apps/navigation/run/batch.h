@@ -4,7 +4,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,7 +22,6 @@ struct Batch {
 
 // Of a figure by time (StoredRun::staleness, detector_periods), for each stretch the median of the runs; of those that
 // lasted so long and had something to measure then.
-using ByTime = std::vector<std::optional<double>>;
 ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*figure);
 
 // `run_one` runs with these options (of which the seed changes); `tell` is told about each run. Errors: its; a folder

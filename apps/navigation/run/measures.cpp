@@ -23,27 +23,27 @@ std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples) {
   return ages;
 }
 
-std::vector<std::optional<double>> p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
-                                               std::chrono::nanoseconds end) {
+ByTime p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
+                   std::chrono::nanoseconds end) {
   std::vector<std::vector<double>> ages(stretches_by(width, end));
   for (const AgeSample& sample : samples) {
     const auto bucket = static_cast<std::size_t>(sample.at / width);
     if (bucket < ages.size()) ages[bucket].push_back(in_ms(sample.age));
   }
-  std::vector<std::optional<double>> result;
+  ByTime result;
   result.reserve(ages.size());
   for (std::vector<double>& bucket : ages) result.push_back(percentile_of(std::move(bucket), 95.0));
   return result;
 }
 
-std::vector<std::optional<double>> period_by_time(const std::vector<std::chrono::nanoseconds>& instants,
-                                                  std::chrono::nanoseconds width, std::chrono::nanoseconds end) {
+ByTime period_by_time(const std::vector<std::chrono::nanoseconds>& instants, std::chrono::nanoseconds width,
+                      std::chrono::nanoseconds end) {
   std::vector<std::vector<double>> gaps(stretches_by(width, end));
   for (std::size_t index = 1; index < instants.size(); ++index) {
     const auto bucket = static_cast<std::size_t>(instants[index] / width);
     if (bucket < gaps.size()) gaps[bucket].push_back(in_ms(instants[index] - instants[index - 1]));
   }
-  std::vector<std::optional<double>> result;
+  ByTime result;
   result.reserve(gaps.size());
   for (const std::vector<double>& bucket : gaps) result.push_back(mean_of(bucket));
   return result;

@@ -4,13 +4,13 @@
 #pragma once
 
 #include <chrono>
-#include <optional>
 #include <vector>
 
 #include "program/figures.h"
 
 namespace ctn::navigation::run {
 
+using program::ByTime;
 using program::mean_of;
 using program::percentile_of;
 
@@ -23,12 +23,11 @@ struct AgeSample {
 
 // In ms: for each stretch of `width` from the beginning, the 95th percentile of the ages in it; nothing where there was
 // none. As many stretches as have begun by `end`.
-std::vector<std::optional<double>> p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width,
-                                               std::chrono::nanoseconds end);
+ByTime p95_by_time(const std::vector<AgeSample>& samples, std::chrono::nanoseconds width, std::chrono::nanoseconds end);
 // In ms: for each stretch of `width` from the beginning, the mean time between two consecutive instants of which the
 // second is in it; nothing where none is. `instants` ascend. As many stretches as have begun by `end`.
-std::vector<std::optional<double>> period_by_time(const std::vector<std::chrono::nanoseconds>& instants,
-                                                  std::chrono::nanoseconds width, std::chrono::nanoseconds end);
+ByTime period_by_time(const std::vector<std::chrono::nanoseconds>& instants, std::chrono::nanoseconds width,
+                      std::chrono::nanoseconds end);
 std::vector<double> ages_in_ms(const std::vector<AgeSample>& samples);
 
 // The score of the BARN challenge: `optimal` / `actual`, where `actual` counts as 2 x `optimal` at least and 8 x at

@@ -27,13 +27,13 @@ class ObjectiveByTime {
   void add(std::chrono::nanoseconds now, Snapshot snapshot);
 
   // Of each stretch that has ended.
-  const std::vector<std::optional<double>>& values() const { return values_; }
+  const ByTime& values() const { return values_; }
 
  private:
   std::chrono::nanoseconds end_ = kObjectiveBucket;  // of the stretch that lasts
   std::chrono::nanoseconds last_at_{};
   Snapshot last_;
-  std::vector<std::optional<double>> values_;
+  ByTime values_;
 };
 
 }  // namespace ctn::navigation::run

@@ -80,18 +80,10 @@ Json json_of(const Options& options) {
   return json;
 }
 
-std::vector<std::optional<double>> staleness_of(const Findings& found) {
-  return p95_by_time(found.guidance_ages, kStalenessBucket, found.lasted);
-}
+ByTime staleness_of(const Findings& found) { return p95_by_time(found.guidance_ages, kStalenessBucket, found.lasted); }
 
-std::vector<std::optional<double>> detector_periods_of(const Findings& found) {
+ByTime detector_periods_of(const Findings& found) {
   return period_by_time(found.detections, kDetectorBucket, found.lasted);
-}
-
-Json json_of(const std::vector<std::optional<double>>& values) {
-  Json json = Json::array();
-  for (const auto& value : values) json.push_back(or_null(value));
-  return json;
 }
 
 Json contacts_of(const Findings& found) {
@@ -165,7 +157,7 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
   return figures;
 }
 
-std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values, nanoseconds width) {
+std::string rows_of(const std::string& name, const ByTime& values, nanoseconds width) {
   constexpr std::size_t kInARow = 10;
   std::string text = fmt::format("  {}\n", name);
   for (std::size_t index = 0; index < values.size(); ++index) {
@@ -186,9 +178,9 @@ std::string to_json(const Outcome& outcome) {
   if (!options.virtual_time) json["real_time"] = outcome.snapshot.real_time;
   json["ended_by"] = name_of(outcome);
   json["figures"] = program::json_of(figures_of(outcome));
-  json["staleness_ms_p95_by_5s"] = json_of(staleness_of(found));
-  if (options.detector != "none") json["detector_period_ms_by_10s"] = json_of(detector_periods_of(found));
-  json["objective_ms_by_10s"] = json_of(outcome.objective_by_time);
+  json["staleness_ms_p95_by_5s"] = program::json_of(staleness_of(found));
+  if (options.detector != "none") json["detector_period_ms_by_10s"] = program::json_of(detector_periods_of(found));
+  json["objective_ms_by_10s"] = program::json_of(outcome.objective_by_time);
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
   json["chains"] = program::chains_of(outcome.snapshot);

@@ -24,7 +24,7 @@ struct Outcome {
   std::optional<double> shortest_way;  // to the goal, metres
   Findings findings;
   Snapshot snapshot;
-  std::vector<std::optional<double>> objective_by_time;  // objective.h
+  ByTime objective_by_time;   // objective.h
   double took_seconds = 0.0;  // of real time; not in what is printed, which is the same each time
   std::optional<program::ThreadUse> world_thread;
   int signal = 0;  // that ended it early; 0: none
@@ -38,8 +38,7 @@ using program::Figure;
 std::vector<Figure> figures_of(const Outcome& outcome);
 
 // Text: a figure by time, in rows of ten, each with the time at which it begins.
-std::string rows_of(const std::string& name, const std::vector<std::optional<double>>& values,
-                    std::chrono::nanoseconds width);
+std::string rows_of(const std::string& name, const ByTime& values, std::chrono::nanoseconds width);
 
 // JSON of the options that a run's outcome depends on.
 std::string identity_of(const Options& options);

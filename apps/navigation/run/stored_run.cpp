@@ -10,15 +10,8 @@ namespace {
 
 using StoredJson = nlohmann::ordered_json;
 
-std::optional<double> number_of(const StoredJson& json) {
-  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
-}
-
-std::vector<std::optional<double>> numbers_of(const StoredJson& json, const char* key) {
-  std::vector<std::optional<double>> numbers;
-  if (!json.contains(key)) return numbers;
-  for (const auto& value : json[key]) numbers.push_back(number_of(value));
-  return numbers;
+program::ByTime by_time_in(const StoredJson& json, const char* key) {
+  return json.contains(key) ? program::by_time_in(json[key]) : program::ByTime{};
 }
 
 }  // namespace
@@ -32,8 +25,8 @@ Result<StoredRun> read_run(const std::string& text, const std::string& file, con
   run.seed = options.seed;
   run.ended_by = json.value("ended_by", "");
   run.figures = program::figures_in(json);
-  run.staleness = numbers_of(json, "staleness_ms_p95_by_5s");
-  run.detector_periods = numbers_of(json, "detector_period_ms_by_10s");
+  run.staleness = by_time_in(json, "staleness_ms_p95_by_5s");
+  run.detector_periods = by_time_in(json, "detector_period_ms_by_10s");
   return run;
 }
 

@@ -19,8 +19,8 @@ struct StoredRun {
   std::uint64_t seed = 0;
   std::string ended_by;
   std::vector<Figure> figures;
-  std::vector<std::optional<double>> staleness;         // p95 in ms, for each 5 s
-  std::vector<std::optional<double>> detector_periods;  // in ms, for each 10 s; empty where there is no detector
+  ByTime staleness;         // p95 in ms, for each 5 s
+  ByTime detector_periods;  // in ms, for each 10 s; empty where there is no detector
 
   std::optional<double> figure(const std::string& name) const;
 };

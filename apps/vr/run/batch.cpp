@@ -21,12 +21,6 @@ std::string words_on(const StoredRun& run) {
                      value("ticks_missed"), value("ticks"));
 }
 
-std::vector<program::Spread> spreads_of(const Batch& batch) {
-  std::vector<std::vector<program::Figure>> figures;
-  for (const StoredRun& run : batch.runs) figures.push_back(run.figures);
-  return program::spreads_of(figures);
-}
-
 }  // namespace
 
 Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
@@ -53,7 +47,7 @@ std::string to_json(const Batch& batch) {
   for (const StoredRun& run : batch.runs) {
     json["runs"].push_back({{"seed", run.seed}, {"figures", program::json_of(run.figures)}});
   }
-  json["summary"] = program::json_of(spreads_of(batch));
+  json["summary"] = program::json_of(program::spreads_of(batch.runs));
   json["interrupted"] = batch.signal != 0;
   return program::text_of(json);
 }
@@ -63,7 +57,7 @@ std::string to_text(const Batch& batch) {
   return fmt::format("{} of {} runs of {} under '{}'{}{}\n", batch.runs.size(), options.runs, note_of(options),
                      options.scheduler, options.stealing ? "" : " without stealing",
                      batch.signal != 0 ? ", interrupted" : "") +
-         program::table_of(spreads_of(batch));
+         program::table_of(program::spreads_of(batch.runs));
 }
 
 }  // namespace ctn::vr::run

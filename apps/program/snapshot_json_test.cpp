@@ -1,0 +1,43 @@
+#include "program/snapshot_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace ctn::program {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ::testing::ElementsAre;
+using ::testing::Optional;
+
+TEST(SnapshotJson, FiguresAreReadAsTheyWereWritten) {
+  const Json document{{"figures", json_of(std::vector<Figure>{{"way_m", 2.5}, {"goal_s", std::nullopt}})}};
+  EXPECT_EQ(document.dump(), R"({"figures":{"way_m":2.5,"goal_s":null}})");
+  ASSERT_TRUE(has_figures(document));
+  const std::vector<Figure> figures = figures_in(document);
+  ASSERT_EQ(figures.size(), 2U);
+  EXPECT_EQ(figures[0].name, "way_m");
+  EXPECT_THAT(figures[0].value, Optional(2.5));
+  EXPECT_EQ(figures[1].name, "goal_s");
+  EXPECT_EQ(figures[1].value, std::nullopt);
+}
+
+TEST(SnapshotJson, KnowsWhatIsNoOutcome) {
+  for (const char* text : {"", "[]", "{}", R"({"figures": 3})"}) {
+    EXPECT_FALSE(has_figures(Json::parse(text, nullptr, false))) << text;
+  }
+}
+
+TEST(SnapshotJson, NumbersByTimeAreReadAsTheyWereWritten) {
+  const Json list = json_of(ByTime{10.0, std::nullopt, 30.0});
+  EXPECT_EQ(list.dump(), "[10.0,null,30.0]");
+  EXPECT_THAT(by_time_in(list), ElementsAre(Optional(10.0), std::nullopt, Optional(30.0)));
+  EXPECT_EQ(json_of(ByTime{}).dump(), "[]");
+}
+
+TEST(SnapshotJson, OfNoSamplesThereIsNothingToTell) {
+  EXPECT_EQ(json_of(Summary{}).dump(), R"({"mean":null,"p50":null,"p95":null,"count":0})");
+}
+
+}  // namespace
+}  // namespace ctn::program
