@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "program/snapshot_json.h"
+
 namespace ctn::face_tracking {
 namespace {
 
@@ -22,11 +24,6 @@ ChainSnapshot chain_of(const Snapshot& snapshot) {
 NodeSnapshot node_of(const Snapshot& snapshot, const std::string& name) {
   const auto found = std::ranges::find(snapshot.nodes, name, &NodeSnapshot::name);
   return found == snapshot.nodes.end() ? NodeSnapshot{} : *found;
-}
-
-Json json_of(const Summary& summary) {
-  if (summary.count == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"count", 0}};
-  return {{"mean", summary.mean}, {"p50", summary.p50}, {"p95", summary.p95}, {"count", summary.count}};
 }
 
 }  // namespace
@@ -51,15 +48,15 @@ std::string to_json(const Outcome& outcome) {
       {"seed", outcome.options.seed},
       {"slowdown", outcome.options.slowdown},
       {"real_time", snapshot.real_time},
-      {"response_time_ms", json_of(chain.response_ms)},
-      {"predicted_response_time_ms", nullptr},
+      {"response_time_ms", program::json_of(chain.response_ms)},
+      {"predicted_response_time_ms", program::or_null(chain.predicted_response_ms)},
       {"source_hz", snapshot.source_hz},
       {"angle_deg_mean", degrees(outcome.tracking.angle_mean)},
       {"lost_fraction", outcome.tracking.lost_fraction},
       {"compute_ms", compute},
       {"compute_ms_p95", compute_p95},
-      {"latency_ms", json_of(chain.latency_ms)},
-      {"period_ms", json_of(chain.period_ms)},
+      {"latency_ms", program::json_of(chain.latency_ms)},
+      {"period_ms", program::json_of(chain.period_ms)},
       {"rate_hz", rates},
       {"pictures", outcome.sightings.pictures},
       {"pictures_in_view", outcome.sightings.in_view},
@@ -69,12 +66,11 @@ std::string to_json(const Outcome& outcome) {
       {"interrupted", outcome.signal != 0},
       {"notices", snapshot.notices},
   };
-  if (chain.predicted_response_ms) json["predicted_response_time_ms"] = *chain.predicted_response_ms;
   if (outcome.options.virtual_time) {
     json["virtual"] = true;
     json["cores"] = outcome.options.cores;
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return program::text_of(json);
 }
 
 std::string to_text(const Outcome& outcome) {
