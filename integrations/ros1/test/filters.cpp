@@ -11,7 +11,6 @@
 #include <message_filters/synchronizer.h>
 #include <message_filters/time_synchronizer.h>
 #include <ros/ros.h>
-#include <time.h>
 
 #include <fstream>
 #include <string>
@@ -19,20 +18,11 @@
 #include <boost/bind/bind.hpp>
 #include <boost/function.hpp>
 
+#include "ros1/test/burn.h"
+
 namespace {
 
 using Point = geometry_msgs::PointStamped;
-
-void burn(double milliseconds) {
-  timespec used{};
-  const auto now = [&] {
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
-  };
-  const double end = now() + milliseconds;
-  while (now() < end) {
-  }
-}
 
 void be_source() {
   ros::NodeHandle handle;

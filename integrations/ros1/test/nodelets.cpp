@@ -9,7 +9,6 @@
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
 #include <std_msgs/Int64.h>
-#include <time.h>
 
 #include <array>
 #include <atomic>
@@ -19,6 +18,8 @@
 
 #include <boost/make_shared.hpp>
 
+#include "ros1/test/burn.h"
+
 namespace {
 
 std::string g_counts_file;
@@ -26,17 +27,6 @@ std::string g_log;
 std::atomic<long> g_calls{0};
 std::atomic<long> g_overlaps{0};
 std::atomic<long> g_copies{0};
-
-void burn(double milliseconds) {
-  timespec used{};
-  const auto now = [&] {
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
-  };
-  const double end = now() + milliseconds;
-  while (now() < end) {
-  }
-}
 
 // Where the camera's last messages lie.
 class Places {

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "ros1/test/burn.h"
+
 namespace {
 
 struct Asked {
@@ -33,17 +35,6 @@ Asked g_asked;
 Counts g_counts;
 std::atomic<int> g_inside{0};
 ros::Publisher g_out;
-
-void burn(double milliseconds) {
-  timespec used{};
-  const auto now = [&] {
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    return static_cast<double>(used.tv_sec) * 1e3 + static_cast<double>(used.tv_nsec) * 1e-6;
-  };
-  const double end = now() + milliseconds;
-  while (now() < end) {
-  }
-}
 
 class Inside {
  public:

@@ -88,6 +88,15 @@ bool ProgramsTest::counts(const std::string& node, const std::string& what, long
   return true;
 }
 
+void ProgramsTest::write_app_of_work(const std::string& keys, const std::string& more) const {
+  write("app.yaml", "catan: 1\napp: worker\nnodes: { work: { " + keys +
+                        " } }\nobjective: [ { period: work, weight: 1 } ]\n" + more);
+}
+
+void ProgramsTest::write_binding_of_work(const std::string& ros_node, const std::string& file) const {
+  write(file, "catan: 1\nros: { work: { node: " + ros_node + ", topic: /data } }\n");
+}
+
 void ProgramsTest::write_launcher(const std::vector<std::string>& lines) const {
   std::string text = "#!/bin/sh\n";
   for (const std::string& line : lines) text += std::string(PLAIN_NODE) + " " + line + " &\n";

@@ -46,6 +46,11 @@ class ProgramsTest : public testing::Test {
   bool counts(const std::string& node, const std::string& what, long more,
               Milliseconds within = std::chrono::seconds{20}) const;
 
+  // app.yaml: an app of one node, `work`, with these keys; `more`: lines that follow.
+  void write_app_of_work(const std::string& keys, const std::string& more = "") const;
+  // That node is what the ROS node does with a message on /data.
+  void write_binding_of_work(const std::string& ros_node, const std::string& file = "bind.yaml") const;
+
   // launch.sh starts these nodes, and waits for them: what a launch file does.
   void write_launcher(const std::vector<std::string>& lines) const;
 

@@ -116,12 +116,8 @@ ros:
 }
 
 TEST_F(ProgramsTest, ACallbackThatIsNotBoundGoesOnWhileABoundOneWaits) {
-  write("app.yaml", R"(catan: 1
-app: slow
-nodes: { work: { fallback_rate: 2Hz } }
-objective: [ { period: work, weight: 1 } ]
-)");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /worker, topic: /data } }\n");
+  write_app_of_work("fallback_rate: 2Hz");
+  write_binding_of_work("/worker");
   write_launcher({"feed --timer 10 --out /data --counts feed.json", "ticks --timer 10 --out /ticks",
                   "worker --in /data --beside /ticks --burn 5 --counts worker.json"});
   const int run = start_under_catan("--scheduler default -- ./launch.sh");
@@ -137,12 +133,8 @@ objective: [ { period: work, weight: 1 } ]
 }
 
 TEST_F(ProgramsTest, NothingRunsBesideTheProgramsOwnLoop) {
-  write("app.yaml", R"(catan: 1
-app: loop
-nodes: { work: { fallback_rate: 50Hz } }
-objective: [ { period: work, weight: 1 } ]
-)");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /looper, topic: /data } }\n");
+  write_app_of_work("fallback_rate: 50Hz");
+  write_binding_of_work("/looper");
   write_launcher(
       {"feed --timer 5 --out /data", "looper --in /data --beside /data --burn 1 --spin-once --counts looper.json"});
   const int run = start_under_catan("--scheduler default -- ./launch.sh");
@@ -152,12 +144,8 @@ objective: [ { period: work, weight: 1 } ]
 }
 
 TEST_F(ProgramsTest, AQueueOfAnotherClassKeepsItsCallbacksApart) {
-  write("app.yaml", R"(catan: 1
-app: wrapped
-nodes: { work: { fallback_rate: 50Hz } }
-objective: [ { period: work, weight: 1 } ]
-)");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /wrapped, topic: /data } }\n");
+  write_app_of_work("fallback_rate: 50Hz");
+  write_binding_of_work("/wrapped");
   write_launcher({"feed --timer 5 --out /data",
                   "wrapped --in /data --beside /data --burn 2 --wrapped-queue --counts wrapped.json"});
   const int run = start_under_catan("--scheduler default --json --record run.catan --seconds 5 -- ./launch.sh");
@@ -171,13 +159,9 @@ objective: [ { period: work, weight: 1 } ]
 // What a callback costs that is not bound, beside bound ones in the same queue, and without Catan.
 // What it costs more is printed, for docs/ros1.md; a busy machine is no reason to fail.
 TEST_F(ProgramsTest, CallbacksThatAreNotBoundAreCalledAndWhatThatCostsIsPrinted) {
-  write("app.yaml", R"(catan: 1
-app: cost
-nodes: { work: { fallback_rate: 1Hz } }
-objective: [ { period: work, weight: 1 } ]
-)");
-  write("bound.yaml", "catan: 1\nros: { work: { node: /hook_cost, topic: /data } }\n");
-  write("other.yaml", "catan: 1\nros: { work: { node: /other, topic: /data } }\n");
+  write_app_of_work("fallback_rate: 1Hz");
+  write_binding_of_work("/hook_cost", "bound.yaml");
+  write_binding_of_work("/other", "other.yaml");
   const std::string run = std::string(CATAN_COMMAND) + " ros run app.yaml --scheduler default --bind ";
   EXPECT_EQ(wait(start("without", std::string(HOOK_COST) + " without.ns"), seconds{60}), 0);
   EXPECT_EQ(wait(start("other", run + "other.yaml -- " + HOOK_COST + " other.ns"), seconds{60}), 0);
@@ -193,13 +177,8 @@ objective: [ { period: work, weight: 1 } ]
 // From a trigger to the first instruction of the node's function, with the message already there, beside a node in the
 // process of the scheduler. It is printed, for docs/ros1.md; a busy machine is no reason to fail.
 TEST_F(ProgramsTest, WhatItTakesFromATriggerToTheCallbackIsPrinted) {
-  write("app.yaml", R"(catan: 1
-app: latency
-nodes: { work: { max_rate: 200Hz, fallback_rate: 200Hz } }
-objective: [ { period: work, weight: 1 } ]
-scheduler: { bootstrap: 200ms }
-)");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /work, topic: /data } }\n");
+  write_app_of_work("max_rate: 200Hz, fallback_rate: 200Hz", "scheduler: { bootstrap: 200ms }\n");
+  write_binding_of_work("/work");
   EXPECT_EQ(wait(start("session", std::string(TRIGGER_LATENCY) + " session app.yaml session.ns"), seconds{30}), 0)
       << text_of(path("session.err"));
   start_node("feed", "--timer 1 --out /data");
@@ -286,12 +265,8 @@ ros:
 
 // ROS ends the first of two nodes of one name; the second may ask for the node of the app before the first has left it.
 TEST_F(ProgramsTest, AProgramThatTakesThePlaceOfAnotherIsScheduled) {
-  write("app.yaml", R"(catan: 1
-app: twice
-nodes: { work: { fallback_rate: 5Hz } }
-objective: [ { period: work, weight: 1 } ]
-)");
-  write("bind.yaml", "catan: 1\nros: { work: { node: /worker, topic: /data } }\n");
+  write_app_of_work("fallback_rate: 5Hz");
+  write_binding_of_work("/worker");
   const std::string catan = CATAN_COMMAND;
   start("serve", catan + " serve app.yaml --scheduler default --socket server");
   start_node("feed", "--timer 10 --out /data");
