@@ -76,7 +76,7 @@ void PortSuite::serve(const std::string& app, const std::string& scheduler) {
   app_file_ = folder_ + "/app.yaml";
   std::ofstream(app_file_) << "catan: 1\napp: conformance\n" << app << "scheduler: { bootstrap: 100ms }\n";
   server_ = start_command({CATAN_COMMAND, "serve", app_file_, "--socket", folder_ + "/socket", "--scheduler", scheduler,
-                           "--record", folder_ + "/run" + std::to_string(++records_), "--save-to", folder_});
+                           "--record", folder_ + "/run" + std::to_string(++records_), "--flight-recorder", "0"});
 }
 
 void PortSuite::kill_server() {

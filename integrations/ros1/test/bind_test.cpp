@@ -40,7 +40,7 @@ TEST_F(BindTest, WhatItWritesIsPlannedAsItIs) {
                     HasSubstr("ros: { node: /light, topic: /things } }"), HasSubstr("# /orders of /talker"),
                     HasSubstr("  source_to_light.things: [source, heavy, light.things]\n"),
                     HasSubstr("response_time: [source, heavy, light.things]")));
-  EXPECT_THAT(app, Not(HasSubstr("timer: 100ms"))) << "of what only writes down what it counted";
+  EXPECT_THAT(app, Not(HasSubstr("timer: 100ms"))) << "which does nothing";
   EXPECT_THAT(text_of(path("bind.err")), HasSubstr("not observed, so external where they take part: /talker (Python)"));
 
   const std::string plan =

@@ -11,9 +11,11 @@
 #include <std_msgs/Int64.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "ros1/test/burn.h"
@@ -65,7 +67,7 @@ void on_beside(const std_msgs::Int64::ConstPtr&) {
   ++g_counts.beside;
 }
 
-void write_counts(const ros::SteadyTimerEvent&) {
+void write_counts() {
   const std::string written = g_asked.counts + ".new";
   {
     std::ofstream file(written);
@@ -166,8 +168,16 @@ int main(int count, char** arguments) {
     timer = handle.createTimer(ros::Duration(g_asked.timer_ms * 1e-3),
                                [](const ros::TimerEvent&) { work(++g_counts.newest); });
   }
-  ros::SteadyTimer writer;
-  if (!g_asked.counts.empty()) writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts);
+  // What it writes is no callback's: to replace a file may take as long as a callback's work.
+  std::thread writer([] {
+    while (ros::ok() && !g_asked.counts.empty()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds{100});
+      write_counts();
+    }
+  });
+  const ros::SteadyTimer light = handle.createSteadyTimer(ros::WallDuration(0.1), [](const ros::SteadyTimerEvent&) {});
   spin();
+  ros::shutdown();
+  writer.join();
   return 0;
 }
