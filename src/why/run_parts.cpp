@@ -101,7 +101,7 @@ std::vector<Part> parts_of_run(const History& history, const RunRef& ref) {
     put(delay.kind, length, delay.by);
     delayed += length;
   }
-  go_on(kNever);
+  go_on(run.end);
   put(PartKind::kKernel, wall - wait - running - delayed);
   return parts;
 }
