@@ -20,23 +20,28 @@
 namespace catan_ros {
 namespace {
 
-sockaddr_in local(int port) {
+bool is_free(int port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_addr.s_addr = htonl(INADDR_ANY);
   address.sin_port = htons(static_cast<std::uint16_t>(port));
-  return address;
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  const bool bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(socket);
+  return bound;
 }
 
+// Below those that the kernel gives to connections: one of these may be taken again before roscore listens at it.
 int free_port() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = local(0);
-  socklen_t size = sizeof address;
-  const bool bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
-                     ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  ::close(socket);
-  if (!bound) throw std::runtime_error("there is no free port");
-  return ntohs(address.sin_port);
+  constexpr int kFirst = 20'000;
+  constexpr int kPorts = 10'000;
+  constexpr int kTries = 100;
+  constexpr int kStep = 97;  // so that programs that begin one after the other do not look at the same ports
+  for (int tries = 0; tries < kTries; ++tries) {
+    const int port = kFirst + (::getpid() + tries * kStep) % kPorts;
+    if (is_free(port)) return port;
+  }
+  throw std::runtime_error("there is no free port");
 }
 
 // It ends in order only from then on.
