@@ -90,6 +90,11 @@ TEST_F(HttpCommand, IsGoneWithAServerThatIsKilled) {
   EXPECT_TRUE(eventually([&] { return get_page("/").empty(); }));
 }
 
+TEST_F(HttpCommand, ServesFromCpusThatTheAppDoesNotUse) {
+  serve_all();
+  expect_off_the_apps_cpu("http " + path("socket") + " --listen 0");
+}
+
 TEST_F(HttpCommand, ChangesWhatIsAskedWithTheToken) {
   std::ofstream(path("token")) << "0123456789abcdef\n";
   ::chmod(path("token").c_str(), 0600);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -114,6 +115,20 @@ class ServedAppTest : public ::testing::Test {
     Result<os::ChildProcess> started = os::ChildProcess::start(arguments);
     EXPECT_TRUE(started.ok()) << started.error().message();
     return *programs_.emplace_back(std::make_unique<os::ChildProcess>(std::move(*started)));
+  }
+  // Starts a command that watches the app, whose nodes may run on the first CPU alone, and expects it to leave that
+  // CPU.
+  void expect_off_the_apps_cpu(const std::string& viewer) {
+    const std::vector<int> cpus = os_->online_cpus()->cpus();
+    if (cpus.size() < 2) GTEST_SKIP() << "needs two CPUs: one for the app, one for who watches";
+    Result<os::ChildProcess> started = os::ChildProcess::start(
+        {"/bin/sh", "-c", "exec \"$0\" " + viewer + " >\"$1\" 2>&1", CATAN_COMMAND, path("shown")});
+    ASSERT_TRUE(started.ok()) << started.error().message();
+    EXPECT_TRUE(eventually([&] {
+      cpu_set_t allowed;
+      return ::sched_getaffinity(static_cast<pid_t>(started->process()), sizeof allowed, &allowed) == 0 &&
+             CPU_ISSET(cpus.front(), &allowed) == 0;
+    })) << viewer;
   }
   // What the server said so far.
   std::string said() const {

@@ -126,6 +126,12 @@ TEST_F(TopTest, ViewersAreNoConcernOfTheApp) {
   EXPECT_EQ(watched(process)["lost"], 0);
 }
 
+TEST_F(TopTest, WatchesFromCpusThatTheAppDoesNotUse) {
+  const std::string process = start_session();
+  watched(process);
+  expect_off_the_apps_cpu("top " + process + " --once");
+}
+
 TEST_F(TopTest, MistakesAreTold) {
   EXPECT_EQ(top("nowhere/app.yaml --once").exit_code, 1);
   EXPECT_EQ(top("catan-top-test-no-such-app --once").exit_code, 2);

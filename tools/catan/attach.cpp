@@ -68,4 +68,14 @@ Result<flight::Recording> attach(os::Clock& clock, const std::string& target) {
   return flight::Recording::open(std::move(*memory));
 }
 
+void keep_off_scheduled_cpus(os::Os& os, const os::CpuSet& scheduled) {
+  const auto online = os.online_cpus();
+  if (!online) return;
+  std::vector<int> others;
+  for (const int cpu : online->cpus()) {
+    if (!scheduled.contains(cpu)) others.push_back(cpu);
+  }
+  if (!others.empty()) static_cast<void>(os.set_affinity(os.current_thread(), os::CpuSet(std::move(others))));
+}
+
 }  // namespace ctn::tool

@@ -19,4 +19,9 @@ Result<std::vector<std::string>> sockets_of(const std::string& server);
 // target: the only one there is. Errors: there is none, there are several, the server refuses.
 Result<flight::Recording> attach(os::Clock& clock, const std::string& target);
 
+// Moves the calling thread, and with it all that it starts later, to CPUs on which no node of the app may run, so that
+// watching takes none of theirs. It stays where it is if there are no others, or where this is not allowed (in a
+// container with fewer CPUs).
+void keep_off_scheduled_cpus(os::Os& os, const os::CpuSet& scheduled);
+
 }  // namespace ctn::tool

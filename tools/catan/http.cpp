@@ -67,18 +67,6 @@ Result<std::optional<std::string>> token_of(const HttpOptions& options) {
   return std::optional(std::move(*token));
 }
 
-// Moves this process to CPUs on which no node may run, if there are any.
-void keep_off_scheduled_cpus(os::Os& os, const std::optional<os::CpuSet>& scheduled) {
-  const auto online = os.online_cpus();
-  if (!scheduled || !online) return;
-  std::vector<int> others;
-  for (const int cpu : online->cpus()) {
-    if (!scheduled->contains(cpu)) others.push_back(cpu);
-  }
-  // Where this is not allowed (in a container with fewer CPUs), the process stays where it is.
-  if (!others.empty()) static_cast<void>(os.set_affinity(os.current_thread(), os::CpuSet(std::move(others))));
-}
-
 void tell(const web::Server& server, const HttpOptions& options, const std::optional<std::string>& token) {
   note(fmt::format("the page is at http://{}/", os::to_string(server.address())));
   if (!os::is_loopback_host(server.address().host)) {
@@ -101,7 +89,8 @@ Status serve_page(const HttpCommand& command) {
   HttpSource source(*os, command.target);
   // A server that starts this process may not listen yet, so that not finding it is no error.
   if (const Status found = source.look(); !found && command.parent == 0) return found;
-  keep_off_scheduled_cpus(*os, command.options.cpus.empty() ? source.cpus() : command.options.scheduled());
+  const auto scheduled = command.options.cpus.empty() ? source.cpus() : command.options.scheduled();
+  if (scheduled) keep_off_scheduled_cpus(*os, *scheduled);
   auto server = web::Server::open(*os, source, *address, *token);
   if (!server) return server.error();
   if (Status watched = (*server)->watch(signals->descriptor(),

@@ -100,6 +100,7 @@ class Watched {
 Result<Watched> watch(os::Os& os, const std::string& target) {
   Result<flight::Recording> recording = attach(os, target);
   if (!recording) return recording.error();
+  keep_off_scheduled_cpus(os, recording->header().cpus);
   return Watched(std::move(*recording));
 }
 
