@@ -7,7 +7,7 @@
 //   - factors for cost.h, fitted to these runs: for each node those that are nowhere negative and leave the least sum
 //     of squared relative errors.
 //
-//   vio_bench [--euroc FOLDER] [--seconds N] [--seed N] [--size WxH]
+//   vio_bench [--euroc FOLDER] [--seconds N] [--seed N] [--size WxH] [--hz HZ]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -188,7 +188,7 @@ int run_euroc(const std::string& folder) {
   return print(measured);
 }
 
-int run_room(double seconds, std::uint64_t seed, int width, int height) {
+int run_room(double seconds, std::uint64_t seed, int width, int height, double hz) {
   testing::SyntheticOptions options;
   options.seed = seed;
   testing::SyntheticHead head(options);
@@ -196,12 +196,13 @@ int run_room(double seconds, std::uint64_t seed, int width, int height) {
   const testing::PaintedRoom room(seed);
   Measured measured;
   Nodes nodes(model);
-  const int frames = static_cast<int>(seconds / testing::SyntheticHead::kFramePeriod);
+  const int frames = static_cast<int>(seconds * hz);
+  double sampled = -1.0;
   for (int frame = 0; frame < frames; ++frame) {
-    double time = 0.0;
-    for (int i = 0; i < 10; ++i) {
+    const double time = (frame + 1) / hz - testing::SyntheticHead::kImuPeriod;
+    while (sampled < time - 1e-9) {
       const ImuSample sample = head.next_sample();
-      time = sample.time;
+      sampled = sample.time;
       take(nodes, sample, measured);
     }
     const Pose truth = head.truth(time).pose;
@@ -224,6 +225,10 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", seconds, "In the made-up room")->capture_default_str();
   app.add_option("--seed", seed, "Of the made-up room, the head's way and noise")->capture_default_str();
   app.add_option("--size", size, "Of the pictures of the made-up room")->capture_default_str();
+  double hz = 20.0;
+  app.add_option("--hz", hz, "Pictures a second of the made-up room")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   if (!euroc.empty()) return run_euroc(euroc);
   int width = 0;
@@ -233,5 +238,5 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "--size {}: write a width and a height from 64 to 4096, such as 640x480\n", size);
     return 2;
   }
-  return run_room(seconds, seed, width, height);
+  return run_room(seconds, seed, width, height, hz);
 }

@@ -29,7 +29,7 @@ constexpr double kGate = 2.326;  // standard normal quantile of 99 %: a good fea
 // At rest: what the inertial unit may measure beyond gravity and biases, and how far features may move.
 constexpr double kRestAcceleration = 0.25;  // m/s^2
 constexpr double kRestAngularRate = 0.05;   // rad/s
-constexpr double kRestWay = 0.4;            // pixels from picture to picture, or
+constexpr double kRestWay = 0.4;            // pixels from keyframe to keyframe, or
 constexpr double kRestNoise = 2.5;          // standard deviations of what noise does
 constexpr std::size_t kMinRestFeatures = 8;
 constexpr double kRestSeconds = 0.25;        // for so long
@@ -107,7 +107,7 @@ double square(double value) { return value * value; }
 }  // namespace
 
 Filter::Filter(const CameraModel& model, const FilterSettings& settings) : model_(model), settings_(settings) {
-  settings_.window = std::max<std::size_t>(settings_.window, 3);
+  settings_.window = std::max<std::size_t>(settings_.window, 4);
 }
 
 void Filter::start(const State& state, const Uncertainty& uncertainty) {
@@ -194,8 +194,8 @@ void Filter::propagate(double time, Work& work) {
   work.multiply_adds += product(kBodyErrors, kBodyErrors, others);
 }
 
-void Filter::add_to_window() {
-  window_.push_back({picture_, state_.pose, first_.pose});
+void Filter::add_to_window(bool keyframe) {
+  window_.push_back({picture_, state_.time, keyframe, state_.pose, first_.pose});
   const Eigen::Index errors = covariance_.rows();
   covariance_.conservativeResize(errors + kPoseErrors, errors + kPoseErrors);
   // Orientation and position are the first errors of the body.
@@ -223,20 +223,23 @@ void Filter::drop_from_window(std::size_t index) {
   covariance_.conservativeResize(errors - kPoseErrors, errors - kPoseErrors);
 }
 
-bool Filter::looks_at_rest(const std::vector<ImuSample>& steps, const std::vector<Observation>& observations) {
+bool Filter::samples_look_at_rest(const std::vector<ImuSample>& steps) const {
   if (steps.size() < 2) return false;
-  for (const ImuSample& sample : steps) {
+  return std::all_of(steps.begin(), steps.end(), [&](const ImuSample& sample) {
     const double force = (sample.acceleration - state_.accelerometer_bias).norm() - kGravity;
-    if (std::abs(force) > kRestAcceleration) return false;
-    if ((sample.angular_rate - state_.gyro_bias).norm() > kRestAngularRate) return false;
-  }
+    return std::abs(force) <= kRestAcceleration && (sample.angular_rate - state_.gyro_bias).norm() <= kRestAngularRate;
+  });
+}
+
+// Since the last keyframe.
+bool Filter::features_look_at_rest(const std::vector<Observation>& observations) const {
   // Ways along x, along y and away from the centre: medians, which are nearly zero if what moves is only noise.
   std::array<std::vector<double>, 3> ways;
   for (const Observation& observation : observations) {
     const auto track = tracks_.find(observation.feature);
-    if (track == tracks_.end() || track->second.sightings.empty()) continue;
-    const Sighting& before = track->second.sightings.back();
-    if (before.picture + 1 != picture_) continue;
+    if (track == tracks_.end() || !track->second.in_keyframe) continue;
+    const Sighting& before = *track->second.in_keyframe;
+    if (before.picture != keyframe_) continue;
     const Eigen::Vector2d way = observation.point - before.point;
     ways[0].push_back(way.x());
     ways[1].push_back(way.y());
@@ -253,24 +256,40 @@ bool Filter::looks_at_rest(const std::vector<ImuSample>& steps, const std::vecto
   });
 }
 
-Filter::Outcome Filter::update(double time, const std::vector<Observation>& observations) {
+// From keyframe to keyframe, since from picture to picture hardly anything moves if there are many. Between keyframes
+// what was found at the last one holds, unless the inertial samples say otherwise.
+bool Filter::looks_at_rest(const std::vector<ImuSample>& steps, const std::vector<Observation>& observations,
+                           bool keyframe) const {
+  if (!samples_look_at_rest(steps)) return false;
+  return keyframe ? features_look_at_rest(observations) : rest_seconds_ > 0.0;
+}
+
+std::vector<double> Filter::window_times() const {
+  std::vector<double> times;
+  for (const WindowPose& pose : window_) times.push_back(pose.time);
+  return times;
+}
+
+Filter::Outcome Filter::update(double time, const std::vector<Observation>& observations, bool keyframe) {
   Outcome outcome;
   if (!started_ || !std::isfinite(time) || time <= state_.time) return outcome;
   outcome.taken = true;
   ++picture_;
   const double seconds = time - state_.time;
   const std::vector<ImuSample> steps = history_.between(state_.time, time);
-  rest_seconds_ = looks_at_rest(steps, observations) ? rest_seconds_ + seconds : 0.0;
+  rest_seconds_ = looks_at_rest(steps, observations, keyframe) ? rest_seconds_ + seconds : 0.0;
   outcome.at_rest = rest_seconds_ > kRestSeconds;
+  if (keyframe) keyframe_ = picture_;
   propagate(time, outcome.work);
   history_.forget_before(time - 1.0);
-  add_to_window();
+  add_to_window(keyframe);
   for (const Observation& observation : observations) {
     if (!observation.point.allFinite()) continue;
     Track& track = tracks_[observation.feature];
     if (track.seen == picture_) continue;  // twice in one picture
     track.sightings.push_back({picture_, observation.point});
     track.seen = picture_;
+    if (keyframe) track.in_keyframe = track.sightings.back();
   }
   if (outcome.at_rest) {
     // The window keeps the poses from before, from which features can be triangulated.
@@ -283,6 +302,7 @@ Filter::Outcome Filter::update(double time, const std::vector<Observation>& obse
     outcome.restarted = true;
   }
   if (window_.size() >= settings_.window) drop_from_window(0);
+  if (window_.size() > 1 && !window_[window_.size() - 2].keyframe) drop_from_window(window_.size() - 2);
   return outcome;
 }
 

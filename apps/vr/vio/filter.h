@@ -1,11 +1,13 @@
 // The filter of VIO: fuses inertial samples with tracks of features into pose, velocity and biases.
 //
 // A multi-state constraint Kalman filter (MSCKF; Mourikis and Roumeliotis, 2007). Its state is that of the body now and
-// the poses that it had at the last pictures, the *window*. Inertial samples move the state; each picture adds its pose
-// to the window. A feature that is no longer seen, or has been seen throughout the window, is triangulated from all of
-// its observations, which then constrain the poses that saw it. The feature itself is no part of the state: the
-// equations are projected to where its position has no influence. What is left of all features' equations is compressed
-// by a QR decomposition before the update. A chi-square test rejects features that contradict the state.
+// the poses that it had at the last keyframes (keyframes.h) and the newest two pictures, the *window*. Inertial samples
+// move the state; each picture adds its pose to the window, which that of a keyframe leaves once it is the oldest and
+// room is needed, any other one after the next picture. A feature that is no longer seen, or has been seen throughout
+// the window, is triangulated from all of its observations, which then constrain the poses that saw it. The feature
+// itself is no part of the state: the equations are projected to where its position has no influence. What is left of
+// all features' equations is compressed by a QR decomposition before the update. A chi-square test rejects features
+// that contradict the state.
 //
 // Errors are small rotations in the world's frame (true = rotation(error) * estimate) and differences otherwise, in the
 // order orientation, position, velocity, gyroscope's bias, accelerometer's bias, then orientation and position of each
@@ -45,7 +47,7 @@ struct ImuNoise {                      // continuous-time densities
 struct FilterSettings {
   ImuNoise imu{};
   double pixel_noise = 1.0;       // of a feature's position, standard deviation
-  std::size_t window = 12;        // poses, at least 3
+  std::size_t window = 12;        // poses, at least 4
   std::size_t max_features = 40;  // that one update uses; the longest tracks come first
 };
 
@@ -83,8 +85,8 @@ class Filter {
     bool restarted = false;
     Work work;
   };
-  // A picture of `time` with what the tracker found in it.
-  Outcome update(double time, const std::vector<Observation>& observations);
+  // A picture of `time` with what the tracker found in it. `keyframe`: its pose stays in the window.
+  Outcome update(double time, const std::vector<Observation>& observations, bool keyframe = true);
 
   const State& state() const { return state_; }
   const ImuHistory& history() const { return history_; }
@@ -94,13 +96,16 @@ class Filter {
   }
   // With the window.
   const Eigen::MatrixXd& full_covariance() const { return covariance_; }
-  std::size_t window_size() const { return window_.size(); }
+  // When the poses of the window were, in ascending order.
+  std::vector<double> window_times() const;
 
  private:
   struct WindowPose {
     std::uint64_t id = 0;  // of the picture
-    Pose pose;             // world from body
-    Pose first;            // as first estimated
+    double time = 0.0;
+    bool keyframe = true;
+    Pose pose;   // world from body
+    Pose first;  // as first estimated
   };
   struct Sighting {
     std::uint64_t picture = 0;
@@ -108,7 +113,8 @@ class Filter {
   };
   struct Track {
     std::vector<Sighting> sightings;
-    std::uint64_t seen = 0;  // the last picture
+    std::uint64_t seen = 0;               // the last picture
+    std::optional<Sighting> in_keyframe;  // in the last one that saw it
   };
   struct Equations {  // residual = matrix * errors of the window + noise
     Eigen::MatrixXd matrix;
@@ -117,9 +123,12 @@ class Filter {
 
   void propagate(double time, Work& work);
   void restart_after_gap(double seconds);
-  void add_to_window();
+  void add_to_window(bool keyframe);
   void drop_from_window(std::size_t index);
-  bool looks_at_rest(const std::vector<ImuSample>& steps, const std::vector<Observation>& observations);
+  bool samples_look_at_rest(const std::vector<ImuSample>& steps) const;
+  bool features_look_at_rest(const std::vector<Observation>& observations) const;
+  bool looks_at_rest(const std::vector<ImuSample>& steps, const std::vector<Observation>& observations,
+                     bool keyframe) const;
   std::optional<Equations> equations_of(const Track& track, Work& work) const;
   bool passes(const Equations& equations, Work& work) const;
   void correct_by_features(Outcome& outcome);
@@ -139,6 +148,7 @@ class Filter {
   std::vector<WindowPose> window_;
   std::map<std::uint64_t, Track> tracks_;  // by feature
   std::uint64_t picture_ = 0;
+  std::uint64_t keyframe_ = 0;  // the last one
   double rest_seconds_ = 0.0;
   double judged_ = 0.0;    // features that came to an end, those of long ago counting less
   double rejected_ = 0.0;  // of them

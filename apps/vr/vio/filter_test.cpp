@@ -1,15 +1,21 @@
 #include "vio/filter.h"
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
+#include "vio/keyframes.h"
 #include "vio/rotation.h"
 #include "vio/standstill.h"
 #include "vio/testing/covariance.h"
@@ -19,14 +25,16 @@
 namespace ctn::vr {
 namespace {
 
+using testing::HeadPath;
 using testing::SyntheticHead;
 using testing::SyntheticOptions;
 
 // A head with a filter on it. Both have the same world: the filter's is turned to that of the head once it starts.
 class HeadWithFilter {
  public:
-  explicit HeadWithFilter(const SyntheticOptions& options, const FilterSettings& settings = {})
-      : head_(options), filter_(head_.camera(), settings) {}
+  // 200 inertial samples a second, a picture after so many.
+  explicit HeadWithFilter(const SyntheticOptions& options, int samples_a_picture = 10, HeadPath path = {})
+      : head_(options, std::move(path)), filter_(head_.camera(), {}), samples_a_picture_(samples_a_picture) {}
 
   // From the head's true state, as far as it goes.
   void start_from_truth() { filter_.start(head_.truth_with_biases(time_), {.velocity = 0.1, .gyro_bias = 0.002}); }
@@ -42,14 +50,14 @@ class HeadWithFilter {
 
   // One frame: the samples up to it, and what is seen.
   Filter::Outcome step(bool sees = true) {
-    for (int i = 0; i < 10; ++i) {
+    for (int i = 0; i < samples_a_picture_; ++i) {
       const ImuSample sample = head_.next_sample();
       time_ = sample.time;
       filter_.add(sample);
     }
     std::vector<Observation> observations = head_.observe(time_);
     if (!sees) observations.clear();
-    const Filter::Outcome outcome = filter_.update(time_, observations);
+    const Filter::Outcome outcome = filter_.update(time_, observations, keyframes_.take(time_));
     if (outcome.taken) {
       estimated_.push_back({time_, filter_.state().pose});
       truth_.push_back({time_, truth().pose});
@@ -57,7 +65,7 @@ class HeadWithFilter {
     return outcome;
   }
   void steps(double seconds, bool sees = true) {
-    const int frames = static_cast<int>(std::lround(seconds / SyntheticHead::kFramePeriod));
+    const int frames = static_cast<int>(std::lround(seconds / (SyntheticHead::kImuPeriod * samples_a_picture_)));
     for (int i = 0; i < frames; ++i) step(sees);
   }
 
@@ -92,6 +100,8 @@ class HeadWithFilter {
  private:
   SyntheticHead head_;
   Filter filter_;
+  Keyframes keyframes_;
+  int samples_a_picture_;
   double time_ = 0.0;
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
@@ -201,16 +211,75 @@ TEST(Filter, WithoutFeaturesItGoesOnAndKnowsLessAndComesBackAfter) {
 }
 
 TEST(Filter, StandsStillWhereTheHeadDoes) {
-  HeadWithFilter run({.seed = 7, .rest = 100.0, .pixel_noise = 0.2});
+  for (const int samples_a_picture : {10, 3}) {
+    HeadWithFilter run({.seed = 7, .rest = 100.0, .pixel_noise = 0.2}, samples_a_picture);
+    run.steps(0.7);
+    ASSERT_TRUE(run.start_from_rest());
+    run.steps(0.5);
+    int at_rest = 0;
+    for (int frame = 0; frame < 600; ++frame) at_rest += run.step().at_rest ? 1 : 0;
+    EXPECT_GT(at_rest, 590);
+    EXPECT_LT(run.errors().segment<3>(3).norm(), 0.02);
+    EXPECT_LT(run.errors().segment<3>(6).norm(), 0.01);
+    EXPECT_LT(run.errors().segment<3>(9).norm(), 0.002);
+  }
+}
+
+// Guards against judging by what moves from one of many pictures to the next, which is next to nothing.
+TEST(Filter, DoesNotTakeASlowWayForRestHoweverManyPicturesCome) {
+  constexpr double kSpeed = 0.12;  // 0.3 pixels from picture to picture, a pixel from keyframe to keyframe
+  const HeadPath straight{[](double time) {
+    return Pose{Eigen::Quaterniond::Identity(), {0.0, kSpeed * (time - 5.0), 1.5}};
+  }};
+  HeadWithFilter run({.seed = 15, .pixel_noise = 0.2}, 3, straight);
   run.steps(0.7);
-  ASSERT_TRUE(run.start_from_rest());
-  run.steps(0.5);
-  int at_rest = 0;
-  for (int frame = 0; frame < 600; ++frame) at_rest += run.step().at_rest ? 1 : 0;
-  EXPECT_GT(at_rest, 590);
-  EXPECT_LT(run.errors().segment<3>(3).norm(), 0.02);
-  EXPECT_LT(run.errors().segment<3>(6).norm(), 0.01);
-  EXPECT_LT(run.errors().segment<3>(9).norm(), 0.002);
+  run.start_from_truth();
+  for (int frame = 0; frame < 600; ++frame) EXPECT_FALSE(run.step().at_rest) << frame;
+  EXPECT_LT(run.errors().segment<3>(6).norm(), 0.5 * kSpeed);  // without acceleration, distances are hard to tell
+}
+
+// A head that moves slowly: the less time the window spans, the less features in it move.
+TEST(Filter, IsNoWorseWithMorePictures) {
+  const auto error_at = [](int samples_a_picture) {
+    double sum = 0.0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      HeadWithFilter run({.seed = seed, .rest = 0.0, .speed = 0.3, .translation = 0.3, .pixel_noise = 0.1},
+                         samples_a_picture);
+      run.steps(3.0);
+      run.start_from_truth();
+      run.steps(12.0);
+      sum += run.error().position_rmse;
+    }
+    return sum / 4.0;
+  };
+  const double at_20_hz = error_at(10);
+  EXPECT_LT(at_20_hz, 0.03);
+  for (const int samples_a_picture : {6, 4, 3}) {
+    EXPECT_LT(error_at(samples_a_picture), 1.1 * at_20_hz) << 200.0 / samples_a_picture << " Hz";
+  }
+}
+
+// The poses of the newest keyframes and of the newest picture, whenever pictures come.
+RC_GTEST_PROP(FilterWindow, HasTheNewestKeyframesAndTheNewestPicture, ()) {
+  const auto intervals = *rc::gen::container<std::vector<int>>(60, rc::gen::inRange(1, 25));
+  Filter filter(CameraModel{}, FilterSettings{});
+  for (int i = 0; i < 1600; ++i) filter.add({0.005 * i, Eigen::Vector3d::Zero(), {0.0, 0.0, kGravity}});
+  filter.start(State{}, Uncertainty{});
+  Keyframes keyframes;
+  std::vector<double> taken;
+  double time = 0.0;
+  for (const int interval : intervals) {
+    time += 0.005 * interval;
+    const bool keyframe = keyframes.take(time);
+    RC_ASSERT(filter.update(time, {}, keyframe).taken);
+    const std::vector<double> window = filter.window_times();
+    RC_ASSERT(window.back() == time);
+    const std::size_t older = window.size() - 1;
+    RC_ASSERT(older <= 11U);
+    RC_ASSERT(older >= std::min<std::size_t>(taken.size(), 9U));
+    RC_ASSERT(std::equal(window.begin(), window.end() - 1, taken.end() - static_cast<std::ptrdiff_t>(older)));
+    if (keyframe) taken.push_back(time);
+  }
 }
 
 TEST(Filter, FollowsAHeadThatRestsNowAndThen) {
@@ -307,7 +376,7 @@ TEST(Filter, StaysFiniteWhateverTheInputs) {
       ASSERT_GT(testing::relative_smallest_eigenvalue(run.filter().full_covariance()), -1e-9) << frame;
     }
   }
-  EXPECT_LE(run.filter().window_size(), 12U);
+  EXPECT_LE(run.filter().window_times().size(), 12U);
 }
 
 TEST(Filter, WithoutInertialSamplesItSaysThatItKnowsNothing) {

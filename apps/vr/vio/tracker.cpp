@@ -33,18 +33,18 @@ bool Tracker::inside(const cv::Point2f& pixel) const {
          pixel.y < static_cast<float>(model_.height - kMargin);
 }
 
-Tracker::Result Tracker::run(const CameraFrame& frame, const Eigen::Quaterniond& now_from_before) {
+Tracker::Result Tracker::run(const CameraFrame& frame, const Eigen::Quaterniond& now_from_before, bool keyframe) {
   Result result;
   const bool usable =
       !frame.pyramid.empty() && frame.picture().cols == model_.width && frame.picture().rows == model_.height;
   if (!usable) {
     features_.clear();
-    pyramid_.clear();
+    keyframe_.clear();
     return result;
   }
+  now_from_keyframe_ = now_from_before * now_from_keyframe_;
   if (!features_.empty()) follow(frame, now_from_before, result);
-  add_corners(frame, result);
-  pyramid_ = frame.pyramid;
+  if (keyframe || keyframe_.empty()) start_from(frame, result);
   result.observations.reserve(features_.size());
   for (const Feature& feature : features_) {
     result.observations.push_back({feature.id, pinhole_point(model_, to_eigen(feature.pixel))});
@@ -63,14 +63,14 @@ void Tracker::follow(const CameraFrame& frame, const Eigen::Quaterniond& now_fro
     const cv::Point2f guessed(static_cast<float>(guess.x()), static_cast<float>(guess.y()));
     if (!inside(guessed)) continue;
     followed.push_back(feature);
-    before.push_back(feature.pixel);
+    before.push_back(feature.in_keyframe);
     now.push_back(guessed);
   }
   features_.clear();
   if (followed.empty()) return;
   std::vector<unsigned char> found;
   std::vector<float> residual;
-  cv::calcOpticalFlowPyrLK(pyramid_, frame.pyramid, before, now, found, residual, cv::Size(kWindow, kWindow),
+  cv::calcOpticalFlowPyrLK(keyframe_, frame.pyramid, before, now, found, residual, cv::Size(kWindow, kWindow),
                            kPyramidLevels - 1,
                            cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, kMaxSearchSteps, kSettled),
                            cv::OPTFLOW_USE_INITIAL_FLOW, kMinTexture);
@@ -86,7 +86,7 @@ void Tracker::follow(const CameraFrame& frame, const Eigen::Quaterniond& now_fro
     of_points.push_back(i);
   }
   const MotionVote vote =
-      vr::vote(points_before, points_now, now_from_before, settings_.vote_tolerance / model_.fx, next_id_);
+      vr::vote(points_before, points_now, now_from_keyframe_, settings_.vote_tolerance / model_.fx, next_id_);
   result.work += vote.work;
   std::vector<double> ways;
   for (std::size_t point = 0; point < of_points.size(); ++point) {
@@ -98,13 +98,20 @@ void Tracker::follow(const CameraFrame& frame, const Eigen::Quaterniond& now_fro
       return difference.dot(difference) < 0.25F * static_cast<float>(settings_.min_distance * settings_.min_distance);
     });
     if (!alone) continue;
-    features_.push_back({followed[i].id, now[i]});
+    features_.push_back({followed[i].id, now[i], before[i]});
     ways.push_back((to_eigen(now[i]) - to_eigen(before[i])).norm());
   }
   if (ways.empty()) return;
   const auto middle = ways.begin() + static_cast<std::ptrdiff_t>(ways.size() / 2);
   std::nth_element(ways.begin(), middle, ways.end());
   result.displacement = *middle;
+}
+
+void Tracker::start_from(const CameraFrame& keyframe, Result& result) {
+  add_corners(keyframe, result);
+  for (Feature& feature : features_) feature.in_keyframe = feature.pixel;
+  keyframe_ = keyframe.pyramid;
+  now_from_keyframe_.setIdentity();
 }
 
 void Tracker::add_corners(const CameraFrame& frame, Result& result) {
@@ -143,8 +150,8 @@ void Tracker::add_corners(const CameraFrame& frame, Result& result) {
         cv::minMaxLoc(strength, nullptr, &best, nullptr, &at);
         if (!(best >= settings_.min_corner)) break;
         cv::circle(strength, at, settings_.min_distance, cv::Scalar(0.0), cv::FILLED);
-        features_.push_back(
-            {next_id_++, cv::Point2f(static_cast<float>(at.x + cell.x), static_cast<float>(at.y + cell.y))});
+        const cv::Point2f pixel(static_cast<float>(at.x + cell.x), static_cast<float>(at.y + cell.y));
+        features_.push_back({next_id_++, pixel, pixel});
       }
     }
   }

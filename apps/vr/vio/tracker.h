@@ -6,6 +6,10 @@
 // by 10 degrees from picture to picture. Tracks that no single motion of the camera explains are dropped
 // (motion_vote.h). A feature that was lost does not come back; the corner may become a new one.
 //
+// What is looked for is what the feature looked like in the last keyframe (keyframes.h), and only keyframes are
+// searched for new corners. So the small errors of following add up from keyframe to keyframe, however many pictures
+// lie between.
+//
 // What a picture costs depends on it: the number of features that are followed, and of cells that have too few.
 //
 // Units: pixels. Thread safety: one thread an object. Sets OpenCV to use one thread.
@@ -39,27 +43,30 @@ class Tracker {
 
   struct Result {
     std::vector<Observation> observations;
-    // Median way of the features that were followed from the picture before; nothing if there were none.
+    // Median way of the features that were followed, since the last keyframe; nothing if there were none.
     std::optional<double> displacement;
     Work work;
   };
   // `now_from_before`: how the camera turned since the picture before (motion_vote.h). A picture that is not of the
-  // model's size is taken for one without features.
-  Result run(const CameraFrame& frame, const Eigen::Quaterniond& now_from_before);
+  // model's size is taken for one without features. After such a one, and at first, any picture is a keyframe.
+  Result run(const CameraFrame& frame, const Eigen::Quaterniond& now_from_before, bool keyframe = true);
 
  private:
   struct Feature {
     std::uint64_t id = 0;
     cv::Point2f pixel;
+    cv::Point2f in_keyframe;
   };
 
   void follow(const CameraFrame& frame, const Eigen::Quaterniond& now_from_before, Result& result);
+  void start_from(const CameraFrame& keyframe, Result& result);
   void add_corners(const CameraFrame& frame, Result& result);
   bool inside(const cv::Point2f& pixel) const;
 
   CameraModel model_;
   TrackerSettings settings_;
-  std::vector<cv::Mat> pyramid_;  // of the picture before
+  std::vector<cv::Mat> keyframe_;  // the pyramid of the last one
+  Eigen::Quaterniond now_from_keyframe_ = Eigen::Quaterniond::Identity();
   std::vector<Feature> features_;
   std::uint64_t next_id_ = 1;
 };

@@ -89,6 +89,38 @@ TEST_F(Trackers, SpreadFeaturesOverThePictureAndBoundTheirNumber) {
   EXPECT_GT(result.work.cornered, 60'000U);
 }
 
+// Of a head that turns and walks.
+TEST_F(Trackers, FollowFeaturesFromTheKeyframeAsIfThereWereNoPicturesBetween) {
+  const auto pose_of = [](int picture) {
+    return Pose{rotation({0.0, 0.0, 0.02 * picture}), {0.01 * picture, 0.005 * picture, 1.5}};
+  };
+  Tracker of_all(model_, small_settings());
+  const CameraFrame first = frame(pose_of(0));
+  tracker_.run(first, Eigen::Quaterniond::Identity());
+  const std::size_t at_first = of_all.run(first, Eigen::Quaterniond::Identity()).observations.size();
+  for (int picture = 1; picture < 4; ++picture) {
+    const Eigen::Quaterniond turn = turned(pose_of(picture - 1), pose_of(picture));
+    const Tracker::Result between = of_all.run(frame(pose_of(picture)), turn, false);
+    EXPECT_EQ(between.work.cornered, 0U);
+    EXPECT_LE(between.observations.size(), at_first);
+  }
+  const CameraFrame last = frame(pose_of(4));
+  std::map<std::uint64_t, Eigen::Vector2d> followed;
+  for (const Observation& observation : of_all.run(last, turned(pose_of(3), pose_of(4))).observations) {
+    followed[observation.feature] = observation.point;
+  }
+  std::size_t known = 0;
+  std::size_t same = 0;
+  for (const Observation& observation : tracker_.run(last, turned(pose_of(0), pose_of(4))).observations) {
+    if (observation.feature > at_first) continue;
+    ++known;
+    const auto found = followed.find(observation.feature);
+    if (found != followed.end() && (found->second - observation.point).norm() * model_.fx < 0.05) ++same;
+  }
+  EXPECT_GT(known, 30U);
+  EXPECT_GT(static_cast<double>(same), 0.85 * static_cast<double>(known));
+}
+
 TEST_F(Trackers, ADarkPictureLosesAllAndNewOnesComeAfterIt) {
   const Pose pose{Eigen::Quaterniond::Identity(), {0.0, 0.0, 1.5}};
   const Eigen::Quaterniond still = Eigen::Quaterniond::Identity();

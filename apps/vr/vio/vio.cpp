@@ -9,7 +9,7 @@
 namespace ctn::vr {
 namespace {
 
-constexpr double kMaxRestDisplacement = 0.7;  // pixels from frame to frame
+constexpr double kMaxRestDisplacement = 0.7;  // pixels from keyframe to keyframe
 
 }  // namespace
 
@@ -46,7 +46,8 @@ Vio::Result Vio::run(const CameraFrame& frame) {
   Result result;
   if (!std::isfinite(frame.time) || (frame_time_ && frame.time <= *frame_time_)) return result;
   const double before = frame_time_.value_or(frame.time);
-  const Tracker::Result tracked = tracker_.run(frame, turned_since(before, frame.time));
+  const bool keyframe = keyframes_.take(frame.time);
+  const Tracker::Result tracked = tracker_.run(frame, turned_since(before, frame.time), keyframe);
   frame_time_ = frame.time;
   result.features = tracked.observations.size();
   result.work = tracked.work;
@@ -55,7 +56,7 @@ Vio::Result Vio::run(const CameraFrame& frame) {
     if (filter_.started()) result.state = filter_.state();
     return result;
   }
-  const Filter::Outcome outcome = filter_.update(frame.time, tracked.observations);
+  const Filter::Outcome outcome = filter_.update(frame.time, tracked.observations, keyframe);
   result.used = outcome.used;
   result.work += outcome.work;
   if (outcome.taken) result.state = filter_.state();

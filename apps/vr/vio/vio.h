@@ -1,6 +1,7 @@
 // The VIO node: from inertial samples and the Camera node's frames to where the headset is.
 //
-// Puts together the tracker (tracker.h) and the filter (filter.h). It starts by itself once the body has stood still
+// Puts together the tracker (tracker.h) and the filter (filter.h), and says to both which pictures are keyframes
+// (keyframes.h). It starts by itself once the body has stood still
 // for half a second (standstill.h), in an own world: z is up, and where it started are position and yaw zero. Or it is
 // given a state to start from.
 //
@@ -14,6 +15,7 @@
 #include "sensors.h"
 #include "vio/camera_frame.h"
 #include "vio/filter.h"
+#include "vio/keyframes.h"
 #include "vio/tracker.h"
 #include "vio/work.h"
 
@@ -51,6 +53,7 @@ class Vio {
   CameraModel model_;
   Filter filter_;
   Tracker tracker_;
+  Keyframes keyframes_;
   std::optional<double> frame_time_;
   std::optional<double> resting_since_;  // by the pictures
 };

@@ -121,6 +121,23 @@ TEST(Vio, LeavesOutFramesOfThePast) {
   EXPECT_TRUE(wearer.step().state);
 }
 
+TEST(Vio, ItsWindowSpansNoLessTimeWithMorePictures) {
+  const CameraModel model = testing::camera_of(64, 48);
+  const cv::Mat grey(model.height, model.width, CV_8UC1, cv::Scalar(100));
+  for (const double rate : {20.0, 31.0, 45.0, 60.0}) {
+    Camera camera(model);
+    Vio vio(model);
+    vio.start(State{}, Uncertainty{});
+    for (int i = 0; i < 500; ++i) vio.add({0.005 * i, Eigen::Vector3d::Zero(), {0.0, 0.0, kGravity}});
+    for (int picture = 1; picture < 2.0 * rate; ++picture) {
+      ASSERT_TRUE(vio.run(*camera.run(grey, picture / rate)).state);
+    }
+    const std::vector<double> window = vio.filter().window_times();
+    EXPECT_GT(window.back() - window.front(), 0.49) << rate;
+    EXPECT_LT(window.back() - window.front(), 0.85) << rate;
+  }
+}
+
 TEST(Vio, CountsItsWork) {
   Wearer wearer({.seed = 5, .rest = 1.0});
   Work work;

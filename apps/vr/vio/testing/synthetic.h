@@ -42,7 +42,6 @@ struct HeadPath {
 class SyntheticHead {
  public:
   static constexpr double kImuPeriod = 0.005;
-  static constexpr double kFramePeriod = 0.05;
 
   explicit SyntheticHead(const SyntheticOptions& options, HeadPath path = {});
 
