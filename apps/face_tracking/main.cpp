@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <thread>
 #include <utility>
-#include <variant>
 
 #include <opencv2/core.hpp>
 
@@ -118,13 +117,8 @@ int run_in_virtual_time(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace ctn::face_tracking;
-  const auto parsed = parse_options(argc, argv);
-  if (const auto* leave = std::get_if<ctn::program::Leave>(&parsed)) {
-    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
-    return leave->code;
-  }
-  ctn::program::remember_signals();
-  cv::setNumThreads(1);  // a node is one thread: no pool of OpenCV's beside it
-  const auto& options = std::get<Options>(parsed);
-  return options.virtual_time ? run_in_virtual_time(options) : run(options);
+  return ctn::program::run_program(parse_options(argc, argv), [](const Options& options) {
+    cv::setNumThreads(1);  // a node is one thread: no pool of OpenCV's beside it
+    return options.virtual_time ? run_in_virtual_time(options) : run(options);
+  });
 }

@@ -12,9 +12,6 @@ namespace ctn::face_tracking {
 namespace {
 
 using program::file_of_the_app;
-using program::kMistake;
-using program::Leave;
-using program::parse_cpus;
 using program::within;
 
 const char* const kExamples = R"(
@@ -73,12 +70,8 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   app.add_flag("--json", options.json, "print one JSON document on stdout and nothing else there");
 
   if (auto leave = program::parse(app, argc, argv)) return *std::move(leave);
-  if (!cpus.empty()) {
-    const auto list = parse_cpus(cpus);
-    if (!list) {
-      return Leave{kMistake, "face_tracking: --cpus: '" + cpus + "' is no list of CPUs; write 0 or 0,1 or 0-3\n"};
-    }
-    options.cpus = *list;
+  if (const auto mistake = program::take_cpus(cpus, options.cpus)) {
+    return program::leave_over("face_tracking", *mistake);
   }
   return options;
 }

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "program/testing/report_of.h"
 #include "program/testing/run_command.h"
 
 namespace ctn::face_tracking {
@@ -58,13 +59,10 @@ TEST(Program, InVirtualTimeItIsRecorded) {
   const std::string path = testing::TempDir() + "virtual_" + std::to_string(getpid()) + ".catan";
   std::remove(path.c_str());
   ASSERT_EQ(run("", "--virtual --seconds 1 --slowdown 3 --record " + path).code, 0);
-  const Ended report = run_command("'" CATAN_COMMAND "' report --json " + path);
-  ASSERT_EQ(report.code, 0);
-  const auto json = nlohmann::json::parse(report.out, nullptr, false);
-  ASSERT_FALSE(json.is_discarded()) << report.out;
-  EXPECT_EQ(json["scheduler"], "catan");
-  EXPECT_NE(json["note"].get<std::string>().find("virtual"), std::string::npos);
-  std::remove(path.c_str());
+  const auto report = program::testing::report_of(path);
+  ASSERT_FALSE(report.is_discarded());
+  EXPECT_EQ(report["scheduler"], "catan");
+  EXPECT_NE(report["note"].get<std::string>().find("virtual"), std::string::npos);
 }
 
 TEST(Program, InVirtualTimePrintsTheSameBytesEachTime) {

@@ -7,7 +7,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <vector>
 
 namespace ctn::navigation {
 
@@ -39,6 +41,13 @@ inline double distance(const Segment& segment, Point point) {
   return distance(point, segment.from + along * std::fmin(1.0, std::fmax(0.0, share)));
 }
 
+// Of a closed polygon.
+inline std::vector<Segment> sides_of(const std::vector<Point>& corners) {
+  std::vector<Segment> sides;
+  for (std::size_t i = 0; i < corners.size(); ++i) sides.push_back({corners[i], corners[(i + 1) % corners.size()]});
+  return sides;
+}
+
 struct Box {
   Point low;
   Point high;
@@ -66,6 +75,8 @@ struct Velocity {
 
   friend bool operator==(const Velocity&, const Velocity&) = default;
 };
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 // The same angle in (-pi, pi].
 inline double wrapped(double angle) {

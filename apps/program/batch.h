@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "catan/result.h"
 
@@ -62,6 +63,24 @@ Result<int> run_batch(const Options& options, const RunOne& run_one, const Take&
   };
   steps.tell = tell;
   return run_batch(Seeds{options.seed, options.runs}, options.out, steps);
+}
+
+// The same, collected in a Batch of the app: what it was asked for, its runs, and the signal. `read(text, file,
+// options)`: the stored run that a document is. `words_on(run)`: a few words.
+template <class Batch, class Options, class RunOne, class Read, class WordsOn>
+Result<Batch> collect_batch(const Options& options, const RunOne& run_one, const Read& read, const WordsOn& words_on,
+                            const std::function<void(const std::string&)>& tell) {
+  Batch batch{options, {}, 0};
+  const auto take = [&](const std::string& text, const std::string& file, const Options& one) -> Result<std::string> {
+    auto run = read(text, file, one);
+    if (!run) return run.error();
+    batch.runs.push_back(std::move(run).value());
+    return words_on(batch.runs.back());
+  };
+  const auto ended = run_batch(options, run_one, take, tell);
+  if (!ended) return ended.error();
+  batch.signal = *ended;
+  return batch;
 }
 
 // Whether the JSON document `text` is of a run with the options that `identity`, a JSON object, says: each of its

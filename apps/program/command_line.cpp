@@ -20,19 +20,7 @@ std::optional<int> whole_number(std::string_view text) {
   return value;
 }
 
-}  // namespace
-
-std::optional<Leave> parse(CLI::App& app, int argc, const char* const* argv) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    return Leave{0, app.help()};
-  } catch (const CLI::ParseError& error) {
-    return Leave{kMistake, fmt::format("{0}: {1}\nSee {0} --help.\n", app.get_name(), error.what())};
-  }
-  return std::nullopt;
-}
-
+// Ascending and without doubles. Nothing where the text is no list of CPUs.
 std::optional<std::vector<int>> parse_cpus(const std::string& text) {
   std::vector<int> cpus;
   std::stringstream parts(text + ",");
@@ -46,6 +34,31 @@ std::optional<std::vector<int>> parse_cpus(const std::string& text) {
   std::ranges::sort(cpus);
   if (cpus.empty() || std::ranges::adjacent_find(cpus) != cpus.end()) return std::nullopt;
   return cpus;
+}
+
+}  // namespace
+
+std::optional<Leave> parse(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return Leave{0, app.help()};
+  } catch (const CLI::ParseError& error) {
+    return Leave{kMistake, fmt::format("{0}: {1}\nSee {0} --help.\n", app.get_name(), error.what())};
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> take_cpus(const std::string& text, std::vector<int>& cpus) {
+  if (text.empty()) return std::nullopt;
+  const auto list = parse_cpus(text);
+  if (!list) return fmt::format("--cpus: '{}' is no list of CPUs; write 0 or 0,1 or 0-3", text);
+  cpus = *list;
+  return std::nullopt;
+}
+
+Leave leave_over(const std::string& program, const std::string& mistake) {
+  return {kMistake, fmt::format("{}: {}\n", program, mistake)};
 }
 
 CLI::Validator within(double min, double max) {

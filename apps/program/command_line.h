@@ -16,8 +16,12 @@ namespace ctn::program {
 // Nothing: the words are right, and the app's variables have what they say. The program's name is the app's.
 std::optional<Leave> parse(CLI::App& app, int argc, const char* const* argv);
 
-// CPUs as in "0", "0,2" or "0-3,6": ascending and without doubles. Nothing where the text is none of these.
-std::optional<std::vector<int>> parse_cpus(const std::string& text);
+// What --cpus says, if anything, as in "0", "0,2" or "0-3,6": ascending and without doubles. Returns what is wrong with
+// it.
+std::optional<std::string> take_cpus(const std::string& text, std::vector<int>& cpus);
+
+// For a mistake that parse() does not know of.
+Leave leave_over(const std::string& program, const std::string& mistake);
 
 // As CLI::Range, which lets NaN through.
 CLI::Validator within(double min, double max);

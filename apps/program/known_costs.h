@@ -10,6 +10,7 @@
 // Thread safety: pure, but for the files.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "catan/result.h"
@@ -18,6 +19,23 @@
 namespace ctn::program {
 
 bool needs_costs(const std::string& scheduler);
+
+// What is wrong with --costs and --cpus of these options. `those`: the schedulers of the app that decide by compute
+// times, beside the static plans: "davare or picas".
+template <class Options>
+std::optional<std::string> mistake_about_costs(const Options& options, const std::string& those) {
+  if (needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
+    return "--scheduler " + options.scheduler +
+           " needs --cpus in real time, as what it does depends on how many there are; write --cpus 0, or add "
+           "--virtual";
+  }
+  if (!options.costs.empty() && !needs_costs(options.scheduler)) {
+    return "--costs: '" + options.scheduler +
+           "' does not decide by compute times that are given; leave it out, or use static-full-run, static-20s, " +
+           those;
+  }
+  return std::nullopt;
+}
 
 // How long the run lasts, at most, that measures for a run of so many seconds.
 double measuring_seconds(const std::string& scheduler, double seconds);

@@ -15,6 +15,26 @@ std::optional<double> number_in(const Json& value) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
+Json chains_of(const Snapshot& snapshot) {
+  Json chains = Json::array();
+  for (const ChainSnapshot& chain : snapshot.chains) {
+    chains.push_back({{"path", chain.path},
+                      {"response_ms", json_of(chain.response_ms)},
+                      {"predicted_response_ms", or_null(chain.predicted_response_ms)},
+                      {"latency_ms", json_of(chain.latency_ms)},
+                      {"period_ms", json_of(chain.period_ms)}});
+  }
+  return chains;
+}
+
+Json nodes_of(const Snapshot& snapshot) {
+  Json nodes = Json::object();
+  for (const NodeSnapshot& node : snapshot.nodes) {
+    nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
+  }
+  return nodes;
+}
+
 }  // namespace
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
@@ -58,24 +78,11 @@ Json json_of(const ThreadUse& use) {
   return json;
 }
 
-Json chains_of(const Snapshot& snapshot) {
-  Json chains = Json::array();
-  for (const ChainSnapshot& chain : snapshot.chains) {
-    chains.push_back({{"path", chain.path},
-                      {"response_ms", json_of(chain.response_ms)},
-                      {"predicted_response_ms", or_null(chain.predicted_response_ms)},
-                      {"latency_ms", json_of(chain.latency_ms)},
-                      {"period_ms", json_of(chain.period_ms)}});
-  }
-  return chains;
-}
-
-Json nodes_of(const Snapshot& snapshot) {
-  Json nodes = Json::object();
-  for (const NodeSnapshot& node : snapshot.nodes) {
-    nodes[node.name] = {{"rate_hz", node.rate_hz}, {"compute_ms", json_of(node.compute_ms)}};
-  }
-  return nodes;
+void add_snapshot(const Snapshot& snapshot, Json& document) {
+  document["chains"] = chains_of(snapshot);
+  document["nodes"] = nodes_of(snapshot);
+  document["plans"] = snapshot.plans;
+  document["notices"] = snapshot.notices;
 }
 
 std::string name_of(const ChainSnapshot& chain) { return fmt::format("{}", fmt::join(chain.path, " -> ")); }

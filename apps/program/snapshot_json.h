@@ -21,8 +21,6 @@ nlohmann::ordered_json json_of(const std::vector<Figure>& figures);        // an
 nlohmann::ordered_json json_of(const std::vector<FigureSpread>& spreads);  // an object
 nlohmann::ordered_json json_of(const ByTime& numbers);                     // a list
 nlohmann::ordered_json json_of(const ThreadUse& use);
-nlohmann::ordered_json chains_of(const Snapshot& snapshot);
-nlohmann::ordered_json nodes_of(const Snapshot& snapshot);
 
 std::string name_of(const ChainSnapshot& chain);  // "a -> b"
 
@@ -37,6 +35,20 @@ std::string list_of(const std::vector<Figure>& figures);
 
 // Text: rates and compute times of nodes.
 std::string table_of_nodes(const Snapshot& snapshot);
+
+// Adds to a document on which machine the run with these options of an app took place, and what it read (inputs.h).
+template <class Options>
+void add_machine(const Options& options, nlohmann::ordered_json& document) {
+  document["inputs"] = options.inputs;
+  if (options.virtual_time) {
+    document["cores"] = options.cores;
+  } else {
+    document["cpus"] = options.cpus;
+  }
+}
+
+// Adds chains, nodes, the number of plans, and notices.
+void add_snapshot(const Snapshot& snapshot, nlohmann::ordered_json& document);
 
 // Whether a document is the outcome of a run: an object that has `figures`.
 bool has_figures(const nlohmann::ordered_json& document);

@@ -6,8 +6,6 @@
 #include <csignal>
 #include <cstdio>
 
-#include "program/leave.h"
-
 namespace ctn::program {
 namespace {
 
@@ -23,6 +21,11 @@ int fail(const char* program, const Error& error) {
 int print(const std::string& text, int signal) {
   if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) return kFailure;
   return signal == 0 ? 0 : 128 + signal;
+}
+
+int print(const Leave& leave) {
+  fmt::print(leave.code == 0 ? stdout : stderr, "{}", leave.text);
+  return leave.code;
 }
 
 StatusLine::StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {}

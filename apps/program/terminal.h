@@ -4,8 +4,11 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <variant>
 
 #include "catan/result.h"
+#include "program/leave.h"
 
 namespace ctn::program {
 
@@ -14,6 +17,9 @@ int fail(const char* program, const Error& error);
 
 // Prints the result on stdout. Returns the exit code: 128 + `signal` where a signal (not 0) has ended the program.
 int print(const std::string& text, int signal);
+
+// Prints what a program leaves with. Returns the exit code.
+int print(const Leave& leave);
 
 // The live line on a terminal; nothing where stderr is none.
 class StatusLine {
@@ -30,5 +36,14 @@ class StatusLine {
 void remember_signals();
 // The last that came; 0: none.
 int signal_so_far();
+
+// The main function of a program: what parse_options(argc, argv) made of its command line, and `run(options)`, which
+// returns the exit code. Signals are remembered meanwhile.
+template <class Options, class Run>
+int run_program(std::variant<Options, Leave> parsed, const Run& run) {
+  if (const Leave* const leave = std::get_if<Leave>(&parsed)) return print(*leave);
+  remember_signals();
+  return run(std::get<Options>(std::move(parsed)));
+}
 
 }  // namespace ctn::program

@@ -403,15 +403,7 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
 
 RC_GTEST_PROP(ExpectedPlanProperty, IsValidAndNeverExpectedToBeWorseThanFrames, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
-  const RandomCase random = random_case(seed,
-                                        {.subchains = 4,
-                                         .queue = true,
-                                         .caps = true,
-                                         .exact = seed % 5 == 0,
-                                         .bounds = true,
-                                         .pairs = true,
-                                         .batches = seed % 2 == 0},
-                                        cores);
+  const RandomCase random = random_case_of_all_sorts(seed, cores);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
   const ExpectedRequest request{.cores = cores, .slack = kSlack, .effort = 0.005};
   const Result<plan::Plan> plan = make_expected_plan(random.app, samples, random.costs, request);

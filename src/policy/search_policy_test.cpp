@@ -370,15 +370,7 @@ TEST(SearchPolicy, SharesCoresAsTheAppSays) {
 
 RC_GTEST_PROP(SearchPolicyProperty, WhateverIsDecidedIsValid, (std::uint64_t seed)) {
   const int cores = 1 + static_cast<int>(seed % 3);
-  const planner::RandomCase random = planner::random_case(seed,
-                                                          {.subchains = 4,
-                                                           .queue = true,
-                                                           .caps = true,
-                                                           .exact = seed % 5 == 0,
-                                                           .bounds = true,
-                                                           .pairs = true,
-                                                           .batches = seed % 2 == 0},
-                                                          cores);
+  const planner::RandomCase random = planner::random_case_of_all_sorts(seed, cores);
   Asked asked(random.app, cores);
   const auto cost_all = [&](double factor) {
     for (std::size_t i = 0; i < random.app.graph.nodes().size(); ++i) {

@@ -29,17 +29,7 @@ class AllowedCpusTest : public VirtualSession {
       return costs.at(node);
     };
     on_notice = [this](const std::string& notice) { notices.push_back(notice); };
-    // A long `replan`, so that what is planned soon is planned for a reason.
-    open(parse(R"(
-catan: 1
-app: loops
-nodes: { fast: { max_rate: 100Hz }, slow: { max_rate: 20Hz } }
-objective:
-  - { response_time: [fast], weight: 1 }
-  - { response_time: [slow], weight: 0.1 }
-scheduler: { bootstrap: 1s, replan: 1000s }
-)"),
-         *policy::make_policy("catan"), 2);
+    open(two_loops_app(), *policy::make_policy("catan"), 2);
   }
   // In the first second after `settling`: how many runs of all nodes were on that CPU.
   int runs_on(int cpu, Nanos settling = milliseconds{250}) {

@@ -34,8 +34,7 @@ class ClientNodesTest : public ::testing::Test {
   }
 
   os::FakeOs fake;
-  graph::App app =
-      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  graph::App app = one_node_app();
   NodeId node{std::size_t{0}};
   LocalRegion memory{app.graph, 1};
   Region& region = memory.region();

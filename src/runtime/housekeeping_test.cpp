@@ -32,17 +32,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// A long `replan`, so that what is planned soon is planned for a reason.
-constexpr const char* kTwoLoops = R"(
-catan: 1
-app: loops
-nodes: { fast: { max_rate: 100Hz }, slow: { max_rate: 20Hz } }
-objective:
-  - { response_time: [fast], weight: 1 }
-  - { response_time: [slow], weight: 0.1 }
-scheduler: { bootstrap: 1s, replan: 1000s }
-)";
-
 class HousekeepingTest : public VirtualSession {
  protected:
   HousekeepingTest() { costs = {{"fast", milliseconds{4}}, {"slow", milliseconds{10}}}; }
@@ -72,7 +61,7 @@ class HousekeepingTest : public VirtualSession {
 };
 
 TEST_F(HousekeepingTest, ALastingChangeIsPlannedForAtOnceAndRecorded) {
-  start(parse(kTwoLoops), 1);
+  start(two_loops_app(), 1);
   pass(seconds{5});
   costs["fast"] = milliseconds{8};
   const TimePoint changed = fake.now();
@@ -97,7 +86,7 @@ TEST_F(HousekeepingTest, NoiseAndSpikesAreNotPlannedFor) {
     return costs.at(node) + Nanos{static_cast<Nanos::rep>((run * 2654435761U >> 8U) % 1000000)} +
            (run % 40 == 0 ? Nanos{milliseconds{10}} : Nanos{0});
   };
-  start(parse(kTwoLoops), 1);
+  start(two_loops_app(), 1);
   pass(seconds{30});
   EXPECT_EQ(engine->snapshot().cost_changes, 0U);
   EXPECT_EQ(engine->snapshot().plans, 2U);
@@ -145,7 +134,7 @@ os::PowerState clocked(long khz) {
 
 TEST_F(HousekeepingTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
   fake.set_power_state(clocked(2000000));
-  start(parse(kTwoLoops), 1);
+  start(two_loops_app(), 1);
   pass(seconds{5});
   fake.set_power_state(clocked(1000000));
   on_notice = [this](const std::string&) { costs = {{"fast", milliseconds{8}}, {"slow", milliseconds{20}}}; };
@@ -162,7 +151,7 @@ TEST_F(HousekeepingTest, ALowerClockIsPlannedForBeforeAnyRunShowsIt) {
 
 // What the kernel's fair server does, by a thread above all of ours: 50 ms in each second.
 TEST_F(HousekeepingTest, WhatTheKernelTakesIsRecorded) {
-  start(parse(kTwoLoops), 1);
+  start(two_loops_app(), 1);
   const std::unique_ptr<os::Thread> server = fake.spawn("server", [this] {
     ASSERT_TRUE(fake.set_affinity(fake.current_thread(), os::CpuSet{0}).ok());
     ASSERT_TRUE(fake.set_level(fake.current_thread(), os::fixed_level(0)).ok());
@@ -238,7 +227,7 @@ TEST_F(HousekeepingTest, NodesGoOnWhereACpuGoesForWhichThereIsNoPlan) {
     return costs.at(node);
   };
   std::atomic<bool> fails{true};
-  graph::App app = parse(kTwoLoops);
+  graph::App app = two_loops_app();
   app.scheduler.replan = seconds{1};
   start(std::move(app), 2, std::make_shared<FailsOnOneCpu>(fails));
   pass(seconds{5});

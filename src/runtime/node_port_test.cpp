@@ -40,8 +40,7 @@ class NodePortTest : public ::testing::Test {
   }
 
   os::FakeOs fake;
-  graph::App app =
-      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  graph::App app = one_node_app();
   NodeId node{std::size_t{0}};
   LocalRegion memory{app.graph, 1};
   Region& region = memory.region();
@@ -298,8 +297,7 @@ TEST_F(FollowerTest, MovesToAnotherRegionWithItsLeader) {
 // that came before it had looked at the word was lost.
 TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
   const auto linux_os = os::make_linux_os();
-  const graph::App app =
-      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  const graph::App app = one_node_app();
   const NodeId node{std::size_t{0}};
   LocalRegion one{app.graph, 1};
   LocalRegion other{app.graph, 1};
@@ -328,8 +326,7 @@ TEST(NodePortOfThreads, FollowsEveryMoveAndStops) {
 TEST(NodeLinkOfThreads, APlaceIsNotFreeWhileWhoHadItIsVisited) {
   os::FakeOs fake;
   os::FaultyOs faulty(fake);
-  const graph::App app =
-      parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+  const graph::App app = one_node_app();
   const NodeId node{std::size_t{0}};
   LocalRegion memory{app.graph, 1};
   NodeLink link{faulty, app.graph, node, memory.region()};

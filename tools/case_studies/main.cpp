@@ -214,10 +214,7 @@ int main(int argc, char** argv) {
       "\nRun again, it goes on where it was stopped.\nexit codes: 0 done, 1 something could not be run, 2 a mistake, "
       "128 "
       "+ signal number when interrupted (the page has what was there)\n");
-  if (const auto leave = program::parse(app, argc, argv)) {
-    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
-    return leave->code;
-  }
+  if (const auto leave = program::parse(app, argc, argv)) return program::print(*leave);
   if (options.out.empty()) options.out = options.setting.quick ? "out/case-studies-quick" : "out/case-studies";
   if (!options.model.empty()) {
     options.setting.detector = {"--detector", "yolo", "--model"};

@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
+#include "claims.h"
 #include "comparison.h"
 #include "figures.h"
 
@@ -15,7 +15,6 @@ namespace {
 
 using Arguments = std::vector<std::string>;
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr const char* kLocalChain = "laser -> scan -> LM -> LP -> base";
 constexpr const char* kStaleness = "staleness_ms_p95_by_5s";
 constexpr const char* kObjectiveOverTime = "objective_ms_by_10s";
@@ -149,63 +148,6 @@ Conditions conditions_of(const Setting& setting, std::string map, Size whole, Si
           .where = in_virtual_time(1)};
 }
 
-std::string text_of(Share share) { return fmt::format("{} of {}", share.count, share.total); }
-
-std::string text_of(const Row& row) {
-  if (row.metric->method == Method::kShares) return text_of(row.share);
-  if (!row.spread) return "nothing";
-  const double median = row.spread->median;
-  return median == kNever ? "never" : fmt::format("{:.{}f}", median, row.metric->digits);
-}
-
-double percent_of(Share share) {
-  return share.total == 0 ? 0.0 : 100.0 * static_cast<double>(share.count) / static_cast<double>(share.total);
-}
-
-double median_of(const Row& row) { return row.spread ? row.spread->median : kNever; }
-
-Verdict verdict_of(bool held) { return held ? Verdict::kHeld : Verdict::kFailed; }
-
-// That a batch is worse than its group's reference by a metric.
-Claim worse_than_reference(std::string text, const std::vector<Row>& rows, const std::string& name,
-                           const std::string& batch, const std::string& reference) {
-  const Row& row = row_of(rows, name, batch);
-  const bool better = row.sign == (row.metric->better == Better::kHigher ? 1 : -1);
-  return {.text = std::move(text),
-          .measured = fmt::format("{} beside {}", text_of(row_of(rows, name, reference)), text_of(row)),
-          .probability = row.probability,
-          .verdict = row.worse() ? Verdict::kHeld
-                     : better    ? Verdict::kFailed
-                                 : Verdict::kNotShown};
-}
-
-// That it is not better: the reference's median is no worse.
-Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, const std::string& name,
-                               const std::string& batch, const std::string& reference) {
-  const double theirs = median_of(row_of(rows, name, batch));
-  const double ours = median_of(row_of(rows, name, reference));
-  Claim claim = worse_than_reference(std::move(text), rows, name, batch, reference);
-  claim.verdict = ours == kNever && theirs == kNever ? Verdict::kNotShown : verdict_of(ours <= theirs);
-  return claim;
-}
-
-// That a batch has the lowest median in at least so many percent of the stretches of time.
-Claim lowest_in(double percent, std::string text, Share share) {
-  return {.text = std::move(text),
-          .measured = fmt::format("in {} stretches of time", text_of(share)),
-          .probability = {},
-          .verdict = verdict_of(percent_of(share) >= percent)};
-}
-
-// In milliseconds, with a stretch's median of all runs.
-double median_of_medians(const Runs& runs, const std::string& batch, const std::string& list) {
-  std::vector<double> values;
-  for (const auto& value : medians_by_time(runs.at(batch), list)) {
-    if (value) values.push_back(*value);
-  }
-  return program::percentile_of(std::move(values), 50.0).value_or(kNever);
-}
-
 std::vector<Claim> claims_of_collisions(const Study& study, const Runs& runs) {
   const std::vector<Row> rows = compare(study, runs);
   const Share by_default = row_of(rows, kCollision, "default").share;
@@ -267,31 +209,6 @@ std::vector<Claim> claims_of_detector(const Study& study, const Runs& runs) {
                         "2-cores/static-full-run"),
           at_most_times("2 cores: the detector's period is at most 0.6 of Static-20s's", runs, "2-cores/catan",
                         "2-cores/static-20s")};
-}
-
-// That the reference's mean is the best of all, and that this is not by chance.
-Claim best_of_all(const std::string& text, const std::vector<Row>& rows, const std::string& name,
-                  const std::string& reference) {
-  const Row& ours = row_of(rows, name, reference);
-  const bool higher = ours.metric->better == Better::kHigher;
-  const Row* next = nullptr;
-  bool shown = true;
-  for (const Row& row : rows) {
-    if (row.metric != ours.metric || &row == &ours || !row.spread) continue;
-    shown = shown && row.worse();
-    if (next == nullptr || (row.spread->mean > next->spread->mean) == higher) next = &row;
-  }
-  if (!ours.spread || next == nullptr) return {text, "nothing", {}, Verdict::kFailed};
-  const double mean = ours.spread->mean;
-  const double other = next->spread->mean;
-  const bool best = higher ? mean >= other : mean <= other;
-  return {.text = text,
-          .measured = fmt::format("mean {:.{}f}; best of the others: {} with {:.{}f}", mean, ours.metric->digits,
-                                  next->batch->label, other, ours.metric->digits),
-          .probability = next->probability,
-          .verdict = !best   ? Verdict::kFailed
-                     : shown ? Verdict::kHeld
-                             : Verdict::kNotShown};
 }
 
 constexpr const char* kReactionP95 = "Reaction time, 95th percentile of a run (ms)";

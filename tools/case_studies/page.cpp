@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "comparison.h"
+#include "experiments/host.h"
 #include "report/html.h"
 #include "report/plot.h"
 #include "report/table.h"
@@ -253,9 +254,7 @@ Result<std::string> render_page(const Results& results) {
     if (Status added = add_study(page, one); !added) return added.error();
   }
   add_method(page, results);
-  report::Table machine{.header = {"Fact", "Value"}};
-  for (const auto& [name, value] : results.host) machine.rows.push_back({name, value});
-  page.section("The machine").table(machine);
+  page.section("The machine").table(experiments::table_of(results.host));
   return page.html();
 }
 

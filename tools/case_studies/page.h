@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/result.h"
+#include "experiments/host.h"
 #include "study.h"
 
 namespace ctn::case_studies {
@@ -22,7 +22,7 @@ struct Map {
 };
 
 struct Results {
-  std::vector<std::pair<std::string, std::string>> host;  // name and value
+  experiments::Facts host;
   bool quick = false;
   std::uint64_t seed = 1;  // of each batch's first run
   std::vector<Map> maps;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "experiments/host.h"
 #include "look.h"
 #include "report/html.h"
 
@@ -242,9 +243,7 @@ Result<std::string> render_page(const Results& results, const std::optional<page
       .table(speeds_table(summary));
   page.section("All numbers").table(rows_table(summary));
   add_method(page, results);
-  report::Table machine{.header = {"Fact", "Value"}};
-  for (const auto& [name, value] : results.host) machine.rows.push_back({name, value});
-  page.section("The machine").table(machine);
+  page.section("The machine").table(experiments::table_of(results.host));
   return page.html();
 }
 

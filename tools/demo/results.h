@@ -3,11 +3,11 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/result.h"
 #include "experiment.h"
+#include "experiments/host.h"
 
 namespace ctn::demo {
 
@@ -26,7 +26,7 @@ struct Measured {
 };
 
 struct Results {
-  std::vector<std::pair<std::string, std::string>> host;  // name and value, as printed
+  experiments::Facts host;  // as printed
   double medium_speed = 0.0;
   double high_speed = 0.0;
   double slowdown = 1.0;

@@ -41,6 +41,12 @@ std::string advice_for(const std::string& program, std::string text) {
 
 }  // namespace
 
+report::Table table_of(const Facts& facts) {
+  report::Table table{.header = {"Fact", "Value"}};
+  for (const auto& [name, value] : facts) table.rows.push_back({name, value});
+  return table;
+}
+
 Result<Host> look_at_host(const std::string& program) {
   const auto system = os::make_linux_os();
   const auto topology = system->topology();

@@ -34,18 +34,7 @@ ByTime medians_by_time(const std::vector<StoredRun>& runs, ByTime StoredRun::*fi
 
 Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
                         const std::function<void(const std::string&)>& tell) {
-  Batch batch{options, {}, 0};
-  const auto take = [&](const std::string& text, const std::string& file, const Options& one) -> Result<std::string> {
-    auto run = read_run(text, file, one);
-    if (!run) return run.error();
-    std::string words = words_on(*run);
-    batch.runs.push_back(std::move(run).value());
-    return words;
-  };
-  const auto ended = program::run_batch(options, run_one, take, tell);
-  if (!ended) return ended.error();
-  batch.signal = *ended;
-  return batch;
+  return program::collect_batch<Batch>(options, run_one, read_run, words_on, tell);
 }
 
 std::string to_json(const Batch& batch) {

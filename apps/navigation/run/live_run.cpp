@@ -6,28 +6,17 @@
 #include <utility>
 
 #include "catan/session.h"
+#include "program/run_options.h"
 #include "run/album.h"
 #include "run/nodes.h"
 #include "run/objective.h"
 #include "run/replay.h"
-#include "run/shortest_way.h"
 #include "run/world_thread.h"
 
 namespace ctn::navigation::run {
 namespace {
 
 constexpr std::chrono::seconds kMayBeginLate(10);
-
-SessionOptions session_options(const Options& options, const LiveWatch& watch) {
-  SessionOptions result;
-  result.policy = options.policy;
-  result.cpus = options.cpus;
-  result.record = options.record;
-  result.note = note_of(options);
-  result.stealing = options.stealing;
-  if (watch.notice) result.on_notice = watch.notice;
-  return result;
-}
 
 // Takes longer than the world's thread may, so this is done here.
 Status draw_all(WorldThread& robot, const std::optional<Album>& album) {
@@ -45,7 +34,7 @@ void add_all(WorldThread& robot, std::optional<Replay>& replay) {
 
 Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
                          const std::shared_ptr<DetectorChain>& detector, const LiveWatch& watch) {
-  auto session = Session::open(options.app_file, session_options(options, watch));
+  auto session = Session::open(options.app_file, program::session_options(options, watch.notice));
   if (!session) return session.error();
   Drive drive(world, options.seed);
   WorldThread robot(drive);
@@ -67,11 +56,7 @@ Result<Outcome> run_live(const Options& options, const world::WorldFile& world,
   }
 
   ObjectiveByTime objective;
-  Outcome outcome;
-  outcome.options = options;
-  outcome.world = world.name;
-  outcome.explores = world.explore();
-  outcome.shortest_way = shortest_way(world);
+  Outcome outcome = outcome_of_run(options, world);
   robot.start();
   if (Status started = session->start(); !started) return started.error();
   Status drawn = Done{};

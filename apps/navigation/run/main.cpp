@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "program/terminal.h"
 #include "run/batch.h"
@@ -107,11 +106,5 @@ int run(Options options) {
 
 int main(int argc, char** argv) {
   using namespace ctn::navigation::run;
-  const auto parsed = parse_options(argc, argv);
-  if (const auto* leave = std::get_if<ctn::program::Leave>(&parsed)) {
-    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
-    return leave->code;
-  }
-  ctn::program::remember_signals();
-  return run(std::get<Options>(parsed));
+  return ctn::program::run_program(parse_options(argc, argv), run);
 }

@@ -14,9 +14,6 @@ namespace ctn::navigation::run {
 namespace {
 
 using program::file_of_the_app;
-using program::kMistake;
-using program::Leave;
-using program::parse_cpus;
 using program::within;
 
 const char* const kExamples = R"(
@@ -140,27 +137,12 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   app.footer(kExamples);
   add_options(app, options, cpus);
   if (auto leave = program::parse(app, argc, argv)) return *std::move(leave);
-  if (!cpus.empty()) {
-    const auto list = parse_cpus(cpus);
-    if (!list) {
-      return Leave{kMistake, "navigation: --cpus: '" + cpus + "' is no list of CPUs; write 0 or 0,1 or 0-3\n"};
-    }
-    options.cpus = *list;
-  }
+  auto mistake = program::take_cpus(cpus, options.cpus);
+  if (!mistake) mistake = mistake_about_detector(options);
+  if (!mistake) mistake = program::mistake_about_costs(options, "davare, verucchi or picas");
+  if (mistake) return program::leave_over("navigation", *mistake);
   options.world_file = world_file_of(options.map);
   options.policy = options.scheduler == "fast-local" ? "default" : options.scheduler;
-  if (auto mistake = mistake_about_detector(options)) return Leave{kMistake, "navigation: " + *mistake + "\n"};
-  if (program::needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
-    return Leave{kMistake, "navigation: --scheduler " + options.scheduler +
-                               " needs --cpus in real time, as what it does depends on how many there are; write "
-                               "--cpus 0, or add --virtual\n"};
-  }
-  if (!options.costs.empty() && !program::needs_costs(options.scheduler)) {
-    return Leave{kMistake,
-                 "navigation: --costs: '" + options.scheduler +
-                     "' does not decide by compute times that are given; leave it out, or use static-full-run, "
-                     "static-20s, davare, verucchi or picas\n"};
-  }
   if (options.app_file.empty()) options.app_file = file_of_the_app(app_of(options));
   return options;
 }

@@ -10,6 +10,7 @@
 #include "program/snapshot_json.h"
 #include "robot.h"
 #include "run/objective.h"
+#include "run/shortest_way.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -71,12 +72,7 @@ Json json_of(const Options& options) {
                {"mover_speed", options.mover_speed},
                {"detector", options.detector},
                {"virtual", options.virtual_time}};
-  json["inputs"] = options.inputs;
-  if (options.virtual_time) {
-    json["cores"] = options.cores;
-  } else {
-    json["cpus"] = options.cpus;
-  }
+  program::add_machine(options, json);
   return json;
 }
 
@@ -110,6 +106,15 @@ Json appearances_of(const Findings& found) {
 }
 
 }  // namespace
+
+Outcome outcome_of_run(const Options& options, const world::WorldFile& world) {
+  Outcome outcome;
+  outcome.options = options;
+  outcome.world = world.name;
+  outcome.explores = world.explore();
+  outcome.shortest_way = shortest_way(world);
+  return outcome;
+}
 
 std::vector<Figure> figures_of(const Outcome& outcome) {
   const Findings& found = outcome.findings;
@@ -183,10 +188,7 @@ std::string to_json(const Outcome& outcome) {
   json["objective_ms_by_10s"] = program::json_of(outcome.objective_by_time);
   json["contacts"] = contacts_of(found);
   json["appearances"] = appearances_of(found);
-  json["chains"] = program::chains_of(outcome.snapshot);
-  json["nodes"] = program::nodes_of(outcome.snapshot);
-  json["plans"] = outcome.snapshot.plans;
-  json["notices"] = outcome.snapshot.notices;
+  program::add_snapshot(outcome.snapshot, json);
   if (outcome.world_thread) json["world_thread"] = program::json_of(*outcome.world_thread);
   return program::text_of(json);
 }

@@ -14,6 +14,7 @@
 #include "program/thread_use.h"
 #include "run/drive.h"
 #include "run/options.h"
+#include "world/world_file.h"
 
 namespace ctn::navigation::run {
 
@@ -29,6 +30,9 @@ struct Outcome {
   std::optional<program::ThreadUse> world_thread;
   int signal = 0;  // that ended it early; 0: none
 };
+
+// Of a run that has not begun.
+Outcome outcome_of_run(const Options& options, const world::WorldFile& world);
 
 inline constexpr std::chrono::nanoseconds kStalenessBucket = std::chrono::seconds(5);
 inline constexpr std::chrono::nanoseconds kDetectorBucket = std::chrono::seconds(10);

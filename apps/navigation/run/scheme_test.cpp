@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "run/testing/virtual_options.h"
 #include "run/virtual_run.h"
 #include "world/world_file.h"
 
@@ -20,13 +21,7 @@ using ::testing::StartsWith;
 class SchemeTest : public ::testing::Test {
  protected:
   static Options options(const std::string& scheduler, double seconds = 6.0) {
-    Options options;
-    options.app_file = NAVIGATION_FOLDER "/robot.yaml";
-    options.world_file = NAVIGATION_FOLDER "/worlds/map1.yaml";
-    options.virtual_time = true;
-    options.scheduler = options.policy = scheduler;
-    options.seconds = seconds;
-    return options;
+    return virtual_options(scheduler, seconds);
   }
   Result<Outcome> run(const Options& one) {
     runs_.push_back(one);

@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "catan/simulation.h"
+#include "program/run_options.h"
 #include "run/album.h"
 #include "run/nodes.h"
 #include "run/objective.h"
 #include "run/replay.h"
-#include "run/shortest_way.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -54,14 +54,7 @@ class VirtualHardware final : public Hardware {
 Result<Outcome> run_virtually(const Options& options, const world::WorldFile& world,
                               const std::shared_ptr<DetectorChain>& detector, const Watch& watch) {
   const auto started = std::chrono::steady_clock::now();
-  auto simulation = Simulation::open(options.app_file, {.costs = {},  // each run charges what it costs
-                                                        .slowdown = options.slowdown,
-                                                        .policy = options.policy,
-                                                        .cores = options.cores,
-                                                        .seed = options.seed,
-                                                        .stealing = options.stealing,
-                                                        .record = options.record,
-                                                        .note = note_of(options)});
+  auto simulation = Simulation::open(options.app_file, program::simulation_options(options));
   if (!simulation) return simulation.error();
   Drive drive(world, options.seed);
   VirtualHardware hardware(drive, *simulation);
@@ -79,11 +72,7 @@ Result<Outcome> run_virtually(const Options& options, const world::WorldFile& wo
   if (!options.replay.empty()) replay.emplace(world, drive.world().scene().movers(), options.seconds);
 
   ObjectiveByTime objective;
-  Outcome outcome;
-  outcome.options = options;
-  outcome.world = world.name;
-  outcome.explores = world.explore();
-  outcome.shortest_way = shortest_way(world);
+  Outcome outcome = outcome_of_run(options, world);
   const nanoseconds end(std::llround(options.seconds * 1e9));
   while (simulation->now() < end && outcome.signal == 0) {
     const nanoseconds now = simulation->now();

@@ -9,6 +9,7 @@
 
 #include "detector/cost.h"
 #include "detector/testing/tiny_network.h"
+#include "run/testing/virtual_options.h"
 
 namespace ctn::navigation::run {
 namespace {
@@ -16,12 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 
 Options short_run(const std::string& scheduler, std::uint64_t seed, double seconds = 8.0) {
-  Options options;
-  options.app_file = NAVIGATION_FOLDER "/robot.yaml";
-  options.world_file = NAVIGATION_FOLDER "/worlds/map1.yaml";
-  options.virtual_time = true;
-  options.scheduler = options.policy = scheduler;
-  options.seconds = seconds;
+  Options options = virtual_options(scheduler, seconds);
   options.seed = seed;
   return options;
 }

@@ -20,6 +20,15 @@ WorldFile box_room() {
   return world;
 }
 
+// Half a metre wide, from (4, 1) on.
+MoverSpec box_that_goes_up() {
+  MoverSpec box;
+  box.path = {{4, 1}, {4, 3}};
+  box.speed = 0.5;
+  box.length = box.width = 0.5;
+  return box;
+}
+
 double ray(const Scene& scene, Pose from, double time = 0.0) {
   std::vector<float> rays(1);
   scene.cast(from, time, kStraight, 30.0, rays);
@@ -48,11 +57,7 @@ TEST(Scene, RaysBeyondTheRangeMeetNothing) {
 
 TEST(Scene, RaysMeetMoversWhereTheyAreThen) {
   WorldFile world = box_room();
-  MoverSpec box;
-  box.path = {{4, 1}, {4, 3}};
-  box.speed = 0.5;
-  box.length = box.width = 0.5;
-  world.movers.push_back(box);
+  world.movers.push_back(box_that_goes_up());
   const Scene scene(world, 1);
   EXPECT_NEAR(ray(scene, {2, 1, 0}, 0.0), 1.75, 1e-5);
   EXPECT_NEAR(ray(scene, {2, 1, 0}, 0.49), 1.75, 1e-5);
@@ -100,10 +105,7 @@ TEST(Scene, AFanMeetsWhatSingleRaysMeet) {
 
 TEST(Scene, KnowsHowFarAwayThingsAre) {
   WorldFile world = box_room();
-  MoverSpec box;
-  box.path = {{4, 1}, {4, 3}};
-  box.speed = 0.5;
-  box.length = box.width = 0.5;
+  MoverSpec box = box_that_goes_up();
   world.movers.push_back(box);
   box.radius = 0.2;
   world.movers.push_back(box);
@@ -119,10 +121,7 @@ TEST(Scene, KnowsHowFarAwayThingsAre) {
 
 TEST(Scene, DrawsPhasesFromTheSeed) {
   WorldFile world = box_room();
-  MoverSpec box;
-  box.path = {{4, 1}, {4, 3}};
-  box.speed = 0.5;
-  box.length = box.width = 0.5;
+  MoverSpec box = box_that_goes_up();
   box.phase.reset();
   world.movers.push_back(box);
   EXPECT_EQ(Scene(world, 1).movers()[0].at(0.0), Scene(world, 1).movers()[0].at(0.0));

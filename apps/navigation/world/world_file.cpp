@@ -19,12 +19,12 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "grid.h"
+#include "image_outline.h"
 #include "scene.h"
 
 namespace ctn::navigation::world {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLengthMax = 1000.0;  // of a world: for longer ones single precision is too coarse to find contact
 constexpr std::size_t kBytesMax = std::size_t{4} << 20U;
 constexpr std::size_t kWallsMax = 200'000;
@@ -312,39 +312,8 @@ class WorldReader {
           fmt::format("no world is longer than {} m", kLengthMax));
       return;
     }
-    outline(image, scale, origin, dark);
-  }
-
-  // The sides of pixels between dark and bright ones, those in a row joined. Row 0 of an image is its top.
-  void outline(const cv::Mat& image, double scale, Point origin, double dark) {
-    const int width = image.cols;
-    const int height = image.rows;
-    image_bounds_ = {origin, origin + Point{width * scale, height * scale}};
-    const auto is_dark = [&](int column, int row) {
-      return column >= 0 && row >= 0 && column < width && row < height &&
-             static_cast<double>(image.at<unsigned char>(height - 1 - row, column)) < dark;
-    };
-    const auto corner = [&](int column, int row) { return origin + Point{column * scale, row * scale}; };
-    const auto runs = [&](int lines, int length, auto&& differs, auto&& segment) {
-      for (int line = 0; line <= lines; ++line) {
-        for (int at = 0; at < length; ++at) {
-          if (!differs(line, at)) continue;
-          const int begin = at;
-          while (at < length && differs(line, at)) ++at;
-          world_.walls.push_back(segment(line, begin, at));
-        }
-      }
-    };
-    runs(
-        height, width, [&](int row, int column) { return is_dark(column, row) != is_dark(column, row - 1); },
-        [&](int row, int begin, int end) {
-          return Segment{corner(begin, row), corner(end, row)};
-        });
-    runs(
-        width, height, [&](int column, int row) { return is_dark(column, row) != is_dark(column - 1, row); },
-        [&](int column, int begin, int end) {
-          return Segment{corner(column, begin), corner(column, end)};
-        });
+    image_bounds_ = {origin, origin + Point{image.cols * scale, image.rows * scale}};
+    std::ranges::copy(outline_of(image, scale, origin, dark), std::back_inserter(world_.walls));
   }
 
   void check() {
@@ -433,28 +402,6 @@ class WorldReader {
   std::vector<Place> mover_at_;
 };
 
-// A quote inside quotes is written twice.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char letter : text) result += letter == '\'' ? "''" : std::string(1, letter);
-  return result + "'";
-}
-
-std::string text_of(Point point) { return fmt::format("[{:.3f}, {:.3f}]", point.x, point.y); }
-
-template <class Points>
-std::string list_of(const Points& points) {
-  std::vector<std::string> texts;
-  for (const Point point : points) texts.push_back(text_of(point));
-  return fmt::format("[{}]", fmt::join(texts, ", "));
-}
-
-std::vector<Segment> sides_of(const std::vector<Point>& corners) {
-  std::vector<Segment> sides;
-  for (std::size_t i = 0; i < corners.size(); ++i) sides.push_back({corners[i], corners[(i + 1) % corners.size()]});
-  return sides;
-}
-
 }  // namespace
 
 void add_block(WorldFile& world, std::vector<Point> corners) {
@@ -485,36 +432,6 @@ Result<WorldFile> read_world(const std::string& path) {
   std::ostringstream text;
   text << stream.rdbuf();
   return parse_world(text.str(), path, std::filesystem::path(path).parent_path().string());
-}
-
-std::string to_yaml(const WorldFile& world) {
-  std::string text = "catan_world: 1\n";
-  if (!world.name.empty()) text += fmt::format("name: {}\n", quoted(world.name));
-  const Box& in = world.bounds;
-  text += fmt::format("bounds: [{:.3f}, {:.3f}, {:.3f}, {:.3f}]\n", in.low.x, in.low.y, in.high.x, in.high.y);
-  std::vector<Segment> of_blocks;
-  for (const auto& block : world.blocks) std::ranges::copy(sides_of(block), std::back_inserter(of_blocks));
-  std::string walls;
-  for (const Segment& wall : world.walls) {
-    if (std::ranges::find(of_blocks, wall) != of_blocks.end()) continue;
-    walls += fmt::format("  - [{}, {}]\n", text_of(wall.from), text_of(wall.to));
-  }
-  if (!walls.empty()) text += "walls:\n" + walls;
-  if (!world.blocks.empty()) text += "blocks:\n";
-  for (const auto& block : world.blocks) text += fmt::format("  - {}\n", list_of(block));
-  text += fmt::format("robot: {{ at: {}, heading: {:.3f} }}\n", text_of(position(world.start)),
-                      world.start.heading / kDegree);
-  text += world.goal ? fmt::format("goal: {}\n", text_of(*world.goal)) : "explore: true\n";
-  if (!world.movers.empty()) text += "movers:\n";
-  for (const MoverSpec& mover : world.movers) {
-    text += fmt::format("  - path: {}\n    speed: {:.3f}\n", list_of(mover.path), mover.speed);
-    text += mover.radius > 0.0 ? fmt::format("    radius: {:.3f}\n", mover.radius)
-                               : fmt::format("    size: {}\n    heading: {:.3f}\n",
-                                             text_of({mover.length, mover.width}), mover.heading / kDegree);
-    text += fmt::format("    closed: {}\n    pause: {:.3f}\n", mover.closed, mover.pause);
-    text += mover.phase ? fmt::format("    phase: {:.3f}\n", *mover.phase) : "    phase: any\n";
-  }
-  return text;
 }
 
 }  // namespace ctn::navigation::world

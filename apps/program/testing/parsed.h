@@ -2,6 +2,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -21,6 +22,13 @@ auto parsed(const char* program, std::initializer_list<const char*> words, const
 template <class Options>
 int code_of(const std::variant<Options, Leave>& parsed) {
   return std::holds_alternative<Leave>(parsed) ? std::get<Leave>(parsed).code : -1;
+}
+
+// Whether the program shows its help, and that has examples.
+template <class Options>
+bool shows_examples(const std::variant<Options, Leave>& parsed) {
+  const auto* const leave = std::get_if<Leave>(&parsed);
+  return leave != nullptr && leave->code == 0 && leave->text.find("examples:") != std::string::npos;
 }
 
 }  // namespace ctn::program::testing

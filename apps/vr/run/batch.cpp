@@ -14,6 +14,11 @@ namespace {
 
 using BatchJson = nlohmann::ordered_json;
 
+Result<StoredRun> read_run(const std::string& text, const std::string& file, const Options& options) {
+  if (Status checked = program::check_document(text, file, identity_of(options)); !checked) return checked.error();
+  return StoredRun{options.seed, program::figures_in(BatchJson::parse(text))};
+}
+
 std::string words_on(const StoredRun& run) {
   const auto value = [&run](const char* name) { return program::figure_of(run.figures, name).value_or(0.0); };
   return fmt::format("A {:.2f} ms, B {:.2f} ms, C {:.1f} ms, {:.0f} of {:.0f} ticks missed",
@@ -25,20 +30,7 @@ std::string words_on(const StoredRun& run) {
 
 Result<Batch> run_batch(const Options& options, const std::function<Result<Outcome>(const Options&)>& run_one,
                         const std::function<void(const std::string&)>& tell) {
-  Batch batch{options, {}, 0};
-  const auto take = [&](const std::string& text, const std::string& file, const Options& one) -> Result<std::string> {
-    if (Status checked = program::check_document(text, file, identity_of(one)); !checked) {
-      return checked.error();
-    }
-    StoredRun run{one.seed, program::figures_in(BatchJson::parse(text))};
-    std::string words = words_on(run);
-    batch.runs.push_back(std::move(run));
-    return words;
-  };
-  const auto ended = program::run_batch(options, run_one, take, tell);
-  if (!ended) return ended.error();
-  batch.signal = *ended;
-  return batch;
+  return program::collect_batch<Batch>(options, run_one, read_run, words_on, tell);
 }
 
 std::string to_json(const Batch& batch) {

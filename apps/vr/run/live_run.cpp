@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "catan/session.h"
+#include "program/run_options.h"
 #include "run/album.h"
 #include "run/headset_app.h"
 #include "run/live_headset.h"
@@ -18,17 +19,6 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::chrono::seconds kMayBeginLate(10);
-
-SessionOptions session_options(const Options& options, const Watch& watch) {
-  SessionOptions result;
-  result.policy = options.policy;
-  result.cpus = options.cpus;
-  result.record = options.record;
-  result.note = note_of(options);
-  result.stealing = options.stealing;
-  if (watch.notice) result.on_notice = watch.notice;
-  return result;
-}
 
 }  // namespace
 
@@ -46,7 +36,7 @@ Result<Outcome> run_live(const Options& options, const Watch& watch) {
   auto drawing = DrawingParts::open(**surroundings, options);
   if (!drawing) return drawing.error();
 
-  auto session = Session::open(options.app_file, session_options(options, watch));
+  auto session = Session::open(options.app_file, program::session_options(options, watch.notice));
   if (!session) return session.error();
   LiveHeadset headset(**surroundings, clocks.display, **exposures);
   Nodes nodes(headset, **surroundings, options, std::move(drawing).value());

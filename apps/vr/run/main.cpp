@@ -78,11 +78,5 @@ int run(const Options& asked) {
 
 int main(int argc, char** argv) {
   using namespace ctn::vr::run;
-  const auto parsed = parse_options(argc, argv);
-  if (const auto* leave = std::get_if<ctn::program::Leave>(&parsed)) {
-    fmt::print(leave->code == 0 ? stdout : stderr, "{}", leave->text);
-    return leave->code;
-  }
-  ctn::program::remember_signals();
-  return run(std::get<Options>(parsed));
+  return ctn::program::run_program(parse_options(argc, argv), run);
 }

@@ -15,8 +15,6 @@
 namespace ctn::vr::run {
 namespace {
 
-using program::kMistake;
-using program::Leave;
 using program::within;
 
 const char* const kExamples = R"(
@@ -123,11 +121,7 @@ std::optional<std::pair<int, int>> parse_size(const std::string& text) {
 }
 
 std::optional<std::string> take(const Words& words, Options& options) {
-  if (!words.cpus.empty()) {
-    const auto list = program::parse_cpus(words.cpus);
-    if (!list) return "--cpus: '" + words.cpus + "' is no list of CPUs; write 0 or 0,1 or 0-3";
-    options.cpus = *list;
-  }
+  if (auto mistake = program::take_cpus(words.cpus, options.cpus)) return mistake;
   const auto size = parse_size(words.size);
   if (!size) return "--size: '" + words.size + "' is no size; write 320x240, each side from 16 to 2048";
   std::tie(options.width, options.height) = *size;
@@ -143,16 +137,7 @@ std::optional<std::string> take(const Words& words, Options& options) {
 }
 
 std::optional<std::string> contradiction_in(const Options& options) {
-  if (program::needs_costs(options.scheduler) && !options.virtual_time && options.cpus.empty()) {
-    return "--scheduler " + options.scheduler +
-           " needs --cpus in real time, as what it does depends on how many there are; write --cpus 0, or add "
-           "--virtual";
-  }
-  if (!options.costs.empty() && !program::needs_costs(options.scheduler)) {
-    return "--costs: '" + options.scheduler +
-           "' does not decide by compute times that are given; leave it out, or use static-full-run, static-20s, "
-           "davare, verucchi, picas or deadline";
-  }
+  if (auto mistake = program::mistake_about_costs(options, "davare, verucchi, picas or deadline")) return mistake;
   if (!options.dataset.empty() && options.camera_hz) {
     return "--camera: the pictures of a data set come at its own rate; leave out --camera or --dataset";
   }
@@ -172,7 +157,7 @@ std::variant<Options, program::Leave> parse_options(int argc, const char* const*
   if (auto leave = program::parse(app, argc, argv)) return *std::move(leave);
   auto mistake = take(words, options);
   if (!mistake) mistake = contradiction_in(options);
-  if (mistake) return Leave{kMistake, "vr: " + *mistake + "\n"};
+  if (mistake) return program::leave_over("vr", *mistake);
   options.policy = options.scheduler == "pacer" ? "fifo" : options.scheduler;
   return options;
 }

@@ -64,12 +64,7 @@ Json json_of(const Options& options) {
                {"tracking_slowdown", options.tracking_slowdown},
                {"dataset", options.dataset},
                {"virtual", options.virtual_time}};
-  json["inputs"] = options.inputs;
-  if (options.virtual_time) {
-    json["cores"] = options.cores;
-  } else {
-    json["cpus"] = options.cpus;
-  }
+  program::add_machine(options, json);
   return json;
 }
 
@@ -100,10 +95,7 @@ std::string to_json(const Outcome& outcome) {
   json["interrupted"] = outcome.signal != 0;
   json["figures"] = program::json_of(outcome.figures);
   json["relax_factor"] = outcome.snapshot.relax_factor;
-  json["chains"] = program::chains_of(outcome.snapshot);
-  json["nodes"] = program::nodes_of(outcome.snapshot);
-  json["plans"] = outcome.snapshot.plans;
-  json["notices"] = outcome.snapshot.notices;
+  program::add_snapshot(outcome.snapshot, json);
   if (outcome.display_thread) json["display_thread"] = program::json_of(*outcome.display_thread);
   return program::text_of(json);
 }

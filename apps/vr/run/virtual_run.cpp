@@ -6,6 +6,7 @@
 
 #include "catan/simulation.h"
 #include "program/random.h"
+#include "program/run_options.h"
 #include "run/album.h"
 #include "run/headset_app.h"
 #include "run/nodes.h"
@@ -69,7 +70,7 @@ Clock drawn(program::Draws& draws, nanoseconds period, double drift_ppm) {
 // As seen from a time that begins at `begin`.
 Clock since(const Clock& clock, nanoseconds begin) { return {clock.first - begin, clock.period}; }
 
-std::vector<SimulatedClock> simulated(const DrawnClocks& clocks, const Options& options) {
+std::vector<SimulatedClock> ticking(const DrawnClocks& clocks, const Options& options) {
   std::vector<SimulatedClock> result{{"IMU", clocks.samples.first, clocks.samples.period},
                                      {"display", clocks.display.first, clocks.display.period}};
   if (has_camera_clock(options)) result.push_back({kExposure, clocks.exposures.first, clocks.exposures.period});
@@ -102,15 +103,9 @@ Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   if (!surroundings) return surroundings.error();
   const auto exposures = exposures_of(options, **surroundings, since(clocks.exposures, begin));
   if (!exposures) return exposures.error();
-  auto simulation = Simulation::open(options.app_file, {.costs = {},  // each run charges what it costs
-                                                        .slowdown = options.slowdown,
-                                                        .policy = options.policy,
-                                                        .cores = options.cores,
-                                                        .seed = options.seed,
-                                                        .stealing = options.stealing,
-                                                        .record = options.record,
-                                                        .note = note_of(options),
-                                                        .clocks = simulated(clocks, options)});
+  SimulationOptions simulated = program::simulation_options(options);
+  simulated.clocks = ticking(clocks, options);
+  auto simulation = Simulation::open(options.app_file, simulated);
   if (!simulation) return simulation.error();
   VirtualHeadset headset(*simulation, **surroundings, begin, since(clocks.display, begin), **exposures);
   Nodes nodes(headset, **surroundings, options, std::nullopt);

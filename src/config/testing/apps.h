@@ -38,6 +38,23 @@ inline model::Workload parse_costs(const graph::App& app, const std::string& tex
   return std::move(*work);
 }
 
+inline graph::App one_node_app() {
+  return parse("catan: 1\napp: one\nnodes: { node: {} }\nedges: []\nobjective: [ { period: node, weight: 1 } ]\n");
+}
+
+// Two loops that know nothing of each other. A long `replan`, so that what is planned soon is planned for a reason.
+inline graph::App two_loops_app() {
+  return parse(R"(
+catan: 1
+app: loops
+nodes: { fast: { max_rate: 100Hz }, slow: { max_rate: 20Hz } }
+objective:
+  - { response_time: [fast], weight: 1 }
+  - { response_time: [slow], weight: 0.1 }
+scheduler: { bootstrap: 1s, replan: 1000s }
+)");
+}
+
 // One subchain of four nodes, as the face tracker's.
 inline graph::App tracker_app() {
   return parse(R"(

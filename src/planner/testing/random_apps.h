@@ -248,6 +248,19 @@ inline RandomCase random_case(std::uint64_t seed, const RandomLimits& limits, in
   return RandomCaseBuilder(seed, limits).build(cores);
 }
 
+// Four subchains of which, as the seed has it, some are all that an app may have, on equal cores.
+inline RandomCase random_case_of_all_sorts(std::uint64_t seed, int cores) {
+  return random_case(seed,
+                     {.subchains = 4,
+                      .queue = true,
+                      .caps = true,
+                      .exact = seed % 5 == 0,
+                      .bounds = true,
+                      .pairs = true,
+                      .batches = seed % 2 == 0},
+                     cores);
+}
+
 class BruteForce {
  public:
   struct Best {

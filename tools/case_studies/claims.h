@@ -1,0 +1,39 @@
+// What studies claim of a comparison (comparison.h): the words, what was measured, and whether it held.
+//
+// Thread safety: pure functions.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "comparison.h"
+
+namespace ctn::case_studies {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// "3 of 40"; the median or "never".
+std::string text_of(Share share);
+std::string text_of(const Row& row);
+
+double percent_of(Share share);
+double median_of(const Row& row);  // kNever where there is none
+// In milliseconds, of a list over time: with a stretch's median of all runs. kNever where there is none.
+double median_of_medians(const Runs& runs, const std::string& batch, const std::string& list);
+
+Verdict verdict_of(bool held);
+
+// That a batch is worse than its group's reference by a metric, and not by chance.
+Claim worse_than_reference(std::string text, const std::vector<Row>& rows, const std::string& name,
+                           const std::string& batch, const std::string& reference);
+// That it is not better: the reference's median is no worse.
+Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, const std::string& name,
+                               const std::string& batch, const std::string& reference);
+// That the reference's mean is the best of all, and that this is not by chance.
+Claim best_of_all(const std::string& text, const std::vector<Row>& rows, const std::string& name,
+                  const std::string& reference);
+// That a batch has the lowest median in at least so many percent of the stretches of time.
+Claim lowest_in(double percent, std::string text, Share share);
+
+}  // namespace ctn::case_studies
