@@ -103,6 +103,35 @@ TEST(Surrogate, ALeaderMissesTriggersWhileItsFollowersRun) {
   EXPECT_NEAR(two.surrogate(schedule).value().load, two.a * kept / 3.0 + two.b / 20.0, 1e-9);
 }
 
+// Each on a core of its own.
+TEST(Surrogate, WhoComesSeldomTakesTheNewest) {
+  Two two;
+  trial::Schedule schedule = Two::schedule();
+  schedule.cores = 2;
+  schedule.subchains[0].core = 1;
+  schedule.subchains[1].period = std::chrono::milliseconds{23};
+  EXPECT_NEAR(two.surrogate(schedule).value().objective, two.a + 10.0 / 2.0 + two.b + 23.0, 0.05)
+      << "not half of its own period";
+}
+
+// A sensor gives something each 5 ms.
+TEST(Surrogate, WhoIsHeldBackDoesNotFollow) {
+  graph::AppSpec spec = graph::spec_of({"sensor", "a"}, {"sensor a"});
+  node(spec, "sensor").unscheduled = true;
+  node(spec, "sensor").period = graph::At<Nanos>{std::chrono::milliseconds{5}, {}};
+  spec.objective = {graph::response("sensor a", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{1});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  Surrogate surrogate(app, samples, costs, 0.0);
+  const auto objective = [&](Nanos period) {
+    const trial::Place place{.period = period, .after = plan::After{*app.graph.find_node("sensor"), 1}};
+    return surrogate({.cores = 1, .subchains = {place}, .frames = {}, .pipelines = {}}).value().objective;
+  };
+  const double follows = objective(std::chrono::milliseconds{4});
+  EXPECT_NEAR(objective(std::chrono::milliseconds{8}), follows + 5.0 / 2.0 + (8.0 - 5.0), 0.1);
+}
+
 // Half of b's runs take 1 ms, the others 7: of the triggers that come meanwhile one is made up for.
 TEST(Surrogate, ALongRunMissesTriggersOfItsOwn) {
   Two two;
@@ -238,6 +267,27 @@ TEST(Surrogate, KnowsWhatIsLeftUntilTheTick) {
   EXPECT_NEAR(objective(), cost + 1.5 * 8.333333, 1e-6);
   place.clock = app.graph.find_node("display");
   EXPECT_NEAR(objective(), 8.333333 - 6.0 + 8.333333, 1e-6) << "the run itself is part of what is left";
+}
+
+// Half of its runs take 1 ms, the others 3. Those that end too late are shown a tick later, or overwritten by the next
+// run where that is in time; so of the ticks each fourth shows nothing new.
+TEST(Surrogate, KnowsThatLongRunsMissTheTick) {
+  const graph::App app = drawing();
+  const model::CostTable costs(app.graph, Millis{1});
+  model::Workload work = constant_work(app, costs);
+  model::NodeWork now_and_then = model::NodeWork::constant(Millis{1.0});
+  now_and_then.spikes = model::Spikes{0.5, Millis{2.0}};
+  work.set(NodeId(0), now_and_then);
+  const trial::Samples samples(app, work, Nanos{0}, 1);
+  Surrogate surrogate(app, samples, costs, 0.0);
+  const double tick = 8.333333;
+  trial::Place place{.period = Nanos{8'333'333}, .clock = app.graph.find_node("display")};
+  const auto objective = [&](double before_the_tick) {
+    place.phase = to_nanos(Millis{tick - before_the_tick});
+    return surrogate({.cores = 1, .subchains = {place}, .frames = {}, .pipelines = {}}).value().objective;
+  };
+  EXPECT_NEAR(objective(4.0), 4.0 + tick, 0.02) << "all are in time";
+  EXPECT_NEAR(objective(2.0), 2.0 + tick / 2.0 + tick * 4.0 / 3.0, 1.1 * tick / RunSpread::kParts) << "by parts";
 }
 
 // b has fewer items a run than it was promised for, so that its runs come sooner one after the other than the longest

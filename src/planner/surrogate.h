@@ -7,11 +7,12 @@
 //   p_i = its period; L_i + its pause; so many times the period of the outputs that trigger it; and no less than L_i.
 // A chain's response time is its latency and its period: the first run; then for each next element, half a period until
 // its next run begins (none where it is triggered by the element before) and that run; and the longest time
-// between two outputs on the way.
+// between two outputs on the way. What a run takes is the newest: where outputs come more often than it, and each
+// brings something new, it waited half of what they are apart.
 //
-// A subchain that keeps a phase to the clock that ends its chain waits for what is left of that until the next tick;
-// one that keeps it to the clock that begins it finds what came by the last tick, when it has passed through nodes that
-// follow that.
+// A subchain that keeps a phase to the clock that ends its chain waits for what is left of that until the next tick, on
+// average over long and short runs (run_spread.h); one that keeps it to the clock that begins it finds what came by the
+// last tick, when it has passed through nodes that follow that.
 //
 // A batch costs what the items add that come in p_i on average; its period and its cost follow from one another.
 //
@@ -165,6 +166,8 @@ class Surrogate {
   double runs_per_output(const plan::After& after) const;
   double promised_lateness(const plan::After& after) const;
   double promised_gap(const trial::Schedule& schedule, std::size_t subchain) const;
+  // Preconditions of both: it is triggered by outputs.
+  bool is_held_back(const trial::Schedule& schedule, std::size_t subchain) const;
   bool may_be_held_back(const trial::Schedule& schedule, std::size_t subchain) const;
   void begin_leaders(const trial::Schedule& schedule);
   bool settles_at_once(const trial::Schedule& schedule) const;
@@ -179,8 +182,11 @@ class Surrogate {
   void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
-  std::optional<double> wait_for_tick(const trial::Schedule& schedule, const Element& before,
-                                      const Element& element) const;
+  struct AtTicks {
+    double wait = 0.0;       // until the tick that shows it
+    double with_news = 1.0;  // part of the ticks
+  };
+  std::optional<AtTicks> at_ticks(const trial::Schedule& schedule, const Element& before, const Element& element) const;
   // What a clock of others has begun: outputs `passed` after its ticks.
   struct Ticked {
     NodeId clock;

@@ -10,15 +10,36 @@
 
 namespace ctn::planner {
 
-// Of one that keeps a phase to the clock: what is left until the next tick when its run ends, if that takes as long as
-// it does on average.
-std::optional<double> Surrogate::wait_for_tick(const trial::Schedule& schedule, const Element& before,
-                                               const Element& element) const {
+// Of one that keeps a phase to the clock: what is left until the next tick when its run ends, on average over long and
+// short runs, and what part of the ticks finds something new. Of one that comes at each tick, what ends too late for
+// one is overwritten by what is in time for the next, or shown in its place.
+std::optional<Surrogate::AtTicks> Surrogate::at_ticks(const trial::Schedule& schedule, const Element& before,
+                                                      const Element& element) const {
   if (element.subchain || !before.subchain) return std::nullopt;
   const trial::Place& place = schedule.subchains[before.subchain->index()];
   if (place.clock != element.node) return std::nullopt;
-  const double end = to_millis(place.phase).count() + timings_[before.subchain->index()].execution;
-  return element.period - std::fmod(end, element.period);
+  const Timing& timing = timings_[before.subchain->index()];
+  const RunSpread& spread = spread_[kind_of(place.core)][before.subchain->index()];
+  const double end = to_millis(place.phase).count() + timing.execution;
+  AtTicks found;
+  double nothing_new = 1.0;
+  double of_this_tick = 0.0;  // what part of the runs
+  double this_tick = std::floor((end + spread.parts().front() * timing.stretch) / element.period);
+  for (const double more : spread.parts()) {  // in ascending order
+    const double in_ticks = (end + more * timing.stretch) / element.period;
+    const double tick = std::floor(in_ticks);
+    if (tick > this_tick) {
+      nothing_new *= 1.0 - of_this_tick;
+      of_this_tick = 0.0;
+      this_tick = tick;
+    }
+    of_this_tick += 1.0 / static_cast<double>(RunSpread::kParts);
+    found.wait += (1.0 - (in_ticks - tick)) * element.period / static_cast<double>(RunSpread::kParts);
+  }
+  nothing_new *= 1.0 - of_this_tick;
+  const bool at_each_tick = timing.period <= element.period * (1.0 + plan::kTolerance);
+  if (at_each_tick) found.with_news = 1.0 - nothing_new;
+  return found;
 }
 
 // Of one that keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
@@ -38,13 +59,24 @@ std::optional<double> Surrogate::wait_since_tick(const trial::Schedule& schedule
   return sum / ticks->parts;
 }
 
-// Any, unless both keep phases to one clock (model::wait_between()).
+// Arrivals come more often than it may run: it does not run right after the one that it takes. The outputs of another
+// subchain do so only until the search has found periods that go together.
+bool Surrogate::is_held_back(const trial::Schedule& schedule, std::size_t subchain) const {
+  const trial::Place& place = schedule.subchains[subchain];
+  if (place.after->node() == nullptr) return false;
+  const double apart = outputs_apart(schedule, subchain) * runs_per_output(*place.after);
+  return to_millis(place.period).count() > apart * (1.0 + plan::kTolerance);
+}
+
+// Any, unless both keep phases to one clock (model::wait_between()). What is taken is the newest, which is no older on
+// average than half of what outputs are apart, if each of them brings something new.
 double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
                                Basis basis) const {
   const bool usual = basis == Basis::kUsual;
   const Timing& timing = timings_[one.index()];
   const Timing& next = timings_[other.index()];
-  const double any = usual ? next.wait : promised_gap(schedule, other.index());
+  double any = usual ? next.wait : promised_gap(schedule, other.index());
+  if (usual && all_new) any = std::min(any, timing.wait * runs_per_output_[one.index()]);
   const trial::Place& first = schedule.subchains[one.index()];
   const trial::Place& second = schedule.subchains[other.index()];
   const auto by_phase = [](const trial::Place& place) {
@@ -56,12 +88,19 @@ double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, 
   };
   if (misses(timing, first) || misses(next, second)) return any;
   const bool below = first.core == second.core && second.priority < first.priority && waits_[one.index()] == 0.0;
-  const Millis execution{usual ? timing.execution : timing.promised_execution};
-  const auto wait = model::wait_between({first.phase, first.period}, execution, {second.phase, second.period}, below);
+  const auto after = [&](double execution) {
+    return model::wait_between({first.phase, first.period}, Millis{execution}, {second.phase, second.period}, below);
+  };
+  const auto wait = after(usual ? timing.execution : timing.promised_execution);
   if (!wait) return any;
   // Whether each run brings something new is told of the first element alone.
   const double older = all_new ? 0.0 : wait->more.count();
-  return wait->last.count() + (usual ? older / 2.0 : older);
+  if (!usual) return wait->last.count() + older;
+  double last = 0.0;
+  for (const double more : spread_[kind_of(first.core)][one.index()].parts()) {
+    last += after(timing.execution + more * timing.stretch)->last.count();
+  }
+  return last / static_cast<double>(RunSpread::kParts) + older / 2.0;
 }
 
 // Runs that find no input do not count: fewer, the closer together they come.
@@ -97,25 +136,31 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
       if (after) {
         follows = before->subchain ? after->leader == plan::Leader(*before->subchain)
                                    : after->leader == plan::Leader(before->node);
-        follows = follows && (usual || !may_be_held_back(schedule, element.subchain->index()));
+        const std::size_t i = element.subchain->index();
+        follows = follows && !(usual ? is_held_back(schedule, i) : may_be_held_back(schedule, i));
       }
     }
-    const double own = timing == nullptr ? element.period : period_of(*timing);
+    double own = timing == nullptr ? element.period : period_of(*timing);
     if (before == nullptr && timing != nullptr && !usual) {
       first_late = promised_gap(schedule, element.subchain->index()) - own;
     }
     if (before != nullptr && follows && !in_line && !usual) latency += std::max(own - period_before, 0.0);
     if (before != nullptr && !follows) {
+      const bool all_new = usual ? in_line : before == &term.elements.front();
       in_line = false;
       double wait = element.period / (usual ? 2.0 : 1.0);
-      if (timing != nullptr) {
-        wait = before->subchain ? wait_between(schedule, *before->subchain, *element.subchain,
-                                               before == &term.elements.front(), basis)
-                                : (usual ? timing->wait : promised_gap(schedule, element.subchain->index()));
+      if (timing != nullptr && before->subchain) {
+        wait = wait_between(schedule, *before->subchain, *element.subchain, all_new, basis);
+      } else if (timing != nullptr) {
+        wait = usual ? timing->wait : promised_gap(schedule, element.subchain->index());
+        if (usual && all_new && before->period > 0.0) wait = std::min(wait, before->period / 2.0);
       }
       if (usual) {
         const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
-        wait = since ? *since : wait_for_tick(schedule, *before, element).value_or(wait);
+        const std::optional<AtTicks> ticks = since ? std::nullopt : at_ticks(schedule, *before, element);
+        if (since) wait = *since;
+        if (ticks) wait = ticks->wait;
+        if (ticks) own /= ticks->with_news;
       }
       latency += wait;
     }
