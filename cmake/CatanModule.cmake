@@ -40,7 +40,7 @@ function(catan_module name)
                              $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
     endif()
   endif()
-  if(name MATCHES "^(config|record|report|page|export|view|doctor|api|capi|web)$")
+  if(name MATCHES "^(config|record|report|page|export|view|why|doctor|api|capi|web)$")
     catan_compile_quickly(catan_${name})
   endif()
   # Those whose inputs the fuzzers vary. It takes time, which those that compute have not got.
