@@ -25,7 +25,6 @@ function(catan_module name)
   target_link_libraries(catan_${name} PUBLIC ${targets} PRIVATE ${ARG_LIBRARIES})
   set_target_properties(catan_${name} PROPERTIES EXPORT_NAME ${name})
   catan_unity(catan_${name})
-  set_property(GLOBAL APPEND PROPERTY CATAN_SOURCES ${sources})
   if(name MATCHES "^(model|plan|trial|planner|paper|dispatch|policy|driver|sim|baselines)$")
     # What is planned and simulated must be the same on machines whose processors can fuse a multiplication with an addition.
     target_compile_options(catan_${name} PRIVATE -ffp-contract=off)
@@ -131,15 +130,79 @@ function(catan_check_names sources)
   endforeach()
 endfunction()
 
-# The sources of all modules as one, in whose compile command `make lint` finds them: most of clang-tidy's time goes into the
-# headers that they share. Nothing builds it.
-function(catan_add_modules_as_one)
-  get_property(sources GLOBAL PROPERTY CATAN_SOURCES)
-  add_library(catan_modules OBJECT EXCLUDE_FROM_ALL ${sources})
-  set_target_properties(catan_modules PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
-  target_include_directories(catan_modules PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/include)
-  target_include_directories(catan_modules SYSTEM PRIVATE ${PROJECT_BINARY_DIR}/generated)
-  target_link_libraries(catan_modules PRIVATE ${ARGN})
+# catan_as_one(NAME FOLDER...): the target NAME, which nothing builds, of all sources of the targets in and below these folders as
+# one. `make lint` finds them by its compile command: most of clang-tidy's time goes into the headers that they share. Left out,
+# and looked at alone, are sources of another C++ standard and those that cannot be joined with others; tests and what is
+# generated are not looked at.
+function(catan_as_one name)
+  set(sources "")
+  set(LINK_LIBRARIES "")
+  set(INCLUDE_DIRECTORIES "")
+  set(COMPILE_DEFINITIONS "")
+  foreach(folder IN LISTS ARGN)
+    catan_targets_below(${PROJECT_SOURCE_DIR}/${folder} targets)
+    foreach(target IN LISTS targets)
+      catan_sources_to_join(${target} joined)
+      if(joined)
+        list(APPEND sources ${joined})
+        foreach(property LINK_LIBRARIES INCLUDE_DIRECTORIES COMPILE_DEFINITIONS)
+          get_target_property(value ${target} ${property})
+          if(value)
+            list(APPEND ${property} ${value})
+          endif()
+        endforeach()
+      endif()
+    endforeach()
+  endforeach()
+  list(REMOVE_DUPLICATES sources)
+  # Warnings in others' headers are no concern of ours. A target does not tell which of its folders have these.
+  set(system_folders ${INCLUDE_DIRECTORIES})
+  list(FILTER system_folders INCLUDE REGEX "^/usr/|^${PROJECT_BINARY_DIR}/generated")
+  list(FILTER INCLUDE_DIRECTORIES EXCLUDE REGEX "^/usr/|^${PROJECT_BINARY_DIR}/generated")
+
+  add_library(${name} OBJECT EXCLUDE_FROM_ALL ${sources})
+  target_include_directories(${name} PRIVATE ${INCLUDE_DIRECTORIES})
+  target_include_directories(${name} SYSTEM PRIVATE ${system_folders})
+  target_link_libraries(${name} PRIVATE ${LINK_LIBRARIES})
+  target_compile_definitions(${name} PRIVATE ${COMPILE_DEFINITIONS})
+  # Each program's main() gets a name of its own.
+  string(JOIN "\n" rename_main "#define CATAN_JOIN(a, b) a##b" "#define CATAN_NAME(a, b) CATAN_JOIN(a, b)" "#undef main"
+         "#define main CATAN_NAME(main_of_, CATAN_FILE)")
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_UNIQUE_ID CATAN_FILE
+                        UNITY_BUILD_CODE_BEFORE_INCLUDE "${rename_main}")
+endfunction()
+
+# The targets in the folder and below it.
+function(catan_targets_below folder result)
+  get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
+  get_property(folders DIRECTORY ${folder} PROPERTY SUBDIRECTORIES)
+  foreach(below IN LISTS folders)
+    catan_targets_below(${below} more)
+    list(APPEND targets ${more})
+  endforeach()
+  set(${result} ${targets} PARENT_SCOPE)
+endfunction()
+
+# The target's sources, with their full paths, that catan_as_one() takes. None of a target that compiles nothing.
+function(catan_sources_to_join target result)
+  set(${result} "" PARENT_SCOPE)
+  get_target_property(standard ${target} CXX_STANDARD)
+  if(NOT standard EQUAL CMAKE_CXX_STANDARD)
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(folder ${target} SOURCE_DIR)
+  list(FILTER sources INCLUDE REGEX "\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(TRANSFORM sources PREPEND ${folder}/ REGEX "^[^/]")
+  list(FILTER sources EXCLUDE REGEX "^${PROJECT_BINARY_DIR}/")
+  foreach(source IN LISTS sources)
+    get_source_file_property(alone ${source} TARGET_DIRECTORY ${target} SKIP_UNITY_BUILD_INCLUSION)
+    if(alone)
+      list(REMOVE_ITEM sources ${source})
+    endif()
+  endforeach()
+  set(${result} ${sources} PARENT_SCOPE)
 endfunction()
 
 # Writes "module: its dependencies" lines for the architecture test.

@@ -5,9 +5,9 @@
 # Test programs, fuzzers, benchmarks and examples are left out: the macros of most of them expand to what clang-tidy's
 # checks are against.
 #
-# Most of clang-tidy's time goes into reading headers, so all modules are looked at as one source (target catan_modules), and so
-# is each program whose files BUILD compiles as one (CATAN_UNITY). --changed looks at each file by itself, which also tells
-# whether it includes all that it needs.
+# Most of clang-tidy's time goes into reading headers, so all modules are looked at as one source, so are all tools, and so on
+# (catan_as_one in CMakeLists.txt). --changed looks at each file by itself, which also tells whether it includes all that it
+# needs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 changed=
@@ -34,7 +34,7 @@ if [[ -n $changed ]]; then
   done | sort -u | comm -12 - <(printf '%s\n' "${sources[@]}" | sort))
 else
   mapfile -t pieces < <(sed -n 's/^ *"file": "\(.*\/Unity\/.*\)".*/\1/p' "$build/compile_commands.json" |
-    grep -E '/catan_modules\.dir/|/(apps|tools|integrations)/' | grep -v '_test\.dir/' | sort)
+    grep -E '/all_[a-z_]*\.dir/' | sort)
   if [[ ${#pieces[@]} -gt 0 ]]; then
     mapfile -t covered < <(sed -n "s|^#include \"$PWD/\(.*\.cpp\)\"|\1|p" "${pieces[@]}")
   fi
@@ -67,7 +67,7 @@ if [[ ${#pieces[@]} -gt 0 ]]; then
   # A piece includes sources, and that is where to look. Where a library declares a name that a source of ours has, too,
   # the check of forward declarations takes one for the other.
   tidy "$build" --checks=-bugprone-suspicious-include,-bugprone-forward-declaration-namespace --header-filter='/(src|include|apps|tools|integrations)/.*\.(h|cpp)$' \
-    -- "${pieces[@]}" || { failed=1; echo "clang-tidy: found something"; }
+    -- "${pieces[@]}" || { failed=1; echo "clang-tidy: found something (a redefinition: the names of helpers must differ in a piece)"; }
 fi
 if [[ ${#single[@]} -gt 0 ]]; then
   tidy "$build/lint" -- "${single[@]}" || { failed=1; echo "clang-tidy: found something"; }

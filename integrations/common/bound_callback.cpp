@@ -9,7 +9,7 @@ namespace {
 thread_local BoundCallback* t_current = nullptr;
 
 // While another thread is in the callback.
-constexpr std::chrono::milliseconds kTryAgain{1};
+constexpr std::chrono::milliseconds kBetweenTries{1};
 constexpr int kMaxTries = 100;
 
 }  // namespace
@@ -58,7 +58,7 @@ bool BoundCallback::call_one() {
     const Outcome outcome = entry->call();
     if (outcome != Outcome::kAgain) return outcome == Outcome::kCalled;
     inbox_.put_back(std::move(*entry));
-    std::this_thread::sleep_for(kTryAgain);
+    std::this_thread::sleep_for(kBetweenTries);
   }
   return false;
 }

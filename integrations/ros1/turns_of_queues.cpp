@@ -14,7 +14,7 @@ namespace catan_ros {
 namespace {
 
 constexpr std::size_t kMaxQueues = 64;
-constexpr std::chrono::milliseconds kLookForStop{50};
+constexpr std::chrono::milliseconds kLookWhetherStopped{50};
 
 struct Entry {
   const ros::CallbackQueue* queue = nullptr;
@@ -113,11 +113,11 @@ bool LentTurn::take(const std::atomic<bool>& stop) {
     loan_ = std::make_shared<Loan>();
     queue_.addCallback(boost::make_shared<Loan::Callback>(loan_), reinterpret_cast<std::uint64_t>(this));
     Loan::State state = Loan::State::kAsked;
-    while (state == Loan::State::kAsked && !stop.load()) state = loan_->wait(kLookForStop);
+    while (state == Loan::State::kAsked && !stop.load()) state = loan_->wait(kLookWhetherStopped);
     if (state == Loan::State::kGranted) return true;
     loan_->end();
     // The queue was cleared, or is disabled.
-    if (!stop.load()) std::this_thread::sleep_for(kLookForStop);
+    if (!stop.load()) std::this_thread::sleep_for(kLookWhetherStopped);
   }
   return false;
 }

@@ -11,7 +11,7 @@
 namespace ctn::navigation {
 namespace {
 
-constexpr int kStep = 32;       // what networks of this kind scale their input down by
+constexpr int kNetStride = 32;  // what networks of this kind scale their input down by
 constexpr int kMaxSide = 2048;  // pixels: a mistyped size shall not eat the machine's memory
 constexpr int kMaxClasses = 10000;
 
@@ -38,8 +38,8 @@ class Reader {
     if (sign == std::string_view::npos) return;
     const std::string_view key = text.substr(0, sign);
     const std::string_view value = text.substr(sign + 1);
-    if (in_net() && key == "width") read(number, "net.width", value, kStep, kMaxSide, kStep, file_.width);
-    if (in_net() && key == "height") read(number, "net.height", value, kStep, kMaxSide, kStep, file_.height);
+    if (in_net() && key == "width") read(number, "net.width", value, kNetStride, kMaxSide, kNetStride, file_.width);
+    if (in_net() && key == "height") read(number, "net.height", value, kNetStride, kMaxSide, kNetStride, file_.height);
     if (in_net() && key == "channels" && value != "3") {
       complain(number, "net.channels", fmt::format("the network takes pictures of {} channels", value),
                "the camera's have colours: use a network with channels=3");

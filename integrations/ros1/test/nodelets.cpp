@@ -100,7 +100,7 @@ boost::shared_ptr<nodelet::Nodelet> make(const std::string& type) {
   return boost::make_shared<Follower>();
 }
 
-void write_counts(const ros::SteadyTimerEvent&) {
+void write_counts_of_all(const ros::SteadyTimerEvent&) {
   const std::string written = g_counts_file + ".new";
   std::ofstream(written) << "{\"calls\": " << g_calls << ", \"overlaps\": " << g_overlaps
                          << ", \"copies\": " << g_copies << "}";
@@ -119,7 +119,7 @@ int main(int count, char** arguments) {
     if (!loader.load(std::string("/") + name, name, {}, {})) return 1;
   }
   ros::NodeHandle handle;
-  const ros::SteadyTimer writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts);
+  const ros::SteadyTimer writer = handle.createSteadyTimer(ros::WallDuration(0.1), write_counts_of_all);
   ros::spin();
   return 0;
 }

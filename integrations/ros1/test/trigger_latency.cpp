@@ -25,7 +25,7 @@ std::int64_t now() {
 
 std::vector<std::int64_t> g_begins;
 
-void on_data(const std_msgs::Int64::ConstPtr&) { g_begins.push_back(now()); }
+void on_sample(const std_msgs::Int64::ConstPtr&) { g_begins.push_back(now()); }
 
 void write_begins(const std::string& path) {
   std::ofstream file(path);
@@ -50,7 +50,7 @@ int be_session(const std::string& app, const std::string& path) {
 int be_ros(int count, char** arguments, const std::string& path) {
   ros::init(count, arguments, "work");
   ros::NodeHandle handle;
-  const ros::Subscriber data = handle.subscribe("/data", 1, on_data);
+  const ros::Subscriber data = handle.subscribe("/data", 1, on_sample);
   const ros::WallTimer writer =
       handle.createWallTimer(ros::WallDuration(0.5), [&](const ros::WallTimerEvent&) { write_begins(path); });
   ros::spin();
