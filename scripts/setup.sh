@@ -40,6 +40,7 @@ user_packages=(
   librapidcheck-dev      # property tests
   libbenchmark-dev       # make bench
   gnuplot-nox            # plots
+  python3                # tests of examples/python, and of what docs/export.md does with a record
 )
 dev_packages=(
   git                    # what lint and format look at
@@ -47,7 +48,6 @@ dev_packages=(
   libclang-rt-14-dev     # its sanitizers and libFuzzer
   clang-format-14        # make format
   clang-tidy-14          # make lint
-  python3                # the test of examples/python
   cppcheck               # make lint
   dpkg-dev               # make package
   file                   # which asks it what a library is

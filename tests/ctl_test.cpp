@@ -163,18 +163,22 @@ TEST_F(CtlTest, FindsTheServerByTheAppsFileOrName) {
 TEST_F(CtlTest, OnlyRootAndTheServersOwnUserMayControlIt) {
   CATAN_REQUIRE(::geteuid() == 0, "needs root, to be another user");
   constexpr uid_t kSomebody = 65534;
+  constexpr int kShutOut = 8;
   ASSERT_EQ(::chmod(folder_.c_str(), 0755), 0);
   serve("socket", "app.yaml", "", "--allow-user " + std::to_string(kSomebody));
   ASSERT_TRUE(eventually([&] { return ask("status").code == 0; }));
   os::ForkedProcess somebody([&] {
     if (::setuid(kSomebody) != 0) return 9;
+    if (::access(folder_.c_str(), X_OK) != 0) return kShutOut;
     const std::vector<std::string> sockets{path("socket")};
     const Status changed = runtime::ask_to_change(*os_, sockets, {.weights = {{"0", 5.0}}});
     if (changed.ok() || changed.error().kind() != ErrorKind::kCaller) return 1;
     if (changed.error().message().find("only root and the user that the server runs as") == std::string::npos) return 2;
     return runtime::ask_for_status(*os_, sockets).ok() ? 3 : 0;
   });
-  EXPECT_EQ(somebody.join(), 0);
+  const int ended = somebody.join();
+  CATAN_REQUIRE(ended != kShutOut, "needs a folder for temporary files that other users may enter");
+  EXPECT_EQ(ended, 0);
   EXPECT_EQ(status()["changes"], 0);
 }
 
