@@ -51,7 +51,9 @@ std::optional<InputWait> wait_in_step(const graph::ChainElement& element, const 
   const auto& to = subchains[element.subchain->index()].by_phase;
   if (!from || !to || from->clock != to->clock) return std::nullopt;
   const bool below = to->core == from->core && to->priority < from->priority && from->runs_through;
-  return wait_between(from->grid, giver.execution, to->grid, below);
+  const auto step = InStep::of(from->grid, to->grid);
+  if (!step) return std::nullopt;
+  return step->wait(giver.execution, below);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct SubchainTiming {
 // An element has the p and L of its subchain, even where the chain passes only some of its nodes; an unscheduled node
 // has its own period, and its cost and its wait, an external one that ticks the time between two ticks and no cost. An
 // element that follows the element before adds L alone, and where that one is no follower itself, the outputs that it
-// leaves out; one that keeps a phase to it, the wait that this comes to (wait_between()). Preconditions: `subchains` is
+// leaves out; one that keeps a phase to it, the wait that this comes to (InStep). Preconditions: `subchains` is
 // indexed by SubchainId; `path` is a chain of the graph with at least one node that is not external.
 ChainTiming evaluate_chain(const graph::Graph& graph, std::span<const NodeId> path, const CostTable& costs,
                            std::span<const SubchainTiming> subchains);

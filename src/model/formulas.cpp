@@ -41,14 +41,21 @@ SharedTiming shared_core(const SharedCore& on, bool exact_rate) {
   return {late, late};
 }
 
-std::optional<InputWait> wait_between(const Grid& first, Millis execution, const Grid& second, bool below) {
+std::optional<InStep> InStep::of(const Grid& first, const Grid& second) {
   const auto [shorter, longer] = std::minmax(first.period, second.period);
   if (longer % shorter != Nanos{0}) return std::nullopt;
-  const Millis apart = to_millis(((second.phase - first.phase) % shorter + shorter) % shorter);
-  InputWait wait{apart - execution, to_millis(std::max(second.period - first.period, Nanos{0}))};
+  InStep step;
+  step.shorter_ = to_millis(shorter);
+  step.apart_ = to_millis(((second.phase - first.phase) % shorter + shorter) % shorter);
+  step.more_ = to_millis(std::max(second.period - first.period, Nanos{0}));
+  return step;
+}
+
+InputWait InStep::wait(Millis execution, bool below) const {
+  InputWait wait{apart_ - execution, more_};
   if (wait.last >= Millis{0}) return wait;
-  const double missed = std::ceil(-wait.last.count() / to_millis(shorter).count());
-  wait.last = below && apart >= kTogether ? Millis{0} : wait.last + missed * to_millis(shorter);
+  const double missed = std::ceil(-wait.last.count() / shorter_.count());
+  wait.last = below && apart_ >= kTogether ? Millis{0} : wait.last + missed * shorter_;
   return wait;
 }
 

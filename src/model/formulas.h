@@ -59,12 +59,23 @@ struct InputWait {
   Millis last{0};  // the last one before that run, at most
   Millis more{0};  // another one, at most so much longer
 };
-// A run of the first ends `execution` after its trigger, at most. `below`: the second cannot run before the first,
-// triggered before it, has ended, and then finds its output even if it was triggered meanwhile. None where neither
-// period is a whole multiple of the other: then it may be anything up to the second's period. Triggers that are closer
-// together than kTogether may come in either order.
+// Of which one's period is a whole multiple of the other's.
+class InStep {
+ public:
+  // None where neither is: then an output may wait for anything up to the second's period.
+  static std::optional<InStep> of(const Grid& first, const Grid& second);
+
+  // A run of the first ends `execution` after its trigger, at most. `below`: the second cannot run before the first,
+  // triggered before it, has ended, and then finds its output even if it was triggered meanwhile. Triggers that are
+  // closer together than kTogether may come in either order.
+  InputWait wait(Millis execution, bool below) const;
+
+ private:
+  Millis shorter_{0};  // of the periods
+  Millis apart_{0};    // from a trigger of the first to the next of the second, if both had that period
+  Millis more_{0};     // as InputWait's
+};
 constexpr Millis kTogether{0.05};
-std::optional<InputWait> wait_between(const Grid& first, Millis execution, const Grid& second, bool below);
 
 // One element of a chain, as planned.
 struct ElementTiming {

@@ -34,6 +34,14 @@ class RunSpread {
   // By how much the runs of each part are longer than the mean, from the shortest on.
   const std::array<double, kParts>& parts() const { return parts_; }
 
+  // Of `value(more)`, where a run costs `more` than the mean.
+  template <class Value>
+  double mean_of(const Value& value) const {
+    double sum = 0.0;
+    for (const double more : parts_) sum += value(more);
+    return sum / static_cast<double>(kParts);
+  }
+
   // How long runs take on a schedule: one that costs `more` than the mean, (mean + more) * stretch + waits.
   struct Lengths {
     double mean = 0.0;

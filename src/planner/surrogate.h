@@ -99,6 +99,10 @@ class Surrogate {
     // Of the period of a node whose runs may be without input, and do not count then; else empty.
     std::vector<model::BatchInput> inputs;
   };
+  struct AtTicks {
+    double wait = 0.0;       // until the tick that shows it
+    double with_news = 1.0;  // part of the ticks
+  };
   struct Timing {  // of a subchain
     double cost = 0.0;
     double square = 0.0;  // mean of the squares
@@ -123,9 +127,10 @@ class Surrogate {
     double anytime = 0.0;  // what is left of its run, where one is met at any time, on average
     // Of one that triggers others that are above it on its core: they run after its runs, and never while it does.
     bool leads = false;
-    double led_work = 0.0;  // what those cost, after each of its runs
-    double late = 0.0;      // how long they keep it from its next run, on average
-    double stretch = 1.0;   // of what it costs, while others pre-empt it
+    double led_work = 0.0;              // what those cost, after each of its runs
+    double late = 0.0;                  // how long they keep it from its next run, on average
+    double stretch = 1.0;               // of what it costs, while others pre-empt it
+    std::optional<AtTicks> at_ticks{};  // of its clock, once a term has asked
   };
   // Those above a subchain on its core: order_[first, last).
   struct Above {
@@ -182,11 +187,7 @@ class Surrogate {
   void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
-  struct AtTicks {
-    double wait = 0.0;       // until the tick that shows it
-    double with_news = 1.0;  // part of the ticks
-  };
-  std::optional<AtTicks> at_ticks(const trial::Schedule& schedule, const Element& before, const Element& element) const;
+  const AtTicks* at_ticks(const trial::Schedule& schedule, const Element& before, const Element& element);
   // What a clock of others has begun: outputs `passed` after its ticks.
   struct Ticked {
     NodeId clock;
@@ -200,7 +201,7 @@ class Surrogate {
   double wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
                       Basis basis) const;
   double counted_period(const Term& term, const trial::Place& place) const;
-  double total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const;
+  double total_of(const trial::Schedule& schedule, const Term& term, Basis basis);
   void promise(const trial::Schedule& schedule, Estimate& estimate);
 
   const graph::App& app_;

@@ -13,33 +13,33 @@ namespace ctn::planner {
 // Of one that keeps a phase to the clock: what is left until the next tick when its run ends, on average over long and
 // short runs, and what part of the ticks finds something new. Of one that comes at each tick, what ends too late for
 // one is overwritten by what is in time for the next, or shown in its place.
-std::optional<Surrogate::AtTicks> Surrogate::at_ticks(const trial::Schedule& schedule, const Element& before,
-                                                      const Element& element) const {
-  if (element.subchain || !before.subchain) return std::nullopt;
+const Surrogate::AtTicks* Surrogate::at_ticks(const trial::Schedule& schedule, const Element& before,
+                                              const Element& element) {
+  if (element.subchain || !before.subchain) return nullptr;
   const trial::Place& place = schedule.subchains[before.subchain->index()];
-  if (place.clock != element.node) return std::nullopt;
-  const Timing& timing = timings_[before.subchain->index()];
+  if (place.clock != element.node) return nullptr;
+  Timing& timing = timings_[before.subchain->index()];
+  if (timing.at_ticks) return &*timing.at_ticks;
   const RunSpread& spread = spread_[kind_of(place.core)][before.subchain->index()];
   const double end = to_millis(place.phase).count() + timing.execution;
-  AtTicks found;
+  const auto ticks_of = [&](double more) { return (end + more * timing.stretch) / element.period; };
   double nothing_new = 1.0;
   double of_this_tick = 0.0;  // what part of the runs
-  double this_tick = std::floor((end + spread.parts().front() * timing.stretch) / element.period);
-  for (const double more : spread.parts()) {  // in ascending order
-    const double in_ticks = (end + more * timing.stretch) / element.period;
-    const double tick = std::floor(in_ticks);
+  double this_tick = std::floor(ticks_of(spread.parts().front()));
+  const double wait = spread.mean_of([&](double more) {  // in ascending order
+    const double ticks = ticks_of(more);
+    const double tick = std::floor(ticks);
     if (tick > this_tick) {
       nothing_new *= 1.0 - of_this_tick;
       of_this_tick = 0.0;
       this_tick = tick;
     }
     of_this_tick += 1.0 / static_cast<double>(RunSpread::kParts);
-    found.wait += (1.0 - (in_ticks - tick)) * element.period / static_cast<double>(RunSpread::kParts);
-  }
+    return (1.0 - (ticks - tick)) * element.period;
+  });
   nothing_new *= 1.0 - of_this_tick;
   const bool at_each_tick = timing.period <= element.period * (1.0 + plan::kTolerance);
-  if (at_each_tick) found.with_news = 1.0 - nothing_new;
-  return found;
+  return &timing.at_ticks.emplace(AtTicks{wait, at_each_tick ? 1.0 - nothing_new : 1.0});
 }
 
 // Of one that keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
@@ -68,7 +68,7 @@ bool Surrogate::is_held_back(const trial::Schedule& schedule, std::size_t subcha
   return to_millis(place.period).count() > apart * (1.0 + plan::kTolerance);
 }
 
-// Any, unless both keep phases to one clock (model::wait_between()). What is taken is the newest, which is no older on
+// Any, unless both keep phases to one clock (model::InStep). What is taken is the newest, which is no older on
 // average than half of what outputs are apart, if each of them brings something new.
 double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, SubchainId other, bool all_new,
                                Basis basis) const {
@@ -88,19 +88,16 @@ double Surrogate::wait_between(const trial::Schedule& schedule, SubchainId one, 
   };
   if (misses(timing, first) || misses(next, second)) return any;
   const bool below = first.core == second.core && second.priority < first.priority && waits_[one.index()] == 0.0;
-  const auto after = [&](double execution) {
-    return model::wait_between({first.phase, first.period}, Millis{execution}, {second.phase, second.period}, below);
-  };
-  const auto wait = after(usual ? timing.execution : timing.promised_execution);
-  if (!wait) return any;
+  const auto step = model::InStep::of({first.phase, first.period}, {second.phase, second.period});
+  if (!step) return any;
+  const auto wait = step->wait(Millis{usual ? timing.execution : timing.promised_execution}, below);
   // Whether each run brings something new is told of the first element alone.
-  const double older = all_new ? 0.0 : wait->more.count();
-  if (!usual) return wait->last.count() + older;
-  double last = 0.0;
-  for (const double more : spread_[kind_of(first.core)][one.index()].parts()) {
-    last += after(timing.execution + more * timing.stretch)->last.count();
-  }
-  return last / static_cast<double>(RunSpread::kParts) + older / 2.0;
+  const double older = all_new ? 0.0 : wait.more.count();
+  if (!usual) return wait.last.count() + older;
+  const RunSpread& spread = spread_[kind_of(first.core)][one.index()];
+  const double last = spread.mean_of(
+      [&](double more) { return step->wait(Millis{timing.execution + more * timing.stretch}, below).last.count(); });
+  return last + older / 2.0;
 }
 
 // Runs that find no input do not count: fewer, the closer together they come.
@@ -115,7 +112,7 @@ double Surrogate::counted_period(const Term& term, const trial::Place& place) co
   return timing.period / spread.part_with_input([&](double more) { return items_in(usual + more * timing.stretch); });
 }
 
-double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) const {
+double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Basis basis) {
   const bool usual = basis == Basis::kUsual;
   const auto period_of = [&](const Timing& timing) { return usual ? timing.period : timing.promised_period; };
   if (term.of && usual) return counted_period(term, schedule.subchains[term.of->index()]);
@@ -157,10 +154,12 @@ double Surrogate::total_of(const trial::Schedule& schedule, const Term& term, Ba
       }
       if (usual) {
         const std::optional<double> since = begun ? wait_since_tick(schedule, *begun, element) : std::nullopt;
-        const std::optional<AtTicks> ticks = since ? std::nullopt : at_ticks(schedule, *before, element);
+        const AtTicks* const ticks = since ? nullptr : at_ticks(schedule, *before, element);
         if (since) wait = *since;
-        if (ticks) wait = ticks->wait;
-        if (ticks) own /= ticks->with_news;
+        if (ticks != nullptr) {
+          wait = ticks->wait;
+          own /= ticks->with_news;
+        }
       }
       latency += wait;
     }
