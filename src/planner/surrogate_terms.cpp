@@ -39,7 +39,8 @@ const Surrogate::AtTicks* Surrogate::at_ticks(const trial::Schedule& schedule, c
   });
   nothing_new *= 1.0 - of_this_tick;
   const bool at_each_tick = timing.period <= element.period * (1.0 + plan::kTolerance);
-  return &timing.at_ticks.emplace(AtTicks{wait, at_each_tick ? 1.0 - nothing_new : 1.0});
+  timing.at_ticks = AtTicks{wait, at_each_tick ? 1.0 - nothing_new : 1.0};
+  return &*timing.at_ticks;
 }
 
 // Of one that keeps a phase to the clock that began its input: how old the last output is on average when a run begins.
