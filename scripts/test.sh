@@ -10,6 +10,7 @@
 #   CATAN_REQUIRE_REALTIME=1   tests that skip themselves because they may not set real-time levels fail
 #   CATAN_YOLO=FOLDER          the real network for tests that need one (docs/navigation-detector.md); otherwise they are skipped
 #   SKIP_REALTIME=1            only those that do not depend on the clock
+#   TMPDIR=FOLDER              where tests write their files; else in memory, or in /tmp where that has no room
 set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${1:?usage: scripts/test.sh PRESET [JOBS [REGEX [LABEL]]]}
@@ -23,6 +24,22 @@ mkdir -p out/ci
 failed=0
 [[ -n ${CI:-} ]] || rm -f "$flaky" # .ci/run removes what is of a run before
 rm -f "$log"/{steady,realtime,again}.{log,failed}
+
+# Tests write thousands of small files, and a disk can take a millisecond for each. In memory they must have room, and
+# programs must be allowed to run from there: some tests compile one. Prints the folder's name.
+make_folder_in_memory() {
+  local free folder
+  free=$(df --output=avail -B1M /dev/shm 2>/dev/null | tail -n 1)
+  [[ ${free:-0} -ge 1024 ]] && folder=$(mktemp -d /dev/shm/catan-tests-XXXXXX 2>/dev/null) || return 1
+  echo "$folder"
+  chmod 755 "$folder" # some tests act as another user
+  cp /bin/true "$folder" && "$folder/true" 2>/dev/null && rm "$folder/true"
+}
+if [[ -z ${TMPDIR:-} ]]; then
+  scratch=
+  trap '[[ -z $scratch ]] || rm -rf "$scratch"' EXIT
+  if scratch=$(make_folder_in_memory); then export TMPDIR=$scratch; fi
+fi
 
 # run NAME OPTION...: ctest; what all tests printed is kept as NAME.log, who failed as NAME.failed (lines NUMBER:TEST).
 run() {
