@@ -59,9 +59,12 @@ ros1_packages=(
   libroscpp-dev          # roscpp
   libstd-msgs-dev        # messages of the tests' programs
   libgeometry-msgs-dev   # those that have a stamp
+  libdiagnostic-msgs-dev # what catan ros node publishes
+  libdynamic-reconfigure-config-init-mutex-dev # and how settings are changed
   libmessage-filters-dev # its synchronizers, in a test
   libnodelet-dev         # nodelets, in a test
   libnodeletlib-dev
+  python3-rosbag         # recorded sensors, in a test
   python3-rospy          # a node in Python, in a test
   python3-std-msgs
   python3-roslaunch      # roscore, roslaunch

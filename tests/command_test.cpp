@@ -20,8 +20,9 @@ using testing::StartsWith;
 Outcome catan(const std::string& arguments) { return run_catan(arguments, kTestApps); }
 
 TEST(Command, HelpAndVersionAreSuccess) {
-  for (const std::string command : {"", "bench", "check", "ctl", "doctor", "export", "http", "node", "plan", "report",
-                                    "ros", "ros run", "run", "serve", "sim", "top", "watch", "whatif"}) {
+  for (const std::string command :
+       {"",    "bench",    "check",    "ctl",     "doctor", "export", "http", "node", "plan",  "report",
+        "ros", "ros bind", "ros node", "ros run", "run",    "serve",  "sim",  "top",  "watch", "whatif"}) {
     const Outcome outcome = catan(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_EQ(outcome.err, "") << command;
@@ -48,6 +49,7 @@ TEST(Command, MistakesOnTheCommandLineExitWith2) {
                                       "check nowhere.yaml",
                                       "check .",
                                       "ros",
+                                      "ros node one two",
                                       "ros run minimal.yaml",
                                       "ros run minimal.yaml -- true",
                                       "ros run nowhere.yaml -- true",

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -25,6 +26,10 @@ class HttpCommand : public ServedNodesTest {
  protected:
   void serve_page(const std::string& more) {
     ASSERT_NO_FATAL_FAILURE(serve_all("--http 127.0.0.1:0 " + more));
+    find_page();
+  }
+  // Where the page is, as who serves it says.
+  void find_page() {
     const std::string before = "the page is at http://";
     ASSERT_TRUE(says(before)) << said();
     ASSERT_TRUE(eventually([&] { return said().find('/', said().find(before) + before.size()) != std::string::npos; }));
@@ -88,6 +93,21 @@ TEST_F(HttpCommand, IsGoneWithAServerThatIsKilled) {
   serve_page("");
   kill_server(SIGKILL);
   EXPECT_TRUE(eventually([&] { return get_page("/").empty(); }));
+}
+
+// However often it is asked meanwhile.
+TEST_F(HttpCommand, FindsAServerAgainThatWasKilled) {
+  serve();
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(path("socket")); }));
+  const auto page = os::ChildProcess::start(
+      {"/bin/sh", "-c", "exec \"$0\" http \"$1\" --listen 0 2>>\"$2\"", CATAN_COMMAND, path("socket"), path("said")});
+  ASSERT_TRUE(page.ok()) << page.error().message();
+  find_page();
+  EXPECT_TRUE(eventually([&] { return body_of(get_page("/live"))["state"] == "running"; }));
+  kill_server(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return body_of(get_page("/live"))["state"] == "killed"; }));
+  serve();
+  EXPECT_TRUE(eventually([&] { return body_of(get_page("/live"))["state"] == "running"; }));
 }
 
 TEST_F(HttpCommand, ServesFromCpusThatTheAppDoesNotUse) {

@@ -18,7 +18,7 @@
 #include "base/text.h"
 #include "command.h"
 #include "http_options.h"
-#include "http_source.h"
+#include "live_source.h"
 #include "os/linux/background.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/signal_watch.h"
@@ -86,7 +86,7 @@ Status serve_page(const HttpCommand& command) {
   os::yield_to_others();
   os::limit_resources(kMaxFiles, kMaxMemory);
   const std::unique_ptr<os::Os> os = os::make_linux_os();
-  HttpSource source(*os, command.target);
+  LiveSource source(*os, command.target);
   // A server that starts this process may not listen yet, so that not finding it is no error.
   if (const Status found = source.look(); !found && command.parent == 0) return found;
   const auto scheduled = command.options.cpus.empty() ? source.cpus() : command.options.scheduled();

@@ -19,7 +19,8 @@
 #include "config/app_file.h"
 #include "config/ros_binding.h"
 #include "ros_bind.h"
-#include "ros_preload.h"
+#include "ros_libraries.h"
+#include "ros_node.h"
 #include "runtime/socket_path.h"
 #include "scheduling_options.h"
 #include "serving_programs.h"
@@ -255,9 +256,11 @@ void add_ros_command(CLI::App& cli, int& exit_code) {
       "Examples:\n"
       "  catan ros run robot.yaml -- roslaunch my_robot all.launch    see catan ros run --help\n"
       "  catan ros bind -- roslaunch my_robot all.launch              writes a first app file, app.yaml\n"
+      "  catan ros node                                               tells rqt, rosbag and others what happens\n"
       "Exit code: 0 it ran, 1 failure at run time, 2 a mistake.");
   command->require_subcommand(1);
   add_ros_bind_command(*command, exit_code);
+  add_ros_node_command(*command, exit_code);
   add_ros_run_command(*command, exit_code);
 }
 

@@ -1,4 +1,4 @@
-#include "http_source.h"
+#include "live_source.h"
 
 #include <fmt/format.h>
 
@@ -37,45 +37,43 @@ bool is_gone(os::ProcessId process) {
 
 }  // namespace
 
-Status HttpSource::look() {
+Status LiveSource::look() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> found = watched();
   return found ? Status(Done{}) : Status(found.error());
 }
 
-std::optional<os::CpuSet> HttpSource::cpus() {
+std::optional<os::CpuSet> LiveSource::cpus() {
   const std::lock_guard lock(mutex_);
   return watched_ ? std::optional(watched_->recording.header().cpus) : std::nullopt;
 }
 
-Result<HttpSource::Watched*> HttpSource::watched() {
+void LiveSource::look_for_app(TimePoint now) {
+  looked_at_ = now;
+  Result<flight::Recording> found = attach(os_, target_);
+  if (!found) {
+    missing_ = found.error();
+    return;
+  }
+  auto next = std::make_unique<Watched>(std::move(*found));
+  // Prometheus's counters must not begin anew within one run.
+  if (watched_ && is_same_run(watched_->recording, next->recording)) {
+    next->view.go_on_from(watched_->view.late_so_far());
+  }
+  watched_ = std::move(next);
+}
+
+Result<LiveSource::Watched*> LiveSource::watched() {
   const TimePoint now = os_.now();
   const bool ended = watched_ && (watched_->life.over || watched_->life.gone);
   const bool paused = watched_ && now - read_at_ > kReadAnewAfter;
-  if (!watched_ || ended || paused) {
-    const bool looked = (missing_ || ended) && now - read_at_ < kLookAgainAfter;
-    if (looked && missing_ && !watched_) return *missing_;
-    if (!looked) {
-      Result<flight::Recording> found = attach(os_, target_);
-      read_at_ = now;
-      if (found) {
-        auto next = std::make_unique<Watched>(std::move(*found));
-        // Prometheus's counters must not begin anew within one run.
-        if (watched_ && is_same_run(watched_->recording, next->recording)) {
-          next->view.go_on_from(watched_->view.late_so_far());
-        }
-        watched_ = std::move(next);
-        missing_.reset();
-      } else {
-        missing_ = found.error();
-        if (!watched_) return *missing_;  // else the app that has ended is still shown
-      }
-    }
-  }
+  const bool looked = looked_at_ && now - *looked_at_ < kLookAgainAfter;
+  if ((!watched_ || ended || paused) && !looked) look_for_app(now);
+  if (!watched_) return *missing_;  // else the app that has ended is still shown
   Watched& seen = *watched_;
   record::ForwardingSink both({&seen.view, &seen.timeline});
   if (seen.recording.read_new(both) > 0) seen.view.lost();
-  if (!missing_) read_at_ = now;
+  read_at_ = now;
   seen.life = {seen.recording.seen_alive(), seen.recording.over(), false};
   if (now - seen.life.seen_alive > view::kStalledAfter) {
     seen.life.gone = is_gone(os::ProcessId{seen.recording.process()});
@@ -84,21 +82,21 @@ Result<HttpSource::Watched*> HttpSource::watched() {
   return &seen;
 }
 
-Result<std::string> HttpSource::live() {
+Result<std::string> LiveSource::live() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
   return view::to_json((*seen)->view.picture(os_.now(), (*seen)->life));
 }
 
-Result<std::string> HttpSource::timeline() {
+Result<std::string> LiveSource::timeline() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
   return (*seen)->timeline.json(os_.now());
 }
 
-Result<std::string> HttpSource::plan() {
+Result<std::string> LiveSource::plan() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
@@ -109,7 +107,7 @@ Result<std::string> HttpSource::plan() {
   return (*seen)->timeline.plan();
 }
 
-Result<std::vector<std::string>> HttpSource::sockets() {
+Result<std::vector<std::string>> LiveSource::sockets() {
   const bool named = !target_.empty() && target_.find_first_not_of("0123456789") != std::string::npos;
   if (named) return sockets_of(target_);
   const std::lock_guard lock(mutex_);
@@ -118,19 +116,19 @@ Result<std::vector<std::string>> HttpSource::sockets() {
   return runtime::sockets_to_try((*seen)->recording.app().name);
 }
 
-Result<std::string> HttpSource::snapshot() {
+Result<std::string> LiveSource::snapshot() {
   const Result<std::vector<std::string>> at = sockets();
   if (!at) return at.error();
   return runtime::ask_for_status(os_, *at);
 }
 
-Status HttpSource::change(const Changes& changes) {
+Status LiveSource::change(const Changes& changes) {
   const Result<std::vector<std::string>> at = sockets();
   if (!at) return at.error();
   return runtime::ask_to_change(os_, *at, changes);
 }
 
-Result<std::string> HttpSource::what_if(const web::WhatIf& asked) {
+Result<std::string> LiveSource::what_if(const web::WhatIf& asked) {
   Result<flight::Recording> found = attach(os_, target_);
   if (!found) return found.error();
   std::optional<Result<std::string>> answer;

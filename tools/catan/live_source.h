@@ -1,5 +1,6 @@
-// What `catan http` shows: an app that runs on this machine, through its recording (attach.h). Where no such app runs
-// at present, calls say so, and later ones look again: a server may start later, end and come back.
+// What `catan http` and `catan ros node` show: an app that runs on this machine, through its recording (attach.h).
+// Where no such app runs at present, calls say so, and later ones look again: a server may start later, end and come
+// back.
 //
 // Events are read only while clients ask. Thread safety: all functions from any thread; they lock.
 #pragma once
@@ -19,10 +20,10 @@
 
 namespace ctn::tool {
 
-class HttpSource final : public web::Source {
+class LiveSource final : public web::Source {
  public:
   // `target`: as attach() has it.
-  HttpSource(os::Os& os, std::string target) : os_(os), target_(std::move(target)) {}
+  LiveSource(os::Os& os, std::string target) : os_(os), target_(std::move(target)) {}
 
   // Whether there is an app to show now. Errors: as attach() has them.
   Status look();
@@ -54,6 +55,8 @@ class HttpSource final : public web::Source {
 
   // The app, with all events up to now. Precondition: mutex_ is locked.
   Result<Watched*> watched();
+  // Precondition: mutex_ is locked.
+  void look_for_app(TimePoint now);
   Result<std::vector<std::string>> sockets();
 
   os::Os& os_;
@@ -61,7 +64,8 @@ class HttpSource final : public web::Source {
   std::mutex mutex_;
   std::unique_ptr<Watched> watched_;
   TimePoint read_at_{};
-  std::optional<Error> missing_;
+  std::optional<TimePoint> looked_at_;
+  std::optional<Error> missing_;  // why the app was not found when it was looked for last
 };
 
 }  // namespace ctn::tool
