@@ -10,12 +10,12 @@
 namespace ctn::case_studies {
 namespace {
 
-// "mean 11.23 beside 12.11 (-7 %)"
+// "mean 11.23 beside 12.11 (-7.3 %)"
 std::string means_of(const Row& ours, const Row& theirs) {
   if (!ours.spread || !theirs.spread) return "nothing";
   const double mean = ours.spread->mean;
   const double other = theirs.spread->mean;
-  const std::string percent = other > 0.0 ? fmt::format(" ({:+.0f} %)", 100.0 * (mean / other - 1.0)) : "";
+  const std::string percent = other > 0.0 ? fmt::format(" ({:+.1f} %)", 100.0 * (mean / other - 1.0)) : "";
   return fmt::format("mean {:.{}f} beside {:.{}f}{}", mean, ours.metric->digits, other, ours.metric->digits, percent);
 }
 

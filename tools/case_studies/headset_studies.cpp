@@ -17,7 +17,7 @@ namespace ctn::case_studies {
 namespace {
 
 constexpr Scheduler kFifo{"fifo", "FIFO", "fifo"};
-constexpr Scheduler kPacer{"pacer", "a compositor's pacer", "pacer"};
+constexpr Scheduler kPacer{"pacer", "pacer", "pacer"};
 
 const std::vector<Scheduler>& schedulers() {
   static const std::vector<Scheduler> kAll{kDefault, kFifo, kPaper, kPacer, kCatan};
@@ -89,6 +89,11 @@ std::vector<Metric> headset_metrics(bool camera_has_floor) {
   return metrics;
 }
 
+// That has room below a figure.
+std::string short_label_of(const Scheduler& scheduler) {
+  return scheduler.name == std::string(kPaper.name) ? "paper's Catan" : scheduler.label;
+}
+
 // A metric of all schedulers, on one core beside two: means, and one standard deviation above and below.
 report::Panel panel_of(const std::vector<Row>& rows, const std::string& name) {
   constexpr double kApart = 0.1;
@@ -101,7 +106,7 @@ report::Panel panel_of(const std::vector<Row>& rows, const std::string& name) {
     double x = 0.0;
     for (const Scheduler& scheduler : schedulers()) {
       x += 1.0;
-      if (one) panel.x.ticks.push_back({x, scheduler.label});
+      if (one) panel.x.ticks.push_back({x, short_label_of(scheduler)});
       const Row& row = row_of(rows, name, batch_on(cores, scheduler));
       if (!row.spread) continue;
       const double mean = row.spread->mean;
@@ -137,14 +142,14 @@ std::string gains_of(const std::vector<Row>& rows) {
 
 std::vector<Drawn> draw_headset(const Study& study, const Runs& runs) {
   const std::vector<Row> rows = compare(study, runs);
-  report::Figure responses{.title = "Response times of the headset's chains", .panel_height = 260};
+  report::Figure responses{.title = "Response times of the headset's chains", .width = 640, .panel_height = 280};
   std::vector<std::string> papers;
   for (const Chain& chain : kChains) {
     report::Panel& panel = responses.panels.emplace_back(panel_of(rows, chain.response));
     if (const auto floor = floor_of(chain, runs)) panel.levels.push_back({*floor, "floor"});
     papers.push_back(fmt::format("{} -{} %", chain.name, chain.paper_percent));
   }
-  report::Figure errors{.title = "Error of the picture, and ticks missed", .panel_height = 260};
+  report::Figure errors{.title = "Error of the picture, and ticks missed", .width = 640, .panel_height = 280};
   for (const char* name : {kErrorP50, kErrorP95, kMissed}) errors.panels.push_back(panel_of(rows, name));
   return {
       {std::move(responses),
@@ -237,7 +242,7 @@ std::vector<Claim> claims_of_headset(const Study& study, const Runs& runs, bool 
 }
 
 Study headset_study(const Setting& setting, bool camera_has_rate) {
-  Conditions conditions = conditions_of(setting, {}, {20, 30.0}, {2, 10.0});
+  Conditions conditions = conditions_of(setting, {}, {20, 30.0}, {2, 8.0});
   if (camera_has_rate) conditions.more = {"--camera", "20"};
   Study study{.id = {},
               .program = "vr",

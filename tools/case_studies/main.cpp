@@ -77,8 +77,11 @@ Result<std::filesystem::path> folder_of_runs(const Options& options, const std::
   return folder;
 }
 
-// Of the studies that can be run here.
+// Of the studies that can be run here. --out is there afterwards, whatever they are.
 Result<std::map<std::string, App>> apps_of(const Options& options, const std::vector<Study>& studies) {
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) return Error::environment(options.out + " cannot be made", "name another folder with --out");
   std::map<std::string, App> apps;
   for (const Study& study : studies) {
     if (!study.missing.empty() || apps.contains(study.program)) continue;
@@ -111,7 +114,8 @@ std::string why_no_headset(const Options& options) {
   if (pipe == nullptr) return options.vr + " cannot be started.";
   std::string said;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) said += c == '\n' ? ' ' : static_cast<char>(c);
-  return pclose(pipe) == 0 || program::signal_so_far() != 0 ? "" : "It cannot be run here: " + said;
+  if (pclose(pipe) == 0 || program::signal_so_far() != 0) return {};
+  return "It cannot be run here: " + (said.empty() ? options.vr + " fails, and says nothing." : said);
 }
 
 // Beside the app's program, or where it was installed to.

@@ -240,7 +240,7 @@ Study collisions(const Setting& setting) {
 }
 
 Study exploration(const Setting& setting) {
-  const Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 90.0});
+  const Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 75.0});
   constexpr Scheduler kPaperWithout{"paper-without-stealing", "the paper's Catan without stealing", "paper", "", false};
   constexpr Scheduler kCatanWithout{"catan-without-stealing", "Catan without stealing", "catan", "", false};
   return {.id = "map2",
@@ -272,7 +272,7 @@ Study exploration(const Setting& setting) {
 }
 
 Study detector(const Setting& setting) {
-  Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 90.0});
+  Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 75.0});
   conditions.more = setting.detector;
   const std::vector<Scheduler> schedulers{kStaticFullRun, kStatic20s, kCatan};
   Study study{
@@ -385,7 +385,7 @@ Study life(const Setting& setting) {
                           metric(kReaction, "reaction_ms_mean", Better::kNeither, Method::kRanks)},
               .draw = {},
               .claim = claims_of_life};
-  add_life(study, {kDefault, kFastLocal, kCatan}, in_world(setting, setting.map1, {10, 90.0}, {2, 20.0}), setting.cpu);
+  add_life(study, {kDefault, kFastLocal, kCatan}, in_world(setting, setting.map1, {10, 90.0}, {2, 15.0}), setting.cpu);
   return study;
 }
 

@@ -262,13 +262,16 @@ Result<std::string> render_page(const Results& results) {
 
 std::string to_text(const Results& results) {
   const Count count = count_of(results);
-  std::string text = fmt::format("{} of {} runs; {}\n\n", count.there, count.wanted, summary_of(results));
+  std::string text = fmt::format("{} of {} runs; {}\n", count.there, count.wanted, summary_of(results));
+  std::string before;
   for (const auto& [study, claim] : claims_of(results)) {
+    if (study != before) text += fmt::format("\n{}\n", study);
+    before = study;
     text += fmt::format("{:<9}  {}: {}{}\n", verdict_text(claim.verdict), claim.text, claim.measured,
                         claim.probability ? fmt::format(" (p {})", probability_text(*claim.probability)) : "");
   }
   for (const StudyResults& one : results.studies) {
-    if (!one.study.missing.empty()) text += fmt::format("left out   {}: {}\n", one.study.title, one.study.missing);
+    if (!one.study.missing.empty()) text += fmt::format("\nleft out   {}: {}\n", one.study.title, one.study.missing);
   }
   if (const report::Table better = better_elsewhere(results); !better.rows.empty()) {
     text += "\nbetter than the reference, by more than chance:\n" + report::to_text(better);
