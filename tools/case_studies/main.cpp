@@ -63,41 +63,45 @@ const std::string& program_of(const Options& options, const std::string& app) {
   return app == "vr" ? options.vr : options.navigation;
 }
 
-// Runs of one build are not mixed with those of another, which may drive otherwise.
-Result<std::filesystem::path> folder_of_runs(const Options& options, const std::string& program) {
+// The name of the folder of a program's runs: runs of one build are not mixed with those of another, which may drive
+// otherwise. Empty: it cannot be read.
+std::string folder_of_build(const std::string& program) {
   const std::string text = text_of(program);
-  if (text.empty()) return Error::caller(program + " cannot be read", "name another program");
+  if (text.empty()) return {};
   program::Fingerprint fingerprint;
   fingerprint.add(text);
-  const std::filesystem::path folder =
-      std::filesystem::path(options.out) / fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+  return fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+}
+
+Status make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error::environment(folder.string() + " cannot be made", "name another folder with --out");
-  return folder;
+  return Done{};
 }
 
 // Of the studies that can be run here. --out is there afterwards, whatever they are.
 Result<std::map<std::string, App>> apps_of(const Options& options, const std::vector<Study>& studies) {
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) return Error::environment(options.out + " cannot be made", "name another folder with --out");
+  if (Status made = make_folder(options.out); !made) return made.error();
   std::map<std::string, App> apps;
   for (const Study& study : studies) {
     if (!study.missing.empty() || apps.contains(study.program)) continue;
     const std::string& program = program_of(options, study.program);
-    const auto folder = folder_of_runs(options, program);
-    if (!folder) return folder.error();
-    apps[study.program] = {program, *folder};
+    const std::string name = folder_of_build(program);
+    if (name.empty()) return Error::caller(program + " cannot be read", "name another program");
+    const App app{program, std::filesystem::path(options.out) / name};
+    if (Status made = make_folder(app.folder); !made) return made.error();
+    apps[study.program] = app;
   }
   return apps;
 }
 
-void tell_of_other_builds(const Options& options, const std::map<std::string, App>& apps) {
+void tell_of_other_builds(const Options& options) {
+  const std::vector<std::string> used{folder_of_build(options.navigation), folder_of_build(options.vr)};
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(options.out, error)) {
-    const bool used = std::ranges::any_of(apps, [&](const auto& app) { return app.second.folder == entry.path(); });
-    if (used || !entry.path().filename().string().starts_with("runs-")) continue;
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("runs-") || std::ranges::find(used, name) != used.end()) continue;
     fmt::print(stderr, "{}: {} has runs of another build, which are not used\n", kProgram, entry.path().string());
   }
 }
@@ -214,7 +218,7 @@ int run(Options& options) {
   if (!apps) return program::fail(kProgram, apps.error());
   auto maps = apps->contains("navigation") ? maps_of(options) : Result<std::vector<Map>>(std::vector<Map>{});
   if (!maps) return program::fail(kProgram, maps.error());
-  tell_of_other_builds(options, *apps);
+  tell_of_other_builds(options);
 
   Ran ran;
   if (!options.page) ran = run_all(*studies, options, *apps);
