@@ -119,4 +119,4 @@ build-demo: configure
 
 build-case-studies: configure
 	$(call say,Build ($(PRESET)))
-	$(call cmake_build,$(PRESET)) --target catan_case_studies navigation
+	$(call cmake_build,$(PRESET)) --target catan_case_studies navigation vr

@@ -2,11 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "program/figures.h"
 
 namespace ctn::case_studies {
+namespace {
+
+// "mean 11.23 beside 12.11 (-7.3 %)"
+std::string means_of(const Row& ours, const Row& theirs) {
+  if (!ours.spread || !theirs.spread) return "nothing";
+  const double mean = ours.spread->mean;
+  const double other = theirs.spread->mean;
+  const std::string percent = other > 0.0 ? fmt::format(" ({:+.1f} %)", 100.0 * (mean / other - 1.0)) : "";
+  return fmt::format("mean {:.{}f} beside {:.{}f}{}", mean, ours.metric->digits, other, ours.metric->digits, percent);
+}
+
+}  // namespace
 
 std::string text_of(Share share) { return fmt::format("{} of {}", share.count, share.total); }
 
@@ -22,6 +35,8 @@ double percent_of(Share share) {
 }
 
 double median_of(const Row& row) { return row.spread ? row.spread->median : kNever; }
+
+double mean_of(const Row& row) { return row.spread ? row.spread->mean : kNever; }
 
 Verdict verdict_of(bool held) { return held ? Verdict::kHeld : Verdict::kFailed; }
 
@@ -44,6 +59,34 @@ Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, c
   Claim claim = worse_than_reference(std::move(text), rows, name, batch, reference);
   claim.verdict = ours == kNever && theirs == kNever ? Verdict::kNotShown : verdict_of(ours <= theirs);
   return claim;
+}
+
+Claim lower_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
+                 double percent) {
+  const double limit = (1.0 - percent / 100.0) * mean_of(theirs);
+  const bool lower = mean_of(ours) <= limit && mean_of(ours) < mean_of(theirs);
+  const bool shown = probability && *probability < kSignificant;
+  return {.text = std::move(text),
+          .measured = means_of(ours, theirs),
+          .probability = probability,
+          .verdict = !lower  ? Verdict::kFailed
+                     : shown ? Verdict::kHeld
+                             : Verdict::kNotShown};
+}
+
+Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
+                     bool lowest_possible) {
+  const bool held = ours.spread && theirs.spread && (lowest_possible || ours.spread->mean <= theirs.spread->mean);
+  return {.text = std::move(text),
+          .measured = means_of(ours, theirs),
+          .probability = probability,
+          .verdict = verdict_of(held)};
+}
+
+const Row& lowest_mean(const std::vector<Row>& rows, const std::string& name, const std::vector<std::string>& batches) {
+  const auto lowest = std::ranges::min_element(
+      batches, {}, [&](const std::string& batch) { return mean_of(row_of(rows, name, batch)); });
+  return row_of(rows, name, *lowest);
 }
 
 Claim lowest_in(double percent, std::string text, Share share) {

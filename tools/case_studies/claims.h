@@ -4,6 +4,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ std::string text_of(const Row& row);
 
 double percent_of(Share share);
 double median_of(const Row& row);  // kNever where there is none
+double mean_of(const Row& row);    // the same
 // In milliseconds, of a list over time: with a stretch's median of all runs. kNever where there is none.
 double median_of_medians(const Runs& runs, const std::string& batch, const std::string& list);
 
@@ -33,6 +35,15 @@ Claim no_better_than_reference(std::string text, const std::vector<Row>& rows, c
 // That the reference's mean is the best of all, and that this is not by chance.
 Claim best_of_all(const std::string& text, const std::vector<Row>& rows, const std::string& name,
                   const std::string& reference);
+// Of means, where runs are pairs: that ours is lower than theirs, by so many percent at least, and not by chance.
+// `probability`: of the test that compared the two.
+Claim lower_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
+                 double percent = 0.0);
+// That ours is no higher, or, higher or not, is as low as it can be.
+Claim no_higher_mean(std::string text, const Row& ours, const Row& theirs, std::optional<double> probability,
+                     bool lowest_possible = false);
+// Of these batches the one with the lowest mean by a metric. Precondition: there is one.
+const Row& lowest_mean(const std::vector<Row>& rows, const std::string& name, const std::vector<std::string>& batches);
 // That a batch has the lowest median in at least so many percent of the stretches of time.
 Claim lowest_in(double percent, std::string text, Share share);
 

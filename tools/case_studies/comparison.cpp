@@ -75,6 +75,19 @@ void test(Row& row, const std::vector<StoredRun>& ours, const std::vector<Stored
   }
 }
 
+// Not compared with anything.
+Row row_alone(const Metric& metric, const Batch& batch, const std::vector<StoredRun>& runs) {
+  std::vector<double> values = values_of(metric, runs);
+  Row row{.metric = &metric, .batch = &batch, .runs = values.size(), .share = {}, .spread = {}};
+  if (metric.method == Method::kShares) {
+    row.share = share_of(values);
+  } else if (!values.empty()) {
+    std::ranges::sort(values);  // means are the same to the last digit, whatever the order of the runs
+    row.spread = program::spread_of(values);
+  }
+  return row;
+}
+
 }  // namespace
 
 bool is_complete_enough(const Study& study, const Runs& runs) {
@@ -97,14 +110,7 @@ std::vector<Row> compare(const Study& study, const Runs& runs) {
     std::vector<double> probabilities;
     for (const Batch& batch : study.batches) {
       const std::vector<StoredRun>& ours = runs_of(runs, batch.name);
-      std::vector<double> values = values_of(metric, ours);
-      Row row{.metric = &metric, .batch = &batch, .runs = values.size(), .share = {}, .spread = {}};
-      if (metric.method == Method::kShares) {
-        row.share = share_of(values);
-      } else if (!values.empty()) {
-        std::ranges::sort(values);  // means are the same to the last digit, whatever the order of the runs
-        row.spread = program::spread_of(values);
-      }
+      Row row = row_alone(metric, batch, ours);
       const auto reference = std::ranges::find_if(
           study.batches, [&](const Batch& other) { return other.reference && other.group == batch.group; });
       if (!batch.reference && reference != study.batches.end()) test(row, ours, runs_of(runs, reference->name));
@@ -118,6 +124,13 @@ std::vector<Row> compare(const Study& study, const Runs& runs) {
     for (std::size_t i = 0; i < tested.size(); ++i) rows[first + tested[i]].probability = adjusted[i];
   }
   return rows;
+}
+
+Row compare_two(const Metric& metric, const Batch& batch, const Batch& reference, const Runs& runs) {
+  const std::vector<StoredRun>& ours = runs_of(runs, batch.name);
+  Row row = row_alone(metric, batch, ours);
+  test(row, ours, runs_of(runs, reference.name));
+  return row;
 }
 
 const Row& row_of(const std::vector<Row>& rows, const std::string& metric, const std::string& batch) {

@@ -42,6 +42,9 @@ struct Row {
 // By metric, then in the order of the batches.
 std::vector<Row> compare(const Study& study, const Runs& runs);
 
+// One metric of one batch beside that of another batch, whatever their groups: a test alone, so nothing is adjusted.
+Row compare_two(const Metric& metric, const Batch& batch, const Batch& reference, const Runs& runs);
+
 // The row of a metric and a batch. Precondition: there is one.
 const Row& row_of(const std::vector<Row>& rows, const std::string& metric, const std::string& batch);
 

@@ -63,6 +63,20 @@ TEST(Comparison, EachGroupHasItsReference) {
   EXPECT_FALSE(row_of(rows, "Collisions", "more").probability);
 }
 
+TEST(Comparison, TwoBatchesOfAnyGroupsAreOneTest) {
+  Study study = sample_study();
+  study.batches[1].group = "of its own";
+  const Runs runs = sample_runs(0.0);
+  EXPECT_FALSE(row_of(compare(study, runs), "Score", "other").probability) << "it has no reference in its group";
+  const Row row = compare_two(study.metrics[1], study.batches[1], study.batches[0], runs);
+  EXPECT_EQ(row.batch, &study.batches[1]);
+  EXPECT_EQ(row.runs, 8U);
+  EXPECT_EQ(row.spread->mean, 3.5);
+  EXPECT_TRUE(row.worse());
+  EXPECT_NEAR(*row.probability, 2.0 / 256.0, 1e-12) << "all of eight differences have one sign";
+  EXPECT_FALSE(compare_two(study.metrics[1], study.batches[1], study.batches[0], {}).probability);
+}
+
 TEST(Comparison, SeveralTestsOfOneFigureAskForMore) {
   Study study = sample_study();
   Runs runs = sample_runs(0.0);

@@ -37,13 +37,17 @@ std::filesystem::path record_of(const std::filesystem::path& folder, const std::
   return folder / (measurement + ".catan");
 }
 
+const App& app_of(const Study& study, const Plan& plan) { return plan.apps.at(study.program); }
+
+std::filesystem::path folder_of(const Study& study, const Plan& plan) { return app_of(study, plan).folder / study.id; }
+
 Job measuring(const Study& study, const Measurement& measurement, const Plan& plan) {
-  const std::filesystem::path record = record_of(plan.folder / study.id, measurement.name);
+  const std::filesystem::path record = record_of(folder_of(study, plan), measurement.name);
   std::vector<std::string> arguments = measurement.arguments;
   // Of a seed that no batch has.
   arguments.insert(arguments.end(), {"--seed", std::to_string(plan.seed - 1), "--record", unfinished(record.string())});
   return {.name = study.id + "/" + measurement.name,
-          .command = "exec " + command_of(plan.program_of(study.program), arguments),
+          .command = "exec " + command_of(app_of(study, plan).program, arguments),
           .seconds = measurement.seconds,
           .writes = record.string()};
 }
@@ -59,7 +63,7 @@ struct Turn {
 Job running(const Turn& turn, const Plan& plan) {
   const Study& study = *turn.study;
   const Batch& batch = *turn.batch;
-  const std::filesystem::path folder = plan.folder / study.id;
+  const std::filesystem::path folder = folder_of(study, plan);
   std::vector<std::string> arguments = batch.arguments;
   if (!batch.costs.empty()) {
     arguments.insert(arguments.end(), {"--costs", record_of(folder, batch.costs).string()});
@@ -72,7 +76,7 @@ Job running(const Turn& turn, const Plan& plan) {
               "{}/{}, {} of {}", study.id, batch.name,
               turn.runs == 1 ? fmt::format("run {}", last) : fmt::format("runs {} to {}", turn.first + 1, last),
               batch.runs),
-          .command = "exec " + command_of(plan.program_of(study.program), arguments),
+          .command = "exec " + command_of(app_of(study, plan).program, arguments),
           .seconds = batch.seconds * turn.runs,
           .live = batch.live};
 }
@@ -194,7 +198,7 @@ Jobs make_jobs(const std::vector<Study>& studies, const Plan& plan) {
     if (!study.missing.empty()) continue;
     for (const Measurement& measurement : study.measurements) {
       std::error_code error;
-      if (std::filesystem::exists(record_of(plan.folder / study.id, measurement.name), error)) continue;
+      if (std::filesystem::exists(record_of(folder_of(study, plan), measurement.name), error)) continue;
       jobs.measurements.push_back(measuring(study, measurement, plan));
     }
     for (const Batch& batch : study.batches) {

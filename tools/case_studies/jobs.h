@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,15 @@ struct Job {
   std::string writes{};  // a file that the command writes as this name with ".unfinished" added; empty: none
 };
 
-struct Plan {
+// An app's program, and the folder of its studies' runs.
+struct App {
+  std::string program;
   std::filesystem::path folder;
-  std::uint64_t seed = 1;                                         // of each batch's first run
-  std::function<std::string(const std::string& app)> program_of;  // its path
+};
+
+struct Plan {
+  std::map<std::string, App> apps;  // by name (Study::program): of each study that can be run here
+  std::uint64_t seed = 1;           // of each batch's first run
 };
 
 // Those to be run first, which the others need; then the others. Studies that cannot be run here have none.

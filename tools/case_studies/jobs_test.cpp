@@ -27,7 +27,7 @@ class JobsTest : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Plan plan() const {
-    return {folder_, 11, [](const std::string& app) { return "/bin/" + app; }};
+    return {{{"navigation", {"/bin/navigation", folder_}}, {"vr", {"/opt/vr", folder_ / "of-vr"}}}, 11};
   }
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
   std::string text_of(const std::string& name) const {
@@ -67,9 +67,20 @@ TEST_F(JobsTest, WhatIsMeasuredIsNotMeasuredAgain) {
   EXPECT_TRUE(make_jobs({sample_study()}, plan()).measurements.empty());
 }
 
+TEST_F(JobsTest, EachAppHasItsProgramAndItsFolder) {
+  Study study = sample_study();
+  study.program = "vr";
+  const Jobs jobs = make_jobs({sample_study(), study}, plan());
+  EXPECT_THAT(jobs.runs[0].command, HasSubstr("'/bin/navigation'"));
+  EXPECT_THAT(jobs.runs[2].command, HasSubstr("'/opt/vr'"));
+  EXPECT_THAT(jobs.runs[2].command, HasSubstr("'--out' '" + file("of-vr/sample/catan") + "'"));
+  EXPECT_EQ(jobs.measurements[1].writes, file("of-vr/sample/whole-run.catan"));
+}
+
 TEST_F(JobsTest, AStudyThatCannotBeRunHasNone) {
   Study study = sample_study();
   study.missing = "a second CPU";
+  study.program = "nowhere";
   EXPECT_TRUE(make_jobs({study}, plan()).runs.empty());
   EXPECT_TRUE(make_jobs({study}, plan()).measurements.empty());
 }

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -15,6 +17,7 @@
 #include <CLI/CLI.hpp>
 
 #include "experiments/host.h"
+#include "experiments/shell.h"
 #include "jobs.h"
 #include "map_picture.h"
 #include "page.h"
@@ -32,7 +35,8 @@ constexpr const char* kProgram = "catan_case_studies";
 
 struct Options {
   std::string out;
-  std::string program;  // navigation
+  std::string navigation;  // the programs
+  std::string vr;
   std::uint64_t seed = 1001;
   int jobs = 0;
   std::vector<std::string> only;   // studies; empty: all
@@ -47,35 +51,75 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Next to this program in the build tree, or where both were installed to.
-std::string find_program() {
+// In the build tree, seen from this program's folder; or where both were installed to.
+std::string find_program(const std::string& in_build, const std::string& name) {
   std::error_code error;
   const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const auto built = (folder / "../../apps/navigation/run/navigation").lexically_normal();
-  return std::filesystem::exists(built, error) ? built.string() : (folder / "navigation").string();
+  const auto built = (folder / in_build / name).lexically_normal();
+  return std::filesystem::exists(built, error) ? built.string() : (folder / name).string();
 }
 
-// Runs of one build are not mixed with those of another, which may drive otherwise.
-Result<std::filesystem::path> folder_of_runs(const Options& options) {
-  const std::string text = text_of(options.program);
-  if (text.empty()) return Error::caller(options.program + " cannot be read", "name the program with --program");
+const std::string& program_of(const Options& options, const std::string& app) {
+  return app == "vr" ? options.vr : options.navigation;
+}
+
+// The name of the folder of a program's runs: runs of one build are not mixed with those of another, which may drive
+// otherwise. Empty: it cannot be read.
+std::string folder_of_build(const std::string& program) {
+  const std::string text = text_of(program);
+  if (text.empty()) return {};
   program::Fingerprint fingerprint;
   fingerprint.add(text);
-  const std::filesystem::path folder =
-      std::filesystem::path(options.out) / fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+  return fmt::format("runs-{:08x}", fingerprint.value() >> 32U);
+}
+
+Status make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error::environment(folder.string() + " cannot be made", "name another folder with --out");
-  return folder;
+  return Done{};
 }
 
-void tell_of_other_builds(const std::filesystem::path& folder) {
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.parent_path(), error)) {
-    if (entry.path() == folder || !entry.path().filename().string().starts_with("runs-")) continue;
-    fmt::print(stderr, "{}: {} has runs of another build of navigation, which are not used\n", kProgram,
-               entry.path().string());
+// Of the studies that can be run here. --out is there afterwards, whatever they are.
+Result<std::map<std::string, App>> apps_of(const Options& options, const std::vector<Study>& studies) {
+  if (Status made = make_folder(options.out); !made) return made.error();
+  std::map<std::string, App> apps;
+  for (const Study& study : studies) {
+    if (!study.missing.empty() || apps.contains(study.program)) continue;
+    const std::string& program = program_of(options, study.program);
+    const std::string name = folder_of_build(program);
+    if (name.empty()) return Error::caller(program + " cannot be read", "name another program");
+    const App app{program, std::filesystem::path(options.out) / name};
+    if (Status made = make_folder(app.folder); !made) return made.error();
+    apps[study.program] = app;
   }
+  return apps;
+}
+
+void tell_of_other_builds(const Options& options) {
+  const std::vector<std::string> used{folder_of_build(options.navigation), folder_of_build(options.vr)};
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(options.out, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("runs-") || std::ranges::find(used, name) != used.end()) continue;
+    fmt::print(stderr, "{}: {} has runs of another build, which are not used\n", kProgram, entry.path().string());
+  }
+}
+
+// In whole sentences; empty: it can be. What the headset draws with is looked for while it runs, so it runs for a
+// moment, unless nothing is to be run.
+std::string why_no_headset(const Options& options) {
+  std::error_code error;
+  if (!std::filesystem::exists(options.vr, error)) return fmt::format("{} is not there.", options.vr);
+  if (options.page) return {};
+  const std::string command =
+      experiments::quoted(options.vr) + " --virtual --seconds 1 --scheduler default 2>&1 >/dev/null";
+  std::FILE* pipe = popen(command.c_str(), "re");
+  if (pipe == nullptr) return options.vr + " cannot be started.";
+  std::string said;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) said += c == '\n' ? ' ' : static_cast<char>(c);
+  if (pclose(pipe) == 0 || program::signal_so_far() != 0) return {};
+  return "It cannot be run here: " + (said.empty() ? options.vr + " fails, and says nothing." : said);
 }
 
 // Beside the app's program, or where it was installed to.
@@ -90,7 +134,7 @@ std::string file_of(const std::string& map, const std::string& program) {
 Result<std::vector<Map>> maps_of(const Options& options) {
   std::vector<Map> maps;
   for (const std::string& map : {options.setting.map1, options.setting.map2}) {
-    const auto world = navigation::world::read_world(file_of(map, options.program));
+    const auto world = navigation::world::read_world(file_of(map, options.navigation));
     if (!world) return world.error();
     maps.push_back({fmt::format("{}: {}. Blue: the robot{}{}.", map.size() == 1 ? "Map " + map : map, world->name,
                                 world->goal ? "; green: its goal" : ", which explores",
@@ -115,15 +159,18 @@ Result<std::vector<Study>> chosen(const Options& options) {
   return studies;
 }
 
-Result<Results> gather(const Options& options, std::vector<Study> studies, const std::filesystem::path& folder) {
+Result<Results> gather(const Options& options, std::vector<Study> studies, const std::map<std::string, App>& apps) {
   Results results{
       .host = {}, .quick = options.setting.quick, .seed = options.seed, .maps = {}, .failed = {}, .studies = {}};
   for (Study& study : studies) {
     Runs runs;
-    for (const Batch& batch : study.batches) {
-      auto read = read_runs(folder / study.id / batch.name, options.seed, batch.runs);
-      if (!read) return read.error();
-      runs[batch.name] = std::move(read).value();
+    if (study.missing.empty()) {
+      const std::filesystem::path folder = apps.at(study.program).folder / study.id;
+      for (const Batch& batch : study.batches) {
+        auto read = read_runs(folder / batch.name, options.seed, batch.runs);
+        if (!read) return read.error();
+        runs[batch.name] = std::move(read).value();
+      }
     }
     results.studies.push_back({std::move(study), std::move(runs)});
   }
@@ -131,9 +178,8 @@ Result<Results> gather(const Options& options, std::vector<Study> studies, const
 }
 
 // Measurements first, since the others need them.
-Ran run_all(const std::vector<Study>& studies, const Options& options, const std::filesystem::path& folder) {
-  const Jobs jobs =
-      make_jobs(studies, {folder, options.seed, [&](const std::string& /*app*/) { return options.program; }});
+Ran run_all(const std::vector<Study>& studies, const Options& options, const std::map<std::string, App>& apps) {
+  const Jobs jobs = make_jobs(studies, {apps, options.seed});
   const std::string log = (std::filesystem::path(options.out) / "programs.log").string();
   std::ofstream(log, std::ios::trunc).flush();
   const auto tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
@@ -144,28 +190,39 @@ Ran run_all(const std::vector<Study>& studies, const Options& options, const std
   return rest;
 }
 
-int run(Options& options) {
-  const auto host = experiments::look_at_host(options.program);
-  if (!host) return program::fail(kProgram, host.error());
-  options.setting.cpu = host->cpu_sets.front().front();
+Result<std::vector<Study>> studies_to_run(Options& options, const experiments::Host& host) {
+  options.setting.cpu = host.cpu_sets.front().front();
   if (options.no_life) {
     options.setting.no_life = "It was not asked for (--no-life).";
-  } else if (!host->no_real_time.empty()) {
-    options.setting.no_life = "Real-time levels may not be set here: " + host->no_real_time;
-  } else if (host->cpu_sets.size() < 2) {
+  } else if (!host.no_real_time.empty()) {
+    options.setting.no_life = "Real-time levels may not be set here: " + host.no_real_time;
+  } else if (host.cpu_sets.size() < 2) {
     options.setting.no_life = "It takes two CPUs: one for the nodes, and one for the world.";
   }
-  const auto folder = folder_of_runs(options);
-  if (!folder) return program::fail(kProgram, folder.error());
   auto studies = chosen(options);
+  if (!studies) return studies.error();
+  const bool with_headset = std::ranges::find(*studies, "vr", &Study::program) != studies->end();
+  if (const std::string why = with_headset ? why_no_headset(options) : ""; !why.empty()) {
+    leave_out(*studies, "vr", why);
+    fmt::print(stderr, "{}: the studies of the headset are left out. {}\n", kProgram, why);
+  }
+  return studies;
+}
+
+int run(Options& options) {
+  const auto host = experiments::look_at_host(options.navigation);
+  if (!host) return program::fail(kProgram, host.error());
+  auto studies = studies_to_run(options, *host);
   if (!studies) return program::fail(kProgram, studies.error());
-  auto maps = maps_of(options);
+  const auto apps = apps_of(options, *studies);
+  if (!apps) return program::fail(kProgram, apps.error());
+  auto maps = apps->contains("navigation") ? maps_of(options) : Result<std::vector<Map>>(std::vector<Map>{});
   if (!maps) return program::fail(kProgram, maps.error());
-  tell_of_other_builds(*folder);
+  tell_of_other_builds(options);
 
   Ran ran;
-  if (!options.page) ran = run_all(*studies, options, *folder);
-  auto results = gather(options, std::move(studies).value(), *folder);
+  if (!options.page) ran = run_all(*studies, options, *apps);
+  auto results = gather(options, std::move(studies).value(), *apps);
   if (!results) return program::fail(kProgram, results.error());
   results->host = host->facts;
   results->failed = ran.failed;
@@ -184,7 +241,8 @@ int run(Options& options) {
 int main(int argc, char** argv) {
   using namespace ctn;
   case_studies::Options options;
-  options.program = case_studies::find_program();
+  options.navigation = case_studies::find_program("../../apps/navigation/run", "navigation");
+  options.vr = case_studies::find_program("../../apps/vr/run", "vr");
   options.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   CLI::App app("Runs the case studies under all schedulers, in virtual time and in life, and writes one page.",
                case_studies::kProgram);
@@ -196,7 +254,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(2, 100000))
       ->default_str("as many as each study needs");
   app.add_option("--seconds", options.setting.max_seconds, "no run lasts longer, in its own time")
-      ->check(program::within(0.5, 86400.0))
+      ->check(program::within(1.0, 86400.0))
       ->default_str("as long as each study needs");
   app.add_option("--seed", options.seed, "of each scheduler's first run")
       ->check(CLI::Range(1, 1000000000))
@@ -209,7 +267,8 @@ int main(int argc, char** argv) {
       ->expected(2, 3);
   app.add_flag("--no-life", options.no_life, "leave out what takes real time");
   app.add_flag("--page", options.page, "run nothing: draw the page of the runs that are there");
-  app.add_option("--program", options.program, "the navigation program")->default_str("beside this one");
+  app.add_option("--program", options.navigation, "the navigation program")->default_str("beside this one");
+  app.add_option("--vr-program", options.vr, "the vr program")->default_str("beside this one");
   app.footer(
       "\nRun again, it goes on where it was stopped.\nexit codes: 0 done, 1 something could not be run, 2 a mistake, "
       "128 "

@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "batches.h"
 #include "claims.h"
 #include "comparison.h"
 #include "figures.h"
 
 namespace ctn::case_studies {
 namespace {
-
-using Arguments = std::vector<std::string>;
 
 constexpr const char* kLocalChain = "laser -> scan -> LM -> LP -> base";
 constexpr const char* kStaleness = "staleness_ms_p95_by_5s";
@@ -32,31 +31,12 @@ constexpr const char* kLastStale = "Staleness of the odometry, second half (ms)"
 constexpr const char* kScore = "BARN score";
 constexpr const char* kReaction = "Reaction time, mean of a run (ms)";
 
-struct Scheduler {
-  const char* name;  // of a batch
-  const char* label;
-  const char* option;      // of --scheduler
-  const char* costs = "";  // the measurement that it plans by
-  bool stealing = true;
-};
-
 constexpr const char* kWholeRun = "whole-run";
 constexpr const char* kFirst20s = "first-20s";
 
-constexpr Scheduler kCatan{"catan", "Catan", "catan"};
-constexpr Scheduler kDefault{"default", "default", "default"};
 constexpr Scheduler kFastLocal{"fast-local", "fast local", "fast-local"};
-constexpr Scheduler kPaper{"paper", "the paper's Catan", "paper"};
 constexpr Scheduler kStaticFullRun{"static-full-run", "Static-FullRun", "static-full-run", kWholeRun};
 constexpr Scheduler kStatic20s{"static-20s", "Static-20s", "static-20s", kFirst20s};
-
-Metric metric(std::string name, const std::string& figure, Better better, Method method, int digits = 1) {
-  return {.name = std::move(name),
-          .value = [figure](const StoredRun& run) { return run.figure(figure); },
-          .better = better,
-          .method = method,
-          .digits = digits};
-}
 
 Metric mean_of_part(std::string name, const std::string& list, double from, double to) {
   return {.name = std::move(name),
@@ -79,50 +59,8 @@ Metric or_never(Metric metric) {
   return metric;
 }
 
-struct Conditions {
-  std::string map;
-  double seconds = 0.0;
-  int runs = 0;
-  Arguments where;  // in virtual time, or on which CPU
-  Arguments more{};
-};
-
-Arguments in_virtual_time(int cores) { return {"--virtual", "--cores", std::to_string(cores)}; }
-
-Arguments arguments_of(const Conditions& conditions, const Scheduler& scheduler) {
-  Arguments arguments{"--map",       conditions.map,  "--seconds", fmt::format("{}", conditions.seconds),
-                      "--scheduler", scheduler.option};
-  if (!scheduler.stealing) arguments.emplace_back("--no-stealing");
-  for (const Arguments& more : {conditions.where, conditions.more}) {
-    arguments.insert(arguments.end(), more.begin(), more.end());
-  }
-  return arguments;
-}
-
-Batch batch_of(const Scheduler& scheduler, const Conditions& conditions) {
-  return {.name = scheduler.name,
-          .label = scheduler.label,
-          .group = {},
-          .reference = scheduler.name == std::string("catan"),
-          .arguments = arguments_of(conditions, scheduler),
-          .runs = conditions.runs,
-          .costs = scheduler.costs,
-          .seconds = conditions.seconds};
-}
-
-std::vector<Batch> batches_of(const std::vector<Scheduler>& schedulers, const Conditions& conditions) {
-  std::vector<Batch> batches;
-  for (const Scheduler& scheduler : schedulers) batches.push_back(batch_of(scheduler, conditions));
-  return batches;
-}
-
-// Adds batches that are compared among themselves.
-void add_group(Study& study, const std::string& group, std::vector<Batch> batches) {
-  for (Batch& batch : batches) {
-    batch.name = group + "/" + batch.name;
-    batch.group = group;
-    study.batches.push_back(std::move(batch));
-  }
+Conditions in_world(const Setting& setting, const std::string& map, Size whole, Size quick) {
+  return conditions_of(setting, {"--map", map}, whole, quick);
 }
 
 // What the static schedulers and other methods plan by: one run under Catan on one core, of a world and seed that no
@@ -133,19 +71,6 @@ std::vector<Measurement> measurements_of(Conditions conditions) {
   const double seconds = conditions.seconds;
   conditions.seconds = std::min(seconds, 20.0);
   return {{kWholeRun, whole, seconds}, {kFirst20s, arguments_of(conditions, kCatan), conditions.seconds}};
-}
-
-struct Size {
-  int runs;
-  double seconds;
-};
-
-Conditions conditions_of(const Setting& setting, std::string map, Size whole, Size quick) {
-  const Size size = setting.quick ? quick : whole;
-  return {.map = std::move(map),
-          .seconds = std::min(size.seconds, setting.max_seconds),
-          .runs = std::min(size.runs, setting.max_runs),
-          .where = in_virtual_time(1)};
 }
 
 std::vector<Claim> claims_of_collisions(const Study& study, const Runs& runs) {
@@ -293,7 +218,7 @@ std::vector<Claim> claims_of_life(const Study& study, const Runs& runs) {
 }  // namespace
 
 Study collisions(const Setting& setting) {
-  const Conditions conditions = conditions_of(setting, setting.map1, {40, 90.0}, {5, 60.0});
+  const Conditions conditions = in_world(setting, setting.map1, {40, 90.0}, {5, 60.0});
   return {.id = "map1",
           .program = "navigation",
           .title = "Collisions on map 1 (the paper's figure 8)",
@@ -315,7 +240,7 @@ Study collisions(const Setting& setting) {
 }
 
 Study exploration(const Setting& setting) {
-  const Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 90.0});
+  const Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 75.0});
   constexpr Scheduler kPaperWithout{"paper-without-stealing", "the paper's Catan without stealing", "paper", "", false};
   constexpr Scheduler kCatanWithout{"catan-without-stealing", "Catan without stealing", "catan", "", false};
   return {.id = "map2",
@@ -347,7 +272,7 @@ Study exploration(const Setting& setting) {
 }
 
 Study detector(const Setting& setting) {
-  Conditions conditions = conditions_of(setting, setting.map2, {20, 300.0}, {2, 90.0});
+  Conditions conditions = in_world(setting, setting.map2, {20, 300.0}, {2, 75.0});
   conditions.more = setting.detector;
   const std::vector<Scheduler> schedulers{kStaticFullRun, kStatic20s, kCatan};
   Study study{
@@ -389,7 +314,7 @@ Study detector(const Setting& setting) {
 }
 
 Study crowds(const Setting& setting) {
-  const Conditions conditions = conditions_of(setting, "crowd", {100, 120.0}, {3, 60.0});
+  const Conditions conditions = in_world(setting, "crowd", {100, 120.0}, {3, 60.0});
   const auto by_costs = [](const char* name, const char* label) { return Scheduler{name, label, name, kWholeRun}; };
   const Metric missed{.name = "What appeared and was missed (%)",
                       .value = [](const StoredRun& run) -> std::optional<double> {
@@ -425,7 +350,7 @@ Study crowds(const Setting& setting) {
 }
 
 Study speeds(const Setting& setting) {
-  Conditions conditions = conditions_of(setting, setting.map1, {20, 90.0}, {2, 60.0});
+  Conditions conditions = in_world(setting, setting.map1, {20, 90.0}, {2, 60.0});
   Study study{.id = "speeds",
               .program = "navigation",
               .title = "Map 1 with things that move slower and faster",
@@ -460,19 +385,7 @@ Study life(const Setting& setting) {
                           metric(kReaction, "reaction_ms_mean", Better::kNeither, Method::kRanks)},
               .draw = {},
               .claim = claims_of_life};
-  Conditions conditions = conditions_of(setting, setting.map1, {10, 90.0}, {2, 20.0});
-  for (const Scheduler& scheduler : {kDefault, kFastLocal, kCatan}) {
-    std::vector<Batch> batches;
-    for (const bool live : {false, true}) {
-      conditions.where = live ? Arguments{"--cpus", std::to_string(setting.cpu)} : in_virtual_time(1);
-      Batch& batch = batches.emplace_back(batch_of(scheduler, conditions));
-      batch.name = live ? "life" : "virtual";
-      batch.label += live ? " in life" : " in virtual time";
-      batch.reference = !live;
-      batch.live = live;
-    }
-    add_group(study, scheduler.name, std::move(batches));
-  }
+  add_life(study, {kDefault, kFastLocal, kCatan}, in_world(setting, setting.map1, {10, 90.0}, {2, 15.0}), setting.cpu);
   return study;
 }
 

@@ -4,17 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
 
 #include "comparison.h"
 #include "report/plot.h"
+#include "sample.h"
 
 namespace ctn::case_studies {
 namespace {
 
 using ::testing::Contains;
-using ::testing::Each;
-using ::testing::Field;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
@@ -48,9 +46,9 @@ Runs hoped_for(const Study& study) {
   return runs;
 }
 
-class NavigationStudies : public ::testing::TestWithParam<std::size_t> {
+class NavigationStudies : public ::testing::TestWithParam<std::string> {
  protected:
-  Study study(const Setting& setting = {}) const { return make_studies(setting).at(GetParam()); }
+  Study study(const Setting& setting = {}) const { return study_with(GetParam(), setting); }
 };
 
 TEST_P(NavigationStudies, HoldIfAllIsAsHopedFor) {
@@ -89,51 +87,19 @@ TEST_P(NavigationStudies, DrawFigures) {
   }
 }
 
-TEST_P(NavigationStudies, HaveEachBatchOnceAndEachMeasurementThatIsNeeded) {
-  const Study of = study();
-  std::set<std::string> names;
-  for (const Batch& batch : of.batches) {
-    EXPECT_TRUE(names.insert(batch.name).second) << batch.name;
-    EXPECT_GT(batch.runs, 0);
-    EXPECT_GT(batch.seconds, 0.0);
-    if (!batch.costs.empty()) {
-      EXPECT_THAT(of.measurements, Contains(Field(&Measurement::name, batch.costs)));
-    }
-    const auto in_group = [&](const Batch& other) { return other.reference && other.group == batch.group; };
-    EXPECT_EQ(std::ranges::count_if(of.batches, in_group), 1) << batch.name;
-  }
-}
-
-TEST_P(NavigationStudies, KeepToLimitsAndMaps) {
+TEST_P(NavigationStudies, AreOnTheMapsThatAreAsked) {
   Setting setting;
-  setting.max_runs = 2;
-  setting.max_seconds = 5.0;
   setting.map1 = "mine.yaml";
   setting.map2 = "other.yaml";
   const Study of = study(setting);
-  EXPECT_THAT(of.batches, Each(Field(&Batch::runs, 2)));
   for (const Batch& batch : of.batches) {
-    EXPECT_THAT(batch.arguments, Contains("5"));
     EXPECT_THAT(batch.arguments, Not(Contains("1.yaml")));
     const auto map = std::ranges::find(batch.arguments, "--map") + 1;
     EXPECT_TRUE(*map == "mine.yaml" || *map == "other.yaml" || *map == "crowd") << *map;
   }
 }
 
-TEST_P(NavigationStudies, AreShorterIfQuick) {
-  Setting quick;
-  quick.quick = true;
-  const Study whole = study();
-  const Study less = study(quick);
-  ASSERT_EQ(whole.batches.size(), less.batches.size());
-  for (std::size_t i = 0; i < whole.batches.size(); ++i) EXPECT_LT(less.batches[i].runs, whole.batches[i].runs);
-}
-
-std::size_t number_of_studies() { return make_studies(Setting()).size(); }
-std::string id_of(const ::testing::TestParamInfo<std::size_t>& number) {
-  return make_studies(Setting()).at(number.param).id;
-}
-INSTANTIATE_TEST_SUITE_P(All, NavigationStudies, ::testing::Range(std::size_t{0}, number_of_studies()), id_of);
+INSTANTIATE_TEST_SUITE_P(All, NavigationStudies, ::testing::ValuesIn(ids_of_studies("navigation")), as_name);
 
 TEST(LifeStudy, IsLeftOutWhereItCannotBeRun) {
   Setting setting;

@@ -96,7 +96,8 @@ std::string spread_text(const Row& row) {
 
 std::string mean_text(const Row& row) {
   if (!row.spread || std::isinf(row.spread->mean)) return "-";
-  return value_text(row.spread->mean, row.metric->digits);
+  return fmt::format("{:.{}f} \u00b1 {:.{}f}", row.spread->mean, row.metric->digits, row.spread->deviation,
+                     row.metric->digits);
 }
 
 std::string comparison_text(const Row& row) {
@@ -108,7 +109,8 @@ std::string comparison_text(const Row& row) {
 }
 
 report::Table table_of(const StudyResults& results, const std::vector<Row>& rows) {
-  report::Table table{.header = {"Figure", "Under", "Runs", "Result", "Spread", "Mean", "Difference", "p"}};
+  report::Table table{
+      .header = {"Figure", "Under", "Runs", "Result", "Spread", "Mean and deviation", "Difference", "p"}};
   std::vector<std::string> references;
   for (const Batch& batch : results.study.batches) {
     if (batch.reference) references.push_back(batch.label);
@@ -217,7 +219,7 @@ void add_method(report::Page& page, const Results& results) {
       .paragraph(
           "Result: the median of the runs, or how many of them. Spread: the quartiles, or the 95 % interval of the "
           "share (Wilson's). 'Never': it had not come to that when the run ended, which counts as later than all "
-          "others.")
+          "others. Deviation: the standard deviation of the runs.")
       .paragraph(
           "Tests are exact and two-sided: Fisher's for shares; Mann and Whitney's for figures of runs; Wilcoxon's "
           "signed rank test where runs of one seed are of one world. Within a table, the probabilities of one figure "
@@ -233,7 +235,7 @@ void add_method(report::Page& page, const Results& results) {
 Result<std::string> render_page(const Results& results) {
   report::Page page(
       "Case studies of Catan",
-      "Real work in simulated worlds: the paper's experiments with robot navigation, repeated under Catan, "
+      "Real work in simulated worlds: the paper's experiments with a robot and a headset, repeated under Catan, "
       "under rates set by hand, and under other methods.");
   add_notes(page, results);
   const Count count = count_of(results);
@@ -260,10 +262,16 @@ Result<std::string> render_page(const Results& results) {
 
 std::string to_text(const Results& results) {
   const Count count = count_of(results);
-  std::string text = fmt::format("{} of {} runs; {}\n\n", count.there, count.wanted, summary_of(results));
+  std::string text = fmt::format("{} of {} runs; {}\n", count.there, count.wanted, summary_of(results));
+  std::string before;
   for (const auto& [study, claim] : claims_of(results)) {
+    if (study != before) text += fmt::format("\n{}\n", study);
+    before = study;
     text += fmt::format("{:<9}  {}: {}{}\n", verdict_text(claim.verdict), claim.text, claim.measured,
                         claim.probability ? fmt::format(" (p {})", probability_text(*claim.probability)) : "");
+  }
+  for (const StudyResults& one : results.studies) {
+    if (!one.study.missing.empty()) text += fmt::format("\nleft out   {}: {}\n", one.study.title, one.study.missing);
   }
   if (const report::Table better = better_elsewhere(results); !better.rows.empty()) {
     text += "\nbetter than the reference, by more than chance:\n" + report::to_text(better);

@@ -33,7 +33,7 @@ struct Results {
 // Errors: gnuplot is missing or fails.
 Result<std::string> render_page(const Results& results);
 
-// The claims, and where another scheduler does better.
+// The claims, what was left out, and where another scheduler does better.
 std::string to_text(const Results& results);
 
 }  // namespace ctn::case_studies

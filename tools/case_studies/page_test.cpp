@@ -30,7 +30,7 @@ TEST(CaseStudiesPage, TellsItAll) {
   const auto page = render_page(sample_results());
   ASSERT_TRUE(page.ok()) << page.error().message();
   for (const char* text : {"A study &lt;made up&gt;", "<svg", "16 of 16", "1 held, 1 not shown, 1 did not hold",
-                           "It is so", "&lt; 0.001", "not shown", "8 of 8", "68 to 100 %", "never",
+                           "It is so", "&lt; 0.001", "not shown", "8 of 8", "68 to 100 %", "never", "4.5 \u00b1 2.4",
                            "<td>worse</td><td>0.001</td>", "higher is better", "Seeds from 11 on", "made up"}) {
     EXPECT_THAT(*page, HasSubstr(text));
   }
@@ -62,7 +62,7 @@ TEST(CaseStudiesPage, OwnsUpToWhatIsMissing) {
                            "Too few runs are there yet", "In life: left out. It takes two CPUs."}) {
     EXPECT_THAT(*page, HasSubstr(text));
   }
-  EXPECT_THAT(to_text(results), HasSubstr("0 held"));
+  EXPECT_THAT(to_text(results), AllOf(HasSubstr("0 held"), HasSubstr("left out   In life: It takes two CPUs.")));
 }
 
 TEST(Figures, OfBatchesHaveAPlaceAndAnIntervalEach) {

@@ -44,6 +44,33 @@ TEST(CaseStudiesProgram, RunsGoesOnAndDraws) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(CaseStudiesProgram, RunsTheHeadset) {
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / ("case_studies_vr_" + std::to_string(getpid()));
+  std::filesystem::remove_all(folder);
+  const Ended ended = run_program("--only headset-20hz --seconds 1 --runs 2 --out " + folder.string());
+  ASSERT_EQ(ended.code, 0) << contents_of(folder / "programs.log");
+  const std::string page = contents_of(folder / "report.html");
+  std::filesystem::remove_all(folder);
+  if (ended.out.find("left out") != std::string::npos) GTEST_SKIP() << "EGL is not installed";
+  EXPECT_THAT(ended.out, HasSubstr("20 of 20 runs"));
+  EXPECT_THAT(page, HasSubstr("Ticks missed"));
+  EXPECT_THAT(page, Not(HasSubstr("The maps"))) << "no study is of the robot";
+}
+
+TEST(CaseStudiesProgram, SaysThatTheHeadsetIsLeftOut) {
+  const std::string folder = ::testing::TempDir() + "/case_studies_without_vr_" + std::to_string(getpid());
+  const std::string options = "--only headset --out " + folder + " --vr-program ";
+  for (const char* program : {"/nowhere/vr", "/bin/false"}) {
+    const Ended ended = run_program(options + program + " 2>&1");
+    EXPECT_EQ(ended.code, 0) << program;
+    EXPECT_THAT(ended.out, HasSubstr("the studies of the headset are left out")) << program;
+    EXPECT_THAT(ended.out, HasSubstr("left out   A headset")) << program;
+  }
+  EXPECT_THAT(contents_of(folder + "/report.html"), HasSubstr("It cannot be run here"));
+  std::filesystem::remove_all(folder);
+}
+
 TEST(CaseStudiesProgram, LeavesWithTwoOnAMistake) {
   for (const char* arguments : {"--only nothing", "--program /nowhere/navigation", "--runs 1", "--jobs 0", "stray"}) {
     EXPECT_EQ(run_program(std::string(arguments) + " --out " + ::testing::TempDir() + "/mistakes").code, 2)

@@ -1,13 +1,37 @@
-// For tests: a study of two schedulers with made-up runs.
+// For tests: a study of two schedulers with made-up runs; and the studies that there are.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "study.h"
+#include "studies.h"
 
 namespace ctn::case_studies {
+
+// Of all programs, or of one.
+inline std::vector<std::string> ids_of_studies(const std::string& program = "") {
+  std::vector<std::string> ids;
+  for (const Study& study : make_studies(Setting())) {
+    if (program.empty() || study.program == program) ids.push_back(study.id);
+  }
+  return ids;
+}
+
+inline Study study_with(const std::string& id, const Setting& setting = {}) {
+  const std::vector<Study> studies = make_studies(setting);
+  return *std::ranges::find(studies, id, &Study::id);
+}
+
+// As a part of a test's name.
+inline std::string as_name(const ::testing::TestParamInfo<std::string>& id) {
+  std::string name = id.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
 
 inline Metric made_up(std::string name, const std::string& figure, Better better, Method method) {
   return {.name = std::move(name),

@@ -23,4 +23,7 @@ struct Setting {
 
 std::vector<Study> make_studies(const Setting& setting);
 
+// The studies of an app that cannot be run here are missing, if they are not already; `why` in whole sentences.
+void leave_out(std::vector<Study>& studies, const std::string& program, const std::string& why);
+
 }  // namespace ctn::case_studies

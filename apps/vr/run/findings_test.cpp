@@ -22,6 +22,9 @@ TEST(Floor, IsThePeriodTheWaitAndTheCost) {
 // A display that ticks more often than there are samples: every other tick has something new.
 TEST(Floor, DoesNotCountTicksWithNothingNew) { EXPECT_NEAR(floor_ms({0ms, 5ms}, {1ms, 2500us}, 500us), 6.0, 1e-9); }
 
+// A camera at 20 Hz and a display at 100 Hz: a picture that is 25 ms old and the next one, 50 ms later.
+TEST(Floor, IsThatOfASlowCameraToo) { EXPECT_NEAR(floor_ms({5ms, 50ms}, {0ms, 10ms}, 22ms), 75.0, 1e-9); }
+
 class Findings : public ::testing::Test {
  protected:
   void SetUp() override {

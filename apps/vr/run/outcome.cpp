@@ -77,8 +77,9 @@ void add_responses(Outcome& outcome, const Clocks& clocks) {
     const std::string name = std::string("response_ms ") + named.name;
     outcome.figures.push_back({name + "_mean", any ? std::optional(chain->response_ms.mean) : std::nullopt});
     outcome.figures.push_back({name + "_p95", any ? std::optional(chain->response_ms.p95) : std::nullopt});
-    if (named.path.front() != "IMU") continue;
-    const double floor = floor_ms(clocks.samples, clocks.display, cost_of(outcome.snapshot, named.path));
+    const std::optional<Clock> source = named.path.front() == "IMU" ? clocks.samples : clocks.exposures;
+    if (!source) continue;
+    const double floor = floor_ms(*source, clocks.display, cost_of(outcome.snapshot, named.path));
     outcome.figures.push_back({std::string("floor_ms ") + named.name, floor});
     std::optional<double> over;
     if (any && floor > 0.0) over = 100.0 * (chain->response_ms.mean / floor - 1.0);

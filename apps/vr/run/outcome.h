@@ -28,6 +28,7 @@ struct Outcome {
 struct Clocks {
   Clock samples;
   Clock display;
+  std::optional<Clock> exposures{};  // of a camera with a rate of its own
 };
 void add_responses(Outcome& outcome, const Clocks& clocks);
 

@@ -126,7 +126,9 @@ Result<Outcome> run_virtually(const Options& options, const Watch& watch) {
   outcome.snapshot = simulation->snapshot();
   const Happened happened = headset.happened();
   outcome.figures = figures_of(happened, **surroundings, options.translational);
-  add_responses(outcome, {since(clocks.samples, begin), since(clocks.display, begin)});
+  Clocks sources{since(clocks.samples, begin), since(clocks.display, begin)};
+  if (options.camera_hz) sources.exposures = since(clocks.exposures, begin);
+  add_responses(outcome, sources);
   if (!options.pictures.empty()) {
     if (Status drawn_all = draw_album(options, **surroundings, happened.photons); !drawn_all) return drawn_all.error();
   }

@@ -79,6 +79,7 @@ TEST_F(VirtualRun, ShowsWhatIsNearlyTrueUnderEachScheduler) {
     EXPECT_GT(figure(outcome, "vio_hz"), 10.0) << scheduler;
     EXPECT_GE(figure(outcome, "over_floor_percent A"), -1.0) << scheduler << ": as costs vary a little";
     EXPECT_GT(figure(outcome, "response_ms C_mean"), figure(outcome, "response_ms B_mean")) << scheduler;
+    EXPECT_FALSE(program::figure_of(outcome.figures, "floor_ms C")) << "a triggered camera has no clock";
   }
 }
 
@@ -87,7 +88,10 @@ TEST_F(VirtualRun, ACameraWithItsOwnRateGivesNoPictureTwice) {
   options.seconds = 2.0;
   options.camera_hz = 10.0;
   options.app_file = folder_->write("clocked.yaml", app_text(options)).value();
-  EXPECT_NEAR(figure(outcome_of(options), "vio_hz"), 10.0, 0.2);
+  const Outcome outcome = outcome_of(options);
+  EXPECT_NEAR(figure(outcome, "vio_hz"), 10.0, 0.2);
+  EXPECT_GT(figure(outcome, "floor_ms C"), 100.0) << "the camera's period";
+  EXPECT_LT(figure(outcome, "floor_ms C"), 160.0);
 }
 
 TEST(DrawnClocks, FollowFromTheSeedAndDriftAsMuchAsIsAsked) {
