@@ -28,8 +28,8 @@
 #include "os/linux/descendants.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/signal_watch.h"
+#include "preload.h"
 #include "ros_master.h"
-#include "ros_preload.h"
 #include "scheduling_options.h"
 #include "temporary_folder.h"
 
