@@ -168,6 +168,11 @@ class catan_writer_of : public Base {
   catan_ros::TopicHook* catan_topic_;
 };
 
+template <class Type, class...>
+struct catan_given {
+  using type = Type;
+};
+
 class catan_switchboard {
  public:
   template <class Event>
@@ -221,10 +226,12 @@ class catan_switchboard {
     return {runtimes_->get_network_writer<Event>(topic, std::forward<Config>(config)...), hook(topic)};
   }
 
-#define CATAN_AS_IT_IS(function)                                       \
-  template <class... Arguments>                                        \
-  decltype(auto) function(Arguments&&... arguments) {                  \
-    return runtimes_->function(std::forward<Arguments>(arguments)...); \
+// Looked up when it is used: not all versions have all of them.
+#define CATAN_AS_IT_IS(function)                                              \
+  template <class... Arguments>                                               \
+  decltype(auto) function(Arguments&&... arguments) {                         \
+    typename catan_given<switchboard, Arguments...>::type& real = *runtimes_; \
+    return real.function(std::forward<Arguments>(arguments)...);              \
   }
   CATAN_AS_IT_IS(topic_exists)
   CATAN_AS_IT_IS(get_topic)
