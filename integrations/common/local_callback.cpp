@@ -1,6 +1,7 @@
 #include "common/local_callback.h"
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <utility>
 
@@ -14,6 +15,8 @@ BoundCallbackOptions options_of(const Binding& binding) {
   options.takes_all = binding.takes_all;
   options.runs_by_itself = binding.runs_by_itself;
   options.always_gives_output = binding.always_gives_output;
+  // Who triggers it has given its message before: there is none that is still on its way.
+  options.patience = std::chrono::nanoseconds{0};
   return options;
 }
 

@@ -4,6 +4,8 @@
 // and from the framework, whose thread may be kept from running for a while. Whichever comes second is dropped. What is
 // published by someone who does not know of this comes from the framework alone.
 //
+// A run that finds no message is empty, and gives no output.
+//
 // As long as the node is not registered (no server is there, or it refuses), the framework's thread calls.
 //
 // Thread safety: start() and stop() from one thread; the rest from any.

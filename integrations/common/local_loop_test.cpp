@@ -116,6 +116,23 @@ TEST_F(LocalLoopTest, WhatIsReadWasSentByARun) {
   EXPECT_EQ(play.text(), "1 with output; 1 took render:1 without; ");
 }
 
+TEST_F(LocalLoopTest, WhatARunWithoutOutputHasTakenIsKeptForTheNext) {
+  LocalTopic frame("frame");
+  LocalTopic image("image");
+  const auto message = std::make_shared<const int>(1);
+  runs->note("render", MessageRuns::key_of_address("frame", message.get()), 7);
+  LocalLoop show = loop_of(loop_binding());
+  play.trigger(3);
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(show.wait());
+    show.begin();
+    if (round == 0) frame.taken(message.get());
+    if (round == 1) publish(image);
+    show.end();
+  }
+  EXPECT_EQ(play.text(), "1 took render:7 without; 2 had render:7 with output; 3 without; ");
+}
+
 TEST_F(LocalLoopTest, GoesRoundWithoutAServerAndBecomesANodeLater) {
   bool there = false;
   LocalLoop loop(loop_binding(), *runs,

@@ -14,18 +14,22 @@ void LocalNode::note_sent(MessageRuns::Key key) { message_runs_.note(binding_.no
 void LocalNode::note_taken(MessageRuns::Key key) {
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_.find(predecessor, key);
-    if (run != 0) runs_->take(predecessor, run);
+    if (run == 0) continue;
+    runs_->take(predecessor, run);
+    kept_[predecessor] = run;
   }
 }
 
 void LocalNode::begin(Runs& runs) {
   runs.begin();
   runs_ = &runs;
+  for (const auto& [from, run] : kept_) runs.keep(from, run);
   t_local_node = this;
 }
 
 void LocalNode::end(bool output) {
   t_local_node = nullptr;
+  if (output) kept_.clear();
   std::exchange(runs_, nullptr)->end(output);
 }
 

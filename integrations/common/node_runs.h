@@ -1,7 +1,7 @@
 // The runs of a node, and what the one under way has taken from which runs of its predecessors.
 //
 //   taken      messages that the run was called with, or has read
-//   kept       the newest that the program had when the run began; counts where none of that node was taken
+//   kept       what the program or the node had before; counts where none of that node was taken
 //   released   of those that the program kept before, which it has let go of in the run; counts in place of kept ones
 //
 // Thread safety: used by the node's thread alone.
@@ -23,6 +23,8 @@ class Runs : public Schedule {
   virtual std::uint64_t number() const = 0;  // of the run under way
   // By the run under way, an output of that run of `from`.
   virtual void take(const std::string& from, std::uint64_t run) = 0;
+  // It has that output from before.
+  virtual void keep(const std::string& from, std::uint64_t run) = 0;
 };
 
 // Those of a node that a server schedules.
@@ -36,7 +38,7 @@ class NodeRuns final : public Runs {
 
   std::uint64_t number() const override { return run_.number(); }
   void take(const std::string& from, std::uint64_t run) override;
-  void keep(const std::string& from, std::uint64_t run) { kept_.push_back({from, run, false}); }
+  void keep(const std::string& from, std::uint64_t run) override { kept_.push_back({from, run, false}); }
   void release(const std::string& from, std::uint64_t run);
 
  private:

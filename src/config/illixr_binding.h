@@ -3,6 +3,7 @@
 //
 //   illixr: { plugin: offline_imu }                     the plugin's threadloop
 //   illixr: { plugin: rk4_integrator, topic: imu }      what it has the switchboard call for that topic
+//   illixr: { plugin: offline_cam, output: [cam] }      gives output where it puts something on one of these topics
 //
 // Whether there are such plugins only the running program knows.
 //
@@ -24,7 +25,8 @@ namespace ctn::config {
 
 struct IllixrCallback {
   std::string plugin;
-  std::string topic;  // empty: its threadloop
+  std::string topic;                 // empty: its threadloop
+  std::vector<std::string> outputs;  // topics; empty: any
   Place place;
 
   bool same_as(const IllixrCallback& other) const { return plugin == other.plugin && topic == other.topic; }

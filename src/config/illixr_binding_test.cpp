@@ -12,7 +12,7 @@ constexpr std::string_view kHeadset = R"(catan: 1
 app: headset
 nodes:
   pose: { illixr: { plugin: rk4_integrator, topic: imu } }
-  imu: { unscheduled: true, period: 5ms, illixr: { plugin: offline_imu } }
+  imu: { unscheduled: true, period: 5ms, illixr: { plugin: offline_imu, output: [imu] } }
   show: {}
 edges: [imu -> pose -> show]
 objective: [{ response_time: [imu, pose, show], weight: 1 }]
@@ -32,6 +32,8 @@ TEST(IllixrBinding, OfTheAppFile) {
   EXPECT_EQ(app->graph.node(imu).name, "imu");
   EXPECT_EQ(loop.plugin, "offline_imu");
   EXPECT_TRUE(loop.topic.empty());
+  EXPECT_EQ(loop.outputs, std::vector<std::string>{"imu"});
+  EXPECT_TRUE(callback.outputs.empty());
 }
 
 TEST(IllixrBinding, AnAppNeedsNone) {

@@ -41,6 +41,8 @@ struct BoundCallback {
   std::string program;  // a ROS node, a plugin
   std::string name;     // of a topic or service
   Nanos period{0};      // of a timer
+  // On which topics what it publishes is output (none: any). Not set: those that its successors are bound to.
+  std::optional<std::vector<std::string>> outputs;
 };
 
 struct BoundPrograms {

@@ -23,7 +23,7 @@ std::vector<BoundCallback> bound_callbacks(const std::vector<config::IllixrBindi
   for (const auto& [node, callback] : bindings) {
     const bool is_loop = callback.topic.empty();
     bound.push_back({node, is_loop ? catan_ros::Binding::Kind::kLoop : catan_ros::Binding::Kind::kTopic,
-                     callback.plugin, callback.topic, Nanos{0}});
+                     callback.plugin, callback.topic, Nanos{0}, callback.outputs});
   }
   return bound;
 }

@@ -39,7 +39,7 @@ catan_ros::Binding::Kind kind_of(config::RosCallback::Kind kind) {
 std::vector<BoundCallback> bound_callbacks(const std::vector<config::RosBinding>& bindings) {
   std::vector<BoundCallback> bound;
   for (const auto& [node, callback] : bindings) {
-    bound.push_back({node, kind_of(callback.kind), callback.node, callback.name, callback.period});
+    bound.push_back({node, kind_of(callback.kind), callback.node, callback.name, callback.period, {}});
   }
   return bound;
 }

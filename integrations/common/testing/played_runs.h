@@ -72,6 +72,9 @@ class PlayedRuns final : public Runs {
   void take(const std::string& from, std::uint64_t run) override {
     taken_ += " took " + from + ":" + std::to_string(run);
   }
+  void keep(const std::string& from, std::uint64_t run) override {
+    taken_ += " had " + from + ":" + std::to_string(run);
+  }
 
  private:
   Play& play_;
