@@ -1,7 +1,7 @@
 // A node in a program whose nodes share messages as they are: what its run under way sends and takes, by where messages
-// lie (message_runs.h). What a run without output has taken, the node keeps for those that come: of each predecessor the
-// newest counts as an input of the next run that gives output, if that takes nothing of it itself. (A filter takes an
-// image, and uses it when there is IMU data that is newer.)
+// lie (message_runs.h). What a run without output has taken, the node keeps for those that come: of each predecessor
+// the newest counts as an input of the next run that gives output, if that takes nothing of it itself. (A filter takes
+// an image, and uses it when there is IMU data that is newer.)
 //
 // Thread safety: binding() and current() from any thread; the rest by the thread that is in a run of the node.
 #pragma once

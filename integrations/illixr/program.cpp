@@ -14,7 +14,6 @@ constexpr std::chrono::milliseconds kBetweenLooks{5};
 
 using catan_ros::Binding;
 using catan_ros::LocalCallback;
-using catan_ros::LocalLoop;
 using catan_ros::NodeRuns;
 using catan_ros::Runs;
 using catan_ros::ServerConnection;

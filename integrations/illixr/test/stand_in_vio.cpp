@@ -1,6 +1,6 @@
-// A plugin in the place of a VIO, for measuring: for each image it computes for CATAN_STAND_IN_MS of CPU time (15 if that
-// is not set), and gives the integrator a state that says that nothing moves. It takes IMU data and images as OpenVINS's
-// plugin does: images wait until IMU data that is newer comes.
+// A plugin in the place of a VIO, for measuring: for each image it computes for CATAN_STAND_IN_MS of CPU time (15 if
+// that is not set), and gives the integrator a state that says that nothing moves. It takes IMU data and images as
+// OpenVINS's plugin does: images wait until IMU data that is newer comes.
 #include <time.h>
 
 #include <cstddef>
@@ -25,9 +25,8 @@ class stand_in_vio : public plugin {
         images_{switchboard_->get_buffered_reader<binocular_cam_type>("cam")},
         state_{switchboard_->get_writer<imu_integrator_input>("imu_integrator_input")} {
     if (const char* const text = std::getenv("CATAN_STAND_IN_MS")) seconds_ = std::strtod(text, nullptr) * 1e-3;
-    switchboard_->schedule<imu_type>(id_, "imu", [this](const switchboard::ptr<const imu_type>& datum, std::size_t) {
-      take(*datum);
-    });
+    switchboard_->schedule<imu_type>(
+        id_, "imu", [this](const switchboard::ptr<const imu_type>& datum, std::size_t) { take(*datum); });
   }
 
  private:
@@ -37,8 +36,8 @@ class stand_in_vio : public plugin {
     compute();
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
     const imu_params params{0.00016968, 0.002, 1.9393e-05, 0.003, {0.0, 0.0, -9.81}, 1.0, 200.0};
-    state_.put(state_.allocate(image_->time, duration{0}, params, zero, zero, zero, zero,
-                               Eigen::Quaterniond::Identity()));
+    state_.put(
+        state_.allocate(image_->time, duration{0}, params, zero, zero, zero, zero, Eigen::Quaterniond::Identity()));
     image_ = nullptr;
   }
 
