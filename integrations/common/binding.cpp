@@ -35,7 +35,7 @@ std::optional<Binding> parse_binding(std::string_view line) {
     const std::optional<std::int64_t> period = parse_number(fields[3]);
     if (!period || *period == 0) return std::nullopt;
     binding.period = std::chrono::nanoseconds{*period};
-  } else {
+  } else if (binding.kind != Binding::Kind::kLoop) {
     binding.name = fields[3];
   }
   if (!read_flags(fields[4], binding)) return std::nullopt;
@@ -64,9 +64,8 @@ std::string to_text(const std::vector<Binding>& bindings) {
     const std::string name =
         binding.kind == Binding::Kind::kTimer ? std::to_string(binding.period.count()) : binding.name;
     text += binding.node;
-    for (const std::string_view field :
-         {std::string_view(binding.ros_node), kind_text(binding.kind), std::string_view(name), or_nothing(flags),
-          or_nothing(predecessors), or_nothing(topics)}) {
+    for (const std::string_view field : {std::string_view(binding.ros_node), kind_text(binding.kind), or_nothing(name),
+                                         or_nothing(flags), or_nothing(predecessors), or_nothing(topics)}) {
       text += '\t';
       text += field;
     }

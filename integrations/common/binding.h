@@ -1,12 +1,11 @@
 // Which callback is which node, as the command tells it to programs: text in an environment variable, a line a node.
-// People write it in YAML (docs/ros1.md), which the command checks against the app.
+// People write it in YAML (docs/ros1.md, docs/illixr.md), which the command checks against the app.
 //
 //   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map
 //
-// are node, ROS node, kind, name (of a timer: its period in ns), what is said of the node (queue, itself, world,
-// within, separated by commas), its predecessors, and the topics that its successors take (none: any counts). Empty
-// fields are
-// "-".
+// are node, program (ROS: the ROS node; ILLIXR: the plugin), kind, name (of a timer: its period in ns; of a loop:
+// nothing), what is said of the node (queue, itself, world, within, separated by commas), its predecessors, and the
+// topics that its successors take (none: any counts). Empty fields are "-".
 //
 // Thread safety: pure functions, plain values.
 #pragma once
@@ -20,16 +19,17 @@
 namespace catan_ros {
 
 inline constexpr const char* kBindingsVariable = "CATAN_ROS_BINDINGS";
+inline constexpr const char* kIllixrBindingsVariable = "CATAN_ILLIXR_BINDINGS";
 // The file of message_runs.h; not set: none.
 inline constexpr const char* kMessageRunsVariable = "CATAN_ROS_MESSAGES";
 
 struct Binding {
-  enum class Kind { kTopic, kTimer, kService };
+  enum class Kind { kTopic, kTimer, kService, kLoop };
 
   std::string node{};
-  std::string ros_node{};
+  std::string ros_node{};  // or plugin
   Kind kind = Kind::kTopic;
-  std::string name{};                        // of a topic or service
+  std::string name{};                        // of a topic or service; of a loop empty
   std::chrono::nanoseconds period{0};        // of a timer
   bool takes_all = false;                    // input: queue
   bool runs_by_itself = false;               // an unscheduled node with a period

@@ -16,7 +16,8 @@ std::vector<Binding> some_bindings() {
   match.output_topics = {"/pose", "/map"};
   Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
   save.always_gives_output = true;
-  return {scan, match, save};
+  Binding loop{.node = "show", .ros_node = "timewarp", .kind = Binding::Kind::kLoop};
+  return {scan, match, save, loop};
 }
 
 TEST(Bindings, AreTheSameAsText) {

@@ -7,7 +7,7 @@
 namespace catan_ros {
 namespace {
 
-constexpr std::array<std::string_view, 3> kKinds{"topic", "timer", "service"};
+constexpr std::array<std::string_view, 4> kKinds{"topic", "timer", "service", "loop"};
 
 }  // namespace
 

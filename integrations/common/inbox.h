@@ -35,7 +35,8 @@ class Inbox {
   };
 
   void put(Entry entry);
-  void put_back(Entry entry);  // in front
+  void put_alone(Entry entry);  // in place of all that are there
+  void put_back(Entry entry);   // in front
   void remove(Id id);
   std::optional<Entry> take();
   std::deque<Entry> take_all();

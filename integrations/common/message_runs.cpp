@@ -52,6 +52,12 @@ std::unique_ptr<MessageRuns> MessageRuns::open(const std::string& path) {
   return std::unique_ptr<MessageRuns>(new MessageRuns(*static_cast<Nodes*>(memory)));
 }
 
+std::unique_ptr<MessageRuns> MessageRuns::make() {
+  void* const memory = ::mmap(nullptr, sizeof(Nodes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return nullptr;
+  return std::unique_ptr<MessageRuns>(new MessageRuns(*static_cast<Nodes*>(memory)));
+}
+
 MessageRuns::~MessageRuns() { ::munmap(&nodes_, sizeof(Nodes)); }
 
 MessageRuns::Key MessageRuns::key_of(std::string_view topic, std::span<const std::byte> message) {
@@ -61,6 +67,10 @@ MessageRuns::Key MessageRuns::key_of(std::string_view topic, std::span<const std
     key = add_bytes(key, message.last(std::min(message.size() - kEndBytes, kEndBytes)));
   }
   return std::max<std::uint64_t>(key, 1);
+}
+
+MessageRuns::Key MessageRuns::key_of_address(std::string_view topic, const void* message) {
+  return key_of(topic, std::as_bytes(std::span(&message, 1)));
 }
 
 MessageRuns::Node* MessageRuns::node_of(std::string_view name, bool make) const {

@@ -32,12 +32,16 @@ class MessageRuns {
 
   // Makes the file if it is not there. Null: it cannot be had, or is not this user's.
   static std::unique_ptr<MessageRuns> open(const std::string& path);
+  // For one program alone, without a file. Null: there is no memory.
+  static std::unique_ptr<MessageRuns> make();
   ~MessageRuns();
   MessageRuns(const MessageRuns&) = delete;
   MessageRuns& operator=(const MessageRuns&) = delete;
 
   // Of a message on a topic: its first and last bytes and its length.
   static Key key_of(std::string_view topic, std::span<const std::byte> message);
+  // Of one that goes to others of the same program as it is, by where it lies.
+  static Key key_of_address(std::string_view topic, const void* message);
 
   void note(std::string_view node, Key key, std::uint64_t run);
   // The newest run of `node` that sent such a message; 0: none that is known.

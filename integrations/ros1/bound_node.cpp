@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,9 +18,6 @@
 namespace catan_ros {
 namespace {
 
-constexpr std::chrono::milliseconds kTryAgain{100};
-// Where the server has refused the node.
-constexpr std::chrono::seconds kTryAgainWhenRefused{1};
 // After which a message should have come.
 constexpr std::chrono::seconds kFirstMessage{10};
 // For a server that is there, before the program goes on without.
@@ -98,71 +96,29 @@ class NoSignals {
 
 }  // namespace
 
-// The client's side of the node, and what its run under way has taken so far.
-class BoundNode::RunSchedule final : public Schedule {
+// It looks what the program has got when a run begins.
+class BoundNode::NotingRuns final : public Schedule {
  public:
-  RunSchedule(ctn::AttachedNode node, BoundNode& owner) : node_(node), owner_(owner) {}
-  bool wait() override { return node_.wait(); }
+  NotingRuns(NodeRuns& runs, BoundNode& owner) : runs_(runs), owner_(owner) {}
+  bool wait() override { return runs_.wait(); }
   void begin() override {
-    taken_.clear();
-    kept_.clear();
-    node_.begin(run_);
+    runs_.begin();
     owner_.note_begun();
   }
-  void end(bool output) override {
-    for (const Kept& one : kept_) {
-      if (find(one.from) == taken_.end()) node_.take(run_, one.from, one.run, one.run);
-    }
-    if (!output) run_.skip_output();
-    node_.end(run_);
-  }
-
-  std::uint64_t number() const { return run_.number(); }
-  void take(const std::string& from, std::uint64_t run) {
-    const auto known = find(from);
-    Taken& taken = known != taken_.end() ? *known : taken_.emplace_back(Taken{from, run, run});
-    taken.first = std::min(taken.first, run);
-    taken.last = std::max(taken.last, run);
-    node_.take(run_, from, taken.first, taken.last);
-  }
-  // What the program had when the run began. It counts if no message of that node is taken or let go of in the run.
-  void keep(const std::string& from, std::uint64_t run) { kept_.push_back({from, run, false}); }
-  void release(const std::string& from, std::uint64_t run) {
-    const auto known = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& one) { return one.from == from; });
-    Kept& kept = known != kept_.end() ? *known : kept_.emplace_back(Kept{from, run, true});
-    kept.run = kept.released ? std::max(kept.run, run) : run;
-    kept.released = true;
-  }
+  void end(bool output) override { runs_.end(output); }
 
  private:
-  struct Taken {
-    std::string from;
-    std::uint64_t first;
-    std::uint64_t last;
-  };
-  struct Kept {
-    std::string from;
-    std::uint64_t run;
-    bool released;
-  };
-  std::vector<Taken>::iterator find(const std::string& from) {
-    return std::find_if(taken_.begin(), taken_.end(), [&](const Taken& one) { return one.from == from; });
-  }
-
-  ctn::AttachedNode node_;
+  NodeRuns& runs_;
   BoundNode& owner_;
-  ctn::Run run_;
-  std::vector<Taken> taken_;
-  std::vector<Kept> kept_;
 };
 
 BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs,
-                     const KeptMessages& kept, FindClient find_client)
+                     const KeptMessages& kept, ServerConnection& connection)
     : binding_(std::move(binding)),
       original_(original),
       message_runs_(message_runs),
       kept_(kept),
-      find_client_(std::move(find_client)),
+      connection_(connection),
       turn_(make_turn(original)),
       callback_(options_of(binding_), inbox_, *turn_) {}
 
@@ -215,7 +171,7 @@ void BoundNode::note_begun() {
   for (const std::string& predecessor : binding_.predecessors) {
     std::uint64_t newest = 0;
     for (const MessageRuns::Key key : keys) newest = std::max(newest, message_runs_->find(predecessor, key));
-    if (newest != 0) schedule_->keep(predecessor, newest);
+    if (newest != 0) runs_->keep(predecessor, newest);
   }
 }
 
@@ -236,7 +192,7 @@ void BoundNode::note_published(const std::string& topic) {
 }
 
 void BoundNode::note_sent(MessageRuns::Key key) {
-  if (message_runs_ != nullptr) message_runs_->note(binding_.node, key, schedule_->number());
+  if (message_runs_ != nullptr) message_runs_->note(binding_.node, key, runs_->number());
 }
 
 void BoundNode::note_taken(MessageRuns::Key key) {
@@ -244,7 +200,7 @@ void BoundNode::note_taken(MessageRuns::Key key) {
   if (message_runs_ == nullptr) return;
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_->find(predecessor, key);
-    if (run != 0) schedule_->take(predecessor, run);
+    if (run != 0) runs_->take(predecessor, run);
   }
 }
 
@@ -252,7 +208,7 @@ void BoundNode::note_taken(MessageRuns::Key key) {
 void BoundNode::note_released(MessageRuns::Key key) {
   for (const std::string& predecessor : binding_.predecessors) {
     const std::uint64_t run = message_runs_ != nullptr ? message_runs_->find(predecessor, key) : 0;
-    if (run != 0) schedule_->release(predecessor, run);
+    if (run != 0) runs_->release(predecessor, run);
   }
 }
 
@@ -268,37 +224,19 @@ void BoundNode::bind(bool bound) {
 }
 
 void BoundNode::run() {
-  std::optional<ctn::AttachedNode> node = attach();
+  const std::optional<ctn::AttachedNode> node =
+      connection_.attach(binding_.node, inbox_.stopped(), [this] { bind(false); });
   if (!node) return bind(false);
   ROS_INFO("catan: node %s is scheduled", binding_.node.c_str());
   bind(true);
   t_node = this;
-  RunSchedule schedule(*node, *this);
-  schedule_ = &schedule;
+  NodeRuns runs(*node);
+  runs_ = &runs;
+  NotingRuns schedule(runs, *this);
   callback_.run(schedule);
-  schedule_ = nullptr;
+  runs_ = nullptr;
   t_node = nullptr;
   bind(false);
-}
-
-// That there is no server at this moment is no mistake. Where it refuses the node, another program runs it, which may
-// be about to end: one of the same name that this one takes the place of.
-std::optional<ctn::AttachedNode> BoundNode::attach() {
-  bool refused = false;
-  while (!inbox_.stopped()) {
-    ctn::Client* const client = find_client_(inbox_.stopped());
-    if (client == nullptr) return std::nullopt;
-    const ctn::Result<ctn::AttachedNode> attached = client->attach(binding_.node);
-    if (attached) return *attached;
-    if (attached.error().kind() == ctn::ErrorKind::kCaller && !std::exchange(refused, true)) {
-      ROS_ERROR("catan: node %s is not scheduled: %s; it goes on as without Catan, and tries again each second",
-                binding_.node.c_str(), attached.error().message().c_str());
-      bind(false);
-    }
-    const auto until = std::chrono::steady_clock::now() + (refused ? kTryAgainWhenRefused : kTryAgain);
-    while (!inbox_.stopped() && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(kTryAgain);
-  }
-  return std::nullopt;
 }
 
 }  // namespace catan_ros

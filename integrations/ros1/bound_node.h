@@ -13,28 +13,25 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <thread>
 
-#include "catan/client.h"
 #include "common/binding.h"
 #include "common/bound_callback.h"
 #include "common/inbox.h"
 #include "common/kept_messages.h"
 #include "common/message_runs.h"
+#include "common/node_runs.h"
+#include "common/server_connection.h"
 
 namespace catan_ros {
 
 class BoundNode final : public ros::CallbackQueueInterface {
  public:
-  // Waits for the server that schedules the app; null: stopping. May take as long as there is none.
-  using FindClient = std::function<ctn::Client*(const std::atomic<bool>& stop)>;
-
   // `original` is the program's queue; it outlives the callbacks.
-  // `message_runs` is null where there is no such file; `kept` are the program's messages.
+  // `message_runs` is null where there is no such file; `kept` are the program's messages. `connection` outlives it.
   BoundNode(Binding binding, ros::CallbackQueueInterface& original, MessageRuns* message_runs, const KeptMessages& kept,
-            FindClient find_client);
+            ServerConnection& connection);
 
   const Binding& binding() const { return binding_; }
   ros::CallbackQueueInterface& original() const { return original_; }
@@ -66,20 +63,19 @@ class BoundNode final : public ros::CallbackQueueInterface {
   void note_released(MessageRuns::Key key);
 
  private:
-  class RunSchedule;
+  class NotingRuns;
 
   void run();
   void note_begun();
   void tell_of_no_message();
-  std::optional<ctn::AttachedNode> attach();
   void bind(bool bound);
 
   const Binding binding_;
   ros::CallbackQueueInterface& original_;
   MessageRuns* message_runs_;
   const KeptMessages& kept_;
-  FindClient find_client_;
-  RunSchedule* schedule_ = nullptr;  // while there is one
+  ServerConnection& connection_;
+  NodeRuns* runs_ = nullptr;  // while there are any
   std::unique_ptr<Turn> turn_;
   Inbox inbox_;
   BoundCallback callback_;

@@ -29,10 +29,6 @@ PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& me
           MessageRuns::key_of(topic, bytes.subspan(std::min(kSequence, bytes.size())))};
 }
 
-MessageRuns::Key key_of_address(const std::string& topic, const void* message) {
-  return MessageRuns::key_of(topic, std::as_bytes(std::span(&message, 1)));
-}
-
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
   ros::VoidConstPtr message = inner_->deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
@@ -44,7 +40,7 @@ ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelpe
 void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
   const ros::VoidConstPtr message = params.event.getConstMessage();
   const MessageRuns::Key made = topic_.find(message.get());
-  const MessageRuns::Key key = made != 0 ? made : key_of_address(topic_.name(), message.get());
+  const MessageRuns::Key key = made != 0 ? made : MessageRuns::key_of_address(topic_.name(), message.get());
   topic_.keep(key);
   if (BoundNode* const node = BoundNode::current()) node->note_taken(key);
   ros::SubscriptionCallbackHelperCallParams told;

@@ -40,7 +40,5 @@ struct PublishedKeys {
   MessageRuns::Key without_sequence = 0;
 };
 PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& message);
-// Of one that goes to a subscription in the same program as it is.
-MessageRuns::Key key_of_address(const std::string& topic, const void* message);
 
 }  // namespace catan_ros

@@ -13,7 +13,6 @@ namespace {
 
 // After which a callback that a binding names should be there.
 constexpr std::chrono::seconds kAllShouldBeThere{10};
-constexpr double kConnectSeconds = 0.2;
 
 std::string describe(const Binding& binding) {
   switch (binding.kind) {
@@ -22,12 +21,24 @@ std::string describe(const Binding& binding) {
     case Binding::Kind::kService:
       return "a service " + binding.name;
     case Binding::Kind::kTimer:
+    case Binding::Kind::kLoop:
       break;
   }
   return "a timer of " + std::to_string(std::chrono::duration<double, std::milli>(binding.period).count()) + " ms";
 }
 
+void tell(ServerConnection::Severity severity, const std::string& text) {
+  if (severity == ServerConnection::Severity::kError) {
+    ROS_ERROR("catan: %s", text.c_str());
+  } else {
+    ROS_WARN("catan: %s", text.c_str());
+  }
+}
+
 }  // namespace
+
+Program::Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs)
+    : all_bindings_(std::move(bindings)), message_runs_(std::move(message_runs)), connection_(tell) {}
 
 // Precondition: mutex_ is held.
 const std::vector<Binding>& Program::bindings() {
@@ -60,8 +71,7 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
   const auto known =
       std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) { return node->binding() == *binding; });
   if (known == nodes_.end()) {
-    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(), kept_,
-                                                 [this](const std::atomic<bool>& stop) { return client(stop); }));
+    nodes_.push_back(std::make_unique<BoundNode>(*binding, queue, message_runs_.get(), kept_, connection_));
     nodes_.back()->take();
     return nodes_.back().get();
   }
@@ -69,41 +79,6 @@ BoundNode* Program::find(const Binding* binding, ros::CallbackQueueInterface& qu
   ROS_WARN("catan: there is another callback of %s; the first one is node %s, the other is not scheduled",
            describe(*binding).c_str(), binding->node.c_str());
   return nullptr;
-}
-
-ctn::Client* Program::client(const std::atomic<bool>& stop) {
-  while (!stop.load()) {
-    {
-      const std::lock_guard lock(client_mutex_);
-      if (client_) return &*client_;
-      if (refused_) return nullptr;
-      ctn::ClientOptions options;
-      options.wait_seconds = kConnectSeconds;
-      options.on_notice = [](const std::string& text) { ROS_WARN("catan: %s", text.c_str()); };
-      ctn::Result<ctn::Client> connected = ctn::Client::connect(options);
-      if (connected) {
-        const ctn::Status started = connected->start();
-        if (started) return &client_.emplace(std::move(*connected));
-        ROS_ERROR("catan: %s", started.error().message().c_str());
-        refused_ = true;
-        return nullptr;
-      }
-      if (connected.error().kind() == ctn::ErrorKind::kCaller) {
-        ROS_ERROR("catan: this program is not scheduled: %s", connected.error().message().c_str());
-        refused_ = true;
-        return nullptr;
-      }
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds{100});
-  }
-  return nullptr;
-}
-
-void Program::adopt_this_thread(const std::string& node) {
-  const std::lock_guard lock(client_mutex_);
-  if (!client_ || stopped_.load()) return;
-  const ctn::Status adopted = client_->adopt_this_thread(node);
-  if (!adopted) ROS_WARN("catan: a thread of node %s: %s", node.c_str(), adopted.error().message().c_str());
 }
 
 void Program::tell_missing() {
@@ -129,8 +104,7 @@ void Program::stop() {
     const std::lock_guard lock(mutex_);
     for (const auto& node : nodes_) node->stop();
   }
-  const std::lock_guard lock(client_mutex_);
-  if (client_) client_->stop();
+  connection_.stop();
 }
 
 }  // namespace catan_ros

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "catan/client.h"
 #include "common/binding.h"
 #include "common/kept_messages.h"
 #include "common/message_runs.h"
+#include "common/server_connection.h"
 #include "ros1/bound_node.h"
 
 namespace catan_ros {
@@ -26,8 +26,7 @@ namespace catan_ros {
 class Program {
  public:
   // `message_runs` may be null.
-  Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs)
-      : all_bindings_(std::move(bindings)), message_runs_(std::move(message_runs)) {}
+  Program(std::vector<Binding> bindings, std::unique_ptr<MessageRuns> message_runs);
 
   // The node of a callback of this program; null: no binding names it. Of several of the same name
   // the first is the node, as long as it is there; the others stay as they are.
@@ -39,14 +38,13 @@ class Program {
   KeptMessages& kept() { return kept_; }
 
   // The calling thread works for the node. Where that is refused, it stays as it is.
-  void adopt_this_thread(const std::string& node);
+  void adopt_this_thread(const std::string& node) { connection_.adopt_this_thread(node); }
 
   void stop();
 
  private:
   const std::vector<Binding>& bindings();
   BoundNode* find(const Binding* binding, ros::CallbackQueueInterface& queue);
-  ctn::Client* client(const std::atomic<bool>& stop);
   void tell_missing();
 
   const std::vector<Binding> all_bindings_;
@@ -54,10 +52,8 @@ class Program {
   KeptMessages kept_;
   std::mutex mutex_;
   std::optional<std::vector<Binding>> bindings_;  // of this ROS node
+  ServerConnection connection_;
   std::deque<std::unique_ptr<BoundNode>> nodes_;
-  std::mutex client_mutex_;
-  std::optional<ctn::Client> client_;
-  bool refused_ = false;
   std::atomic<bool> stopped_{false};
 };
 

@@ -125,7 +125,7 @@ void publish(const ros::Publisher& publisher, const SerializeMessage& serialize,
   BoundNode* const node = BoundNode::current();
   if (node == nullptr) return (publisher.*next)(serialize, message);
   const std::string topic = publisher.getTopic();
-  if (message.message) node->note_sent(key_of_address(topic, message.message.get()));
+  if (message.message) node->note_sent(MessageRuns::key_of_address(topic, message.message.get()));
   const SerializeMessage noting = [&] {
     ros::SerializedMessage serialized = serialize();
     const PublishedKeys keys = keys_of(topic, serialized);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/app_reader.h"
+#include "config/illixr_binding.h"
 #include "config/problems.h"
 #include "config/ros_binding.h"
 #include "config/yaml.h"
@@ -26,6 +27,7 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
   auto app = graph::build_app(spec);
   if (!app) problems.merge(app.error());
   if (problems.empty()) static_cast<void>(read_ros_bindings(*root, *app, problems));
+  if (problems.empty()) static_cast<void>(read_illixr_bindings(*root, *app, problems));
   if (!problems.empty()) return std::move(problems).to_error();
   return app;
 }

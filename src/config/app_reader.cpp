@@ -6,6 +6,7 @@
 #include <array>
 
 #include "base/text.h"
+#include "config/illixr_binding.h"
 #include "config/ros_binding.h"
 
 namespace ctn::config {
@@ -16,9 +17,9 @@ using Keys = std::string_view;
 constexpr std::array<Keys, 10> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains",
                                         "objective", "order", "steal", "scheduler", "cores"};
 constexpr std::array<Keys, 2> kCoreKeys{"count", "speed"};
-constexpr std::array<Keys, 12> kNodeKeys{"input",       "modes",         "external", "unscheduled",
-                                         "period",      "output_period", "min_rate", "max_rate",
-                                         "max_threads", "fallback_rate", "trigger",  "ros"};
+constexpr std::array<Keys, 13> kNodeKeys{"input",         "modes",    "external", "unscheduled", "period",
+                                         "output_period", "min_rate", "max_rate", "max_threads", "fallback_rate",
+                                         "trigger",       "ros",      "illixr"};
 constexpr std::array<Keys, 3> kEdgeKeys{"path", "max_age", "on_stale"};
 constexpr std::array<Keys, 4> kTermKeys{"response_time", "period", "weight", "max"};
 constexpr std::array<Keys, 2> kStealKeys{"priority", "off"};
@@ -151,6 +152,9 @@ graph::NodeSpec AppReader::read_node(const Entry& entry, const std::string& key)
     if (word) node.trigger = At<graph::TriggerBy>{kBy[*word], trigger->place};
   }
   if (const Value* ros = map.find("ros")) static_cast<void>(read_ros_callback(*ros, map.key_of("ros"), problems_));
+  if (const Value* illixr = map.find("illixr")) {
+    static_cast<void>(read_illixr_callback(*illixr, map.key_of("illixr"), problems_));
+  }
   return node;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "config/collected_callbacks.h"
 #include "config/read.h"
 
 namespace ctn::config {
@@ -29,64 +30,7 @@ std::optional<std::string> read_ros_name(const Value& value, const std::string& 
   return std::nullopt;
 }
 
-class Collected {
- public:
-  Collected(const graph::App& app, Problems& problems) : app_(app), problems_(problems) {}
-
-  void add(const Entry& entry, const Value& value, const std::string& key) {
-    std::optional<RosCallback> callback = read_ros_callback(value, key, problems_);
-    if (!callback) return;
-    const std::optional<NodeId> node = app_.graph.find_node(entry.key);
-    if (!node) {
-      problems_.add(entry.place, key, fmt::format("app {} has no node {}", app_.name, quote(entry.key)),
-                    "write a name from its nodes section");
-    } else if (app_.graph.node(*node).external) {
-      problems_.add(value.place, key, "an external node is not scheduled, so it has no callback",
-                    "leave ros: out, or external: true");
-    } else if (std::none_of(list_.begin(), list_.end(), [&](const RosBinding& b) { return b.node == *node; })) {
-      check_single(*node, *callback, key);
-      list_.push_back({*node, std::move(*callback)});
-    }
-  }
-
-  std::vector<RosBinding> take() {
-    std::sort(list_.begin(), list_.end(), [](const auto& a, const auto& b) { return a.node.index() < b.node.index(); });
-    return std::move(list_);
-  }
-
- private:
-  void check_single(NodeId node, const RosCallback& callback, const std::string& key) {
-    const auto other =
-        std::find_if(list_.begin(), list_.end(), [&](const RosBinding& b) { return b.callback.same_as(callback); });
-    if (other == list_.end()) return;
-    problems_.add(callback.place, key,
-                  fmt::format("nodes {} and {} are the same callback", quote(app_.graph.node(other->node).name),
-                              quote(app_.graph.node(node).name)),
-                  "a callback is one node: remove one of the two");
-  }
-
-  const graph::App& app_;
-  Problems& problems_;
-  std::vector<RosBinding> list_;
-};
-
-const Value* value_at(const Value& map, std::string_view key) {
-  const auto found =
-      std::find_if(map.entries.begin(), map.entries.end(), [&](const Entry& entry) { return entry.key == key; });
-  return found == map.entries.end() ? nullptr : &found->value;
-}
-
-// Its shape is right: the app has been read from it.
-void collect_app_file(const Value& root, Collected& collected) {
-  const Value* const nodes = value_at(root, "nodes");
-  if (nodes == nullptr) return;
-  for (const Entry& entry : nodes->entries) {
-    const Value* const ros = value_at(entry.value, "ros");
-    if (ros != nullptr) collected.add(entry, *ros, join_key(join_key("nodes", entry.key), "ros"));
-  }
-}
-
-void collect_bind_file(const Value& root, Collected& collected, Problems& problems) {
+void collect_bind_file(const Value& root, CollectedCallbacks<RosCallback>& collected, Problems& problems) {
   constexpr std::string_view kHint = "begin the file with catan: 1, and go on with ros:";
   if (!expect(root, ValueKind::kMap, "", kHint, problems)) return;
   const MapReader map(root, "", kBindFileKeys, problems);
@@ -146,8 +90,8 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
 }
 
 std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& app, Problems& problems) {
-  Collected collected(app, problems);
-  collect_app_file(root, collected);
+  CollectedCallbacks<RosCallback> collected("ros", read_ros_callback, app, problems);
+  collected.add_app_file(root);
   return collected.take();
 }
 
@@ -167,9 +111,9 @@ Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::str
   const auto bind_root = parse_yaml(bind_text, bind_file, "docs/ros1.md");
   if (!bind_root) return bind_root.error();
   Problems problems;
-  Collected collected(app, problems);
+  CollectedCallbacks<RosCallback> collected("ros", read_ros_callback, app, problems);
   collect_bind_file(*bind_root, collected, problems);
-  collect_app_file(*root, collected);
+  collected.add_app_file(*root);
   if (!problems.empty()) return std::move(problems).to_error();
   return collected.take();
 }

@@ -18,9 +18,9 @@
 #include <string_view>
 #include <vector>
 
-#include "base/ids.h"
 #include "base/result.h"
 #include "base/time.h"
+#include "config/callback_binding.h"
 #include "config/problems.h"
 #include "config/yaml.h"
 #include "graph/app.h"
@@ -41,10 +41,7 @@ struct RosCallback {
   }
 };
 
-struct RosBinding {
-  NodeId node;
-  RosCallback callback;
-};
+using RosBinding = CallbackBinding<RosCallback>;
 
 // `value` is what stands at `key`.
 std::optional<RosCallback> read_ros_callback(const Value& value, const std::string& key, Problems& problems);

@@ -37,6 +37,7 @@ void add_ctl_command(CLI::App& cli, int& exit_code);
 void add_doctor_command(CLI::App& cli, int& exit_code);
 void add_export_command(CLI::App& cli, int& exit_code);
 void add_http_command(CLI::App& cli, int& exit_code);
+void add_illixr_command(CLI::App& cli, int& exit_code);
 void add_node_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);

@@ -28,7 +28,7 @@
 #include "os/linux/descendants.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/signal_watch.h"
-#include "ros_libraries.h"
+#include "port_libraries.h"
 #include "ros_master.h"
 #include "scheduling_options.h"
 #include "temporary_folder.h"

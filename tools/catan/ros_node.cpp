@@ -18,8 +18,8 @@
 #include "live_source.h"
 #include "os/linux/background.h"
 #include "os/linux/linux_os.h"
+#include "port_libraries.h"
 #include "ros1/status_node.h"
-#include "ros_libraries.h"
 
 namespace ctn::tool {
 namespace {

@@ -1,0 +1,128 @@
+#include "common/local_callback.h"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <utility>
+
+#include "common/bound_callback.h"
+
+namespace catan_ros {
+namespace {
+
+BoundCallbackOptions options_of(const Binding& binding) {
+  BoundCallbackOptions options;
+  options.takes_all = binding.takes_all;
+  options.runs_by_itself = binding.runs_by_itself;
+  options.always_gives_output = binding.always_gives_output;
+  // Who triggers it has given its message before: there is none that is still on its way.
+  options.patience = std::chrono::nanoseconds{0};
+  return options;
+}
+
+}  // namespace
+
+// The framework never calls a callback twice at the same time.
+class LocalCallback::OneAtATime final : public Turn {
+ public:
+  explicit OneAtATime(PriorityMutex& mutex) : mutex_(mutex) {}
+  bool take(const std::atomic<bool>& stop) override {
+    mutex_.lock();
+    if (!stop.load()) return true;
+    mutex_.unlock();
+    return false;
+  }
+  void give_back() override { mutex_.unlock(); }
+
+ private:
+  PriorityMutex& mutex_;
+};
+
+class LocalCallback::NotingRuns final : public Schedule {
+ public:
+  NotingRuns(Runs& runs, LocalCallback& owner) : runs_(runs), owner_(owner) {}
+  bool wait() override { return runs_.wait(); }
+  void begin() override { owner_.begin(runs_); }
+  void end(bool output) override { owner_.end(output); }
+
+ private:
+  Runs& runs_;
+  LocalCallback& owner_;
+};
+
+LocalCallback::LocalCallback(Binding binding, MessageRuns& message_runs, Attach attach, Call call)
+    : LocalNode(std::move(binding), message_runs), attach_(std::move(attach)), call_(std::move(call)) {}
+
+void LocalCallback::start() {
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+}
+
+void LocalCallback::stop() {
+  inbox_.stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LocalCallback::run() {
+  const std::unique_ptr<Runs> runs = attach_(inbox_.stopped());
+  if (!runs) return;
+  {
+    const std::lock_guard lock(mutex_);
+    bound_ = true;
+  }
+  NotingRuns schedule(*runs, *this);
+  OneAtATime turn(calling_);
+  BoundCallback(options_of(binding()), inbox_, turn).run(schedule);
+}
+
+std::vector<LocalCallback::Expected>::iterator LocalCallback::find(const void* message) {
+  return std::find_if(expected_.begin(), expected_.end(), [&](const Expected& one) { return one.message == message; });
+}
+
+void LocalCallback::expect(const void* message) {
+  const std::lock_guard lock(mutex_);
+  if (bound_) expected_.push_back({message, false, false});
+}
+
+// Of what was not expected, the framework's thread takes care.
+void LocalCallback::deliver(const Message& message) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto expected = find(message.get());
+    if (expected == expected_.end()) return;
+    expected->delivered = true;
+    if (expected->arrived) expected_.erase(expected);
+  }
+  binding().takes_all ? inbox_.put(entry_of(message)) : inbox_.put_alone(entry_of(message));
+}
+
+void LocalCallback::arrived(const Message& message) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto expected = find(message.get());
+    if (expected != expected_.end()) {
+      expected->arrived = true;
+      if (expected->delivered) expected_.erase(expected);
+      return;
+    }
+    if (bound_) {
+      binding().takes_all ? inbox_.put(entry_of(message)) : inbox_.put_alone(entry_of(message));
+      return;
+    }
+  }
+  const std::lock_guard lock(calling_);
+  if (!inbox_.stopped().load()) call_(message);
+}
+
+Inbox::Entry LocalCallback::entry_of(const Message& message) {
+  return {0, [this, message] {
+            note_taken(MessageRuns::key_of_address(binding().name, message.get()));
+            call_(message);
+            return Outcome::kCalled;
+          }};
+}
+
+void LocalCallback::note_published(const std::string& topic) {
+  if (binding().gives_output_on(topic)) BoundCallback::current()->note_output();
+}
+
+}  // namespace catan_ros
