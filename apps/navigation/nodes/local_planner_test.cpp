@@ -188,6 +188,45 @@ TEST(Foresight, WhatGoesAwayMayTurnBack) {
   EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of(stay).level, Foresight::Level::kSafe);
 }
 
+// As above, but it turned back before where it is going, 1.5 m farther on.
+TEST(Foresight, WhatGoesAwayTurnsBackNoEarlierThanWhereItDidBefore) {
+  LocalMap map = with_moving({1.0, 1.2}, {0.0, 0.5});
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  map.moving.front().ahead = 1.5;
+  EXPECT_EQ(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  map.moving.front().ahead = 0.0;
+  map.moving.front().velocity = {};
+  EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "it stands there, and may start";
+  map.moving.front().course = {0.0, -1.0};
+  EXPECT_EQ(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "it never came nearer";
+}
+
+TEST(Foresight, WhatStandsIsFearedByAnImpatientRobotToo) {
+  LocalMap map = with_moving({1.0, 1.4}, {0.0, 0.5});
+  map.moving.front().velocity = {};
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  EXPECT_LT(Foresight(map, within, 0.1, 0.2, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+}
+
+// They were seen 2 s ago, 1 m before where they are expected to be.
+TEST(Foresight, WhatIsNotSeenIsNoFartherAheadThanExpectedButMayHaveTurnedBack) {
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  LocalMap coming = with_moving({1.0, 2.4}, {0.0, -0.5});
+  coming.moving.front().unseen = 2.0;
+  EXPECT_EQ(Foresight(coming, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "there is time to leave its course";
+  LocalMap going = with_moving({1.0, 2.6}, {0.0, 0.5});
+  EXPECT_EQ(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  going.moving.front().unseen = 2.0;
+  EXPECT_LT(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+}
+
 TEST(Foresight, PredictsFromTheScansInstant) {
   LocalMap old = with_moving({1.5, -1.2}, {0.0, 0.7});
   LocalMap now = with_moving({1.5, -0.85}, {0.0, 0.7});
