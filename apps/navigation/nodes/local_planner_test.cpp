@@ -246,6 +246,35 @@ TEST(Foresight, PredictsFromTheScansInstant) {
   }
 }
 
+// It passes in front of a robot that drives too fast to stop as far from it as it should.
+TEST(Foresight, TellsHowMuchOfTheRoomIsLeftWhereThereIsTooLittle) {
+  const LocalMap map = with_moving({1.0, -0.4}, {0.0, 0.5});
+  Foresight foresight(map, driving(0.6), 0.1, 0.0, LocalPlanner::kLimits);
+  const Foresight::Safety brakes = foresight.of({0.35, 0.0});
+  const Foresight::Safety goes = foresight.of({0.5, 0.0});
+  ASSERT_EQ(brakes.level, Foresight::Level::kTooNear);
+  ASSERT_EQ(goes.level, Foresight::Level::kTooNear);
+  EXPECT_GT(brakes.room, goes.room + 0.01);
+}
+
+// The wheels count 0.1 m/s too much in one instant. Without that it would be as if the robot had been told to go so.
+TEST(LocalPlanner, KnowsHowFastItIsByWhatItWasTold) {
+  const auto told = [](double too_much) {
+    LocalPlanner planner;
+    Velocity velocity;
+    for (int i = 0; i <= 5; ++i) {
+      LocalMap map;
+      Odometry odometry = driving(velocity.linear + (i == 5 ? too_much : 0.0));
+      map.stamp = odometry.stamp = std::chrono::milliseconds(40 * i);
+      velocity = planner.run(map, odometry, towards({8.0, 0.0})).velocity;
+    }
+    return velocity.linear;
+  };
+  EXPECT_NEAR(told(0.1), told(0.0), 0.04);
+  LocalPlanner first;  // was told nothing yet: believes the wheels
+  EXPECT_GT(first.run({}, driving(0.4), towards({8.0, 0.0})).velocity.linear, 0.5);
+}
+
 TEST(LocalPlanner, GetsOutOfTheWayOfWhatComesTowardsIt) {
   const Command command = towards({4.0, 0.0});
   const Velocity free = LocalPlanner{}.run({}, {}, command).velocity;
