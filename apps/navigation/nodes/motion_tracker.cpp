@@ -34,11 +34,12 @@ constexpr double kSure = 1.5;                          // standard deviations
 constexpr double kPaceTime = 0.3;                      // seconds in which a higher speed is believed
 constexpr double kPaceFade = 0.02;                     // m/s for each second
 constexpr double kGoneFor = 0.3;                       // seconds for which its place was looked through
-constexpr double kCourseShare = 0.5;                   // of its pace: what is slower does not tell its course
+constexpr double kCourseShare = 0.7;                   // of its pace: what is slower does not tell its course
 constexpr double kSameLine = 0.9;                      // cosine of the angle between courses on one line
 constexpr double kSameEnd = 0.3;                       // metres
 constexpr double kKeepsToLine = 0.5;                   // seconds of going along a line
-constexpr double kLineTime = 0.5;                      // seconds in which a line turns to where a thing goes
+constexpr double kBesideShare = 0.2;                   // of how far beside its line a hidden thing seems to be
+constexpr double kLineTime = 1.0;                      // seconds in which a line turns to where a thing goes
 
 double length_of(Point point) { return std::hypot(point.x, point.y); }
 
@@ -150,13 +151,15 @@ void MotionTracker::update(Track& track, const Place& place, bool hidden, double
   const double total = track.variance_place + noise * noise;
   const double gain_place = track.variance_place / total;
   const double gain_velocity = track.covariance / total;
-  Point off = place.centre - track.centre;
+  const Point off = place.centre - track.centre;
   if (hidden && track.keeps_to_line()) {
-    off = track.line * dot(off, track.line);
-    track.velocity = track.line * dot(track.velocity, track.line);
+    const Point along = track.line * dot(off, track.line);
+    track.centre = track.centre + (along + (off - along) * kBesideShare) * gain_place;
+    track.velocity = track.line * dot(track.velocity, track.line) + along * gain_velocity;
+  } else {
+    track.centre = track.centre + off * gain_place;
+    track.velocity = track.velocity + off * gain_velocity;
   }
-  track.centre = track.centre + off * gain_place;
-  track.velocity = track.velocity + off * gain_velocity;
   track.variance_velocity -= gain_velocity * track.covariance;
   track.covariance *= 1.0 - gain_place;
   track.variance_place *= 1.0 - gain_place;
@@ -250,12 +253,14 @@ void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan
 }
 
 MovingObstacle MotionTracker::as_obstacle(const Track& track) {
-  MovingObstacle thing{track.centre, track.radius, {}, track.course, track.pace};
+  // Its velocity says little of its course while it slows down.
+  const Point course = track.keeps_to_line() ? track.line * (track.goes_up() ? 1.0 : -1.0) : track.course;
+  MovingObstacle thing{track.centre, track.radius, {}, course, track.pace};
   thing.unseen = track.unseen;
   const double speed = length_of(track.velocity);
   if (speed >= kSlowest) {
     thing.velocity = track.velocity;
-    if (dot(track.velocity, track.course) < 0.0) thing.course = track.course * -1.0;
+    if (dot(track.velocity, course) < 0.0) thing.course = course * -1.0;
     const double on_line = dot(track.velocity, track.line);
     if (std::abs(on_line) < kSameLine * speed) return thing;
     if (track.keeps_to_line()) thing.velocity = track.line * on_line;

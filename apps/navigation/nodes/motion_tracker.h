@@ -13,7 +13,8 @@
 // view. Where something nearer hides one end, or the edge of the laser's view cuts it off, the place is as far from the
 // other end as the radius that was seen before tells (the robot's own, if none was): behind the middle of the side that
 // begins there or, if hardly any of it is seen, where it was expected, but on the hidden side of the beam to that end.
-// Where a thing has kept to a straight course, such a place tells how far along it is, and not how far beside.
+// Where a thing has kept to a straight course, such a place tells how far along it is, and little of how far beside:
+// that is corrected slowly, as the course may have been learnt wrongly, and the odometry's frame turns.
 //
 // What is no longer seen goes on as it did, for a while, unless the laser looks through the place. What has stopped is
 // remembered, since it may go on. Where a thing turned back, its course is taken to end the next time, too, until it

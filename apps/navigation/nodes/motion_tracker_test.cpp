@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -198,6 +199,22 @@ TEST(MotionTracker, KnowsWhereItsCourseEndsOnceItTurnedBackThere) {
   EXPECT_LT(thing.course.y, -0.9);
   EXPECT_TRUE(std::isinf(thing.ahead));
   EXPECT_NEAR(thing.behind, 0.6 - box_at(watching.world().time()).y, 0.12);
+}
+
+// It brakes at 1 m/s^2, stands, and goes on.
+TEST(MotionTracker, KnowsTheCourseOfWhatSlowsDown) {
+  Watching watching(kHall, {0.0, 0.0, 0.0}, {.range = 0.01});
+  const auto place = [](auto& walls, double seconds) {
+    const double braking = std::clamp(seconds - 2.5, 0.0, 0.5);
+    add_square(walls, {1.6, -1.0 + 0.5 * std::min(seconds, 2.5) + 0.5 * braking - 0.5 * braking * braking});
+  };
+  watching.watch(2.0, {}, place);
+  for (int i = 0; i < 100; ++i) {
+    watching.watch(kScanPeriod, {}, place);
+    ASSERT_EQ(watching.map().moving.size(), 1U);
+    EXPECT_GT(watching.map().moving.front().course.y, 0.99) << watching.world().time() << " s";
+  }
+  EXPECT_FALSE(watching.map().moving.front().moves());
 }
 
 // The robot turns its back to a box that comes, and does not see it for 4 s.
