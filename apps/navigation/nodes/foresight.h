@@ -1,8 +1,10 @@
 // Whether the robot can keep clear of what moves, if it now drives at some velocity.
 //
 // What moves is expected to go on as it does (a velocity obstacle in time: Fiorini and Shiller, "Motion planning in
-// dynamic environments using velocity obstacles", 1998). It may also stop or turn back on its course at any time, so
-// that all of its course counts that it can reach by then. Both begin at the scan's instant, not now.
+// dynamic environments using velocity obstacles", 1998), until it comes to where its course ended before. It may also
+// stop or turn back at any time, so that all of its course counts that it can reach by then; where its course is known
+// to end ahead, it turns back no earlier than there. What stands may start at any time, in either direction. All of
+// this begins when it was seen last, not now.
 //
 // The robot takes up the velocity as fast as its base can, keeps it at least until it can react to the next map, and
 // then does one of a few simple things: stops and waits, goes straight ahead as fast as it may, backs up, or goes on. A
@@ -31,6 +33,7 @@ class Foresight {
   // The better ones last.
   enum class Level : std::uint8_t {
     kContact,      // contact, whatever the robot does
+    kGrazing,      // none with a box that does not turn a corner to the robot
     kTooNear,      // none, but it comes nearer than it should
     kIfItGoesOn,   // none, if all goes on as it does
     kByBackingUp,  // none, if the robot backs up
@@ -39,10 +42,13 @@ class Foresight {
   struct Safety {
     Level level = Level::kContact;
     double contact_after = 0.0;  // with kContact: how long it can be put off
+    // Metres: with kGrazing and kTooNear what is left of the room that there should be, with kIfItGoesOn what lacks of
+    // it to courses, as a number below zero.
+    double room = 0.0;
   };
 
   // `reaction`: until the robot can react to the next map. `caution` in [0, 1]: how far along its course what moves may
-  // get, as a share of what it can. `limits.speed`: forwards.
+  // get, as a share of what it can; what stands may get all of it. `limits.speed`: forwards.
   Foresight(const LocalMap& map, const Odometry& odometry, double reaction, double caution, const RobotLimits& limits);
 
   // Whether anything that moves can come near within the horizon. If not, all velocities are safe.
@@ -55,16 +61,16 @@ class Foresight {
 
  private:
   struct Thing {
-    Point centre;  // at the odometry's instant
-    Point velocity;
+    MovingObstacle moving;  // at the scan's instant
     // From the robot's outline to the centre:
-    double kept;  // what should be
-    double now;   // what is
-    double hard;  // less is contact
-    // Both ways along its course.
-    Point seen;
-    Point course;  // times its pace
+    double kept;   // what should be
+    double now;    // what is
+    double hard;   // less is contact, if it turns a corner to the robot
+    double side;   // less is contact
+    double share;  // of the way along its course that it can have made since it was seen
     double kept_from_course;
+
+    Point on_course(Point point, double seconds) const;
   };
   struct Moment {
     Pose pose;
@@ -72,6 +78,9 @@ class Foresight {
     double seconds = 0.0;
     bool off_courses = true;  // until now
     double clear_until = kHorizon;
+    double room = kMargin;  // the least to any thing
+    double room_beside_courses = 0.0;
+    bool grazes = false;
   };
   enum class Met : std::uint8_t { kNothing, kWall, kThing };
 

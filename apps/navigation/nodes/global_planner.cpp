@@ -10,6 +10,9 @@
 #include <queue>
 #include <utility>
 
+#include "robot.h"
+#include "visibility.h"
+
 namespace ctn::navigation {
 namespace {
 
@@ -215,19 +218,22 @@ class Search {
   Work work_;
 };
 
+struct End {
+  std::size_t cell;
+  double cost;  // metres in the open
+};
+
 // The cell of a frontier that is worth its way most, if one can be reached.
-std::optional<std::size_t> best_of(const std::vector<std::vector<std::size_t>>& frontiers, const Search& search,
-                                   const Point& robot) {
-  std::optional<std::size_t> best;
-  double best_cost = std::numeric_limits<double>::max();
+std::optional<End> best_of(const std::vector<std::vector<std::size_t>>& frontiers, const Search& search,
+                           const Point& robot) {
+  std::optional<End> best;
   for (const std::vector<std::size_t>& group : frontiers) {
     const double gain = kFrontierGain * std::min(kFrontierMax, static_cast<double>(group.size()) * kCell);
     for (const std::size_t cell : group) {
       if (search.cost_to(cell) == Search::kUnreached) continue;
       const double cost = static_cast<double>(search.cost_to(cell)) * kCell - gain;
-      if (cost >= best_cost || distance(search.centre(cell), robot) < kFrontierDistance) continue;
-      best = cell;
-      best_cost = cost;
+      if ((best && cost >= best->cost) || distance(search.centre(cell), robot) < kFrontierDistance) continue;
+      best = End{cell, cost};
     }
   }
   return best;
@@ -265,34 +271,43 @@ GlobalMap extended(const GlobalMap& map, const Point& point) {
   return larger;
 }
 
-GlobalPlanner::Result plan(const GlobalMap& map, const Point& robot, const Extra& extra,
-                           const std::optional<Point>& goal) {
+struct Planned {
   GlobalPlanner::Result result;
+  double cost = 0.0;  // in metres in the open, less what a frontier is worth
+
+  bool found() const { return result.path.outcome == Path::Outcome::kFound; }
+};
+
+Planned plan(const GlobalMap& map, const Point& robot, const Extra& extra, const std::optional<Point>& goal) {
+  Planned planned;
+  GlobalPlanner::Result& result = planned.result;
   result.path.stamp = map.stamp;
   result.path.anchor = map.anchor;
   result.path.to_goal = goal.has_value();
   Search search(map, robot, extra, goal.has_value());
-  std::optional<std::size_t> end;
+  std::optional<End> end;
   if (goal) {
     const int column = map.frame.column(goal->x);
     const int row = map.frame.row(goal->y);
-    end = map.frame.index(column, row);
-    search.run(end, [column, row](int at_column, int at_row) {
+    const std::size_t cell = map.frame.index(column, row);
+    search.run(cell, [column, row](int at_column, int at_row) {
       return std::hypot(static_cast<float>(at_column - column), static_cast<float>(at_row - row));
     });
-    if (search.cost_to(*end) == Search::kUnreached) end.reset();
+    const float cost = search.cost_to(cell);
+    if (cost != Search::kUnreached) end = End{cell, static_cast<double>(cost) * kCell};
   } else {
     search.run(std::nullopt, [](int, int) { return 0.0F; });
     end = best_of(search.frontiers(), search, robot);
   }
   if (end) {
     result.path.outcome = Path::Outcome::kFound;
-    result.path.points = thinned(search, search.way_to(*end));
+    result.path.points = thinned(search, search.way_to(end->cell));
+    planned.cost = end->cost;
   } else {
     result.path.outcome = goal ? Path::Outcome::kNoWay : Path::Outcome::kNothingLeft;
   }
   result.work = search.work();
-  return result;
+  return planned;
 }
 
 // What the scan hits near the robot.
@@ -312,22 +327,53 @@ GlobalPlanner::Result GlobalPlanner::run(const GlobalMap& map, const Pose& robot
   if (goal && !map.frame.inside(map.frame.column(goal->x), map.frame.row(goal->y))) {
     return run(extended(map, *goal), robot, goal);
   }
-  return plan(map, position(robot), {}, goal);
+  return plan(map, position(robot), {}, goal).result;
+}
+
+// Whether it still waits, if it does so for so long at most.
+bool GlobalPlanner::waits_for(double seconds, std::chrono::nanoseconds now) {
+  if (!waits_since_) waits_since_ = now;
+  return std::chrono::duration<double>(now - *waits_since_).count() < seconds;
 }
 
 GlobalPlanner::Result GlobalPlanner::run(const GlobalMap& map, const Localization& localization,
-                                         const std::optional<Point>& goal) const {
+                                         const std::optional<Point>& goal) {
   if (map.cells.empty() || !localization.newest) return {};
   if (goal && !map.frame.inside(map.frame.column(goal->x), map.frame.row(goal->y))) {
     return run(extended(map, *goal), localization, goal);
   }
-  const Pose robot = localization.pose_on(map.anchor, localization.newest->odometry);
-  Result result = plan(map, position(robot), shown_by(*localization.newest, robot), goal);
-  if (result.path.outcome == Path::Outcome::kFound) return result;
-  const Work vain = result.work;
-  result = plan(map, position(robot), {}, goal);
-  result.work += vain;
-  return result;
+  const CleanScan& scan = *localization.newest;
+  const Pose robot = localization.pose_on(map.anchor, scan.odometry);
+  remove_free(scan, inverse(robot), blocked_);
+  Extra extra = shown_by(scan, robot);
+  extra.insert(extra.end(), blocked_.begin(), blocked_.end());
+  Planned round = plan(map, position(robot), extra, goal);
+  const auto taken = [this](Planned& planned) {
+    expected_ = planned.found() ? std::optional(planned.cost) : std::nullopt;
+    return std::move(planned.result);
+  };
+  if (round.found() && (!expected_ || round.cost <= *expected_ + kWorthWaiting)) {
+    waits_since_.reset();
+    expected_ = std::min(expected_.value_or(round.cost), round.cost);
+    return std::move(round.result);
+  }
+  Planned through = plan(map, position(robot), {}, goal);
+  through.result.work += round.result.work;
+  round.result.work = through.result.work;
+  if (!through.found()) return taken(round);
+  if (!round.found()) {
+    blocked_.clear();
+    return taken(through);
+  }
+  const double more = round.cost - through.cost;
+  if (more > kWorthWaiting) {
+    if (waits_for(more / RobotLimits{}.speed, scan.stamp)) return taken(through);
+    blocked_ = std::move(extra);
+    // Walls stay with the map, which may still be corrected.
+    std::erase_if(blocked_, [&](const Point& point) { return map.at(point) != Cell::kFree; });
+  }
+  waits_since_.reset();
+  return taken(round);
 }
 
 }  // namespace ctn::navigation

@@ -156,6 +156,78 @@ TEST(GlobalPlanner, TakesWhatBlocksAllWaysToBePassingBy) {
   EXPECT_EQ(GlobalPlanner{}.run(map, seeing_a_box(1.9, -1.9), std::nullopt).path.outcome, Path::Outcome::kNothingLeft);
 }
 
+// A wall with a doorway ahead of the robot, and another one 8.5 m to the left: 14 m more.
+GlobalMap two_doorways() {
+  GlobalMap map = room({8.0, 12.0});
+  fill(map, {3.0, 0.0}, {3.1, 1.4}, Cell::kObstacle);
+  fill(map, {3.0, 2.6}, {3.1, 10.0}, Cell::kObstacle);
+  return map;
+}
+
+Localization at(const Localization& localization, int seconds) {
+  auto scan = std::make_shared<CleanScan>(*localization.newest);
+  scan->stamp = std::chrono::seconds(seconds);
+  Localization later = localization;
+  later.newest = scan;
+  return later;
+}
+
+constexpr Point kBeyondDoorway{7.0, 2.0};
+
+bool is_short(const GlobalPlanner::Result& result) {
+  return result.path.outcome == Path::Outcome::kFound && length(result.path.points) < 8.0;
+}
+
+TEST(GlobalPlanner, WaitsForWhatBlocksTheWayNoLongerThanTheWayRoundTakes) {
+  const GlobalMap map = two_doorways();
+  const Localization blocked = seeing_a_box(0.5, -0.5);
+  const Localization aside = seeing_a_box(-1.0, 1.0);  // says nothing
+  GlobalPlanner planner;
+  EXPECT_TRUE(is_short(planner.run(map, at(aside, -1), kBeyondDoorway)));
+  for (const int seconds : {0, 5, 10}) EXPECT_TRUE(is_short(planner.run(map, at(blocked, seconds), kBeyondDoorway)));
+  EXPECT_TRUE(is_short(planner.run(map, at(aside, 12), kBeyondDoorway))) << "it has passed";
+  EXPECT_TRUE(is_short(planner.run(map, at(blocked, 15), kBeyondDoorway)));
+  EXPECT_TRUE(is_short(planner.run(map, at(blocked, 30), kBeyondDoorway))) << "another wait, of 19 s at most";
+  EXPECT_FALSE(is_short(planner.run(map, at(blocked, 50), kBeyondDoorway)));
+}
+
+TEST(GlobalPlanner, LooksForAShorterWayOnlyWhereItHasBecomeLonger) {
+  const GlobalMap map = two_doorways();
+  GlobalPlanner planner;
+  const GlobalPlanner::Result first = planner.run(map, at(seeing_a_box(0.5, -0.5), 0), kBeyondDoorway);
+  EXPECT_FALSE(is_short(first)) << "it has never known another one";
+  EXPECT_EQ(planner.run(map, at(seeing_a_box(0.5, -0.5), 1), kBeyondDoorway).work, first.work);
+  planner.run(map, at(seeing_a_box(-1.0, 1.0), 2), kBeyondDoorway);
+  EXPECT_GT(planner.run(map, at(seeing_a_box(0.5, -0.5), 3), kBeyondDoorway).work.expanded, first.work.expanded);
+}
+
+TEST(GlobalPlanner, RemembersWhatItWaitedForInVainUntilItSeesThroughIt) {
+  const GlobalMap map = two_doorways();
+  const Localization blocked = seeing_a_box(0.5, -0.5);
+  const Localization aside = seeing_a_box(-1.0, 1.0);
+  GlobalPlanner planner;
+  planner.run(map, at(aside, -1), kBeyondDoorway);
+  planner.run(map, at(blocked, 0), kBeyondDoorway);
+  ASSERT_FALSE(is_short(planner.run(map, at(blocked, 30), kBeyondDoorway)));
+  EXPECT_FALSE(is_short(planner.run(map, at(blocked, 31), kBeyondDoorway)));
+  EXPECT_FALSE(is_short(planner.run(map, at(aside, 32), kBeyondDoorway))) << "it no longer looks there";
+  auto through = std::make_shared<CleanScan>(*aside.newest);
+  through->ranges.assign(721, 6.0F);
+  Localization free;
+  free.newest = through;
+  EXPECT_TRUE(is_short(planner.run(map, at(free, 33), kBeyondDoorway)));
+}
+
+TEST(GlobalPlanner, ForgetsWhatItWaitedForInVainWhereNoOtherWayIsLeft) {
+  GlobalMap map = two_doorways();
+  GlobalPlanner planner;
+  planner.run(map, at(seeing_a_box(-1.0, 1.0), -1), kBeyondDoorway);
+  planner.run(map, at(seeing_a_box(0.5, -0.5), 0), kBeyondDoorway);
+  ASSERT_FALSE(is_short(planner.run(map, at(seeing_a_box(0.5, -0.5), 30), kBeyondDoorway)));
+  fill(map, {3.0, 10.0}, {3.1, 12.0}, Cell::kObstacle);
+  EXPECT_TRUE(is_short(planner.run(map, at(seeing_a_box(-1.0, 1.0), 31), kBeyondDoorway)));
+}
+
 TEST(GlobalPlanner, PlansNothingBeforeTheFirstScan) {
   EXPECT_EQ(GlobalPlanner{}.run(room({8.0, 4.0}), Localization{}, Point{7.0, 2.0}).path.outcome, Path::Outcome::kNoMap);
 }

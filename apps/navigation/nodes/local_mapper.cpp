@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <utility>
 
+#include "footprint.h"
+#include "robot.h"
+
 namespace ctn::navigation {
 namespace {
 
@@ -98,6 +101,19 @@ void LocalMapper::hit(int column, int row, double range) {
   evidence_[cell] = std::min(kMaxEvidence, evidence_[cell] + kHit);
 }
 
+// Where the robot is, there is nothing else: what it touched, or what passed it too closely to be seen, left its trace.
+void LocalMapper::clear_under(const Pose& pose, Work& work) {
+  const double reach = kOuterRadius;
+  for (int row = frame_.row(pose.y - reach); row <= frame_.row(pose.y + reach); ++row) {
+    for (int column = frame_.column(pose.x - reach); column <= frame_.column(pose.x + reach); ++column) {
+      ++work.cells;
+      if (distance_from_outline(pose, frame_.centre(column, row)) > 0.0) continue;
+      float& evidence = evidence_[frame_.index(column, row)];
+      evidence = std::min(evidence, 0.0F);
+    }
+  }
+}
+
 // Obstacles that have come to be where it is while it moved through them.
 void LocalMapper::take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const {
   const double reach = moving.radius + kTakenOut;
@@ -156,6 +172,7 @@ LocalMapper::Result LocalMapper::run(const CleanScan& scan) {
     }
   }
 
+  clear_under(pose, work);
   std::vector<std::uint8_t> obstacles(frame_.cells());
   std::transform(evidence_.begin(), evidence_.end(), obstacles.begin(),
                  [](float evidence) { return static_cast<std::uint8_t>(evidence >= kObstacle); });

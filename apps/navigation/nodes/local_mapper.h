@@ -2,8 +2,8 @@
 //
 // An occupancy grid of 6 m x 6 m moves with the robot in whole cells, in the odometry's frame. Each beam is evidence
 // that the cells it passes are free and that the one it ends in is not; evidence fades, so that what moved away where
-// the laser no longer looks is forgotten. LP gets the distance from each cell to the nearest obstacle, with which
-// it allows for the robot's size.
+// the laser no longer looks is forgotten. Where the robot is, there is no obstacle. LP gets the distance from each cell
+// to the nearest obstacle, with which it allows for the robot's size.
 //
 // What moves is tracked (motion_tracker.h) and given beside the map, with its velocity at the scan's instant. A beam
 // that ends where the map knew a cell to be free, and no older obstacle beside it, tells that something has moved
@@ -58,6 +58,7 @@ class LocalMapper {
   // A beam of this length ends in the cell.
   void hit(int column, int row, double range);
   bool beside_old_obstacle(int column, int row, double range) const;
+  void clear_under(const Pose& pose, Work& work);
   void take_out(const MovingObstacle& moving, std::vector<std::uint8_t>& obstacles) const;
 
   GridFrame frame_;

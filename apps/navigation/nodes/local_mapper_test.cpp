@@ -119,6 +119,28 @@ TEST(LocalMapper, RemembersWhatIsBehindForAWhile) {
   EXPECT_GT(mapped(mapper, world).clearance_at({1.0, 0.0}), 0.9);
 }
 
+// What was remembered behind the robot is gone when it backs up to there, and it has not looked that way since.
+TEST(LocalMapper, HasNoObstacleWhereTheRobotIs) {
+  AnalyticWorld world({{{1.0, -0.1}, {1.0, 0.1}}}, {0.0, 0.0, 0.0});
+  LocalMapper mapper;
+  for (int i = 0; i < 3; ++i) {
+    world.advance(0.05, {});
+    mapped(mapper, world);
+  }
+  while (world.truth().heading < 3.1) world.advance(0.05, {0.0, 1.0});
+  world.walls().front() = {{90.0, 0.0}, {90.0, 1.0}};
+  while (world.truth().x < 0.6) {
+    world.advance(0.05, {-0.5, 0.0});
+    mapped(mapper, world);
+  }
+  EXPECT_LT(mapped(mapper, world).clearance_at({1.0, 0.0}), 0.05);
+  while (world.truth().x < 0.85) {
+    world.advance(0.05, {-0.5, 0.0});
+    mapped(mapper, world);
+  }
+  EXPECT_EQ(mapped(mapper, world).clearance_at({1.0, 0.0}), LocalMapper::kFarthestClearance);
+}
+
 TEST(LocalMapper, MovesWithTheRobot) {
   AnalyticWorld world({{{4.0, -5.0}, {4.0, 5.0}}}, {0.0, 0.0, 0.0});
   LocalMapper mapper;

@@ -34,11 +34,17 @@ constexpr double kGoCost = 0.2;          // without a target: per m/s
 constexpr double kTurnCost = 0.05;       // of turning otherwise than told, without a target: per rad/s
 constexpr double kPutOffCost = 0.3;      // of going on towards what moves, if that would be contact at once
 constexpr double kStayCost = 1.0;        // the same without a target: there is nothing to be lost by giving way early
+constexpr double kCloseWeight = 10.0;    // metres per metre of room to what moves, where there is too little
+constexpr double kBesideWeight = 3.0;    // likewise beside its course
 constexpr std::size_t kTriedFirst = 40;  // velocities; of the others, when none of these is safe, only every sixth
 // From a scan to when LP's velocity is in force, beyond the time between two maps.
 constexpr double kDelay = 0.05;
 constexpr double kMaxReaction = 0.45;
 constexpr double kMinInterval = 0.02;
+constexpr double kWheelsShare = 0.15;     // of what the wheels counted
+constexpr double kWheelsShareGain = 2.0;  // more for each second in which what was told may not have come to be
+constexpr double kMaxWheelsShare = 0.6;
+constexpr double kMaxGap = 1.0;     // seconds between two runs
 constexpr double kPatience = 4.0;   // seconds that the robot waits with all caution
 constexpr double kImpatient = 5.0;  // until it has the least
 constexpr double kMinCaution = 0.15;
@@ -63,6 +69,21 @@ struct Option {
   double score;
   bool coarse;  // one of those that are always tried
 };
+
+double room_weight(Foresight::Level level) {
+  switch (level) {
+    case Foresight::Level::kGrazing:
+    case Foresight::Level::kTooNear:
+      return kCloseWeight;
+    case Foresight::Level::kIfItGoesOn:
+      return kBesideWeight;
+    case Foresight::Level::kContact:
+    case Foresight::Level::kByBackingUp:
+    case Foresight::Level::kSafe:
+      break;
+  }
+  return 0.0;
+}
 
 // Where to: a point, or without one to turn at some rate.
 struct Aim {
@@ -111,7 +132,8 @@ class DynamicWindow {
       }
       // What it leaves for later to give way.
       const double left = 1.0 - foresight.clear_for(option.velocity) / Foresight::kHorizon;
-      const double score = option.score - (aim_.target ? kPutOffCost : kStayCost) * left;
+      const double score =
+          option.score - (aim_.target ? kPutOffCost : kStayCost) * left + room_weight(safety.level) * safety.room;
       const bool better = safety.level > best.safety || safety.level == Foresight::Level::kContact;
       if (better || score > best.score) best = {option.velocity, score, safety.level};
     }
@@ -201,7 +223,33 @@ void LocalPlanner::wait(const LocalMap& map, const Odometry& odometry, bool want
   waited_ = std::max(0.0, stands && wants_to_go ? waited_ + seconds : waited_ - 2.0 * seconds);
 }
 
-LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& odometry, const Command& command) {
+// The base's velocity: what the last command has made of it by now, corrected by what the wheels have counted in the
+// last instant, which alone is too noisy to tell whether the robot can still stop.
+Odometry LocalPlanner::smoothed(const Odometry& counted) {
+  const double seconds = std::chrono::duration<double>(counted.stamp - counted_at_).count();
+  counted_at_ = counted.stamp;
+  Odometry odometry = counted;
+  const double share = std::min(kMaxWheelsShare, kWheelsShare + kWheelsShareGain * seconds);
+  if (driven_ && seconds >= 0.0 && seconds <= kMaxGap) {
+    const auto mixed = [&](double before, double wanted, double change, double now) {
+      const double expected = before + std::clamp(wanted - before, -change * seconds, change * seconds);
+      return expected + share * (now - expected);
+    };
+    odometry.velocity.linear = mixed(driven_->linear, wanted_.linear, kLimits.acceleration, counted.velocity.linear);
+    odometry.velocity.angular =
+        mixed(driven_->angular, wanted_.angular, kLimits.turn_acceleration, counted.velocity.angular);
+  }
+  driven_ = odometry.velocity;
+  return odometry;
+}
+
+LocalPlanner::Result LocalPlanner::run(const LocalMap& map, const Odometry& counted, const Command& command) {
+  const Result result = plan(map, smoothed(counted), command);
+  wanted_ = result.velocity;
+  return result;
+}
+
+LocalPlanner::Result LocalPlanner::plan(const LocalMap& map, const Odometry& odometry, const Command& command) {
   const Pose& pose = odometry.pose;
   wait(map, odometry, !command.stop);
   const double age = std::chrono::duration<double>(odometry.stamp - map.stamp).count();

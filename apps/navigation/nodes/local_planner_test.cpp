@@ -188,6 +188,45 @@ TEST(Foresight, WhatGoesAwayMayTurnBack) {
   EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of(stay).level, Foresight::Level::kSafe);
 }
 
+// As above, but it turned back before where it is going, 1.5 m farther on.
+TEST(Foresight, WhatGoesAwayTurnsBackNoEarlierThanWhereItDidBefore) {
+  LocalMap map = with_moving({1.0, 1.2}, {0.0, 0.5});
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  map.moving.front().ahead = 1.5;
+  EXPECT_EQ(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  map.moving.front().ahead = 0.0;
+  map.moving.front().velocity = {};
+  EXPECT_LT(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "it stands there, and may start";
+  map.moving.front().course = {0.0, -1.0};
+  EXPECT_EQ(Foresight(map, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "it never came nearer";
+}
+
+TEST(Foresight, WhatStandsIsFearedByAnImpatientRobotToo) {
+  LocalMap map = with_moving({1.0, 1.4}, {0.0, 0.5});
+  map.moving.front().velocity = {};
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  EXPECT_LT(Foresight(map, within, 0.1, 0.2, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+}
+
+// They were seen 2 s ago, 1 m before where they are expected to be.
+TEST(Foresight, WhatIsNotSeenIsNoFartherAheadThanExpectedButMayHaveTurnedBack) {
+  Odometry within = driving(0.0);
+  within.pose.x = 1.0;
+  LocalMap coming = with_moving({1.0, 2.4}, {0.0, -0.5});
+  coming.moving.front().unseen = 2.0;
+  EXPECT_EQ(Foresight(coming, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe)
+      << "there is time to leave its course";
+  LocalMap going = with_moving({1.0, 2.6}, {0.0, 0.5});
+  EXPECT_EQ(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+  going.moving.front().unseen = 2.0;
+  EXPECT_LT(Foresight(going, within, 0.1, 1.0, LocalPlanner::kLimits).of({}).level, Foresight::Level::kSafe);
+}
+
 TEST(Foresight, PredictsFromTheScansInstant) {
   LocalMap old = with_moving({1.5, -1.2}, {0.0, 0.7});
   LocalMap now = with_moving({1.5, -0.85}, {0.0, 0.7});
@@ -205,6 +244,35 @@ TEST(Foresight, PredictsFromTheScansInstant) {
       EXPECT_EQ(late.of({speed, turn}).level, fresh.of({speed, turn}).level) << speed << " " << turn;
     }
   }
+}
+
+// It passes in front of a robot that drives too fast to stop as far from it as it should.
+TEST(Foresight, TellsHowMuchOfTheRoomIsLeftWhereThereIsTooLittle) {
+  const LocalMap map = with_moving({1.0, -0.4}, {0.0, 0.5});
+  Foresight foresight(map, driving(0.6), 0.1, 0.0, LocalPlanner::kLimits);
+  const Foresight::Safety brakes = foresight.of({0.35, 0.0});
+  const Foresight::Safety goes = foresight.of({0.5, 0.0});
+  ASSERT_EQ(brakes.level, Foresight::Level::kTooNear);
+  ASSERT_EQ(goes.level, Foresight::Level::kTooNear);
+  EXPECT_GT(brakes.room, goes.room + 0.01);
+}
+
+// The wheels count 0.1 m/s too much in one instant. Without that it would be as if the robot had been told to go so.
+TEST(LocalPlanner, KnowsHowFastItIsByWhatItWasTold) {
+  const auto told = [](double too_much) {
+    LocalPlanner planner;
+    Velocity velocity;
+    for (int i = 0; i <= 5; ++i) {
+      LocalMap map;
+      Odometry odometry = driving(velocity.linear + (i == 5 ? too_much : 0.0));
+      map.stamp = odometry.stamp = std::chrono::milliseconds(40 * i);
+      velocity = planner.run(map, odometry, towards({8.0, 0.0})).velocity;
+    }
+    return velocity.linear;
+  };
+  EXPECT_NEAR(told(0.1), told(0.0), 0.04);
+  LocalPlanner first;  // was told nothing yet: believes the wheels
+  EXPECT_GT(first.run({}, driving(0.4), towards({8.0, 0.0})).velocity.linear, 0.5);
 }
 
 TEST(LocalPlanner, GetsOutOfTheWayOfWhatComesTowardsIt) {

@@ -32,12 +32,26 @@ constexpr double kMoved = 0.06;                        // since it was seen firs
 constexpr double kSureSpeed = 0.2;                     // m/s
 constexpr double kSure = 1.5;                          // standard deviations
 constexpr double kPaceTime = 0.3;                      // seconds in which a higher speed is believed
-constexpr double kPaceFade = 0.05;                     // m/s for each second
+constexpr double kPaceFade = 0.02;                     // m/s for each second
 constexpr double kGoneFor = 0.3;                       // seconds for which its place was looked through
+constexpr double kCourseShare = 0.7;                   // of its pace: what is slower does not tell its course
+constexpr double kSameLine = 0.9;                      // cosine of the angle between courses on one line
+constexpr double kSameEnd = 0.3;                       // metres
+constexpr double kKeepsToLine = 0.5;                   // seconds of going along a line
+constexpr double kBesideShare = 0.2;                   // of how far beside its line a hidden thing seems to be
+constexpr double kLineTime = 1.0;                      // seconds in which a line turns to where a thing goes
 
 double length_of(Point point) { return std::hypot(point.x, point.y); }
 
+double dot(Point a, Point b) { return a.x * b.x + a.y * b.y; }
+
 }  // namespace
+
+double MotionTracker::Track::along() const { return dot(centre - born, line); }
+
+bool MotionTracker::Track::goes_up() const { return dot(course, line) > 0.0; }
+
+bool MotionTracker::Track::keeps_to_line() const { return on_line >= kKeepsToLine; }
 
 std::vector<MotionTracker::Segment> MotionTracker::segments_of(const CleanScan& scan, const std::vector<Hit>& hits) {
   const Pose& pose = scan.odometry.pose;
@@ -138,8 +152,14 @@ void MotionTracker::update(Track& track, const Place& place, bool hidden, double
   const double gain_place = track.variance_place / total;
   const double gain_velocity = track.covariance / total;
   const Point off = place.centre - track.centre;
-  track.centre = track.centre + off * gain_place;
-  track.velocity = track.velocity + off * gain_velocity;
+  if (hidden && track.keeps_to_line()) {
+    const Point along = track.line * dot(off, track.line);
+    track.centre = track.centre + (along + (off - along) * kBesideShare) * gain_place;
+    track.velocity = track.line * dot(track.velocity, track.line) + along * gain_velocity;
+  } else {
+    track.centre = track.centre + off * gain_place;
+    track.velocity = track.velocity + off * gain_velocity;
+  }
   track.variance_velocity -= gain_velocity * track.covariance;
   track.covariance *= 1.0 - gain_place;
   track.variance_place *= 1.0 - gain_place;
@@ -154,6 +174,50 @@ bool MotionTracker::seen_through(const Track& track, const CleanScan& scan) {
   if (share < 0.0 || share > 1.0 || scan.ranges.empty()) return false;
   const auto beam = static_cast<std::size_t>(std::lround(share * static_cast<double>(scan.ranges.size() - 1)));
   return static_cast<double>(scan.ranges[beam]) > range + track.radius;
+}
+
+// It went along `course`, of length one, for so long.
+void MotionTracker::learn_course(Track& track, Point course, double seconds) {
+  double cosine = dot(course, track.line);
+  if (std::abs(cosine) < kSameLine) {
+    cosine = 1.0;
+    track.line = course;
+    track.low.reset();
+    track.high.reset();
+    track.farthest = track.along();
+    track.on_line = 0.0;
+  } else if (dot(course, track.course) < 0.0) {  // it turned back
+    (cosine > 0.0 ? track.low : track.high) = track.farthest;
+    track.farthest = track.along();
+  }
+  track.course = course;
+  track.on_line += seconds;
+  const Point turned =
+      track.line + (course * (cosine < 0.0 ? -1.0 : 1.0) - track.line) * std::min(1.0, seconds / kLineTime);
+  track.line = turned * (1.0 / length_of(turned));
+}
+
+// It was seen where it is.
+void MotionTracker::learn_place(Track& track) {
+  const double along = track.along();
+  if (track.goes_up()) {
+    track.farthest = std::max(track.farthest, along);
+    if (track.high && along > *track.high + kSameEnd) track.high.reset();
+  } else {
+    track.farthest = std::min(track.farthest, along);
+    if (track.low && along < *track.low - kSameEnd) track.low.reset();
+  }
+}
+
+// What is not seen waits where its course ends.
+void MotionTracker::stop_at_end(Track& track) {
+  const double speed = dot(track.velocity, track.line);
+  const std::optional<double>& end = speed > 0.0 ? track.high : track.low;
+  if (!end) return;
+  const double beyond = track.along() - *end;
+  if (beyond * speed <= 0.0) return;
+  track.centre = track.centre - track.line * beyond;
+  track.velocity = {};
 }
 
 void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan, double seconds) {
@@ -177,6 +241,8 @@ void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan
     }
     if (nearest == nullptr) {
       track.unseen += seconds;
+      if (length_of(track.velocity) < kSlowest) track.velocity = {};
+      if (track.confirmed) stop_at_end(track);
       continue;
     }
     nearest->used = true;
@@ -184,6 +250,28 @@ void MotionTracker::follow(std::vector<Segment>& segments, const CleanScan& scan
     update(track, found, nearest->right_hidden || nearest->left_hidden, distance(found.centre, robot));
     track.radius += kRadiusGain * (found.radius - track.radius);
   }
+}
+
+MovingObstacle MotionTracker::as_obstacle(const Track& track) {
+  // Its velocity says little of its course while it slows down.
+  const Point course = track.keeps_to_line() ? track.line * (track.goes_up() ? 1.0 : -1.0) : track.course;
+  MovingObstacle thing{track.centre, track.radius, {}, course, track.pace};
+  thing.unseen = track.unseen;
+  const double speed = length_of(track.velocity);
+  if (speed >= kSlowest) {
+    thing.velocity = track.velocity;
+    if (dot(track.velocity, course) < 0.0) thing.course = course * -1.0;
+    const double on_line = dot(track.velocity, track.line);
+    if (std::abs(on_line) < kSameLine * speed) return thing;
+    if (track.keeps_to_line()) thing.velocity = track.line * on_line;
+  }
+  const double along = track.along();
+  const bool up = dot(thing.course, track.line) > 0.0;
+  const std::optional<double>& ahead = up ? track.high : track.low;
+  const std::optional<double>& behind = up ? track.low : track.high;
+  if (ahead) thing.ahead = std::max(0.0, up ? *ahead - along : along - *ahead);
+  if (behind) thing.behind = std::max(0.0, up ? along - *behind : *behind - along);
+  return thing;
 }
 
 std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std::vector<Hit>& hits, Work& work) {
@@ -224,12 +312,16 @@ std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std:
     }
     track.stopped = speed < kSlowest ? track.stopped + seconds : 0.0;
     track.pace = std::max(0.0, track.pace - kPaceFade * seconds);
-    if (!track.confirmed || speed < kSlowest || track.unseen > 0.0) continue;
+    if (!track.confirmed || track.unseen > 0.0) continue;
+    learn_place(track);
+    if (speed < kSlowest) continue;
     track.pace += std::max(0.0, speed - track.pace) * std::min(1.0, seconds / kPaceTime);
-    track.course = track.velocity * (1.0 / speed);
+    if (speed < kCourseShare * track.pace) continue;
+    learn_course(track, track.velocity * (1.0 / speed), seconds);
   }
   std::erase_if(tracks_, [&](const Track& track) {
-    if (length_of(track.velocity) > kMaxSpeed || track.unseen > kUnseen ||
+    const bool comes = dot(robot - track.centre, track.velocity) > 0.0;
+    if (length_of(track.velocity) > kMaxSpeed || track.unseen > (comes ? kUnseenComing : kUnseen) ||
         track.stopped > (track.confirmed ? kStopped : 1.0))
       return true;
     return track.unseen > kGoneFor && seen_through(track, scan);
@@ -238,8 +330,7 @@ std::vector<MovingObstacle> MotionTracker::run(const CleanScan& scan, const std:
   std::vector<MovingObstacle> moving;
   for (const Track& track : tracks_) {
     if (!track.confirmed) continue;
-    const bool stopped = length_of(track.velocity) < kSlowest;
-    moving.push_back({track.centre, track.radius, stopped ? Point{} : track.velocity, track.course, track.pace});
+    moving.push_back(as_obstacle(track));
   }
   return moving;
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -170,6 +171,64 @@ TEST(MotionTracker, RemembersWhatHasStoppedUntilItIsLikeAWall) {
   EXPECT_NEAR(std::abs(map.moving.front().course.y), 1.0, 0.05);
   EXPECT_TRUE(map.static_clearance.empty());
   watching.watch(8.0, {}, place);
+  EXPECT_TRUE(watching.map().moving.empty());
+}
+
+// It goes from 1.2 m on the right to 0.6 m on the left, waits, and comes back.
+TEST(MotionTracker, KnowsWhereItsCourseEndsOnceItTurnedBackThere) {
+  constexpr double kSpeed = 0.6;
+  constexpr double kPause = 1.0;
+  constexpr double kTurns = 3.0;  // seconds until it is at the left end
+  const auto box_at = [&](double seconds) {
+    const double back = std::max(0.0, seconds - kTurns - kPause);
+    return Point{1.5, -1.2 + kSpeed * (std::min(seconds, kTurns) - back)};
+  };
+  Watching watching(kHall, {0.0, 0.0, 0.0}, {.range = 0.01});
+  const auto place = [&](auto& walls, double seconds) { add_square(walls, box_at(seconds)); };
+  watching.watch(kTurns - 0.2, {}, place);
+  ASSERT_EQ(watching.map().moving.size(), 1U);
+  EXPECT_TRUE(std::isinf(watching.map().moving.front().ahead));
+  EXPECT_TRUE(std::isinf(watching.map().moving.front().behind));
+  watching.watch(0.8, {}, place);
+  ASSERT_EQ(watching.map().moving.size(), 1U);
+  EXPECT_FALSE(watching.map().moving.front().moves());
+  EXPECT_TRUE(std::isinf(watching.map().moving.front().ahead)) << "it has stopped, and may still go on";
+  watching.watch(1.9, {}, place);
+  ASSERT_EQ(watching.map().moving.size(), 1U);
+  const MovingObstacle& thing = watching.map().moving.front();
+  EXPECT_LT(thing.course.y, -0.9);
+  EXPECT_TRUE(std::isinf(thing.ahead));
+  EXPECT_NEAR(thing.behind, 0.6 - box_at(watching.world().time()).y, 0.12);
+}
+
+// It brakes at 1 m/s^2, stands, and goes on.
+TEST(MotionTracker, KnowsTheCourseOfWhatSlowsDown) {
+  Watching watching(kHall, {0.0, 0.0, 0.0}, {.range = 0.01});
+  const auto place = [](auto& walls, double seconds) {
+    const double braking = std::clamp(seconds - 2.5, 0.0, 0.5);
+    add_square(walls, {1.6, -1.0 + 0.5 * std::min(seconds, 2.5) + 0.5 * braking - 0.5 * braking * braking});
+  };
+  watching.watch(2.0, {}, place);
+  for (int i = 0; i < 100; ++i) {
+    watching.watch(kScanPeriod, {}, place);
+    ASSERT_EQ(watching.map().moving.size(), 1U);
+    EXPECT_GT(watching.map().moving.front().course.y, 0.99) << watching.world().time() << " s";
+  }
+  EXPECT_FALSE(watching.map().moving.front().moves());
+}
+
+// The robot turns its back to a box that comes, and does not see it for 4 s.
+TEST(MotionTracker, ForgetsWhatIsNotSeenOnlyOnceItMustHavePassed) {
+  Watching watching(kHall, {0.0, 0.0, 0.0}, {.range = 0.01});
+  const auto box_at = [](double seconds) { return Point{3.6 - 0.5 * seconds, 0.9}; };
+  const auto place = [&](auto& walls, double seconds) { add_square(walls, box_at(seconds)); };
+  watching.watch(1.5, {}, place);
+  watching.watch(1.9, {0.0, -1.5}, place);
+  watching.watch(3.3, {}, place);
+  ASSERT_EQ(watching.map().moving.size(), 1U);
+  EXPECT_GT(watching.map().moving.front().unseen, MotionTracker::kUnseen);
+  EXPECT_LT(distance(watching.map().moving.front().centre, box_at(watching.world().time())), 0.5);
+  watching.watch(2.0, {});
   EXPECT_TRUE(watching.map().moving.empty());
 }
 
