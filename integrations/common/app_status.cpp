@@ -34,7 +34,7 @@ std::string count_of(std::uint64_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? " was" : "s were");
 }
 
-std::string joined(const std::vector<std::string>& texts) {
+std::string list_of(const std::vector<std::string>& texts) {
   std::string all;
   for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
   return all;
@@ -82,7 +82,7 @@ Diagnostic of_plan(const json& live) {
   for (const json& node : in_force.at("assumed")) wrong.push_back(text_of(node.at("node")) + " had not run");
   if (!wrong.empty()) {
     plan.level = Level::kWarning;
-    plan.message = joined(wrong);
+    plan.message = list_of(wrong);
   }
   for (const char* const key : {"reason", "planner", "at_s", "objective", "relax_factor"}) {
     add(plan, key, in_force.at(key));

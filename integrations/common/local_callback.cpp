@@ -10,7 +10,7 @@
 namespace catan_ros {
 namespace {
 
-BoundCallbackOptions options_of(const Binding& binding) {
+BoundCallbackOptions callback_options(const Binding& binding) {
   BoundCallbackOptions options;
   options.takes_all = binding.takes_all;
   options.runs_by_itself = binding.runs_by_itself;
@@ -71,7 +71,7 @@ void LocalCallback::run() {
   }
   NotingRuns schedule(*runs, *this);
   OneAtATime turn(calling_);
-  BoundCallback(options_of(binding()), inbox_, turn).run(schedule);
+  BoundCallback(callback_options(binding()), inbox_, turn).run(schedule);
 }
 
 std::vector<LocalCallback::Expected>::iterator LocalCallback::find(const void* message) {

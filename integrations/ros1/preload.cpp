@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "common/binding.h"
+#include "common/helper_threads.h"
 #include "common/observation.h"
 #include "ros1/hooks.h"
 
@@ -116,34 +117,15 @@ class Calling {
   void* begun_ = nullptr;
 };
 
-// A thread that a node's callback makes, and what it is to do.
-struct Helper {
-  void* (*function)(void*);
-  void* argument;
-  const char* node;
-};
-
-void* run_helper(void* argument) {
-  const std::unique_ptr<Helper> owned(static_cast<Helper*>(argument));
-  const Helper helper = *owned;
-  g_hooks.load(std::memory_order_acquire)->adopt(helper.node);
-  return helper.function(helper.argument);
-}
-
 }  // namespace
 
-// Threads that a bound callback makes (a pool of its own, OpenMP's, OpenCV's) work for its node.
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*function)(void*),
                               void* argument) noexcept {
-  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
-  static const auto kNext = reinterpret_cast<Create>(next_function("pthread_create"));
+  static const auto kNext = reinterpret_cast<catan_ros::CreateThread>(next_function("pthread_create"));
   const Hooks* const known = g_hooks.load(std::memory_order_acquire);
   const char* const node = known != nullptr ? known->current_node() : nullptr;
   if (node == nullptr) return kNext(thread, attributes, function, argument);
-  auto helper = std::make_unique<Helper>(Helper{function, argument, node});
-  const int result = kNext(thread, attributes, run_helper, helper.get());
-  if (result == 0) static_cast<void>(helper.release());
-  return result;
+  return catan_ros::create_helper_thread(kNext, thread, attributes, {function, argument, node, known->adopt});
 }
 
 namespace ros {
