@@ -56,7 +56,7 @@ void add_illixr_command(CLI::App& cli, int& exit_code) {
   auto options = std::make_shared<BoundProgramsOptions>();
   CLI::App* illixr = cli.add_subcommand("illixr", "Schedule plugins of ILLIXR");
   illixr->footer(
-      "Example:\n"
+      "Examples:\n"
       "  catan illixr run headset.yaml -- main.opt.exe --yaml=headset-profile.yaml    see catan illixr run --help\n"
       "Exit code: 0 it ran, 1 failure at run time, 2 a mistake.");
   illixr->require_subcommand(1);
