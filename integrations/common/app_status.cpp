@@ -13,10 +13,6 @@ namespace {
 using nlohmann::json;
 using Level = Diagnostic::Level;
 
-// A node may be silent for ten periods, and for a second at least, before it counts as missing (docs/top.md).
-constexpr double kSilentPeriods = 10.0;
-constexpr double kSilentAtLeastMs = 1000.0;
-
 std::string text_of(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
@@ -126,22 +122,14 @@ Diagnostic of_subchain(const json& subchain) {
   return told;
 }
 
-// The period by which a node is judged: what is expected of it, else what was measured.
-double usual_period_ms(const json& node) {
-  const json& expected = node.at("expected_hz");
-  if (expected.is_number() && expected.get<double>() > 0.0) return 1000.0 / expected.get<double>();
-  const json& period = node.at("period_ms");
-  return period.is_object() ? period.at("mean").get<double>() : 0.0;
-}
-
-Diagnostic of_node(const json& node, bool running) {
+Diagnostic of_node(const json& node) {
   Diagnostic told{.name = "node " + text_of(node.at("node")), .level = Level::kOk, .message = "runs", .values = {}};
   const json& silent = node.at("silent_ms");
+  const bool absent = node.at("absent").get<bool>();
+  if (absent) told.level = Level::kError;
   if (silent.is_null()) {
-    told.level = running ? Level::kError : Level::kOk;
     told.message = "has not run";
-  } else if (running && silent.get<double>() > std::max(kSilentPeriods * usual_period_ms(node), kSilentAtLeastMs)) {
-    told.level = Level::kError;
+  } else if (absent) {
     told.message = "has not run for " + text_of(silent.get<double>() / 1000.0) + " s";
   }
   for (const char* const key : {"rate_hz", "expected_hz", "runs", "cores"}) add(told, key, node.at(key));
@@ -180,11 +168,10 @@ class Names {
 }  // namespace
 
 std::vector<Diagnostic> diagnostics_of(const json& live) {
-  const bool running = live.at("state") == "running";
   std::vector<Diagnostic> all{of_app(live), of_plan(live)};
   for (const json& chain : live.at("chains")) all.push_back(of_chain(chain));
   for (const json& subchain : live.at("subchains")) all.push_back(of_subchain(subchain));
-  for (const json& node : live.at("nodes")) all.push_back(of_node(node, running));
+  for (const json& node : live.at("nodes")) all.push_back(of_node(node));
   return all;
 }
 

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "base/text.h"
 #include "config/callback_binding.h"
 #include "config/problems.h"
@@ -88,5 +89,20 @@ class CollectedCallbacks {
   Problems& problems_;
   std::vector<CallbackBinding<Callback>> list_;
 };
+
+// What an app file says at the nodes' `key`, which has been read as `app`, in the order of its nodes. Errors (kCaller):
+// two nodes are one callback; a node that is external has one; as `read` has them.
+template <class Callback>
+Result<std::vector<CallbackBinding<Callback>>> callbacks_of_app_file(std::string_view text, std::string_view file,
+                                                                     const graph::App& app, std::string key,
+                                                                     typename CollectedCallbacks<Callback>::Read read) {
+  const auto root = parse_yaml(text, file, "docs/app-file.md");
+  if (!root) return root.error();
+  Problems problems;
+  CollectedCallbacks<Callback> collected(std::move(key), read, app, problems);
+  collected.add_app_file(*root);
+  if (!problems.empty()) return std::move(problems).to_error();
+  return collected.take();
+}
 
 }  // namespace ctn::config

@@ -76,12 +76,7 @@ std::vector<IllixrBinding> read_illixr_bindings(const Value& root, const graph::
 
 Result<std::vector<IllixrBinding>> illixr_bindings(std::string_view app_text, std::string_view file,
                                                    const graph::App& app) {
-  const auto root = parse_yaml(app_text, file, "docs/app-file.md");
-  if (!root) return root.error();
-  Problems problems;
-  std::vector<IllixrBinding> bindings = read_illixr_bindings(*root, app, problems);
-  if (!problems.empty()) return std::move(problems).to_error();
-  return bindings;
+  return callbacks_of_app_file<IllixrCallback>(app_text, file, app, "illixr", read_illixr_callback);
 }
 
 }  // namespace ctn::config

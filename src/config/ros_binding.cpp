@@ -96,12 +96,7 @@ std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& a
 }
 
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app) {
-  const auto root = parse_yaml(app_text, file, "docs/app-file.md");
-  if (!root) return root.error();
-  Problems problems;
-  std::vector<RosBinding> bindings = read_ros_bindings(*root, app, problems);
-  if (!problems.empty()) return std::move(problems).to_error();
-  return bindings;
+  return callbacks_of_app_file<RosCallback>(app_text, file, app, "ros", read_ros_callback);
 }
 
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app,

@@ -77,7 +77,8 @@ class Writer {
             {"stole_ms", subchain.stole_ms},
             {"stolen", subchain.stolen},
             {"stolen_ms", subchain.stolen_ms},
-            {"silent_ms", or_null(subchain.silent_ms)}};
+            {"silent_ms", or_null(subchain.silent_ms)},
+            {"absent", subchain.absent}};
   }
 
   Json operator()(const CoreUse& use) const {
@@ -100,7 +101,8 @@ class Writer {
             {"compute_ms", to_json(node.compute_ms)},
             {"wait_ms", to_json(node.wait_ms)},
             {"cores", node.cores},
-            {"silent_ms", or_null(node.silent_ms)}};
+            {"silent_ms", or_null(node.silent_ms)},
+            {"absent", node.absent}};
   }
 
   Json operator()(const RelaxedBound& bound) const {

@@ -16,6 +16,8 @@ namespace ctn::view {
 namespace {
 
 constexpr std::size_t kDistributionParts = 24;
+constexpr double kAbsentAfterPeriods = 10.0;
+constexpr double kAbsentAfterMs = 1000.0;  // and at least
 
 double in_ms(Nanos duration) { return to_millis(duration).count(); }
 
@@ -38,6 +40,23 @@ Distribution distribution_of(const std::vector<double>& samples) {
     ++result.counts[std::min(static_cast<std::size_t>(part), kDistributionParts - 1)];
   }
   return result;
+}
+
+// `expected_ms`: the period that is expected, if any is. `up_ms`: since the start.
+template <class Shown>
+bool is_absent(const Shown& shown, std::optional<double> expected_ms, double up_ms) {
+  const double period_ms = std::max(expected_ms.value_or(0.0), shown.period_ms.mean);
+  return shown.silent_ms.value_or(up_ms) > std::max(kAbsentAfterPeriods * period_ms, kAbsentAfterMs);
+}
+
+void tell_absent(Picture& picture) {
+  const double up_ms = picture.up_s * 1000.0;
+  for (Subchain& subchain : picture.subchains) {
+    subchain.absent = is_absent(subchain, subchain.expected_period_ms, up_ms);
+  }
+  for (Node& node : picture.nodes) {
+    node.absent = is_absent(node, node.expected_hz ? std::optional(1000.0 / *node.expected_hz) : std::nullopt, up_ms);
+  }
 }
 
 Sharing sharing_of(const plan::CorePlan& core) {
@@ -93,6 +112,7 @@ Picture LiveView::picture(TimePoint now, const Life& life) const {
   for (std::size_t index = 0; index < nodes_.size(); ++index) {
     if (!app_.graph.nodes()[index].external) picture.nodes.push_back(picture_of(NodeId(index), window));
   }
+  if (picture.state == State::kRunning) tell_absent(picture);
   picture.cores = cores(window);
   picture.objective = objective(picture);
   picture.events.assign(events_.begin(), events_.end());

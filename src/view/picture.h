@@ -66,6 +66,7 @@ struct Subchain {
   std::uint64_t stolen = 0;  // how often another subchain went on in its slot
   double stolen_ms = 0.0;
   std::optional<double> silent_ms;  // since a run of one of its nodes ended; none: none has ended
+  bool absent = false;              // see Node
 };
 
 // A histogram: how many samples are in each of equal intervals from the smallest to the largest.
@@ -102,7 +103,9 @@ struct Chain {
   Distribution distribution;                    // of the response times
 };
 
-// A node that is not external.
+// A node that is not external. It is absent, which is not there or hanging, while the app runs and no run of it has
+// ended for ten of its periods (the expected or the measured one, whichever is longer) and for at least a second; where
+// none has ended, since the start.
 struct Node {
   std::string name;
   std::optional<std::size_t> subchain;  // index; none: it is unscheduled
@@ -115,6 +118,7 @@ struct Node {
   Summary wait_ms;     // of a run; empty: no run waited
   double cores = 0.0;
   std::optional<double> silent_ms;  // since it ended a run; none: it has ended none
+  bool absent = false;
 };
 
 struct RelaxedBound {

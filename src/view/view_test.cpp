@@ -22,6 +22,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using testing::Each;
 using testing::ElementsAre;
 
 TEST_F(LiveViewTest, BeforeAnythingHasRun) {
@@ -260,6 +261,24 @@ TEST_F(LiveViewTest, NeverKeepsMoreThanItMay) {
   for (int k = 0; k < 1000; ++k) view.add(record::Notice{at_ms(k), "n", std::to_string(k)});
   EXPECT_EQ(picture(1000).events.size(), kMaxEvents);
   EXPECT_EQ(picture(1000).events.back().detail, "999");
+}
+
+TEST_F(LiveViewTest, AbsentAreThoseWithoutARunForTenPeriodsAndASecond) {
+  plan_comes(10, plan);
+  const auto absent = [&](int now, const Life& life) {
+    const Picture shown = view.picture(at_ms(now), life);
+    return std::vector{shown.subchains[plan::kFast.index()].absent, shown.nodes[1].absent};
+  };
+  const auto absent_at = [&](int now) { return absent(now, {.seen_alive = at_ms(now)}); };
+  EXPECT_THAT(absent_at(1000), Each(false)) << "it may yet come";
+  EXPECT_THAT(absent_at(1001), Each(true)) << "ten periods are shorter than a second";
+  fast(1, 1000);
+  EXPECT_THAT(absent_at(2006), Each(false));
+  EXPECT_THAT(absent_at(2007), Each(true)) << "a second after the end of its run, at 1006 ms";
+  EXPECT_THAT(absent(2007, {.seen_alive = at_ms(2007), .over = true}), Each(false)) << "the app has ended";
+  for (std::uint64_t k = 2; k < 5; ++k) fast(k, 1000 + 400 * static_cast<int>(k - 1));
+  EXPECT_THAT(absent_at(6206), Each(false)) << "it was slower than planned, and ten of these periods are 4 s";
+  EXPECT_THAT(absent_at(6207), Each(true));
 }
 
 TEST_F(LiveViewTest, FiguresStandStillOnceTheSessionDoes) {

@@ -319,9 +319,9 @@ Study headset_20hz(const Setting& setting) {
   study.id = "headset-20hz";
   study.title = "A headset whose camera has a rate of its own, 20 Hz";
   study.text =
-      "As before, but the camera exposes 20 pictures a second by a clock of its own, and C begins with the exposure, "
-      "so "
-      "that it has a floor, too.";
+      "As before, but the camera exposes 20 pictures a second by a clock of its own. C begins with the exposure, so "
+      "that "
+      "it has a floor, too.";
   return study;
 }
 

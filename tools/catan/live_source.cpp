@@ -1,18 +1,13 @@
 #include "live_source.h"
 
-#include <fmt/format.h>
-
 #include <chrono>
-#include <filesystem>
 #include <new>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "attach.h"
 #include "live_whatif.h"
 #include "os/linux/background.h"
-#include "record/sink.h"
 #include "runtime/control.h"
 #include "runtime/socket_path.h"
 #include "view/json.h"
@@ -30,11 +25,6 @@ bool is_same_run(const flight::Recording& one, const flight::Recording& other) {
   return one.process() == other.process() && one.header().started == other.header().started;
 }
 
-bool is_gone(os::ProcessId process) {
-  std::error_code unknown;
-  return !std::filesystem::exists(fmt::format("/proc/{}", static_cast<int>(process)), unknown);
-}
-
 }  // namespace
 
 Status LiveSource::look() {
@@ -45,7 +35,7 @@ Status LiveSource::look() {
 
 std::optional<os::CpuSet> LiveSource::cpus() {
   const std::lock_guard lock(mutex_);
-  return watched_ ? std::optional(watched_->recording.header().cpus) : std::nullopt;
+  return watched_ ? std::optional(watched_->app.recording().header().cpus) : std::nullopt;
 }
 
 void LiveSource::look_for_app(TimePoint now) {
@@ -57,36 +47,29 @@ void LiveSource::look_for_app(TimePoint now) {
   }
   auto next = std::make_unique<Watched>(std::move(*found));
   // Prometheus's counters must not begin anew within one run.
-  if (watched_ && is_same_run(watched_->recording, next->recording)) {
-    next->view.go_on_from(watched_->view.late_so_far());
+  if (watched_ && is_same_run(watched_->app.recording(), next->app.recording())) {
+    next->app.view().go_on_from(watched_->app.view().late_so_far());
   }
   watched_ = std::move(next);
 }
 
 Result<LiveSource::Watched*> LiveSource::watched() {
   const TimePoint now = os_.now();
-  const bool ended = watched_ && (watched_->life.over || watched_->life.gone);
+  const bool ended = watched_ && watched_->app.has_ended();
   const bool paused = watched_ && now - read_at_ > kReadAnewAfter;
   const bool looked = looked_at_ && now - *looked_at_ < kLookAgainAfter;
   if ((!watched_ || ended || paused) && !looked) look_for_app(now);
   if (!watched_) return *missing_;  // else the app that has ended is still shown
-  Watched& seen = *watched_;
-  record::ForwardingSink both({&seen.view, &seen.timeline});
-  if (seen.recording.read_new(both) > 0) seen.view.lost();
+  watched_->app.refresh(os_, &watched_->timeline);
   read_at_ = now;
-  seen.life = {seen.recording.seen_alive(), seen.recording.over(), false};
-  if (now - seen.life.seen_alive > view::kStalledAfter) {
-    seen.life.gone = is_gone(os::ProcessId{seen.recording.process()});
-  }
-  if (seen.life.over || seen.life.gone) seen.view.ended();
-  return &seen;
+  return watched_.get();
 }
 
 Result<std::string> LiveSource::live() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
-  return view::to_json((*seen)->view.picture(os_.now(), (*seen)->life));
+  return view::to_json((*seen)->app.picture(os_));
 }
 
 Result<std::string> LiveSource::timeline() {
@@ -113,7 +96,7 @@ Result<std::vector<std::string>> LiveSource::sockets() {
   const std::lock_guard lock(mutex_);
   const Result<Watched*> seen = watched();
   if (!seen) return seen.error();
-  return runtime::sockets_to_try((*seen)->recording.app().name);
+  return runtime::sockets_to_try((*seen)->app.recording().app().name);
 }
 
 Result<std::string> LiveSource::snapshot() {

@@ -14,7 +14,7 @@
 #include "base/result.h"
 #include "flight/recording.h"
 #include "os/os.h"
-#include "view/live_view.h"
+#include "watched_app.h"
 #include "web/source.h"
 #include "web/timeline.h"
 
@@ -43,14 +43,10 @@ class LiveSource final : public web::Source {
   // An app that was found.
   struct Watched {
     explicit Watched(flight::Recording found)
-        : recording(std::move(found)),
-          view(recording.app(), recording.header()),
-          timeline(recording.app(), recording.header().started) {}
+        : app(std::move(found)), timeline(app.recording().app(), app.recording().header().started) {}
 
-    flight::Recording recording;
-    view::LiveView view;
+    WatchedApp app;
     web::Timeline timeline;
-    view::Life life;
   };
 
   // The app, with all events up to now. Precondition: mutex_ is locked.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -26,7 +25,7 @@
 #include "top_screen.h"
 #include "top_terminal.h"
 #include "view/json.h"
-#include "view/live_view.h"
+#include "watched_app.h"
 #include "why/why.h"
 
 namespace ctn::tool {
@@ -41,76 +40,57 @@ struct TopOptions {
   bool json = false;
 };
 
-// The app that is watched, through its recording.
-class Watched {
- public:
-  explicit Watched(flight::Recording recording)
-      : recording_(std::move(recording)), view_(recording_.app(), recording_.header()) {}
-
-  view::Picture look(os::Os& os) {
-    if (recording_.read_new(view_) > 0) view_.lost();
-    const TimePoint now = os.now();
-    view::Life life{recording_.seen_alive(), recording_.over(), false};
-    if (now - life.seen_alive > view::kStalledAfter) {
-      std::error_code unknown;
-      life.gone = !std::filesystem::exists(fmt::format("/proc/{}", recording_.process()), unknown);
-    }
-    if (life.over || life.gone) view_.ended();
-    return view_.picture(now, life);
+std::size_t term_of(const graph::App& app, std::size_t chain) {
+  std::size_t term = 0;
+  for (std::size_t seen = 0; term < app.objective.size(); ++term) {
+    if (app.objective[term].metric == graph::Metric::kResponseTime && seen++ == chain) break;
   }
+  return term;
+}
 
-  // Why responses of a chain were late, of those that the recording still has, as lines for the screen.
-  Result<std::vector<std::string>> causes(os::Os& os, std::size_t chain) const {
-    const auto folder = TemporaryFolder::make("catan-top");
-    if (!folder) return folder.error();
-    const std::string file = (*folder)->path() + "/kept.catan";
-    if (Status saved = recording_.save(file, "catan top asks why responses were late", os.host_facts()); !saved) {
-      return saved.error();
-    }
-    const auto record = record::Reader::open(file);
-    if (!record) return record.error();
-    const auto analysis = why::analyse(*record, term_of(chain), {.worst = 0, .whole = true});
-    if (!analysis) return analysis.error();
-    std::vector<std::string> lines{fmt::format("WHY LATE: {} of {} responses took over {:.4g} ms, {}", analysis->late,
-                                               analysis->responses, to_millis(analysis->late_over).count(),
-                                               analysis->bound ? "the bound" : "their 99th percentile")};
-    for (std::size_t kind = 0; kind < why::kCauseKinds; ++kind) {
-      if (analysis->causes[kind] == 0) continue;
-      lines.push_back(
-          fmt::format("{:>6}  {}", analysis->causes[kind], why::to_string(static_cast<why::CauseKind>(kind))));
-    }
-    std::stable_sort(lines.begin() + 1, lines.end(), std::greater<>());
-    return lines;
+// Why responses of a chain were late, of those that the recording still has, as lines for the screen.
+Result<std::vector<std::string>> causes_of(os::Os& os, const flight::Recording& recording, std::size_t chain) {
+  const auto folder = TemporaryFolder::make("catan-top");
+  if (!folder) return folder.error();
+  const std::string file = (*folder)->path() + "/kept.catan";
+  if (Status saved = recording.save(file, "catan top asks why responses were late", os.host_facts()); !saved) {
+    return saved.error();
   }
-
- private:
-  std::size_t term_of(std::size_t chain) const {
-    const std::vector<graph::Term>& terms = recording_.app().objective;
-    std::size_t term = 0;
-    for (std::size_t seen = 0; term < terms.size(); ++term) {
-      if (terms[term].metric == graph::Metric::kResponseTime && seen++ == chain) break;
-    }
-    return term;
+  const auto record = record::Reader::open(file);
+  if (!record) return record.error();
+  const auto analysis = why::analyse(*record, term_of(recording.app(), chain), {.worst = 0, .whole = true});
+  if (!analysis) return analysis.error();
+  std::vector<std::string> lines{fmt::format("WHY LATE: {} of {} responses took over {:.4g} ms, {}", analysis->late,
+                                             analysis->responses, to_millis(analysis->late_over).count(),
+                                             analysis->bound ? "the bound" : "their 99th percentile")};
+  for (std::size_t kind = 0; kind < why::kCauseKinds; ++kind) {
+    if (analysis->causes[kind] == 0) continue;
+    lines.push_back(
+        fmt::format("{:>6}  {}", analysis->causes[kind], why::to_string(static_cast<why::CauseKind>(kind))));
   }
+  std::stable_sort(lines.begin() + 1, lines.end(), std::greater<>());
+  return lines;
+}
 
-  flight::Recording recording_;
-  view::LiveView view_;
-};
-
-Result<Watched> watch(os::Os& os, const std::string& target) {
+Result<WatchedApp> watch(os::Os& os, const std::string& target) {
   Result<flight::Recording> recording = attach(os, target);
   if (!recording) return recording.error();
   keep_off_scheduled_cpus(os, recording->header().cpus);
-  return Watched(std::move(*recording));
+  return WatchedApp(std::move(*recording));
+}
+
+view::Picture look(os::Os& os, WatchedApp& watched) {
+  watched.refresh(os);
+  return watched.picture(os);
 }
 
 Status show_once(os::Os& os, const TopOptions& options) {
-  Result<Watched> watched = watch(os, options.target);
+  Result<WatchedApp> watched = watch(os, options.target);
   if (!watched) return watched.error();
-  view::Picture picture = watched->look(os);
+  view::Picture picture = look(os, *watched);
   if (picture.state == view::State::kRunning) {
     os.sleep_until(os.now() + kOnceFor);
-    picture = watched->look(os);
+    picture = look(os, *watched);
   }
   print(options.json ? view::to_json(picture) : top_text(picture));
   return Done{};
@@ -119,7 +99,7 @@ Status show_once(os::Os& os, const TopOptions& options) {
 // Shows the app until the user or a signal ends it.
 class Screen {
  public:
-  Screen(os::Os& os, Watched watched, std::unique_ptr<TopTerminal> terminal)
+  Screen(os::Os& os, WatchedApp watched, std::unique_ptr<TopTerminal> terminal)
       : os_(os), watched_(std::move(watched)), terminal_(std::move(terminal)) {
     state_.unicode = terminal_->unicode();
   }
@@ -130,7 +110,7 @@ class Screen {
     const os::Descriptor keyboard(dup(STDIN_FILENO));
     if (Status added = (*poller)->add(signals.descriptor(), 1); !added) return added;
     if (Status added = (*poller)->add(keyboard, 2); !added) return added;
-    view::Picture picture = watched_.look(os_);
+    view::Picture picture = look(os_, watched_);
     TimePoint next = os_.now() + kRefresh;
     while (!signals.next()) {
       terminal_->draw(top_screen(picture, state_, terminal_->size()));
@@ -147,7 +127,7 @@ class Screen {
       if (os_.now() < next) continue;
       next = os_.now() + kRefresh;
       // Read new events even while paused: the recording does not keep them for long.
-      view::Picture newest = watched_.look(os_);
+      view::Picture newest = look(os_, watched_);
       if (!state_.paused) picture = std::move(newest);
     }
     return Done{};
@@ -158,14 +138,14 @@ class Screen {
   void explain(const view::Picture& picture) {
     state_.causes = {"WHY LATE: looking through the last minutes ..."};
     terminal_->draw(top_screen(picture, state_, terminal_->size()));
-    Result<std::vector<std::string>> causes = watched_.causes(os_, state_.selected);
+    Result<std::vector<std::string>> causes = causes_of(os_, watched_.recording(), state_.selected);
     state_.causes = causes ? std::move(*causes) : std::vector{"WHY LATE: " + causes.error().message()};
   }
   // Without this check a terminal that is gone would count as readable for ever, with no key to read.
   static bool hung_up() { return tcgetpgrp(STDIN_FILENO) < 0; }
 
   os::Os& os_;
-  Watched watched_;
+  WatchedApp watched_;
   std::unique_ptr<TopTerminal> terminal_;
   ScreenState state_;
 };
@@ -176,7 +156,7 @@ Status show_screen(os::Os& os, const TopOptions& options) {
   }
   auto signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});
   if (!signals) return signals.error();
-  Result<Watched> watched = watch(os, options.target);
+  Result<WatchedApp> watched = watch(os, options.target);
   if (!watched) return watched.error();
   Result<std::unique_ptr<TopTerminal>> terminal = TopTerminal::open(stdout_has_colours());
   if (!terminal) return terminal.error();

@@ -175,12 +175,6 @@ std::string place_text(const view::Subchain& subchain) {
   return fmt::format("x{:.3g}", *subchain.share);
 }
 
-// How long a subchain may be silent: ten periods, but at least a second.
-bool is_silent(const view::Subchain& subchain) {
-  const double usual = std::max(subchain.expected_period_ms.value_or(0.0), subchain.period_ms.mean);
-  return !subchain.silent_ms || *subchain.silent_ms > std::max(10.0 * usual, 1000.0);
-}
-
 std::string cores_text(const view::Subchain& subchain) {
   return subchain.cores.empty() ? "-" : os::to_string(os::CpuSet(subchain.cores));
 }
@@ -223,7 +217,7 @@ ScreenSection subchain_section(const Picture& picture, const ScreenState& state,
                             {short_figure(subchain.trigger_late_ms, &Summary::p95)},
                             count_text(subchain.stole, Style::kPlain),
                             {fmt::format("{:.3g}", subchain.weight), Style::kDim}};
-    if (picture.state == view::State::kRunning && is_silent(subchain)) {
+    if (subchain.absent) {
       cells[3] = {subchain.silent_ms ? "silent " + duration_text(*subchain.silent_ms / 1000.0) : "no run", Style::kBad};
     }
     table.add(std::move(cells));
