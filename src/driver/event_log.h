@@ -70,7 +70,7 @@ class EventLog {
   // What is known of a clock of others from now on.
   void clock_read(const record::ClockReading& reading) {
     measurements_.clock_read(reading);
-    loop_.clock_known(reading.node);
+    loop_.clock_known(reading.node, reading.ticks);
     write(reading);
   }
   void in_force(TimePoint at, const policy::Decision& decision, policy::PlanReason reason) {

@@ -274,7 +274,8 @@ policy::Situation PlanningLoop::situation(const model::CostTable& costs, const m
           .clocks = clocks_};
 }
 
-void PlanningLoop::clock_known(NodeId node) {
+void PlanningLoop::clock_known(NodeId node, const Ticks& ticks) {
+  measured_.set_clock(node, ticks);
   if (std::find(clocks_.begin(), clocks_.end(), node) == clocks_.end()) clocks_.push_back(node);
 }
 

@@ -129,8 +129,8 @@ class PlanningLoop {
   // A run of the subchain was taken to hang at that time. To be told before that run is.
   void hang_began(SubchainId subchain, TimePoint at) { hung_runs_.began(subchain, at); }
 
-  // It is known when that node's clock ticks (graph::Node::has_clock()): phases may be planned against it.
-  void clock_known(NodeId node);
+  // When that node's clock ticks (graph::Node::has_clock()), as known from now on: phases may be planned against it.
+  void clock_known(NodeId node, const Ticks& ticks);
 
   // The app is to have these weights and bounds from now on, and to use these CPUs, of those that were given, not none
   // of them. The next turn plans by that.

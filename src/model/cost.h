@@ -90,6 +90,13 @@ class CostProfile {
   Millis per_item_{0};
 };
 
+// What a node does in runs that find nothing new in any of its inputs, as measured.
+struct IdleRuns {
+  double part = 0.0;  // of these that are idle, in [0, 1]: they give no output. The others are like all runs
+  Millis cost{0};     // CPU time of an idle run, on average
+  friend bool operator==(const IdleRuns&, const IdleRuns&) = default;
+};
+
 // One profile a node, indexed by NodeId: what it costs on a core of speed 1, which is every core where the app says
 // nothing of them. External nodes cost nothing.
 class CostTable {
@@ -120,6 +127,11 @@ class CostTable {
   // given an output. Precondition: `last` is one of its nodes.
   double runs_per_output(const graph::Subchain& subchain, NodeId last) const;
 
+  // What it does where it finds nothing new; nothing is known where nothing was set. All else that the table says of a
+  // node is of the runs that are not idle.
+  IdleRuns idle(NodeId node) const { return idle_[node.index()]; }
+  void set_idle(NodeId node, IdleRuns idle) { idle_[node.index()] = idle; }
+
   // Whether runs of any node, or of that one on some kind of cores, cost more with each item of a batch.
   bool has_batches() const;
   bool has_batches(NodeId node) const;
@@ -140,6 +152,7 @@ class CostTable {
   std::vector<CostProfile> profiles_;
   std::vector<Millis> waits_;            // by NodeId
   std::vector<double> runs_per_output_;  // by NodeId
+  std::vector<IdleRuns> idle_;           // by NodeId
   std::map<std::pair<NodeId, std::size_t>, CostProfile> on_kind_;
 };
 

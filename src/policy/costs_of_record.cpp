@@ -17,8 +17,16 @@ Result<MeasuredCosts> costs_of_record(const record::Reader& record, const graph:
   std::vector<std::optional<NodeId>> ours;  // by the record's nodes
   for (const graph::Node& node : record.app().graph.nodes()) ours.push_back(app.graph.find_node(node.name));
 
+  Result<std::vector<record::ClockReading>> clocks = record.clocks();
+  if (!clocks) return clocks.error();
+  auto reading = clocks->begin();
+
   MeasuredCosts measured(app, RunsThatCount::kAll);
   const Status read = record.each_run([&](const record::Run& recorded) {
+    for (; reading != clocks->end() && reading->at <= recorded.end; ++reading) {
+      const std::optional<NodeId> ticks = ours[reading->node.index()];
+      if (ticks) measured.set_clock(*ticks, reading->ticks);
+    }
     const std::optional<NodeId> node = ours[recorded.node.index()];
     if (!node) return;
     record::Run run = recorded;

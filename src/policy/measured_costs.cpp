@@ -1,6 +1,7 @@
 #include "policy/measured_costs.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ctn::policy {
 namespace {
@@ -9,11 +10,28 @@ constexpr double kTypical = 50.0;  // percentile
 
 }  // namespace
 
-MeasuredCosts::MeasuredCosts(const graph::App& app, RunsThatCount count) : app_(app), batches_(app.graph) {
+MeasuredCosts::MeasuredCosts(const graph::App& app, RunsThatCount count)
+    : app_(app), batches_(app.graph), known_(app.graph.nodes().size(), Known::kNone) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     nodes_.emplace_back(app, NodeId(index), count);
     outputs_.emplace_back(app.graph, NodeId(index));
   }
+}
+
+bool MeasuredCosts::counts(NodeId id, bool idle) {
+  if (app_.graph.node(id).input == graph::InputKind::kQueue) return true;
+  Known& known = known_[id.index()];
+  if (idle) {
+    if (known == Known::kOthers) return false;
+    known = Known::kIdle;
+    return true;
+  }
+  if (std::exchange(known, Known::kOthers) == Known::kIdle) nodes_[id.index()].forget();
+  return true;
+}
+
+void MeasuredCosts::set_clock(NodeId node, const Ticks& ticks) {
+  for (NodeOutputs& outputs : outputs_) outputs.set_clock(node, ticks);
 }
 
 void MeasuredCosts::rescale(std::size_t kind, double factor) {
@@ -59,6 +77,7 @@ model::CostTable MeasuredCosts::costs_at(double percentile, Millis unmeasured) c
   model::CostTable table = model::CostTable::assumed(app_.graph, unmeasured);
   for (const NodeCosts& node : nodes_) node.put_into(table, percentile);
   for (std::size_t index = 0; index < outputs_.size(); ++index) {
+    table.set_idle(NodeId(index), outputs_[index].idle());
     if (app_.graph.nodes()[index].output_period) continue;
     table.set_runs_per_output(NodeId(index), outputs_[index].runs_per_output());
   }

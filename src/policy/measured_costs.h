@@ -2,6 +2,10 @@
 // with each item of a batch, what they wait, and how many come to one output where the app file gives no
 // `output_period`.
 //
+// Idle runs, which found nothing new and gave no output, are told apart from the others: how many there are is the
+// schedule's doing. What they cost counts only as long as the node has had no others, lest it be one that never ran. A
+// queue node's runs need no such distinction: what is idle of them is a batch of no items.
+//
 // Units: Nanos in, milliseconds out. Thread safety: none; one owner.
 #pragma once
 
@@ -27,11 +31,14 @@ class MeasuredCosts {
   // A run on a core of that kind; in the order of their ends, each after those that it consumed. Where it shows that
   // the node's compute time has changed permanently: from what to what.
   std::optional<record::CostChange> add(const record::Run& run, std::size_t kind) {
-    outputs_[run.node.index()].add(run);
+    const bool idle = outputs_[run.node.index()].add(run);
     const std::size_t items = batches_.taken_by(run);
     batches_.ended(run);
+    if (!counts(run.node, idle)) return std::nullopt;
     return nodes_[run.node.index()].add(run, items, kind);
   }
+  // When an external node ticks is known, from the next run on.
+  void set_clock(NodeId node, const Ticks& ticks);
 
   // What runs on cores of that kind take now, whatever was measured: so many times as much; or it is not known.
   void rescale(std::size_t kind, double factor);
@@ -50,12 +57,18 @@ class MeasuredCosts {
   trial::MeasuredRuns runs() const;
 
  private:
+  // Which runs are known of a node.
+  enum class Known { kNone, kIdle, kOthers };
+
+  // Whether such a run of the node tells what its runs cost.
+  bool counts(NodeId node, bool idle);
   model::CostTable costs_at(double percentile, Millis unmeasured) const;
 
   const graph::App& app_;
   BatchSizes batches_;
   std::vector<NodeCosts> nodes_;      // by NodeId
   std::vector<NodeOutputs> outputs_;  // by NodeId
+  std::vector<Known> known_;          // by NodeId
 };
 
 }  // namespace ctn::policy

@@ -52,7 +52,7 @@ void NodeCosts::per_item_changed(Seen& seen, int threads, Millis before) {
 }
 
 std::optional<record::CostChange> NodeCosts::add(const record::Run& run, std::size_t items, std::size_t kind) {
-  if (run.number == kColdRuns + 1) kinds_.assign(kinds_.size(), OnKind());
+  if (run.number == kColdRuns + 1) forget();
   newest_kind_ = kind;
   newest_threads_ = run.threads;
   Seen& alike = like(kind, run.threads);

@@ -56,6 +56,9 @@ class NodeCosts {
   // permanently: from what to what. Precondition: kind < app.kinds().
   std::optional<record::CostChange> add(const record::Run& run, std::size_t items, std::size_t kind);
 
+  // As if it had not run.
+  void forget() { kinds_.assign(kinds_.size(), OnKind()); }
+
   bool measured() const { return count() > 0; }
   // Runs that are known, on the kind of core where it ran last.
   std::size_t count() const;

@@ -6,31 +6,42 @@
 namespace ctn::policy {
 
 NodeOutputs::NodeOutputs(const graph::Graph& graph, NodeId node) {
-  const std::vector<NodeId>& inputs = graph.node(node).predecessors;
-  for (const NodeId input : inputs) limits_.push_back(graph.age_limit(input, node));
-  if (!graph.knows_inputs(node)) return;
-  predecessors_ = inputs;
-  taken_.resize(inputs.size());
+  for (const NodeId input : graph.node(node).predecessors) {
+    inputs_.push_back({.from = input, .limit = graph.age_limit(input, node), .external = graph.node(input).external});
+  }
 }
 
-void NodeOutputs::add(const record::Run& run) {
+bool NodeOutputs::add(const record::Run& run) {
   const bool new_input = takes_new_input(run);
+  last_begin_ = run.begin;
+  if (!new_input) idle_.add(!run.emitted, run.cpu);
   if (run.emitted || (new_input && !had_to_skip(run))) estimator_.add(run.emitted);
+  return !new_input && !run.emitted;
+}
+
+void NodeOutputs::set_clock(NodeId node, const Ticks& ticks) {
+  for (Input& input : inputs_) {
+    if (input.external && input.from == node) input.clock = ticks;
+  }
 }
 
 bool NodeOutputs::takes_new_input(const record::Run& run) {
-  bool found = predecessors_.empty();
-  for (const record::Consumed& input : run.consumed) {
-    const auto at = std::find(predecessors_.begin(), predecessors_.end(), input.predecessor) - predecessors_.begin();
-    const auto index = static_cast<std::size_t>(at);
-    if (index < taken_.size() && std::exchange(taken_[index], input.last) != input.last) found = true;
+  bool found = inputs_.empty();
+  for (const record::Consumed& consumed : run.consumed) {
+    const auto input = std::find_if(inputs_.begin(), inputs_.end(),
+                                    [&](const Input& one) { return one.from == consumed.predecessor; });
+    if (input != inputs_.end() && std::exchange(input->taken, consumed.last) != consumed.last) found = true;
   }
-  return found;
+  if (found) return true;
+  return std::any_of(inputs_.begin(), inputs_.end(), [&](const Input& input) {
+    if (!input.external) return false;
+    return input.clock.period == Nanos{0} || !last_begin_ || input.clock.last(run.begin) > *last_begin_;
+  });
 }
 
 bool NodeOutputs::had_to_skip(const record::Run& run) const {
-  for (std::size_t index = 0; index < std::min(limits_.size(), run.ages.size()); ++index) {
-    const std::optional<graph::AgeLimit>& limit = limits_[index];
+  for (std::size_t index = 0; index < std::min(inputs_.size(), run.ages.size()); ++index) {
+    const std::optional<graph::AgeLimit>& limit = inputs_[index].limit;
     if (limit && limit->on_stale == graph::OnStale::kSkip && run.ages[index] > limit->max_age) return true;
   }
   return false;

@@ -90,7 +90,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
     std::vector<Ticks> clocks = clocks_.external;
     for (std::size_t index = 0; index < clocks.size(); ++index) {
       if (clocks_.timers[index].period > Nanos{0}) clocks[index] = clocks_.timers[index];
-      if (clocks[index].period > Nanos{0}) loop_.clock_known(NodeId(index));
+      if (clocks[index].period > Nanos{0}) loop_.clock_known(NodeId(index), clocks[index]);
     }
     controllers_.know_clocks(clocks);
     const model::CostTable unmeasured(app_.graph, app_.scheduler.bootstrap_cost);

@@ -55,6 +55,7 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       warm_from_(TimePoint{} + options.warm_up),
       clocks_(clocks_of(app, options)),
       nodes_(app.graph.nodes().size()),
+      idlers_(nodes_.size()),
       unscheduled_of_node_(nodes_.size()),
       timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app) +
               (samples.any_waits() ? count_jobs(app, schedule) : 0)),
@@ -76,6 +77,7 @@ void Machine::add_nodes() {
     nodes_[index].outputs_per_run = 1.0 / samples_.runs_per_output(NodeId(index));
     nodes_[index].outputs_owed = 1.0 - nodes_[index].outputs_per_run;
     if (samples_.has_batches(NodeId(index))) add_queues(NodeId(index));
+    if (samples_.idle(NodeId(index)).part > 0.0) add_idler(NodeId(index));
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
@@ -94,6 +96,15 @@ void Machine::add_queues(NodeId id) {
     nodes_[id.index()].queues.push_back(queues_.size());
     nodes_[from.index()].feeds.push_back(queues_.size());
     queues_.push_back(0);
+  }
+}
+
+void Machine::add_idler(NodeId id) {
+  Idler& idler = idlers_[id.index()].emplace();
+  idler.idle = samples_.idle(id);
+  for (const NodeId from : app_.graph.node(id).predecessors) {
+    if (app_.graph.node(from).is_external_clock()) idler.clocks.push_back(from);
+    nodes_[from.index()].tells.push_back(id.index());
   }
 }
 
@@ -214,10 +225,29 @@ Nanos Machine::begin_run(NodeId id, int core) {
   Node& node = nodes_[id.index()];
   lineage_.begin(id, now_);
   if (log_) log_->begin(id, now_);
+  if (idlers_[id.index()] && begin_idle(*idlers_[id.index()])) {
+    return to_nanos(idlers_[id.index()]->idle.cost) + options_.overheads.run + options_.overheads.context_switch;
+  }
   node.wait = samples_.wait(id, node.runs);
   const std::size_t kind = kind_of_core_[static_cast<std::size_t>(core)];
   const Nanos cpu = samples_.draw(id, kind, node.runs++) + samples_.of_items(id, kind, take_batch(node));
   return cpu + options_.overheads.run + options_.overheads.context_switch;
+}
+
+// Whether the run that begins is idle. Of those that find nothing new, so many are, evenly.
+bool Machine::begin_idle(Idler& idler) const {
+  constexpr double kRounding = 1e-9;
+  const TimePoint before = std::exchange(idler.last_begin, now_);
+  idler.is_new = std::exchange(idler.found, false) ||
+                 std::any_of(idler.clocks.begin(), idler.clocks.end(),
+                             [&](NodeId clock) { return clocks_[clock.index()].last(now_) > before; });
+  idler.is_idle = false;
+  if (idler.is_new) return false;
+  idler.owed += idler.idle.part;
+  if (idler.owed < 1.0 - kRounding) return false;
+  idler.owed -= 1.0;
+  idler.is_idle = true;
+  return true;
 }
 
 // How many items there are.
@@ -261,13 +291,23 @@ void Machine::wait_over(Job job) {
 
 // Whether it emits.
 bool Machine::end_run(NodeId id) {
-  const bool emits = output_due(nodes_[id.index()]);
-  lineage_.end(id, now_, emits);
-  if (log_) log_->end(id, now_, emits);
-  if (!emits) return false;
+  const bool emitted = emits(id);
+  lineage_.end(id, now_, emitted);
+  if (log_) log_->end(id, now_, emitted);
+  if (!emitted) return false;
+  for (const std::size_t told : nodes_[id.index()].tells) idlers_[told]->found = true;
   for (const std::size_t queue : nodes_[id.index()].feeds)
     queues_[queue] = std::min(queues_[queue] + 1, kQueueCapacity);
   return true;
+}
+
+// Of runs that find nothing new, those that are not idle are those that gave an output.
+bool Machine::emits(NodeId id) {
+  Node& node = nodes_[id.index()];
+  const std::optional<Idler>& idler = idlers_[id.index()];
+  if (idler && idler->is_idle) return false;
+  if (idler && !idler->is_new && node.output_period == Nanos{0}) return true;
+  return output_due(node);
 }
 
 // At its first run, and then on average once a period, as long as it runs at least that often; or evenly, as many of

@@ -6,6 +6,8 @@
 // A run of a queue node takes what waits when it begins, and costs what that adds; queues of nodes to which that makes
 // no difference are not counted.
 //
+// A node may be known to do something else where it finds nothing new: such runs are idle, then.
+//
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
 // Runs and unscheduled nodes are in machine.cpp, triggers of subchains that do not take turns in machine_triggers.cpp,
@@ -58,6 +60,18 @@ class Machine {
     double outputs_owed = 0.0;        // of these, by the runs since the last one
     std::vector<std::size_t> queues;  // that it takes batches from, where they cost something
     std::vector<std::size_t> feeds;   // such queues that its outputs go to
+    std::vector<std::size_t> tells;   // nodes that do something else where they find nothing new
+  };
+  // Of a node that does something else where it finds nothing new.
+  struct Idler {
+    model::IdleRuns idle;
+    std::vector<NodeId> clocks;  // of external nodes that feed it
+    double owed = 0.0;           // idle runs, by those that found nothing new since the last one
+    bool found = false;          // something new has come since its last run began
+    TimePoint last_begin = TimePoint::min();
+    // Of the run under way.
+    bool is_idle = false;
+    bool is_new = true;
   };
   struct Subchain {
     SubchainId id;
@@ -129,6 +143,7 @@ class Machine {
 
   void add_nodes();
   void add_queues(NodeId node);
+  void add_idler(NodeId node);
   void add_subchains();
   void add_pipelines();
   void start();
@@ -144,6 +159,8 @@ class Machine {
   Nanos begin_job(Job job, int core);
   Nanos begin_run(NodeId node, int core);
   std::size_t take_batch(Node& node);
+  bool begin_idle(Idler& idler) const;
+  bool emits(NodeId node);
   Nanos until_wait(NodeId node, Nanos work);
   Nanos rest_of_run(NodeId node);
   bool waits(Job job) const;
@@ -193,7 +210,8 @@ class Machine {
   TimePoint warm_from_;
   std::vector<Ticks> clocks_;  // by NodeId
   std::vector<Node> nodes_;
-  std::vector<std::size_t> queues_;  // outputs that wait in each
+  std::vector<std::optional<Idler>> idlers_;  // by NodeId
+  std::vector<std::size_t> queues_;           // outputs that wait in each
   std::vector<Subchain> subchains_;
   std::vector<Unscheduled> unscheduled_;
   std::vector<std::optional<std::size_t>> unscheduled_of_node_;

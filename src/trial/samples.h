@@ -65,6 +65,9 @@ class Samples {
   // How many of a node's runs come to one output, on average.
   double runs_per_output(NodeId node) const { return costs_.front().runs_per_output(node); }
 
+  // What it does where it finds nothing new. All draws are of runs that are not idle.
+  model::IdleRuns idle(NodeId node) const { return costs_.front().idle(node); }
+
   // On at most `threads`: how many a run works on, and what part each has of its CPU time on one.
   struct Split {
     int threads = 1;

@@ -26,6 +26,8 @@
 //     period after the start.
 //   - Outputs: the newest, or all since the last run; none before the `output_period` is over, or but each so-many-th
 //     run where that was measured; a run that emits none ends its subchain's run.
+//   - Idle runs: a node for which that was measured does little and emits nothing where no predecessor has emitted, and
+//     no clock of one has ticked, since its last run began.
 //   - Batches: a run of a queue node costs what its items add, those that it really takes.
 //   - Clocks of external nodes: they tick at times of their own: unless told, each slides once through all phases, and
 //     with it the subchains that keep a phase to it.

@@ -257,6 +257,51 @@ TEST(Trial, AsManyRunsGiveAnOutputAsWereMeasured) {
   EXPECT_NEAR(figures.terms[0].mean_ms, 25.0 + 3.0, 0.1);
 }
 
+// b finds something new in each third run, and else takes a tenth of its time and gives nothing.
+TEST(Trial, RunsThatFindNothingNewAreIdle) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "c"}, {"a b c"});
+  spec.objective = {graph::response("a b c", 1.0)};
+  World world(spec, {{"a", 1}, {"b", 2}, {"c", 1}});
+  world.costs.set_idle(*world.app.graph.find_node("b"), {1.0, Millis{0.2}});
+  const Schedule schedule = on_cores(1, {{.priority = 3, .period = ms(30)},
+                                         {.priority = 2, .period = ms(10), .phase = ms(4)},
+                                         {.priority = 1, .after = plan::After{SubchainId(1), 1}}});
+  world.run(schedule, ms(60));
+  EXPECT_EQ(world.timeline["b"], "4-6 14-14.2 24-24.2 34-36 44-44.2 54-54.2");
+  EXPECT_EQ(world.timeline.emitted("b"), "x..x..");
+  EXPECT_EQ(world.timeline["c"], "6-7 36-37");
+}
+
+TEST(Trial, OfRunsThatFindNothingNewAsManyAreIdleAsWereMeasured) {
+  World world(two(), {{"a", 1}, {"b", 2}});
+  world.costs.set_idle(*world.app.graph.find_node("b"), {0.5, Millis{0.2}});
+  world.run(on_cores(1, {{.priority = 2, .period = ms(50)}, {.priority = 1, .period = ms(10), .phase = ms(4)}}),
+            ms(100));
+  EXPECT_EQ(world.timeline["b"], "4-6 14-16 24-24.2 34-36 44-44.2 54-56 64-66 74-74.2 84-86 94-94.2");
+  EXPECT_EQ(world.timeline.emitted("b"), "xx.x.xx.x.");
+}
+
+// The camera ticks each 40 ms: who runs right after each tick gives an output each time, and who runs more often none
+// in between.
+TEST(Trial, AnExternalNodeHasSomethingNewOnceItsClockHasTicked) {
+  graph::AppSpec spec = graph::spec_of({"camera", "grab"}, {"camera grab"});
+  graph::node(spec, "camera").external = true;
+  graph::node(spec, "camera").period = graph::At<Nanos>{milliseconds{40}, {}};
+  spec.objective = {graph::response("camera grab", 1.0)};
+  World world(spec, {{"grab", 6}});
+  const NodeId camera = *world.app.graph.find_node("camera");
+  world.costs.set_idle(*world.app.graph.find_node("grab"), {1.0, Millis{0.2}});
+  const std::vector<Ticks> clocks{{at_ms(5), ms(40)}, {}};
+  world.run(on_cores(1, {{.period = ms(20)}}), ms(120), clocks);
+  EXPECT_EQ(world.timeline["grab"], "0-6 20-26 40-40.2 60-66 80-80.2 100-106 120-120.2");
+  World after(spec, {{"grab", 6}});
+  after.costs = world.costs;
+  const Figures figures =
+      after.run(on_cores(1, {{.period = ms(40), .phase = ms(1), .clock = camera}}), ms(4000), clocks);
+  EXPECT_EQ(after.timeline.emitted("grab").substr(0, 8), "xxxxxxxx");
+  EXPECT_NEAR(figures.terms[0].mean_ms, 40.0 + 1.0 + 6.0, 0.1);
+}
+
 TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
   graph::AppSpec spec = graph::spec_of({"u", "v", "a"}, {"u v a"});
   graph::node(spec, "u").unscheduled = true;
