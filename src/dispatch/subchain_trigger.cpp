@@ -36,7 +36,11 @@ Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId
 
 namespace {
 
+bool is_elastic(const Pacing& pacing) { return pacing.after_completion > Nanos{0} && !pacing.after; }
+
 bool has_phase(const Pacing& pacing) { return pacing.phase && !pacing.after && pacing.after_completion == Nanos{0}; }
+
+bool by_period(const Pacing& pacing) { return !pacing.after && !is_elastic(pacing) && !has_phase(pacing); }
 
 // The first point of the grid that is not before `earliest`.
 TimePoint grid_point(const Pacing& pacing, TimePoint earliest) {
@@ -47,6 +51,8 @@ TimePoint grid_point(const Pacing& pacing, TimePoint earliest) {
 
 TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last) {
   if (pacing.after) return now;
+  // If its run is still under way, its end says when the next one is due.
+  if (is_elastic(pacing) && pacing.max_in_flight == 1) return last ? std::max(now, *last + pacing.shortest) : now;
   if (!has_phase(pacing)) return last ? std::max(now, *last + pacing.period) : now;
   return grid_point(pacing, last ? std::max(now, *last + pacing.period / 2) : now);
 }
@@ -211,7 +217,8 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     // What ends the suspension restores the level.
     demoted_ = false;
   }
-  const bool paced_by_output = pacing_.after_completion > Nanos{0} && !pacing_.after;
+  const bool paced_by_output = is_elastic(pacing_);
+  if (completed > completed_) ended_at_ = now;
   if (paced_by_output && completed > completed_) {
     due_ = std::max(now + pacing_.after_completion, last_due_ + pacing_.shortest);
   }
@@ -260,8 +267,10 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
   if (has_phase(pacing)) {
     const bool owed = has_phase(before) && due_ <= now;
     if (!owed && !grid_) due_ = first_due(pacing, now, sent_ == 0 ? std::nullopt : std::optional(last_due_));
-  } else {
-    due_ = sent_ == 0 ? due_ : std::max(last_due_ + pacing.period, now);
+  } else if (is_elastic(pacing) && sent_ == completed_ && ended_at_) {
+    due_ = std::max({now, *ended_at_ + pacing.after_completion, last_due_ + pacing.shortest});
+  } else if (sent_ > 0 && !(by_period(before) && by_period(pacing) && before.period == pacing.period)) {
+    due_ = std::max(last_due_ + pacing.period, now);
   }
   if (pacing.budget == Nanos{0}) demoted_ = false;
   if (before.budget == Nanos{0}) return restart_budget(now);

@@ -139,8 +139,10 @@ class SubchainTrigger {
   bool wants_cpu_time(TimePoint now, std::uint64_t completed) const;
   void used(TimePoint now, Nanos cpu);
 
-  // Takes effect at once: the next trigger is due one new period after the last one, or now if that has passed; by
-  // phase, see above, but one that is owed since a run is under way stays so. Where runs may overlap it waits for all
+  // Takes effect at once. A pacing that says the same of when triggers are due changes nothing of that, and one that is
+  // owed since a run is under way stays so. Else the next trigger is due one new period after the last one, or now if
+  // that has passed; by phase, see above; elastic, the new idle time after the last run has ended, if none is under
+  // way: the period of such a one is how long it may take, which may be long. Where runs may overlap it waits for all
   // that are under way, so that what piled up in front of a slow node under the old pacing does not stay there under
   // the new one. The budget of a run under way is the new one.
   void change_pacing(TimePoint now, const Pacing& pacing);
@@ -169,7 +171,8 @@ class SubchainTrigger {
   TimePoint last_due_;
   std::uint64_t sent_ = 0;
   std::uint64_t completed_ = 0;
-  TimePoint progress_at_;  // when a run last ended, or the first of those under way began
+  TimePoint progress_at_;              // when a run last ended, or the first of those under way began
+  std::optional<TimePoint> ended_at_;  // when a run was last seen to have ended
   bool hanging_ = false;
   TimePoint asked_for_ = kNever;  // the next call
 

@@ -144,6 +144,30 @@ TEST(SubchainTrigger, ChangedPacingCountsFromTheLastTrigger) {
   EXPECT_TRUE(trigger.step(at(milliseconds{30}), 1).trigger) << "that has passed: now";
 }
 
+// Its period is how long it may take at worst.
+TEST(SubchainTrigger, AnElasticOneIsNotSilentForAPeriodWhereItsPacingChanges) {
+  Pacing pacing{.period = milliseconds{600}, .max_in_flight = 1, .after_completion = milliseconds{4}};
+  SubchainTrigger trigger(at(Nanos{0}), pacing);
+  ASSERT_TRUE(trigger.step(at(Nanos{0}), 0).trigger);
+  ASSERT_EQ(trigger.step(at(milliseconds{10}), 1).ask_at, at(milliseconds{14}));
+  pacing.period = milliseconds{700};
+  trigger.change_pacing(at(milliseconds{12}), pacing);
+  EXPECT_EQ(trigger.step(at(milliseconds{12}), 1).ask_at, at(milliseconds{14}));
+  pacing.after_completion = milliseconds{7};
+  trigger.change_pacing(at(milliseconds{13}), pacing);
+  EXPECT_EQ(trigger.step(at(milliseconds{13}), 1).ask_at, at(milliseconds{17}));
+  pacing.after_completion = milliseconds{1};
+  trigger.change_pacing(at(milliseconds{15}), pacing);
+  ASSERT_TRUE(trigger.step(at(milliseconds{15}), 1).trigger) << "that has passed: now";
+  trigger.change_pacing(at(milliseconds{16}), pacing);
+  EXPECT_FALSE(trigger.step(at(milliseconds{16}), 1).trigger) << "a run is under way";
+  EXPECT_EQ(trigger.step(at(milliseconds{30}), 2).ask_at, at(milliseconds{31}));
+  trigger.change_pacing(at(milliseconds{30}), {milliseconds{50}, 1, Nanos{0}});
+  EXPECT_EQ(trigger.step(at(milliseconds{30}), 2).ask_at, at(milliseconds{65})) << "by period, from the last trigger";
+  EXPECT_EQ(first_due(pacing, at(milliseconds{31}), at(milliseconds{15})), at(milliseconds{31}))
+      << "nor where another controller takes it over";
+}
+
 TEST(SubchainTrigger, APipelineIsPacedByItsOutput) {
   // Planned: a run a 20 ms, each 30 ms long. Two triggers after a run has ended come 2 x 20 - 30 ms later.
   const Pacing pacing = elastic_pacing_of_owned(Millis{20}, Millis{30}, Nanos{0}, milliseconds{12});
@@ -578,6 +602,30 @@ RC_GTEST_PROP(SubchainTriggerProperty, NeverTriggersBeforeItIsDueNorTwiceForOneD
     RC_ASSERT(driver.sent[k] >= driver.due[k]);
     if (k > 0) RC_ASSERT(driver.due[k] > driver.due[k - 1]);
   }
+}
+
+// Nor does one with another budget, or that may take longer where its own output says when triggers are due.
+RC_GTEST_PROP(SubchainTriggerProperty, APacingThatSaysTheSameChangesNothing, ()) {
+  Pacing pacing = arbitrary_pacing();
+  const bool overlaps = pacing.after_completion > Nanos{0} && pacing.max_in_flight > 1;
+  RC_PRE(!overlaps);
+  if (*rc::gen::arbitrary<bool>() && pacing.after_completion == Nanos{0}) pacing.phase = milliseconds{3};
+  const std::vector<Nanos> durations = arbitrary_durations();
+  Driver undisturbed(pacing, durations);
+  undisturbed.run_until(at(milliseconds{2000}));
+  Driver disturbed(pacing, durations);
+  for (int change = 0; change < 20; ++change) {
+    const TimePoint when = disturbed.now + milliseconds{*rc::gen::inRange(1, 90)};
+    disturbed.run_until(when);
+    if (pacing.after_completion > Nanos{0}) pacing.period += milliseconds{*rc::gen::inRange(0, 50)};
+    disturbed.trigger.change_pacing(std::min(disturbed.now, when), pacing);
+  }
+  disturbed.run_until(at(milliseconds{2000}));
+  const std::size_t both = std::min(disturbed.sent.size(), undisturbed.sent.size());
+  RC_ASSERT(both > 0U);
+  disturbed.sent.resize(both);
+  undisturbed.sent.resize(both);
+  RC_ASSERT(disturbed.sent == undisturbed.sent);
 }
 
 RC_GTEST_PROP(SubchainTriggerProperty, NeverIdlesLongerThanAPeriodPastACompletion, ()) {
