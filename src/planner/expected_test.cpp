@@ -290,6 +290,28 @@ TEST(Surrogate, KnowsThatLongRunsMissTheTick) {
   EXPECT_NEAR(objective(2.0), 2.0 + tick / 2.0 + tick * 4.0 / 3.0, 1.1 * tick / RunSpread::kParts) << "by parts";
 }
 
+// It polls a camera each 10 ms and finds a picture each 50: what a chain takes that does not begin with the camera is
+// known to be fed no sooner.
+TEST(Surrogate, KnowsThatIdleRunsGiveNothing) {
+  graph::AppSpec spec = graph::spec_of({"camera", "grab", "track", "imu"}, {"camera grab", "grab track", "imu track"});
+  graph::node(spec, "camera").external = true;
+  graph::node(spec, "camera").period = graph::At<Nanos>{std::chrono::milliseconds{50}, {}};
+  spec.subchains = {graph::subchain("tracking", "grab track")};
+  spec.objective = {graph::response("imu track", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  model::CostTable costs(app.graph, Millis{1});
+  const auto period_of = [&] {
+    const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+    Surrogate surrogate(app, samples, costs, 0.0);
+    const trial::Place polls{.priority = 1, .period = std::chrono::milliseconds{10}};
+    const trial::Place often{.core = 1, .priority = 1, .period = std::chrono::milliseconds{2}};
+    return surrogate({.cores = 2, .subchains = {polls, often}, .frames = {}, .pipelines = {}}).value().objective;
+  };
+  const double without = period_of();
+  costs.set_idle(*app.graph.find_node("grab"), {1.0, Millis{0.1}});
+  EXPECT_NEAR(period_of(), without + 40.0, 1e-6);
+}
+
 // b has fewer items a run than it was promised for, so that its runs come sooner one after the other than the longest
 // would take.
 TEST(ExpectedPlan, WhoeverHasACoreIsPacedAsItWasTried) {

@@ -29,6 +29,26 @@ double own_period(const graph::Graph& graph, NodeId node) {
   return period ? to_millis(*period).count() : 0.0;
 }
 
+// How far apart outputs of the subchain's nodes up to `last` are at least, since one of them gives none where it finds
+// nothing new, and finds but ticks of external clocks; 0: they may be as close as runs are.
+double apart_by_clocks(const graph::Graph& graph, const model::CostTable& costs, const graph::Subchain& subchain,
+                       NodeId last) {
+  constexpr double kMostlyIdle = 0.5;
+  double apart = 0.0;
+  for (const NodeId node : subchain.nodes) {
+    const std::vector<NodeId>& inputs = graph.node(node).predecessors;
+    if (costs.idle(node).part > kMostlyIdle && !inputs.empty()) {
+      double ticks = kInfinity;
+      for (const NodeId from : inputs) {
+        ticks = std::min(ticks, graph.node(from).is_external_clock() ? own_period(graph, from) : 0.0);
+      }
+      apart = std::max(apart, ticks);
+    }
+    if (node == last) break;
+  }
+  return apart;
+}
+
 // What part of its time on one thread a run takes on so many, from 1 to as many as are of use.
 std::vector<double> parts_by_threads(const graph::Graph& graph, const model::CostTable& costs, SubchainId id) {
   const std::vector<NodeId>& nodes = graph.subchain(id).nodes;
@@ -91,7 +111,8 @@ void Surrogate::know_costs(const trial::Samples& samples, const std::vector<mode
 void Surrogate::know_outputs_and_waits(const trial::Samples& samples, const model::CostTable& planned,
                                        const std::vector<model::CostTable>& tables) {
   for (const graph::Subchain& subchain : app_.graph.subchains()) {
-    output_period_.push_back(longest_output_period(app_.graph, subchain.nodes));
+    output_period_.push_back(std::max(longest_output_period(app_.graph, subchain.nodes),
+                                      apart_by_clocks(app_.graph, planned, subchain, subchain.tail())));
     runs_per_output_.push_back(planned.runs_per_output(subchain, subchain.tail()));
     double& waits = waits_.emplace_back(0.0);
     double& parts = parts_.emplace_back(1.0);
@@ -141,7 +162,11 @@ void Surrogate::know_term(const graph::Term& term, const trial::Samples& samples
     const NodeId node = element.nodes.back();
     added.runs_per_output = element.subchain ? planned.runs_per_output(app_.graph.subchain(*element.subchain), node)
                                              : planned.runs_per_output(node);
-    if (element.subchain) continue;
+    if (element.subchain) {
+      const graph::Subchain& subchain = app_.graph.subchain(*element.subchain);
+      added.output_period = std::max(added.output_period, apart_by_clocks(app_.graph, planned, subchain, node));
+      continue;
+    }
     added.node = node;
     added.period = own_period(app_.graph, node);
     added.follows = element.follows;

@@ -13,8 +13,8 @@
 
 #include "base/result.h"
 #include "flight/recording.h"
+#include "live_app.h"
 #include "os/os.h"
-#include "watched_app.h"
 #include "web/source.h"
 #include "web/timeline.h"
 
@@ -45,7 +45,7 @@ class LiveSource final : public web::Source {
     explicit Watched(flight::Recording found)
         : app(std::move(found)), timeline(app.recording().app(), app.recording().header().started) {}
 
-    WatchedApp app;
+    LiveApp app;
     web::Timeline timeline;
   };
 

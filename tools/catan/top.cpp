@@ -17,6 +17,7 @@
 #include "attach.h"
 #include "command.h"
 #include "flight/recording.h"
+#include "live_app.h"
 #include "os/linux/linux_os.h"
 #include "os/linux/poller.h"
 #include "os/linux/signal_watch.h"
@@ -25,7 +26,6 @@
 #include "top_screen.h"
 #include "top_terminal.h"
 #include "view/json.h"
-#include "watched_app.h"
 #include "why/why.h"
 
 namespace ctn::tool {
@@ -72,20 +72,20 @@ Result<std::vector<std::string>> causes_of(os::Os& os, const flight::Recording& 
   return lines;
 }
 
-Result<WatchedApp> watch(os::Os& os, const std::string& target) {
+Result<LiveApp> watch(os::Os& os, const std::string& target) {
   Result<flight::Recording> recording = attach(os, target);
   if (!recording) return recording.error();
   keep_off_scheduled_cpus(os, recording->header().cpus);
-  return WatchedApp(std::move(*recording));
+  return LiveApp(std::move(*recording));
 }
 
-view::Picture look(os::Os& os, WatchedApp& watched) {
+view::Picture look(os::Os& os, LiveApp& watched) {
   watched.refresh(os);
   return watched.picture(os);
 }
 
 Status show_once(os::Os& os, const TopOptions& options) {
-  Result<WatchedApp> watched = watch(os, options.target);
+  Result<LiveApp> watched = watch(os, options.target);
   if (!watched) return watched.error();
   view::Picture picture = look(os, *watched);
   if (picture.state == view::State::kRunning) {
@@ -99,7 +99,7 @@ Status show_once(os::Os& os, const TopOptions& options) {
 // Shows the app until the user or a signal ends it.
 class Screen {
  public:
-  Screen(os::Os& os, WatchedApp watched, std::unique_ptr<TopTerminal> terminal)
+  Screen(os::Os& os, LiveApp watched, std::unique_ptr<TopTerminal> terminal)
       : os_(os), watched_(std::move(watched)), terminal_(std::move(terminal)) {
     state_.unicode = terminal_->unicode();
   }
@@ -145,7 +145,7 @@ class Screen {
   static bool hung_up() { return tcgetpgrp(STDIN_FILENO) < 0; }
 
   os::Os& os_;
-  WatchedApp watched_;
+  LiveApp watched_;
   std::unique_ptr<TopTerminal> terminal_;
   ScreenState state_;
 };
@@ -156,7 +156,7 @@ Status show_screen(os::Os& os, const TopOptions& options) {
   }
   auto signals = os::SignalWatch::start({SIGINT, SIGTERM, SIGHUP});
   if (!signals) return signals.error();
-  Result<WatchedApp> watched = watch(os, options.target);
+  Result<LiveApp> watched = watch(os, options.target);
   if (!watched) return watched.error();
   Result<std::unique_ptr<TopTerminal>> terminal = TopTerminal::open(stdout_has_colours());
   if (!terminal) return terminal.error();

@@ -13,9 +13,9 @@
 
 namespace ctn::tool {
 
-class WatchedApp {
+class LiveApp {
  public:
-  explicit WatchedApp(flight::Recording recording)
+  explicit LiveApp(flight::Recording recording)
       : recording_(std::move(recording)), view_(recording_.app(), recording_.header()) {}
 
   // Takes what has happened since it was last called, and looks whether the app is still there. `also` gets the same

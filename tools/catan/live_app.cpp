@@ -1,4 +1,4 @@
-#include "watched_app.h"
+#include "live_app.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 namespace ctn::tool {
 
-void WatchedApp::refresh(os::Os& os, record::Sink* also) {
+void LiveApp::refresh(os::Os& os, record::Sink* also) {
   std::vector<record::Sink*> sinks{&view_};
   if (also != nullptr) sinks.push_back(also);
   record::ForwardingSink all(sinks);
