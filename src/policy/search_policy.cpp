@@ -25,8 +25,9 @@ namespace {
 constexpr std::size_t kGuesses = 6000;
 constexpr std::size_t kGuessesAgain = 1000;
 constexpr Nanos kSearchStep = std::chrono::milliseconds{4};
-// By which a schedule must be better to replace the one in force, by two trials with the same draws.
-constexpr double kBetter = 0.015;
+// By which a schedule must be better to replace the one in force, by two trials with the same draws, so that luck has
+// little part in it.
+constexpr double kBetter = 0.004;
 // A node's mean cost (or typical time on several threads), and its highest, by which samples (model/estimator.h) may
 // differ when nothing has changed.
 constexpr double kMeanChanged = 0.1;
