@@ -245,6 +245,7 @@ TEST(TopScreen, SaysWhatThePlanGaveUpAndWhoIsSilent) {
   picture.plan->relaxed = {{"objective[0].max", 20.0, 30.0}, {"nodes.GM.min_rate", 100.0, 200.0}};
   picture.plan->assumed = {{"map", 5.0}};
   picture.subchains[0].silent_ms = 4000.0;
+  picture.subchains[0].absent = picture.subchains[1].absent = true;
   picture.subchains[1].silent_ms.reset();
   const std::string screen = screen_of(picture, {}, {120, 24});
   EXPECT_THAT(screen, HasSubstr("bounds relaxed by 1.5: objective[0].max 30.0 ms, not 20.0 ms, nodes.GM.min_rate 5.00 "

@@ -196,7 +196,8 @@ void SubchainTrigger::spend_trigger(TimePoint now) {
 }
 
 TimePoint SubchainTrigger::due_without_output() const {
-  return silent_since_ + (silent_ ? pacing_.period : silence_limit(pacing_));
+  const bool never_heard = counted_ && *counted_ == 0;
+  return silent_since_ + (silent_ || never_heard ? pacing_.period : silence_limit(pacing_));
 }
 
 // Outputs may come at any rate: their writer is not trusted.

@@ -323,16 +323,26 @@ TEST(FollowingTrigger, OutputsThatComeTooSoonWait) {
   EXPECT_THAT(triggered_at, testing::ElementsAre(5, 13, 21, 29));
 }
 
-TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
+TEST(FollowingTrigger, ALeaderThatHasGivenNothingYetDoesNotSilenceIt) {
   SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
   trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{200})) << "one period";
+  EXPECT_TRUE(trigger.step(at(milliseconds{200}), 0).trigger);
+  trigger.hear(at(milliseconds{250}), 1, at(milliseconds{250}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{250}), 1).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{251}), 2).ask_at, at(milliseconds{2250})) << "it has given something";
+}
+
+TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
+  trigger.hear(at(Nanos{0}), 5, at(Nanos{0}));
   EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{2000})) << "ten periods";
   EXPECT_EQ(trigger.step(at(milliseconds{2000}), 0).trigger, at(milliseconds{2000}));
   const auto decision = trigger.step(at(milliseconds{2001}), 1);
   EXPECT_FALSE(decision.trigger);
   EXPECT_EQ(decision.ask_at, at(milliseconds{2200})) << "then every period";
   EXPECT_TRUE(trigger.step(at(milliseconds{2200}), 1).trigger);
-  trigger.hear(at(milliseconds{2300}), 1, at(milliseconds{2300}));
+  trigger.hear(at(milliseconds{2300}), 6, at(milliseconds{2300}));
   EXPECT_TRUE(trigger.step(at(milliseconds{2300}), 2).trigger) << "until there are outputs again";
   EXPECT_EQ(trigger.step(at(milliseconds{2301}), 3).ask_at, at(milliseconds{4300}));
   EXPECT_EQ(silence_limit(after_another(1, milliseconds{10})), milliseconds{1000}) << "and a second at least";
@@ -518,12 +528,12 @@ RC_GTEST_PROP(PhasedTriggerProperty, KeepsToItsGridWhateverTheRunsTake, ()) {
 RC_GTEST_PROP(FollowingTriggerProperty, ATriggerForEachSoManyOutputsOrOneForThoseOfARun, ()) {
   const int every = *rc::gen::inRange(1, 4);
   SubchainTrigger trigger(at(Nanos{0}), after_another(every));
-  trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  auto outputs = static_cast<std::uint64_t>(every);
+  std::uint64_t owed_from = outputs;  // outputs up to here are answered
+  trigger.hear(at(Nanos{0}), outputs, at(Nanos{0}));
   trigger.step(at(Nanos{0}), 0);
   TimePoint now{};
   TimePoint ends{};
-  std::uint64_t outputs = 0;
-  std::uint64_t owed_from = 0;  // outputs up to here are answered
   bool owed = false;
   for (int k = 0; k < 100; ++k) {
     now += milliseconds{*rc::gen::inRange(1, 8)};
