@@ -4,10 +4,12 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -15,10 +17,13 @@
 #include "api/plan_ahead.h"
 #include "baselines/davare.h"
 #include "baselines/verucchi.h"
+#include "cie.h"
 #include "command.h"
 #include "config/app_file.h"
 #include "config/quantity.h"
+#include "config/ros_binding.h"
 #include "explain.h"
+#include "os/cpu_set.h"
 #include "paper/paper.h"
 #include "plan/json.h"
 #include "plan/validate.h"
@@ -42,6 +47,9 @@ struct PlanOptions {
   double effort = 1.0;
   bool json = false;
   bool explain = false;
+  std::string format;  // empty: text, or JSON
+  std::string cpus;
+  std::string groups;  // a file
 };
 
 Result<api::KnownCosts> costs_to_plan_by(const graph::App& app, const std::string& file) {
@@ -124,9 +132,60 @@ int make_rates(Task& task, RateMethod method, bool json) {
   return kSuccess;
 }
 
+// The CPUs that the plan's cores are.
+Result<std::vector<int>> cpus_of(const PlanOptions& options, int cores) {
+  std::vector<int> cpus(static_cast<std::size_t>(cores));
+  std::iota(cpus.begin(), cpus.end(), 0);
+  if (options.cpus.empty()) return cpus;
+  Result<os::CpuSet> chosen = os::parse_cpu_list(options.cpus);
+  if (!chosen) return about_option(chosen.error(), "--cpus");
+  if (chosen->size() == cpus.size()) return std::move(*chosen).cpus();
+  return Error::caller(fmt::format("--cpus has {} CPUs, and the plan {} cores", chosen->size(), cores),
+                       "give as many of the one as of the other: --cores N");
+}
+
+// Which callbacks the app's nodes are, and the callback groups that there are.
+struct CieInput {
+  std::vector<config::RosBinding> bindings;
+  std::optional<CieTemplate> groups;
+  std::vector<int> cpus;
+};
+
+Result<CieInput> cie_input(const PlanOptions& options, const config::AppFile& file, int cores) {
+  auto bindings = config::ros_bindings(file.text, options.app, file.app);
+  if (!bindings) return bindings.error();
+  if (bindings->empty()) {
+    return Error::caller(fmt::format("no node of app {} is a callback of a ROS program", file.app.name),
+                         "write ros: {node: /mapper, topic: /scan} at its nodes (docs/ros2.md)");
+  }
+  if (options.planner != "auto" || file.app.scheduler.schedule == graph::ScheduleKind::kFrames) {
+    return Error::caller("--format cie is of plans with fixed priorities by auto",
+                         "use --planner auto, and leave schedule: frames out of the app file");
+  }
+  auto cpus = cpus_of(options, cores);
+  if (!cpus) return cpus.error();
+  CieInput input{std::move(*bindings), std::nullopt, std::move(*cpus)};
+  if (options.groups.empty()) return input;
+  const auto text = config::read_text(options.groups);
+  if (!text) return text.error();
+  auto parsed = parse_cie_template(*text, options.groups);
+  if (!parsed) return parsed.error();
+  input.groups = std::move(*parsed);
+  return input;
+}
+
+int print_cie(const plan::Plan& plan, const graph::App& app, const CieInput& input) {
+  const auto made = cie_configuration(plan, app, input.bindings, input.cpus, input.groups);
+  if (!made) return report_error(made.error());
+  for (const std::string& said : made->notes) note(said);
+  print(made->text);
+  return kSuccess;
+}
+
 int make(PlanOptions options) {
-  const auto loaded = config::load_app(options.app);
-  if (!loaded) return report_error(loaded.error());
+  const auto file = config::load_app_file(options.app);
+  if (!file) return report_error(file.error());
+  const graph::App* const loaded = &file->app;
   if (options.planner.empty()) {
     options.planner = loaded->scheduler.planner == graph::PlannerKind::kPaper ? "paper" : "auto";
   }
@@ -134,12 +193,19 @@ int make(PlanOptions options) {
     return report_error(Error::caller("--explain is of plans by auto", "leave out --explain, or use --planner auto"));
   }
   const bool by_paper = options.planner == "paper";
-  const graph::App app = by_paper ? paper::as_in_the_paper(*loaded) : *loaded;
+  graph::App app = by_paper ? paper::as_in_the_paper(*loaded) : *loaded;
+  const int cores = options.cores.value_or(app.core_count().value_or(1));
+  std::optional<CieInput> threads;
+  if (options.format == "cie") {
+    auto input = cie_input(options, *file, cores);
+    if (!input) return report_error(input.error());
+    threads = std::move(*input);
+    app.scheduler.schedule = graph::ScheduleKind::kPriorities;  // threads take no turns by themselves
+  }
   const auto slack = slack_of(app, options.slack);
   if (!slack) return report_error(slack.error());
   auto known = costs_to_plan_by(app, options.costs);
   if (!known) return report_error(known.error());
-  const int cores = options.cores.value_or(app.core_count().value_or(1));
   Task task{
       .app = app, .known = std::move(*known), .request = {.cores = cores, .slack = *slack, .effort = options.effort}};
   if (const RateMethod rates = rate_method(options.planner)) return make_rates(task, rates, options.json);
@@ -149,6 +215,7 @@ int make(PlanOptions options) {
   if (const auto proof = plan::validate(*plan, app, task.known.costs, cores); !proof) {
     throw std::logic_error("a plan that does not hold: " + proof.error().message());
   }
+  if (threads) return print_cie(*plan, app, *threads);
   std::optional<planner::Explanation> why;
   if (options.explain) why = explained(task, *plan);
   print(shown(*plan, app, why ? &*why : nullptr, options.json));
@@ -167,6 +234,7 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
       "  catan plan app.yaml --cores 2 --costs run.catan                by what a recorded run cost\n"
       "  catan plan app.yaml --cores 2 --costs costs.yaml --explain    why, and what else could be had\n"
       "  catan plan app.yaml --slack 0%            nothing left to ordinary threads\n"
+      "  catan plan robot.yaml --cores 2 --costs run.catan --format cie --template template.yaml > threads.yaml\n"
       "Exit code: 0 there is a plan, which may relax bounds and then says so, 2 a mistake, or rates that no plan "
       "keeps.");
   command->add_option("APP", options->app, "App file (docs/app-file.md)")->required();
@@ -191,10 +259,24 @@ void add_plan_command(CLI::App& cli, int& exit_code) {
                    "beside davare and verucchi")
       ->check(CLI::Range(api::kMinEffort, api::kMaxEffort))
       ->capture_default_str();
-  command->add_flag("--json", options->json, "Print one JSON document");
-  command->add_flag("--explain", options->explain,
-                    "Add what sets each period, what bounds cost, and how other plans differ "
-                    "(docs/plan-explained.md); plans again for each, some seconds in all");
+  CLI::Option* const json = command->add_flag("--json", options->json, "Print one JSON document");
+  CLI::Option* const explain =
+      command->add_flag("--explain", options->explain,
+                        "Add what sets each period, what bounds cost, and how other plans differ "
+                        "(docs/plan-explained.md); plans again for each, some seconds in all");
+  CLI::Option* const format = command
+                                  ->add_option("--format", options->format,
+                                               "cie: the thread configuration that Autoware's callback-isolated "
+                                               "executor for ROS 2 reads (docs/ros2.md)")
+                                  ->check(CLI::IsMember({"cie"}))
+                                  ->excludes(json)
+                                  ->excludes(explain);
+  command->add_option("--template", options->groups, "Of that configuration, as its prerun node writes it")
+      ->type_name("FILE")
+      ->needs(format);
+  command->add_option("--cpus", options->cpus, "CPUs that the cores of that configuration are; else 0, 1, ...")
+      ->type_name("LIST")
+      ->needs(format);
   command->callback([options, &exit_code] { exit_code = make(*options); });
 }
 

@@ -54,18 +54,6 @@ std::string owner_text(const plan::Plan& plan, const graph::App& app, int core) 
   return "unused";
 }
 
-std::string trigger_text(const plan::Member& member, const graph::App& app) {
-  if (member.after) {
-    const SubchainId* const subchain = member.after->subchain();
-    const std::string& leader =
-        subchain != nullptr ? app.graph.subchain(*subchain).name : app.graph.node(*member.after->node()).name;
-    return outputs_text(member.after->every, leader);
-  }
-  if (member.pause) return fmt::format("{} after its end", ms_text(*member.pause));
-  const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";
-  return fmt::format("every {} from {}{}", ms_text(member.period), ms_text(member.phase), clock);
-}
-
 // Empty where no core has fixed priorities.
 std::string priorities_text(const plan::Plan& plan, const graph::App& app) {
   Table table({"core", "priority", "subchain", "triggered", "budget"});
@@ -151,6 +139,18 @@ std::string relaxed_text(const plan::Plan& plan) {
 
 std::string outputs_text(int every, const std::string& leader) {
   return every == 1 ? "each output of " + leader : fmt::format("every {} output of {}", ordinal(every), leader);
+}
+
+std::string trigger_text(const plan::Member& member, const graph::App& app) {
+  if (member.after) {
+    const SubchainId* const subchain = member.after->subchain();
+    const std::string& leader =
+        subchain != nullptr ? app.graph.subchain(*subchain).name : app.graph.node(*member.after->node()).name;
+    return outputs_text(member.after->every, leader);
+  }
+  if (member.pause) return fmt::format("{} after its end", ms_text(*member.pause));
+  const std::string clock = member.clock ? " after a tick of " + app.graph.node(*member.clock).name : "";
+  return fmt::format("every {} from {}{}", ms_text(member.period), ms_text(member.phase), clock);
 }
 
 std::string plan_text(const plan::Plan& plan, const graph::App& app) {
