@@ -58,7 +58,9 @@ dev_packages=(
 ros1_packages=(
   libroscpp-dev          # roscpp
   libstd-msgs-dev        # messages of the tests' programs
-  libgeometry-msgs-dev   # those that have a stamp
+  libgeometry-msgs-dev   # those that have a stamp; velocities and poses of the navigation app
+  libnav-msgs-dev        # its odometry
+  libsensor-msgs-dev     # its scans
   libdiagnostic-msgs-dev # what catan ros node publishes
   libdynamic-reconfigure-config-init-mutex-dev # and how settings are changed
   libmessage-filters-dev # its synchronizers, in a test

@@ -24,7 +24,7 @@ bool read_flags(std::string_view text, Binding& binding) {
 
 std::optional<Binding> parse_binding(std::string_view line) {
   const std::vector<std::string_view> fields = split(line, '\t');
-  if (fields.size() != 7) return std::nullopt;
+  if (fields.size() != 8) return std::nullopt;
   Binding binding;
   binding.node = fields[0];
   binding.ros_node = fields[1];
@@ -41,6 +41,7 @@ std::optional<Binding> parse_binding(std::string_view line) {
   if (!read_flags(fields[4], binding)) return std::nullopt;
   binding.predecessors = read_list(fields[5]);
   binding.output_topics = read_list(fields[6]);
+  binding.successors = read_list(fields[7]);
   return binding;
 }
 
@@ -61,11 +62,13 @@ std::string to_text(const std::vector<Binding>& bindings) {
     const std::string flags = list_text(set);
     const std::string predecessors = list_text(binding.predecessors);
     const std::string topics = list_text(binding.output_topics);
+    const std::string successors = list_text(binding.successors);
     const std::string name =
         binding.kind == Binding::Kind::kTimer ? std::to_string(binding.period.count()) : binding.name;
     text += binding.node;
-    for (const std::string_view field : {std::string_view(binding.ros_node), kind_text(binding.kind), or_nothing(name),
-                                         or_nothing(flags), or_nothing(predecessors), or_nothing(topics)}) {
+    for (const std::string_view field :
+         {std::string_view(binding.ros_node), kind_text(binding.kind), or_nothing(name), or_nothing(flags),
+          or_nothing(predecessors), or_nothing(topics), or_nothing(successors)}) {
       text += '\t';
       text += field;
     }

@@ -1,11 +1,11 @@
 // Which callback is which node, as the command tells it to programs: text in an environment variable, a line a node.
 // People write it in YAML (docs/ros1.md, docs/illixr.md), which the command checks against the app.
 //
-//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map
+//   GL<tab>/localiser<tab>topic<tab>/scan<tab>queue<tab>scan<tab>/pose,/map<tab>GP,NC
 //
 // are node, program (ROS: the ROS node; ILLIXR: the plugin), kind, name (of a timer: its period in ns; of a loop:
-// nothing), what is said of the node (queue, itself, world, within, separated by commas), its predecessors, and the
-// topics that its successors take (none: any counts). Empty fields are "-".
+// nothing), what is said of the node (queue, itself, world, within, separated by commas), its predecessors, the topics
+// that its successors are bound to (none: any counts), and its successors. Empty fields are "-".
 //
 // Thread safety: pure functions, plain values.
 #pragma once
@@ -37,6 +37,7 @@ struct Binding {
   bool feeds_own_program = false;            // what comes after it is of the same ROS node
   std::vector<std::string> predecessors{};   // nodes that its messages may come from
   std::vector<std::string> output_topics{};  // of its successors; empty: what it publishes anywhere is its output
+  std::vector<std::string> successors{};     // nodes of programs, which may take its data by other topics as well
 
   friend bool operator==(const Binding&, const Binding&) = default;
 

@@ -14,6 +14,7 @@ std::vector<Binding> some_bindings() {
   match.takes_all = true;
   match.predecessors = {"scan", "odometry"};
   match.output_topics = {"/pose", "/map"};
+  match.successors = {"GP", "NC"};
   Binding save{.node = "save", .ros_node = "/localiser", .kind = Binding::Kind::kService, .name = "/save"};
   save.always_gives_output = true;
   Binding loop{.node = "show", .ros_node = "timewarp", .kind = Binding::Kind::kLoop};
@@ -29,8 +30,8 @@ TEST(Bindings, AreTheSameAsText) {
 
 TEST(Bindings, OtherTextIsNone) {
   for (const char* text :
-       {"GL", "GL\t/l\ttopic\t/scan\t-\t-", "GL\t/l\tsubject\t/scan\t-\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-\t-",
-        "GL\t/l\ttimer\t-5\t-\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-\t-"}) {
+       {"GL", "GL\t/l\ttopic\t/scan\t-\t-\t-", "GL\t/l\tsubject\t/scan\t-\t-\t-\t-", "GL\t/l\ttimer\tsoon\t-\t-\t-\t-",
+        "GL\t/l\ttimer\t-5\t-\t-\t-\t-", "GL\t/l\ttopic\t/scan\tfast\t-\t-\t-"}) {
     EXPECT_FALSE(parse_bindings(text)) << text;
   }
 }

@@ -6,8 +6,13 @@
 // a publisher counts in one way and its connections in another, and both drop messages.) Messages with the same bytes
 // have the same key, and the newest counts.
 //
-// All is in a file that the programs of an app share: for each of at most kNodes nodes the last kMessages messages.
-// Where it cannot be opened there is no lineage of this kind, and a run counts as having taken the newest output.
+// All is in a file that the programs of an app share: for each of at most kNodes nodes the last messages, so many that
+// one is still known when it is taken seconds later, among those of a node that sends a hundred in a second. They lie
+// in kSets sets by their keys, each with the last kMessagesOfASet of its own, so that few have to be looked at. Where
+// the file cannot be opened there is no lineage of this kind, and a run counts as having taken the newest output.
+//
+// It also says which topics the program of a node subscribes, which whoever publishes on them has to know: a run gives
+// output if somebody who comes next takes it (binding.h).
 //
 // Thread safety: all calls from any thread; wait-free. What another program wrote is not trusted: at worst a run is not
 // found, or a wrong one is.
@@ -27,7 +32,9 @@ namespace catan_ros {
 class MessageRuns {
  public:
   static constexpr std::size_t kNodes = 256;
-  static constexpr std::size_t kMessages = 128;
+  static constexpr std::size_t kSets = 256;
+  static constexpr std::size_t kMessagesOfASet = 8;
+  static constexpr std::size_t kSubscriptions = 4096;
   using Key = std::uint64_t;
 
   // Makes the file if it is not there. Null: it cannot be had, or is not this user's.
@@ -47,6 +54,11 @@ class MessageRuns {
   // The newest run of `node` that sent such a message; 0: none that is known.
   std::uint64_t find(std::string_view node, Key key) const;
 
+  // The program of `node` subscribes the topic, and so may keep what comes on it for the node. Beyond kSubscriptions
+  // they are not noted.
+  void note_subscription(std::string_view node, std::string_view topic);
+  bool subscribes(std::string_view node, std::string_view topic) const;
+
  private:
   struct Message {
     std::atomic<Key> key{0};
@@ -54,15 +66,17 @@ class MessageRuns {
   };
   struct Node {
     std::atomic<std::uint64_t> name{0};  // hash; 0: free
-    std::atomic<std::uint64_t> noted{0};
-    std::array<Message, kMessages> messages{};
+    std::array<std::array<Message, kMessagesOfASet>, kSets> sets{};
   };
-  using Nodes = std::array<Node, kNodes>;
+  struct Shared {
+    std::array<std::atomic<std::uint64_t>, kSubscriptions> subscriptions{};  // hashes; 0: free
+    std::array<Node, kNodes> nodes{};
+  };
 
-  explicit MessageRuns(Nodes& nodes) : nodes_(nodes) {}
+  explicit MessageRuns(Shared& shared) : shared_(shared) {}
   Node* node_of(std::string_view name, bool make) const;
 
-  Nodes& nodes_;
+  Shared& shared_;
 };
 
 }  // namespace catan_ros

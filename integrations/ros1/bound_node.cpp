@@ -188,7 +188,13 @@ void BoundNode::tell_of_no_message() {
 }
 
 void BoundNode::note_published(const std::string& topic) {
-  if (binding_.gives_output_on(topic)) callback_.note_output();
+  if (binding_.gives_output_on(topic) || is_taken_by_successor(topic)) callback_.note_output();
+}
+
+bool BoundNode::is_taken_by_successor(const std::string& topic) const {
+  return message_runs_ != nullptr &&
+         std::any_of(binding_.successors.begin(), binding_.successors.end(),
+                     [&](const std::string& successor) { return message_runs_->subscribes(successor, topic); });
 }
 
 void BoundNode::note_sent(MessageRuns::Key key) {

@@ -67,6 +67,8 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   void run();
   void note_begun();
+  // A node that comes next keeps what comes on that topic, though it is bound to another one.
+  bool is_taken_by_successor(const std::string& topic) const;
   void tell_of_no_message();
   void bind(bool bound);
 

@@ -56,6 +56,14 @@ bool Program::notes_messages() {
          std::any_of(own.begin(), own.end(), [](const Binding& binding) { return !binding.predecessors.empty(); });
 }
 
+void Program::note_subscription(const std::string& topic) {
+  const std::lock_guard lock(mutex_);
+  for (const Binding& binding : bindings()) {
+    if (message_runs_ != nullptr && !binding.predecessors.empty())
+      message_runs_->note_subscription(binding.node, topic);
+  }
+}
+
 BoundNode* Program::find(Binding::Kind kind, const std::string& name, ros::CallbackQueueInterface& queue) {
   const std::lock_guard lock(mutex_);
   return find(find_named(bindings(), kind, name), queue);

@@ -35,6 +35,8 @@ class Program {
 
   // Whether runs of this program's nodes have predecessors, so that it matters which messages it gets.
   bool notes_messages();
+  // It subscribes that topic: those that send on it are told that its nodes may take it.
+  void note_subscription(const std::string& topic);
   KeptMessages& kept() { return kept_; }
 
   // The calling thread works for the node. Where that is refused, it stays as it is.

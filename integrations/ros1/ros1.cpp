@@ -33,6 +33,7 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
   const std::string topic = handle.resolveName(options.topic);
   BoundNode* const node = g_program->find(Binding::Kind::kTopic, topic, queue);
   if (node == nullptr && !g_program->notes_messages()) return (handle.*next)(options);
+  g_program->note_subscription(topic);
   ros::SubscribeOptions own = options;
   own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
   if (node != nullptr) {

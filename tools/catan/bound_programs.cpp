@@ -68,6 +68,9 @@ std::vector<catan_ros::Binding> told_bindings(const graph::Graph& graph, const s
     for (const NodeId predecessor : node.predecessors) {
       if (!graph.node(predecessor).external) one.predecessors.push_back(graph.node(predecessor).name);
     }
+    for (const NodeId successor : node.successors) {
+      if (find_bound(callbacks, successor) != nullptr) one.successors.push_back(graph.node(successor).name);
+    }
     one.output_topics = callback.outputs.value_or(output_topics(graph, callback.node, callbacks));
     told.push_back(std::move(one));
   }

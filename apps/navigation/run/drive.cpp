@@ -61,8 +61,10 @@ void Drive::move(const Motion& motion) {
   advance(motion.at);
   motion_ = motion;
   world_.command(motion.at, over() ? Velocity{} : motion.velocity);
-  if (over() || !motion.map) return;
-  findings_.scan_ages.push_back({motion.at, motion.at - motion.map->stamp});
+  if (over()) return;
+  const std::optional<nanoseconds> stamp = motion.map ? motion.map->stamp : motion.stamp;
+  if (stamp) findings_.scan_ages.push_back({motion.at, motion.at - *stamp});
+  if (!motion.map) return;
   for (std::size_t mover = 0; mover < movers_.size(); ++mover) {
     if (!movers_[mover].open) continue;
     Appearance& appearance = findings_.appearances[*movers_[mover].open];

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "nodes/global_planner.h"
 #include "nodes/local_mapper.h"
@@ -26,7 +27,9 @@ struct Reading {
 struct Motion {
   std::chrono::nanoseconds at{};
   Velocity velocity;
-  std::shared_ptr<const LocalMap> map;  // on which the velocity was chosen
+  std::shared_ptr<const LocalMap> map;  // on which the velocity was chosen; null: not told, and no reaction is found
+  // Of the scan that it goes back to, where the map is not told.
+  std::optional<std::chrono::nanoseconds> stamp{};
 };
 
 // NC gave a command.

@@ -68,10 +68,8 @@ void Nodes::add_local(Host& host, std::vector<Functions>& functions) {
       return run.skip_output();
     }
     LocalMapper::Result result = local_mapper_.run(**newest);
-    const Odometry* wheels = odometry.read(run);
-    auto map = std::make_shared<const LocalMap>(std::move(result.map));
-    const Odometry now = wheels != nullptr && wheels->stamp > map->stamp ? *wheels : map->odometry;
-    surroundings.write(run, std::make_shared<const Surroundings>(Surroundings{std::move(map), now}));
+    surroundings.write(
+        run, std::make_shared<const Surroundings>(surroundings_of(std::move(result.map), odometry.read(run))));
     charge(run, Node::kLocalMapper, result.work);
   };
   const auto local_plan = [this, &surroundings, &commands](Run& run) {

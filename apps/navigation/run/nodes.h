@@ -28,6 +28,7 @@
 #include "nodes/global_localizer.h"
 #include "nodes/global_mapper.h"
 #include "nodes/global_planner.h"
+#include "nodes/handed_on.h"
 #include "nodes/local_mapper.h"
 #include "nodes/local_planner.h"
 #include "nodes/navigation_command.h"
@@ -49,16 +50,6 @@ class Nodes {
   void attach(Simulation& simulation);
 
  private:
-  // What LM gives: its map, and the newest odometry.
-  struct Surroundings {
-    std::shared_ptr<const LocalMap> map;
-    Odometry odometry;
-  };
-  // What GL gives: where the robot was at its newest scan.
-  struct Fix {
-    Localization localization;
-    Odometry odometry;
-  };
   using Body = std::function<void(Run&)>;
   struct Functions {
     const char* node;

@@ -51,10 +51,9 @@ std::vector<double> reactions_in_ms(const Findings& findings) {
   return reactions;
 }
 
-void add_goal(const Outcome& outcome, std::vector<Figure>& figures) {
-  const Findings& found = outcome.findings;
+void add_goal(const Findings& found, const std::optional<double>& shortest_way, std::vector<Figure>& figures) {
   const bool success = found.reached_at && found.contacts.empty();
-  const double optimal = outcome.shortest_way.value_or(0.0) / RobotLimits().speed;
+  const double optimal = shortest_way.value_or(0.0) / RobotLimits().speed;
   figures.push_back({"reached_goal", found.reached_at ? 1.0 : 0.0});
   figures.push_back({"goal_s", in_seconds(found.reached_at)});
   std::optional<double> score;
@@ -116,21 +115,19 @@ Outcome outcome_of_run(const Options& options, const world::WorldFile& world) {
   return outcome;
 }
 
-std::vector<Figure> figures_of(const Outcome& outcome) {
-  const Findings& found = outcome.findings;
+std::vector<Figure> drive_figures(const Findings& found, bool explores, const std::optional<double>& shortest_way) {
   const std::vector<double> guidance = ages_in_ms(found.guidance_ages);
   const std::vector<double> scans = ages_in_ms(found.scan_ages);
-  const std::vector<double> reactions = reactions_in_ms(found);
   std::vector<Figure> figures;
   figures.push_back({"seconds", in_seconds(found.lasted)});
   figures.push_back({"collided", found.contacts.empty() ? 0.0 : 1.0});
   figures.push_back({"contacts", static_cast<double>(found.contacts.size())});
   figures.push_back({"way_m", found.way});
-  if (outcome.explores) {
+  if (explores) {
     figures.push_back({"explored", found.explored});
     figures.push_back({"explored_90_s", in_seconds(found.explored_90_at)});
   } else {
-    add_goal(outcome, figures);
+    add_goal(found, shortest_way, figures);
   }
   figures.push_back({"staleness_ms_mean", mean_of(guidance)});
   figures.push_back({"staleness_ms_p95", percentile_of(guidance, 95.0)});
@@ -139,6 +136,13 @@ std::vector<Figure> figures_of(const Outcome& outcome) {
   figures.push_back({"pose_error_m_mean", mean_of(found.pose_errors)});
   figures.push_back({"pose_error_m_p95", percentile_of(found.pose_errors, 95.0)});
   figures.push_back({"pose_error_m_max", percentile_of(found.pose_errors, 100.0)});
+  return figures;
+}
+
+std::vector<Figure> figures_of(const Outcome& outcome) {
+  const Findings& found = outcome.findings;
+  const std::vector<double> reactions = reactions_in_ms(found);
+  std::vector<Figure> figures = drive_figures(found, outcome.explores, outcome.shortest_way);
   figures.push_back({"appearances", static_cast<double>(found.appearances.size())});
   figures.push_back({"reacted", static_cast<double>(reactions.size())});
   figures.push_back({"reaction_ms_mean", mean_of(reactions)});

@@ -38,6 +38,8 @@ inline constexpr std::chrono::nanoseconds kStalenessBucket = std::chrono::second
 inline constexpr std::chrono::nanoseconds kDetectorBucket = std::chrono::seconds(10);
 
 using program::Figure;
+// What a drive came to, by what the world knows of it, without reactions. `shortest_way`: to the goal, metres.
+std::vector<Figure> drive_figures(const Findings& found, bool explores, const std::optional<double>& shortest_way);
 // In the order in which they are printed. What batches compute medians of.
 std::vector<Figure> figures_of(const Outcome& outcome);
 

@@ -79,6 +79,31 @@ ros:
   EXPECT_GT(static_cast<double>(taken("follow", "detect").size()), 0.9 * static_cast<double>(messages.size()));
 }
 
+// A node that has several inputs is bound to one of them; its program keeps the others until it runs.
+TEST_F(LineageTest, WhoFeedsANodeByAnotherTopicThanItsBoundOneGivesOutput) {
+  write("app.yaml", R"(catan: 1
+app: joined
+nodes: { fast: { fallback_rate: 50Hz }, slow: { fallback_rate: 20Hz }, join: { fallback_rate: 25Hz } }
+edges: [ fast -> join, slow -> join ]
+objective: [ { response_time: [slow, join], weight: 1 }, { response_time: [fast, join], weight: 1 } ]
+scheduler: { bootstrap: 300ms }
+)");
+  write("bind.yaml", R"(catan: 1
+ros:
+  fast: { node: /fast, timer: 20ms }
+  slow: { node: /slow, timer: 50ms }
+  join: { node: /join, topic: /fast_data }
+)");
+  write_launcher({"fast --timer 20 --out /fast_data", "slow --timer 50 --out /slow_data",
+                  "join --in /fast_data --beside /slow_data --out /joined --counts join.json"});
+  const int run = start_under_catan("--scheduler default --json --seconds 3 --record run.catan -- ./launch.sh");
+  ASSERT_EQ(wait(run, seconds{60}), 0) << text_of(path("run.err"));
+  EXPECT_GT(counted("join", "beside"), 20) << "it gets them";
+  const Json report = Json::parse(text_of(path("run.out")));
+  for (const Json& chain : report["chains"]) EXPECT_GT(chain["response_ms"]["count"].get<long>(), 20) << chain;
+  EXPECT_GT(taken("join", "slow").size(), 20U);
+}
+
 // The value of a message is the number of the run that sent it.
 TEST_F(LineageTest, WhatSynchronizersHaveKeptIsKnown) {
   write("app.yaml", R"(catan: 1

@@ -1,0 +1,49 @@
+// The robot drives over a real roscore, its nodes in processes of their own, started by the launch file, with rates that
+// are set by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <chrono>
+#include <string>
+
+#include "ros1/test/programs.h"
+
+namespace catan_ros {
+namespace {
+
+using std::chrono::seconds;
+
+class DriveOverRosTest : public ProgramsTest {
+ protected:
+  DriveOverRosTest() { ::setenv("ROS_PACKAGE_PATH", NAVIGATION_PACKAGES, 1); }
+
+  std::string launch(const std::string& arguments) const {
+    return "/usr/bin/python3 /usr/bin/roslaunch catan_navigation navigation.launch figures:=" + path("figures.json") +
+           " " + arguments;
+  }
+  // A figure of the world's; negative: there was nothing to measure.
+  double figure(const std::string& name) const {
+    const Json document = Json::parse(text_of(path("figures.json")), nullptr, false);
+    if (!document.is_object() || !document["figures"].contains(name)) return -1.0;
+    const Json& value = document["figures"][name];
+    return value.is_number() ? value.get<double>() : -1.0;
+  }
+  std::string told(const std::string& name) const {
+    return text_of(path(name + ".out")) + text_of(path(name + ".err"));
+  }
+};
+
+TEST_F(DriveOverRosTest, WithRatesSetByHandItDrivesWithoutCatan) {
+  ASSERT_EQ(wait(start("launch", launch("seconds:=6")), seconds{60}), 0) << told("launch");
+  EXPECT_GT(figure("way_m"), 0.5) << told("launch");
+  EXPECT_GE(figure("contacts"), 0.0);
+  // From a scan to a velocity: a period of LM and one of LP, or two each under load.
+  EXPECT_GT(figure("scan_age_ms_mean"), 20.0);
+  EXPECT_LT(figure("scan_age_ms_mean"), 800.0);
+  EXPECT_GT(figure("staleness_ms_p95"), 0.0);
+  EXPECT_THAT(told("launch"), testing::HasSubstr("way_m"));
+}
+
+}  // namespace
+}  // namespace catan_ros
