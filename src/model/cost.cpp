@@ -86,7 +86,9 @@ CostProfile CostProfile::times(double factor) const {
 }
 
 CostTable::CostTable(const graph::Graph& graph, Millis initial)
-    : waits_(graph.nodes().size(), Millis{0}), runs_per_output_(graph.nodes().size(), 1.0), idle_(graph.nodes().size()) {
+    : waits_(graph.nodes().size(), Millis{0}),
+      runs_per_output_(graph.nodes().size(), 1.0),
+      idle_(graph.nodes().size()) {
   profiles_.reserve(graph.nodes().size());
   for (const graph::Node& node : graph.nodes()) {
     profiles_.push_back(CostProfile::constant(node.external ? Millis{0} : initial));

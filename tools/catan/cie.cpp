@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "config/problems.h"
 #include "config/read.h"
+#include "os/class_names.h"
 #include "plan_text.h"
 #include "table.h"
 
@@ -150,8 +151,8 @@ std::string cie_value(const Value& value) {
 std::string cie_setting_text(const std::string& id, const CieSetting& setting) {
   std::string text;
   for (const std::string& reason : setting.reasons) text += fmt::format("  # {}\n", reason);
-  return text + fmt::format("  - id: {}\n    affinity: [{}]\n    policy: SCHED_FIFO\n    priority: {}\n", id,
-                            fmt::join(setting.cpus, ", "), setting.priority);
+  return text + fmt::format("  - id: {}\n    affinity: [{}]\n    policy: {}\n    priority: {}\n", id,
+                            fmt::join(setting.cpus, ", "), os::kFixedPriorityClass, setting.priority);
 }
 
 // Of the template, as it is.

@@ -1,0 +1,8 @@
+// How Linux names its scheduling classes, for files that other programs read. Within Catan they are levels (level.h).
+#pragma once
+
+namespace ctn::os {
+
+inline constexpr const char* kFixedPriorityClass = "SCHED_FIFO";
+
+}  // namespace ctn::os
