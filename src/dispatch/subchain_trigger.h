@@ -30,8 +30,8 @@
 //              trigger, count, and one trigger follows when that is over. Without a trigger for silence_limit() it is
 //              triggered all the same, and then once a period until there are outputs again; of a leader that has never
 //              given one, once a period from the beginning. So a leader that is missing, stalled or slow does not
-//              silence its followers, nor does one that itself needs what they give before it gives anything. Nor does one that floods them trigger them more often
-//              than `shortest` says.
+//              silence its followers, nor does one that itself needs what they give before it gives anything. Nor does
+//              one that floods them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of

@@ -1,5 +1,5 @@
-// The robot drives over a real roscore, its nodes in processes of their own, started by the launch file, with rates that
-// are set by hand.
+// The robot drives over a real roscore, its nodes in processes of their own, started by the launch file, with rates
+// that are set by hand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>

@@ -41,6 +41,11 @@ class Working : public RobotNode {
   ros::Publisher gives(const std::string& topic, std::uint32_t queue = kNewest) {
     return handle_.advertise<T>(topic, queue);
   }
+  // Who subscribes later gets the last one: for what is given seldom, and maybe never again.
+  template <class T>
+  ros::Publisher gives_and_keeps(const std::string& topic) {
+    return handle_.advertise<T>(topic, kNewest, true);
+  }
 
   template <class T>
   void takes(const std::string& topic, std::uint32_t queue,
@@ -166,7 +171,7 @@ class LocalizerNode final : public Working {
 
  private:
   GlobalLocalizer localizer_;
-  ros::Publisher keyframes_ = gives<KeyframesMessage>("/keyframes");
+  ros::Publisher keyframes_ = gives_and_keeps<KeyframesMessage>("/keyframes");
   ros::Publisher fixes_ = gives<Fix>("/localization");
 };
 
@@ -180,7 +185,7 @@ class GlobalMapperNode final : public Working {
 
  private:
   GlobalMapper mapper_;
-  ros::Publisher maps_ = gives<GlobalMap>("/map");
+  ros::Publisher maps_ = gives_and_keeps<GlobalMap>("/map");
 };
 
 class GlobalPlannerNode final : public Working {
@@ -196,7 +201,7 @@ class GlobalPlannerNode final : public Working {
   std::optional<Point> goal_;  // none: the robot explores
   GlobalPlanner planner_;
   SharedMap map_;
-  ros::Publisher paths_ = gives<Path>("/path");
+  ros::Publisher paths_ = gives_and_keeps<Path>("/path");
 };
 
 class CommanderNode final : public Working {
