@@ -29,8 +29,8 @@ struct Rebinding : std::allocator<T> {
   template <class Other>
   Rebinding(const Rebinding<Other>& /*other*/) {}  // NOLINT(google-explicit-constructor): as std::allocator's
   template <class Other>
-  struct rebind {
-    using other = Rebinding<Other>;
+  struct rebind {                    // NOLINT(readability-identifier-naming): as messages call it
+    using other = Rebinding<Other>;  // NOLINT(readability-identifier-naming)
   };
 };
 

@@ -403,6 +403,7 @@ struct Serializer<T> {
   static void read(Stream& stream, T& value) {
     ctn::navigation::ros1::fields::all(stream, value);
   }
+  // NOLINTNEXTLINE(readability-identifier-naming): as roscpp calls it
   static std::uint32_t serializedLength(const T& value) {
     LStream stream;
     ctn::navigation::ros1::fields::all(stream, value);
