@@ -74,13 +74,18 @@ std::string file_of(const std::string& name, const std::string& text) {
   return path;
 }
 
+// Tests run beside one another.
+std::string own_file(const std::string& name, const std::string& text) {
+  return file_of(testing::UnitTest::GetInstance()->current_test_info()->name() + ("_" + name), text);
+}
+
 Outcome threads_of(const std::string& arguments, const std::string& app = kRobot) {
-  return run_catan("plan " + file_of("cie_robot.yaml", app) + " --costs " +
-                       file_of("cie_robot.costs.yaml", kRobotCosts) + " --effort 0.02 --format cie " + arguments,
+  return run_catan("plan " + own_file("robot.yaml", app) + " --costs " + own_file("costs.yaml", kRobotCosts) +
+                       " --effort 0.02 --format cie " + arguments,
                    testing::TempDir());
 }
 
-std::string with_template(const std::string& text) { return " --template " + file_of("cie_template.yaml", text); }
+std::string with_template(const std::string& text) { return " --template " + own_file("template.yaml", text); }
 
 const Value* value_of(const Value& map, const std::string& key) {
   const auto found =

@@ -196,8 +196,9 @@ void SubchainTrigger::spend_trigger(TimePoint now) {
 }
 
 TimePoint SubchainTrigger::due_without_output() const {
+  if (silent_) return silent_since_ + pacing_.period;
   const bool never_heard = counted_ && *counted_ == 0;
-  return silent_since_ + (silent_ || never_heard ? pacing_.period : silence_limit(pacing_));
+  return silent_since_ + (never_heard ? std::max(pacing_.period, kFirstOutputWithin) : silence_limit(pacing_));
 }
 
 // Outputs may come at any rate: their writer is not trusted.

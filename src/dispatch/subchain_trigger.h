@@ -29,9 +29,9 @@
 //              begins to follow it. Outputs that come while a run is under way, or less than `shortest` after the last
 //              trigger, count, and one trigger follows when that is over. Without a trigger for silence_limit() it is
 //              triggered all the same, and then once a period until there are outputs again; of a leader that has never
-//              given one, once a period from the beginning. So a leader that is missing, stalled or slow does not
-//              silence its followers, nor does one that itself needs what they give before it gives anything. Nor does
-//              one that floods them trigger them more often than `shortest` says.
+//              given one, after kFirstOutputWithin or a period, and once a period from then on. So a leader that is
+//              missing, stalled or slow does not silence its followers, nor does one that itself needs what they give
+//              before it gives anything. Nor does one that floods them trigger them more often than `shortest` says.
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -105,6 +105,9 @@ Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId
 
 // When the next trigger is due of a subchain that is paced so from `now` on; `last`: when it was triggered last.
 TimePoint first_due(const Pacing& pacing, TimePoint now, std::optional<TimePoint> last);
+
+// For so long, or a period, a follower waits for the first output that its leader ever gives.
+constexpr Nanos kFirstOutputWithin = std::chrono::seconds{1};
 
 constexpr Nanos silence_limit(const Pacing& pacing) { return plan::silence_limit(pacing.period); }
 

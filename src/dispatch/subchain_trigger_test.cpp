@@ -326,11 +326,15 @@ TEST(FollowingTrigger, OutputsThatComeTooSoonWait) {
 TEST(FollowingTrigger, ALeaderThatHasGivenNothingYetDoesNotSilenceIt) {
   SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
   trigger.hear(at(Nanos{0}), 0, at(Nanos{0}));
-  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{200})) << "one period";
-  EXPECT_TRUE(trigger.step(at(milliseconds{200}), 0).trigger);
-  trigger.hear(at(milliseconds{250}), 1, at(milliseconds{250}));
-  EXPECT_TRUE(trigger.step(at(milliseconds{250}), 1).trigger);
-  EXPECT_EQ(trigger.step(at(milliseconds{251}), 2).ask_at, at(milliseconds{2250})) << "it has given something";
+  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{1000})) << "not ten periods";
+  EXPECT_TRUE(trigger.step(at(milliseconds{1000}), 0).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{1001}), 1).ask_at, at(milliseconds{1200})) << "then every period";
+  trigger.hear(at(milliseconds{1050}), 1, at(milliseconds{1050}));
+  EXPECT_TRUE(trigger.step(at(milliseconds{1050}), 1).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{1051}), 2).ask_at, at(milliseconds{3050})) << "it has given something";
+  SubchainTrigger seldom(at(Nanos{0}), after_another(1, milliseconds{3000}));
+  seldom.hear(at(Nanos{0}), 0, at(Nanos{0}));
+  EXPECT_EQ(seldom.step(at(Nanos{0}), 0).ask_at, at(milliseconds{3000})) << "one period";
 }
 
 TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
