@@ -1,7 +1,6 @@
 #include "policy/measured_costs.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace ctn::policy {
 namespace {
@@ -11,7 +10,7 @@ constexpr double kTypical = 50.0;  // percentile
 }  // namespace
 
 MeasuredCosts::MeasuredCosts(const graph::App& app, RunsThatCount count)
-    : app_(app), batches_(app.graph), known_(app.graph.nodes().size(), Known::kNone) {
+    : app_(app), batches_(app.graph), worked_(app.graph.nodes().size()) {
   for (std::size_t index = 0; index < app.graph.nodes().size(); ++index) {
     nodes_.emplace_back(app, NodeId(index), count);
     outputs_.emplace_back(app.graph, NodeId(index));
@@ -20,13 +19,10 @@ MeasuredCosts::MeasuredCosts(const graph::App& app, RunsThatCount count)
 
 bool MeasuredCosts::counts(NodeId id, bool idle) {
   if (app_.graph.node(id).input == graph::InputKind::kQueue) return true;
-  Known& known = known_[id.index()];
-  if (idle) {
-    if (known == Known::kOthers) return false;
-    known = Known::kIdle;
-    return true;
-  }
-  if (std::exchange(known, Known::kOthers) == Known::kIdle) nodes_[id.index()].forget();
+  const bool worked = worked_[id.index()];
+  if (idle) return !worked;
+  if (!worked) nodes_[id.index()].forget();
+  worked_[id.index()] = true;
   return true;
 }
 

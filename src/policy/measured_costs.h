@@ -57,9 +57,6 @@ class MeasuredCosts {
   trial::MeasuredRuns runs() const;
 
  private:
-  // Which runs are known of a node.
-  enum class Known { kNone, kIdle, kOthers };
-
   // Whether such a run of the node tells what its runs cost.
   bool counts(NodeId node, bool idle);
   model::CostTable costs_at(double percentile, Millis unmeasured) const;
@@ -68,7 +65,7 @@ class MeasuredCosts {
   BatchSizes batches_;
   std::vector<NodeCosts> nodes_;      // by NodeId
   std::vector<NodeOutputs> outputs_;  // by NodeId
-  std::vector<Known> known_;          // by NodeId
+  std::vector<bool> worked_;          // by NodeId: a run was not idle
 };
 
 }  // namespace ctn::policy

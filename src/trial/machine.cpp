@@ -33,6 +33,15 @@ Nanos sliding(Nanos period, Nanos horizon) {
   return ticks < kMinTicks ? period : period - period / ticks;
 }
 
+// Of such calls `part` are true, evenly; `owed`: since the last that was.
+bool is_turn(double& owed, double part) {
+  constexpr double kRounding = 1e-9;
+  owed += part;
+  if (owed < 1.0 - kRounding) return false;
+  owed -= 1.0;
+  return true;
+}
+
 std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
   std::vector<Ticks> clocks = options.clocks;
   clocks.resize(app.graph.nodes().size());
@@ -236,18 +245,12 @@ Nanos Machine::begin_run(NodeId id, int core) {
 
 // Whether the run that begins is idle. Of those that find nothing new, so many are, evenly.
 bool Machine::begin_idle(Idler& idler) const {
-  constexpr double kRounding = 1e-9;
   const TimePoint before = std::exchange(idler.last_begin, now_);
   idler.is_new = std::exchange(idler.found, false) ||
                  std::any_of(idler.clocks.begin(), idler.clocks.end(),
                              [&](NodeId clock) { return clocks_[clock.index()].last(now_) > before; });
-  idler.is_idle = false;
-  if (idler.is_new) return false;
-  idler.owed += idler.idle.part;
-  if (idler.owed < 1.0 - kRounding) return false;
-  idler.owed -= 1.0;
-  idler.is_idle = true;
-  return true;
+  idler.is_idle = !idler.is_new && is_turn(idler.owed, idler.idle.part);
+  return idler.is_idle;
 }
 
 // How many items there are.
@@ -313,13 +316,7 @@ bool Machine::emits(NodeId id) {
 // At its first run, and then on average once a period, as long as it runs at least that often; or evenly, as many of
 // its runs as were measured.
 bool Machine::output_due(Node& node) const {
-  if (node.output_period == Nanos{0}) {
-    constexpr double kRounding = 1e-9;
-    node.outputs_owed += node.outputs_per_run;
-    if (node.outputs_owed < 1.0 - kRounding) return false;
-    node.outputs_owed -= 1.0;
-    return true;
-  }
+  if (node.output_period == Nanos{0}) return is_turn(node.outputs_owed, node.outputs_per_run);
   if (node.next_output && now_ < *node.next_output) return false;
   node.next_output = std::max(node.next_output.value_or(now_) + node.output_period, now_);
   return true;

@@ -4,19 +4,12 @@
 
 #include <limits>
 
+#include "ros1/navigation/testing/over_the_wire.h"
+
 namespace ctn::navigation::ros1 {
 namespace {
 
 using namespace std::chrono_literals;
-
-// As a program of ROS would send and read it.
-template <class Message>
-Message over_the_wire(const Message& message) {
-  const ros::SerializedMessage bytes = ros::serialization::serializeMessage(message);
-  Message read;
-  ros::serialization::deserializeMessage(bytes, read);
-  return read;
-}
 
 TEST(StandardMessages, AScanIsWhatItWas) {
   constexpr float kNothing = std::numeric_limits<float>::infinity();

@@ -6,18 +6,12 @@
 #include <limits>
 #include <string>
 
+#include "ros1/navigation/testing/over_the_wire.h"
+
 namespace ctn::navigation::ros1 {
 namespace {
 
 using namespace std::chrono_literals;
-
-template <class T>
-T sent(const T& value) {
-  const ros::SerializedMessage bytes = ros::serialization::serializeMessage(value);
-  T read;
-  ros::serialization::deserializeMessage(bytes, read);
-  return read;
-}
 
 void expect_same(const Odometry& a, const Odometry& b) {
   EXPECT_EQ(a.stamp, b.stamp);
@@ -57,11 +51,11 @@ Localization some_localization() {
 
 TEST(Values, ScansAreWhatTheyWere) {
   const run::Reading reading{some_scan(20ms), kOdometry};
-  const run::Reading read = sent(reading);
+  const run::Reading read = over_the_wire(reading);
   expect_same_scan(read.scan, reading.scan);
   expect_same(read.odometry, kOdometry);
 
-  const CleanScan clean = sent(some_scan(20ms));
+  const CleanScan clean = over_the_wire(some_scan(20ms));
   expect_same_scan(clean, some_scan(20ms));
   expect_same(clean.odometry, kOdometry);
   EXPECT_EQ(clean.points, some_scan(20ms).points);
@@ -75,7 +69,7 @@ TEST(Values, ALocalMapIsWhatItWas) {
   map.clearance = {0, 1, 2, 3, 4, 5};
   map.moving = {{{1, 2}, 0.3, {0.4, 0.5}, {0, 1}, 0.6, std::numeric_limits<double>::infinity(), 2.0, 0.1}};
   map.interval = 0.02;
-  const Surroundings read = sent(surroundings_of(map, nullptr));
+  const Surroundings read = over_the_wire(surroundings_of(map, nullptr));
   ASSERT_TRUE(read.map);
   EXPECT_EQ(read.map->stamp, 80ms);
   expect_same(read.map->odometry, kOdometry);
@@ -91,12 +85,12 @@ TEST(Values, ALocalMapIsWhatItWas) {
   EXPECT_EQ(moving.course, (Point{0, 1}));
   EXPECT_EQ(moving.ahead, std::numeric_limits<double>::infinity());
   EXPECT_EQ((std::array{moving.radius, moving.pace, moving.behind, moving.unseen}), (std::array{0.3, 0.6, 2.0, 0.1}));
-  EXPECT_FALSE(sent(Surroundings{}).map);
+  EXPECT_FALSE(over_the_wire(Surroundings{}).map);
 }
 
 // GP and NC look for the robot relative to a keyframe.
 TEST(Values, AFixHasTheNewestScanAndWhereKeyframesAre) {
-  const Fix read = sent(Fix{some_localization(), kOdometry});
+  const Fix read = over_the_wire(Fix{some_localization(), kOdometry});
   const Localization& localization = read.localization;
   EXPECT_EQ(localization.stamp, 60ms);
   EXPECT_EQ(localization.correction, (Pose{0.1, 0.2, 0.3}));
@@ -109,12 +103,12 @@ TEST(Values, AFixHasTheNewestScanAndWhereKeyframesAre) {
 
   Localization without;
   without.keyframes = std::make_shared<const std::vector<Keyframe>>();
-  EXPECT_FALSE(sent(Fix{without, {}}).localization.newest);
+  EXPECT_FALSE(over_the_wire(Fix{without, {}}).localization.newest);
 }
 
 TEST(Values, KeyframesHaveTheirScans) {
   const Localization whole = some_localization();
-  const Localization read = sent(KeyframesMessage{whole}).localization;
+  const Localization read = over_the_wire(KeyframesMessage{whole}).localization;
   ASSERT_EQ(read.keyframes->size(), 2U);
   for (std::size_t index = 0; index < 2; ++index) {
     const Keyframe& expected = (*whole.keyframes)[index];
@@ -133,7 +127,7 @@ TEST(Values, MapPathAndCommandAreWhatTheyWere) {
   map.frame = {1, -2, 2, 2};
   map.cells = {Cell::kFree, Cell::kObstacle, Cell::kUnknown, Cell::kFree};
   map.anchor = {7, {1, 2, 3}};
-  const GlobalMap map_read = sent(map);
+  const GlobalMap map_read = over_the_wire(map);
   EXPECT_EQ(map_read.stamp, 1s);
   EXPECT_EQ(map_read.frame, map.frame);
   EXPECT_EQ(map_read.cells, map.cells);
@@ -141,7 +135,7 @@ TEST(Values, MapPathAndCommandAreWhatTheyWere) {
   EXPECT_EQ(map_read.anchor.newest, (Pose{1, 2, 3}));
 
   const Path path{Path::Outcome::kNoWay, 2s, {{1, 2}, {3, 4}}, true, {7, {1, 2, 3}}};
-  const Path path_read = sent(path);
+  const Path path_read = over_the_wire(path);
   EXPECT_EQ(path_read.outcome, Path::Outcome::kNoWay);
   EXPECT_EQ(path_read.stamp, 2s);
   EXPECT_EQ(path_read.points, path.points);
@@ -149,7 +143,7 @@ TEST(Values, MapPathAndCommandAreWhatTheyWere) {
   EXPECT_EQ(path_read.anchor.newest, (Pose{1, 2, 3}));
 
   const Command command{3s, false, true, true, {1, 2}, {{3, 4}, {5, 6}}, 7.5};
-  const Command command_read = sent(command);
+  const Command command_read = over_the_wire(command);
   EXPECT_EQ(command_read.stamp, 3s);
   EXPECT_FALSE(command_read.stop);
   EXPECT_TRUE(command_read.look_around);
@@ -160,7 +154,7 @@ TEST(Values, MapPathAndCommandAreWhatTheyWere) {
 }
 
 TEST(Values, WhatIsCutOffIsRefused) {
-  const ros::SerializedMessage whole = ros::serialization::serializeMessage(sent(some_scan(20ms)));
+  const ros::SerializedMessage whole = ros::serialization::serializeMessage(over_the_wire(some_scan(20ms)));
   const auto before = static_cast<std::uint32_t>(whole.message_start - whole.buf.get());
   for (std::uint32_t length = 0; length < whole.num_bytes - before; length += 3) {
     ros::serialization::IStream stream(whole.message_start, length);
