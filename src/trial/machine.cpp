@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/mixed.h"
@@ -40,6 +41,23 @@ bool is_turn(double& owed, double part) {
   if (owed < 1.0 - kRounding) return false;
   owed -= 1.0;
   return true;
+}
+
+// By subchain. As a plan numbers them: the priorities of each core from 1, so what has one core is not above what has
+// another, whatever the search had in mind. An unscheduled node goes where the lowest runs.
+std::vector<Rank> ranks_as_planned(const Schedule& schedule) {
+  const std::vector<Place>& places = schedule.subchains;
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return places[a].priority < places[b].priority; });
+  std::vector<Rank> lower(static_cast<std::size_t>(schedule.cores), Rank{0});
+  std::vector<Rank> ranks(places.size(), static_cast<Rank>(dispatch::Level::kOrdinary));
+  for (const std::size_t index : order) {
+    const Place& place = places[index];
+    if (place.form == Form::kPriority) ranks[index] = ++lower[static_cast<std::size_t>(place.core)];
+  }
+  return ranks;
 }
 
 std::vector<Ticks> clocks_of(const graph::App& app, const Options& options) {
@@ -118,13 +136,14 @@ void Machine::add_idler(NodeId id) {
 }
 
 void Machine::add_subchains() {
+  const std::vector<Rank> ranks = ranks_as_planned(schedule_);
   for (std::size_t index = 0; index < schedule_.subchains.size(); ++index) {
     const Place& place = schedule_.subchains[index];
     Subchain& subchain = subchains_.emplace_back();
     subchain.id = SubchainId(index);
     subchain.nodes = app_.graph.subchain(subchain.id).nodes;
     subchain.place = &place;
-    subchain.rank = place.form == Form::kPriority ? place.priority : rank_of(dispatch::Level::kOrdinary);
+    subchain.rank = ranks[index];
   }
   for (std::size_t index = 0; index < subchains_.size(); ++index) {
     const std::optional<plan::After>& after = schedule_.subchains[index].after;

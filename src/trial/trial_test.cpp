@@ -326,6 +326,25 @@ TEST(Trial, UnscheduledNodesPreferAnIdleCore) {
   EXPECT_EQ(world.timeline["a"], "8-13 18-23 28-33");
 }
 
+// A plan numbers priorities core by core, and levels of threads are of these numbers: b, the highest of the app, is no
+// higher than a then.
+TEST(Trial, PrioritiesOfOtherCoresDoNotMoveUnscheduledNodes) {
+  graph::AppSpec spec = graph::spec_of({"u", "a", "b"}, {"u a", "u b"});
+  graph::node(spec, "u").unscheduled = true;
+  graph::node(spec, "u").period = graph::At<Nanos>{milliseconds{10}, {}};
+  spec.objective = {graph::response("u a", 1.0), graph::response("u b", 1.0)};
+  World world(spec, {{"u", 1}, {"a", 5}, {"b", 5}});
+  Schedule schedule = on_cores(2, {{.core = 1, .priority = 1, .period = ms(10), .phase = ms(8)},
+                                   {.core = 0, .priority = 2, .period = ms(10), .phase = ms(8)}});
+  world.run(schedule, ms(24));
+  EXPECT_EQ(world.timeline["a"], "8-13 18-23");
+  EXPECT_EQ(world.timeline["b"], "8-14 18-24") << "where u, which no core ran before, begins: on core 0";
+  schedule.subchains[1].priority = 1;
+  World alike(spec, {{"u", 1}, {"a", 5}, {"b", 5}});
+  alike.run(schedule, ms(24));
+  EXPECT_EQ(alike.timeline["b"], world.timeline["b"]);
+}
+
 TEST(Trial, ATermOfTooFewSamplesCountsAsTheHorizonAndIsReported) {
   World world(two(), {{"a", 2}, {"b", 3}});
   const Figures figures = world.run(
