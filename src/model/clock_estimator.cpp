@@ -55,6 +55,21 @@ std::vector<double> distances(const std::vector<Point>& points, const Slope& lin
   return distances;
 }
 
+// Where it costs least to read, by how late ticks were told: TicksAre::kArrivals. Precondition: not empty.
+double best_to_read(std::vector<double> late, double period) {
+  std::sort(late.begin(), late.end());
+  double best = late.back();
+  double least = late.back();
+  for (std::size_t i = 0; i < late.size(); ++i) {
+    const double missed = static_cast<double>(late.size() - 1 - i) / static_cast<double>(late.size());
+    const double cost = late[i] + missed * period;
+    if (cost >= least) continue;
+    best = late[i];
+    least = cost;
+  }
+  return best;
+}
+
 }  // namespace
 
 void ClockEstimator::begin_anew(TimePoint tick) {
@@ -108,7 +123,8 @@ void ClockEstimator::fit() {
   }
   std::vector<double> off = distances(points, line);
   const double middle = median_of(off);
-  const double height = line.at(points.back().x) + middle;
+  const double above = what_ == TicksAre::kArrivals ? best_to_read(off, line.slope) : middle;
+  const double height = line.at(points.back().x) + above;
   for (double& each : off) each = std::abs(each - middle);
   regular_ = median_of(off) <= kIrregular * line.slope;
   line_ = Line{{told_.back().number, first.at + Nanos{std::llround(height)}}, line.slope};

@@ -3,8 +3,8 @@
 //
 // Ticks may be told late, now and then by much, and some not at all; the clock drifts. How: each tick gets a number, by
 // how many periods it is after those before. Through the last kWindow of them a line is drawn by least squares, twice
-// again without those that are far from it. Its slope is the period; its height is such that as many ticks lie above
-// it as below. A tick that is far from where it should be is passed over; kAstray of them in a row mean that the clock
+// again without those that are far from it. Its slope is the period; its height depends on what the ticks are for
+// (TicksAre). A tick that is far from where it should be is passed over; kAstray of them in a row mean that the clock
 // does something else now, and begin anew.
 //
 // Units: Nanos. Thread safety: none; one owner. The same ticks give the same answers.
@@ -19,6 +19,16 @@
 
 namespace ctn::model {
 
+enum class TicksAre {
+  // The display's: what is done by then counts. As many lie above the line as below.
+  kDeadlines,
+  // A sensor's: with each there is something to read. Who reads before the tick is told gets what is a period older, so
+  // the line lies where that and the wait for it cost least: at the height h above the middle that has the least
+  // h + (part of the ticks above it) x (period), as in the newsvendor's problem (K. Arrow, T. Harris and J. Marschak,
+  // "Optimal Inventory Policy", Econometrica 1951).
+  kArrivals,
+};
+
 class ClockEstimator {
  public:
   static constexpr std::size_t kWindow = 240;
@@ -26,7 +36,7 @@ class ClockEstimator {
   static constexpr int kAstray = 12;
 
   // `nominal`: about how often it ticks.
-  explicit ClockEstimator(Nanos nominal) : nominal_(nominal) {}
+  explicit ClockEstimator(Nanos nominal, TicksAre what = TicksAre::kDeadlines) : nominal_(nominal), what_(what) {}
 
   // It ticked. One that is not after the newest is passed over.
   void add(TimePoint tick);
@@ -53,6 +63,7 @@ class ClockEstimator {
   void fit();
 
   Nanos nominal_;
+  TicksAre what_;
   std::deque<Tick> told_;
   std::optional<Line> line_;  // none: too few
   bool regular_ = false;

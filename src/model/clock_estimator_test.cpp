@@ -96,6 +96,39 @@ TEST(ClockEstimator, FindsPeriodAndPhaseThroughJitterAndGaps) {
   }
 }
 
+// Told up to 300 us late by chance, one in a hundred by up to 3 ms: who waits for these waits 3 ms for one in a
+// hundred.
+TEST(ClockEstimator, WhoReadsArrivalsMissesFew) {
+  const Clock clock{.ppm = 35.0};
+  const auto told_at = [&](int number) {
+    const bool seldom = mixed_of(9, number) % 100 == 0;
+    return clock.tick(number) +
+           chance_below(seldom ? Nanos{milliseconds{3}} : microseconds{300}, static_cast<std::uint64_t>(number), 1);
+  };
+  ClockEstimator estimator(kNominal, TicksAre::kArrivals);
+  int read = 0;
+  int missed = 0;
+  for (int number = 0; number < 4000; ++number) {
+    const std::optional<Ticks> ticks = number >= 300 ? estimator.ticks() : std::nullopt;
+    if (ticks) {
+      ++read;
+      const TimePoint reads = ticks->next(clock.tick(number) - milliseconds{1});
+      missed += told_at(number) > reads ? 1 : 0;
+      ASSERT_LE(reads - clock.tick(number), microseconds{600}) << number;
+    }
+    estimator.add(told_at(number));
+  }
+  EXPECT_EQ(read, 3700);
+  EXPECT_LE(missed, read / 40) << "half of them, by the middle";
+}
+
+TEST(ClockEstimator, WhatIsNeverToldLateIsReadAtTheTick) {
+  const Clock clock;
+  ClockEstimator estimator(kNominal, TicksAre::kArrivals);
+  for (int number = 0; number < 300; ++number) estimator.add(clock.tick(number));
+  EXPECT_LE(error_at(estimator, clock, 301), Nanos{100});
+}
+
 TEST(ClockEstimator, FollowsDrift) {
   ClockEstimator estimator(kNominal);
   TimePoint tick{};

@@ -30,7 +30,10 @@ ClockWatch::ClockWatch(const graph::Graph& graph, const Region& region) : region
   for (std::size_t index = 0; index < graph.nodes().size(); ++index) {
     const graph::Node& node = graph.nodes()[index];
     if (!node.has_clock()) continue;
-    clocks_.push_back({.node = NodeId(index), .estimator = model::ClockEstimator(*node.period), .told = node.external});
+    const bool read = node.external && !node.successors.empty();
+    const model::TicksAre what = read ? model::TicksAre::kArrivals : model::TicksAre::kDeadlines;
+    clocks_.push_back(
+        {.node = NodeId(index), .estimator = model::ClockEstimator(*node.period, what), .told = node.external});
   }
 }
 
