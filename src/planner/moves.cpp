@@ -23,6 +23,9 @@ constexpr std::size_t kMaxOutputs = 6;
 constexpr double kHeldApart = 0.8;
 // A phase against a clock is moved by so much of the period, or less; and a period is so many ticks more, or fewer.
 constexpr double kPhaseStep = 0.1;
+constexpr double kSmallPhaseStep = 0.01;
+// Than a run takes on average: what is set aside for one that is to be done before something else.
+constexpr double kLonger = 0.5;
 constexpr std::size_t kMaxTicks = 8;
 
 // By a factor between exp(-size) and exp(size).
@@ -130,7 +133,7 @@ void Moves::know_clocks(const std::vector<NodeId>& clocks) {
         std::vector<Clock>& known = clocks_[app_.graph.node(node).subchain->index()];
         const bool fresh =
             std::none_of(known.begin(), known.end(), [&](const Clock& each) { return each.node == end; });
-        if (fresh) known.push_back({end, *app_.graph.node(end).period});
+        if (fresh) known.push_back({end, *app_.graph.node(end).period, end == term.path.front()});
       }
     }
   }
@@ -141,7 +144,8 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
   const Limits& limits = limits_[subchain];
   if (limits.trigger == graph::TriggerBy::kArrival) return;
   if (place.clock && random.once_in(2)) {
-    const Nanos moved = to_nanos(to_millis(place.period) * (random.fraction() - 0.5) * kPhaseStep);
+    const double step = random.once_in(2) ? kPhaseStep : kSmallPhaseStep;
+    const Nanos moved = to_nanos(to_millis(place.period) * (random.fraction() - 0.5) * step);
     place.phase = (place.phase + moved + place.period) % place.period;
     return;
   }
@@ -157,7 +161,18 @@ void Moves::change_clock(Place& place, std::size_t subchain, Random& random) con
   place.after.reset();
   place.clock = clock.node;
   place.period = shortest ? limits.shortest : (min_every + more) * clock.period;
-  place.phase = std::min(to_nanos(to_millis(place.period) * random.fraction()), place.period - Nanos{1});
+  place.phase = some_phase(place.period, clock, cost_[subchain], random);
+}
+
+// Anywhere, or where one would look first: soon after the tick with which a chain begins, or so that a run is done just
+// before the tick that ends one.
+Nanos Moves::some_phase(Nanos period, const Clock& clock, double cost, Random& random) {
+  if (random.once_in(2)) {
+    constexpr double kSoon = 0.1;  // of a run
+    const double after = clock.begins ? cost * kSoon * random.fraction() : -cost * (1.0 + kLonger * random.fraction());
+    return (to_nanos(Millis{after}) % period + period) % period;
+  }
+  return std::min(to_nanos(to_millis(period) * random.fraction()), period - Nanos{1});
 }
 
 void Moves::set_asked_trigger(Place& place, std::size_t subchain) const {
@@ -374,7 +389,6 @@ void Moves::align(Schedule& schedule, std::size_t subchain, Random& random) cons
     place.after.reset();
     place.clock = other.clock;
   }
-  constexpr double kLonger = 0.5;
   const double run = random.once_in(2) ? cost_[neighbour] : -cost_[subchain];
   const Nanos phase = other.phase + to_nanos(Millis{run * (1.0 + kLonger * random.fraction())});
   place.phase = (phase % place.period + place.period) % place.period;

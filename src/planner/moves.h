@@ -88,6 +88,7 @@ class Moves {
   struct Clock {
     NodeId node;
     Nanos period{0};
+    bool begins = false;  // a chain, rather than ends one
   };
 
   void change_one(trial::Schedule& schedule, Random& random) const;
@@ -95,6 +96,7 @@ class Moves {
   void change_trigger(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void follow_arrivals(trial::Place& place, std::size_t subchain, const Arrival& arrival, int every) const;
   void skip_ticks(trial::Place& place, double factor) const;
+  static Nanos some_phase(Nanos period, const Clock& clock, double cost, Random& random);
   void change_clock(trial::Place& place, std::size_t subchain, Random& random) const;
   bool knows(std::size_t subchain, NodeId clock) const;
   void align(trial::Schedule& schedule, std::size_t subchain, Random& random) const;

@@ -245,6 +245,40 @@ TEST_F(AtTheDisplay, WhoKeepsToAClockComesLessOftenByQuartersOfItsTicksAndAtTheS
   EXPECT_EQ(exact, every(1.0)) << "its rate is asked for";
 }
 
+// Beginnings at random phases alone would take a search at run time a minute to find these.
+TEST(Moves, OftenBeginSoonAfterATickThatBeginsAChainOrAreDoneBeforeOneThatEndsIt) {
+  using std::chrono::milliseconds;
+  graph::AppSpec spec = graph::spec_of({"camera", "a", "display"}, {"camera a display"});
+  for (const char* name : {"camera", "display"}) {
+    graph::node(spec, name).external = true;
+    graph::node(spec, name).period = graph::At<Nanos>{milliseconds{50}, {}};
+  }
+  spec.objective = {graph::response("camera a display", 1.0)};
+  const graph::App app = graph::build_app(spec).value();
+  const Pipelines pipelines = no_costs_known(app);
+  Moves moves(app, {2.0}, pipelines, 1);
+  const NodeId camera = *app.graph.find_node("camera");
+  moves.know_clocks({camera, *app.graph.find_node("display")});
+  Random random(1);
+  int placed = 0;
+  int soon = 0;
+  int just_in_time = 0;
+  for (int each = 0; each < 4000; ++each) {
+    trial::Schedule schedule{.cores = 1, .subchains = {{.period = milliseconds{50}}}, .frames = {}, .pipelines = {}};
+    moves.change(schedule, random);
+    const trial::Place& place = schedule.subchains.front();
+    if (!place.clock) continue;
+    ++placed;
+    const double phase = to_millis(place.phase).count();
+    const double left = to_millis(place.period).count() - phase;
+    if (place.clock == camera && phase <= 0.2) ++soon;
+    if (place.clock != camera && left >= 2.0 && left <= 3.0) ++just_in_time;
+  }
+  EXPECT_GT(placed, 500);
+  EXPECT_GT(soon, placed / 6);
+  EXPECT_GT(just_in_time, placed / 6);
+}
+
 // a and b end at the display, c does not; b's rate is that of every second tick.
 RC_GTEST_PROP(MovesProperty, KeepPhasesToKnownClocksAlone, (std::uint64_t seed, bool known)) {
   graph::AppSpec spec = graph::spec_of({"a", "b", "c", "display"}, {"a b display", "c b"});
