@@ -36,6 +36,9 @@ Pacing pacing_of_owner(const graph::App& app, const plan::Plan& plan, SubchainId
 
 namespace {
 
+// In a period, where its leader could have run meanwhile.
+constexpr int kLooks = 8;
+
 bool is_elastic(const Pacing& pacing) { return pacing.after_completion > Nanos{0} && !pacing.after; }
 
 bool has_phase(const Pacing& pacing) { return pacing.phase && !pacing.after && pacing.after_completion == Nanos{0}; }
@@ -90,7 +93,9 @@ void SubchainTrigger::watch(TimePoint now, std::uint64_t completed, Decision& de
   }
 }
 
-void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newest) {
+void SubchainTrigger::hear(TimePoint now, std::uint64_t outputs, TimePoint newest, std::optional<std::uint64_t> runs) {
+  if (runs && (!leader_runs_ || *runs < *leader_runs_)) leader_runs_before_ = *runs;
+  leader_runs_ = runs;
   const TimePoint heard_before = std::exchange(heard_at_, now);
   if (!counted_ || outputs < *counted_) {
     counted_ = outputs;
@@ -189,16 +194,37 @@ void SubchainTrigger::schedule_next(TimePoint now) {
 
 // What is due now is a trigger, or a budget in place of it.
 void SubchainTrigger::spend_trigger(TimePoint now) {
+  const bool as_planned = !pacing_.after || output_due_;
+  came_ = as_planned                        ? Came::kAsPlanned
+          : leader_runs() && !never_heard() ? Came::kWhileLeaderRan
+                                            : Came::kWithoutOutput;
   silent_since_ = now;
-  silent_ = pacing_.after && !output_due_;
+  leader_runs_before_ = leader_runs_.value_or(0);
   schedule_next(now);
   if (pacing_.after) due_ = due_without_output();
 }
 
+// Since the last trigger. Where that came of an output, the first run may be the one that gave it, since its end can be
+// seen later.
+bool SubchainTrigger::leader_runs() const {
+  const std::uint64_t known = came_ == Came::kWhileLeaderRan ? 0 : 1;
+  return leader_runs_ && *leader_runs_ - leader_runs_before_ > known;
+}
+
+bool SubchainTrigger::never_heard() const { return counted_ && *counted_ == 0; }
+
 TimePoint SubchainTrigger::due_without_output() const {
-  if (silent_) return silent_since_ + pacing_.period;
-  const bool never_heard = counted_ && *counted_ == 0;
-  return silent_since_ + (never_heard ? std::max(pacing_.period, kFirstOutputWithin) : silence_limit(pacing_));
+  if (came_ == Came::kWithoutOutput) return silent_since_ + pacing_.period;
+  if (never_heard()) return silent_since_ + std::max(pacing_.period, kFirstOutputWithin);
+  if (!leader_runs()) return silent_since_ + silence_limit(pacing_);
+  return silent_since_ + (came_ == Came::kWhileLeaderRan ? pacing_.period : idle_limit(pacing_));
+}
+
+// When a trigger may be due since the leader has run, which nothing tells. Else kNever.
+TimePoint SubchainTrigger::look_at_leader(TimePoint now) const {
+  if (!pacing_.after || !leader_runs_ || leader_runs() || output_due_) return kNever;
+  const TimePoint first = silent_since_ + (came_ == Came::kWhileLeaderRan ? pacing_.period : idle_limit(pacing_));
+  return first > now ? first : now + std::max(pacing_.period / kLooks, kShortestPeriod);
 }
 
 // Outputs may come at any rate: their writer is not trusted.
@@ -245,6 +271,7 @@ SubchainTrigger::Decision SubchainTrigger::step(TimePoint now, std::uint64_t com
     decision.ask_on_completion = now >= ready();
     decision.ask_at = decision.ask_on_completion ? kNever : ready();
   }
+  if (!decision.ask_on_completion) decision.ask_at = std::min(decision.ask_at, look_at_leader(now));
   watch(now, completed, decision);
   limit(now, decision);
   if (paced_by_output) decision.ask_on_completion = true;
@@ -261,8 +288,8 @@ void SubchainTrigger::change_pacing(TimePoint now, const Pacing& pacing) {
   if (!same_leader) {
     counted_.reset();
     output_due_.reset();
-    silent_since_ = now;
-    silent_ = false;
+    leader_runs_.reset();
+    came_ = Came::kAsPlanned;
   }
   const auto grid = [](const Pacing& of) { return std::tuple(of.clock, of.phase, of.period); };
   if (!has_phase(before) || !has_phase(pacing) || grid(before) != grid(pacing)) grid_.reset();

@@ -32,6 +32,9 @@
 //              given one, after kFirstOutputWithin or a period, and once a period from then on. So a leader that is
 //              missing, stalled or slow does not silence its followers, nor does one that itself needs what they give
 //              before it gives anything. Nor does one that floods them trigger them more often than `shortest` says.
+//              Of a leader that does run, and gives nothing, no more is to be waited for: after idle_limit(), and then
+//              once a period as long as it runs. That breaks no promise (plan/promise.h): where it cannot run there is
+//              no trigger before silence_limit().
 //
 // A run with a budget of CPU time is demoted when it has used more: its threads go below all that has a priority, until
 // the next trigger is due. If the run has ended by then there is a trigger; else it gets a budget again in place of
@@ -49,6 +52,8 @@
 // Units: Nanos, TimePoint. Thread safety: none; one owner.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -111,6 +116,9 @@ constexpr Nanos kFirstOutputWithin = std::chrono::seconds{1};
 
 constexpr Nanos silence_limit(const Pacing& pacing) { return plan::silence_limit(pacing.period); }
 
+// For so long a follower waits for outputs of a leader that runs: two periods, and at least a second.
+constexpr Nanos idle_limit(const Pacing& pacing) { return std::max<Nanos>(2 * pacing.period, std::chrono::seconds{1}); }
+
 class SubchainTrigger {
  public:
   // The first trigger is due at `start` (first_due()), or where it follows another subchain by the first outputs after
@@ -134,9 +142,10 @@ class SubchainTrigger {
   Decision step(TimePoint now, std::uint64_t completed);
 
   // --- before a step ---
-  // Where it follows another subchain: how many outputs that has given, and when the newest came. Both may be anything.
-  // To be told, and stepped, as soon as there are more.
-  void hear(TimePoint now, std::uint64_t outputs, TimePoint newest);
+  // Where it follows another: how many outputs that has given, and when the newest came; where that is a subchain, also
+  // how many of its runs have ended, with output or without. All may be anything. To be told, and stepped, as soon as
+  // there are more outputs.
+  void hear(TimePoint now, std::uint64_t outputs, TimePoint newest, std::optional<std::uint64_t> runs = std::nullopt);
   // Where its phase is to a clock of others: what is known of that now. To be told whenever it is stepped.
   void align(TimePoint now, const Ticks& clock);
   // Whether used() is to be called: the CPU time of the run under way, since its trigger.
@@ -166,7 +175,10 @@ class SubchainTrigger {
   void schedule_next(TimePoint now);
   void spend_trigger(TimePoint now);
   void give_budget(TimePoint now);
+  bool leader_runs() const;
+  bool never_heard() const;
   TimePoint due_without_output() const;
+  TimePoint look_at_leader(TimePoint now) const;
   void watch(TimePoint now, std::uint64_t completed, Decision& decision);
   void limit(TimePoint now, Decision& decision);
 
@@ -188,9 +200,16 @@ class SubchainTrigger {
   // Where it follows another subchain.
   std::optional<std::uint64_t> counted_;  // outputs, up to the newest that made a trigger due; none: not heard yet
   TimePoint heard_at_{};
-  std::optional<TimePoint> output_due_;  // a trigger is due since the output that came then
-  TimePoint silent_since_;               // the last trigger
-  bool silent_ = false;                  // that came without an output
+  std::optional<TimePoint> output_due_;       // a trigger is due since the output that came then
+  TimePoint silent_since_;                    // the last trigger
+  std::optional<std::uint64_t> leader_runs_;  // that have ended
+  std::uint64_t leader_runs_before_ = 0;      // ... by the last trigger
+  enum class Came {
+    kAsPlanned,
+    kWhileLeaderRan,  // and gave nothing
+    kWithoutOutput,   // of a leader that did not run, or has never given one
+  };
+  Came came_ = Came::kAsPlanned;  // the last trigger
 
   // The budget of the run under way.
   Nanos allowed_{0};            // CPU time since its trigger

@@ -332,6 +332,12 @@ TEST(FollowingTrigger, ALeaderThatHasGivenNothingYetDoesNotSilenceIt) {
   trigger.hear(at(milliseconds{1050}), 1, at(milliseconds{1050}));
   EXPECT_TRUE(trigger.step(at(milliseconds{1050}), 1).trigger);
   EXPECT_EQ(trigger.step(at(milliseconds{1051}), 2).ask_at, at(milliseconds{3050})) << "it has given something";
+  SubchainTrigger runs(at(Nanos{0}), after_another(1, milliseconds{200}));
+  runs.hear(at(Nanos{0}), 0, at(Nanos{0}), 0);
+  runs.step(at(Nanos{0}), 0);
+  runs.hear(at(milliseconds{1000}), 0, at(Nanos{0}), 9);
+  EXPECT_TRUE(runs.step(at(milliseconds{1000}), 0).trigger);
+  EXPECT_EQ(runs.step(at(milliseconds{1001}), 1).ask_at, at(milliseconds{1200})) << "the same of one that runs";
   SubchainTrigger seldom(at(Nanos{0}), after_another(1, milliseconds{3000}));
   seldom.hear(at(Nanos{0}), 0, at(Nanos{0}));
   EXPECT_EQ(seldom.step(at(Nanos{0}), 0).ask_at, at(milliseconds{3000})) << "one period";
@@ -350,6 +356,89 @@ TEST(FollowingTrigger, ASilentLeaderDoesNotSilenceIt) {
   EXPECT_TRUE(trigger.step(at(milliseconds{2300}), 2).trigger) << "until there are outputs again";
   EXPECT_EQ(trigger.step(at(milliseconds{2301}), 3).ask_at, at(milliseconds{4300}));
   EXPECT_EQ(silence_limit(after_another(1, milliseconds{10})), milliseconds{1000}) << "and a second at least";
+}
+
+// A mapper that gives a map only when there are new keyframes, and there are none before the robot has got a path: ten
+// periods of a second would be a robot that stands.
+TEST(FollowingTrigger, ALeaderThatRunsAndGivesNothingHoldsItUpForTwoPeriods) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(4, milliseconds{1000}));
+  trigger.hear(at(Nanos{0}), 1, at(Nanos{0}), 7);
+  EXPECT_EQ(trigger.step(at(Nanos{0}), 0).ask_at, at(milliseconds{2000})) << "to see whether the leader has run";
+  trigger.hear(at(milliseconds{2000}), 1, at(Nanos{0}), 11);
+  EXPECT_EQ(trigger.step(at(milliseconds{2000}), 0).trigger, at(milliseconds{2000}));
+  EXPECT_EQ(trigger.step(at(milliseconds{2001}), 1).ask_at, at(milliseconds{3000})) << "then every period";
+  trigger.hear(at(milliseconds{3000}), 1, at(Nanos{0}), 12);
+  EXPECT_TRUE(trigger.step(at(milliseconds{3000}), 1).trigger);
+  trigger.hear(at(milliseconds{3100}), 5, at(milliseconds{3100}), 17);
+  EXPECT_TRUE(trigger.step(at(milliseconds{3100}), 2).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{3101}), 3).ask_at, at(milliseconds{5100})) << "outputs again";
+}
+
+// As often as each other, so no more than one of the leader's runs ends between two triggers.
+TEST(FollowingTrigger, ALeaderThatRunsOnceAPeriodAndGivesNothingIsFollowedEveryPeriod) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{10}));
+  std::vector<int> triggered_at;
+  for (int time = 0; time <= 1040; time += 10) {
+    trigger.hear(at(milliseconds{time}), 5, at(Nanos{0}), static_cast<std::uint64_t>(5 + time / 10));
+    if (trigger.step(at(milliseconds{time}), trigger.sent()).trigger) triggered_at.push_back(time);
+  }
+  EXPECT_THAT(triggered_at, testing::ElementsAre(1000, 1010, 1020, 1030, 1040));
+}
+
+// Neither has what is promised to those below it, which the leader of a follower above them waits for too.
+TEST(FollowingTrigger, ALeaderThatDoesNotRunHoldsItUpForTenPeriods) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{1000}));
+  trigger.hear(at(Nanos{0}), 5, at(Nanos{0}), 5);
+  trigger.step(at(Nanos{0}), 0);
+  for (int second = 2; second < 10; ++second) {
+    // The end of the run whose output came before may be seen after that.
+    trigger.hear(at(milliseconds{1000 * second}), 5, at(Nanos{0}), 6);
+    const auto decision = trigger.step(at(milliseconds{1000 * second}), 0);
+    EXPECT_FALSE(decision.trigger) << second;
+    EXPECT_EQ(decision.ask_at, at(milliseconds{1000 * second + 125})) << "it looks eight times a period";
+  }
+  trigger.hear(at(milliseconds{10000}), 5, at(Nanos{0}), 6);
+  EXPECT_TRUE(trigger.step(at(milliseconds{10000}), 0).trigger);
+  EXPECT_EQ(trigger.step(at(milliseconds{10001}), 1).ask_at, at(milliseconds{11000})) << "then every period";
+}
+
+// It gives nothing twice, and then does not run: what is below the follower, and the leader too, is under way.
+TEST(FollowingTrigger, ALeaderThatNoLongerRunsAfterGivingNothingHoldsItUpAgain) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{1000}));
+  trigger.hear(at(Nanos{0}), 5, at(Nanos{0}), 5);
+  trigger.step(at(Nanos{0}), 0);
+  trigger.hear(at(milliseconds{2000}), 5, at(Nanos{0}), 7);
+  ASSERT_TRUE(trigger.step(at(milliseconds{2000}), 0).trigger);
+  for (int second = 3; second < 12; ++second) {
+    trigger.hear(at(milliseconds{1000 * second}), 5, at(Nanos{0}), 7);
+    EXPECT_FALSE(trigger.step(at(milliseconds{1000 * second}), 1).trigger) << second;
+  }
+  trigger.hear(at(milliseconds{12000}), 5, at(Nanos{0}), 7);
+  EXPECT_TRUE(trigger.step(at(milliseconds{12000}), 1).trigger);
+}
+
+TEST(FollowingTrigger, ALeaderThatRunsOftenAndGivesSeldomIsWaitedForForASecond) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{20}));
+  for (int time = 0; time < 900; time += 20) {
+    trigger.hear(at(milliseconds{time}), 5, at(Nanos{0}), static_cast<std::uint64_t>(5 + time / 20));
+    EXPECT_FALSE(trigger.step(at(milliseconds{time}), 0).trigger);
+  }
+}
+
+// Plans that lead it by one and by another, each for less than a leader may be silent.
+TEST(FollowingTrigger, AChangeOfLeadersDoesNotPutItOff) {
+  SubchainTrigger trigger(at(Nanos{0}), after_another(1, milliseconds{200}));
+  std::vector<int> triggered_at;
+  for (int time = 0; time <= 2400; time += 100) {
+    if (time % 500 == 0) {
+      Pacing other = after_another(1, milliseconds{200});
+      other.after->leader = SubchainId{static_cast<std::size_t>(1 + time / 500 % 2)};
+      trigger.change_pacing(at(milliseconds{time}), other);
+    }
+    trigger.hear(at(milliseconds{time}), 5, at(Nanos{0}));
+    if (trigger.step(at(milliseconds{time}), trigger.sent()).trigger) triggered_at.push_back(time);
+  }
+  EXPECT_THAT(triggered_at, testing::ElementsAre(2000, 2200, 2400));
 }
 
 TEST(FollowingTrigger, AFloodOfOutputsDoesNotTriggerItMoreOftenThanItMay) {

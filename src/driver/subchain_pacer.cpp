@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 namespace ctn::driver {
 
@@ -105,7 +106,9 @@ void SubchainPacer::set_leader(std::optional<plan::Leader> leader) {
 TimePoint SubchainPacer::hear(TimePoint now) {
   if (!leader_) return kNever;
   const Actuator::Outputs outputs = actuator_->outputs(*leader_);
-  trigger_->hear(now, outputs.count, outputs.newest);
+  const SubchainId* const subchain = std::get_if<SubchainId>(&*leader_);
+  const auto runs = subchain != nullptr ? std::optional(actuator_->completed(*subchain)) : std::nullopt;
+  trigger_->hear(now, outputs.count, outputs.newest, runs);
   return actuator_->await_outputs(*leader_, true, outputs.count) ? kNever : now + place_.pacing.period;
 }
 

@@ -263,6 +263,16 @@ TEST(SubchainPacer, AFollowerOfWhoeverIsNotThereGoesOnAtItsPeriod) {
   EXPECT_THAT(world.sent(kFollower), ElementsAre(1, 11, 1011, 1021, 1031, 1041, 1051, 1061)) << "and is back at once";
 }
 
+// Else a leader that itself needs what the follower gives, as a mapper needs a robot that moves, would give nothing
+// for ten periods either.
+TEST(SubchainPacer, AFollowerOfALeaderThatRunsAndGivesNothingGoesOnAtItsPeriod) {
+  FakeWorld world(2, 0, each_takes(ms(3)));
+  world.gives_output = [](SubchainId id, std::uint64_t number) { return id == kLeader && number == 1; };
+  world.publish(assignment({phased(1, ms(500), ms(0)), follows(0, kLeader, 1, ms(1000))}));
+  world.run_until(at(ms(5500)));
+  EXPECT_THAT(world.sent(kFollower), ElementsAre(3, 2003, 3003, 4003, 5003));
+}
+
 TEST(SubchainPacer, WhoFollowsNoOtherAnyMoreDoesNotListen) {
   FakeWorld world(2, 1, each_takes(ms(1)));
   world.publish(assignment({phased(1, ms(10), ms(0)), follows(0, kLeader, 1, ms(10))}, {{}}));
