@@ -7,6 +7,7 @@ namespace catan_ros {
 namespace {
 
 thread_local BoundCallback* t_current = nullptr;
+thread_local bool t_discarding = false;
 
 // While another thread is in the callback.
 constexpr std::chrono::milliseconds kBetweenTries{1};
@@ -16,9 +17,12 @@ constexpr int kMaxTries = 100;
 
 BoundCallback* BoundCallback::current() { return t_current; }
 
+bool BoundCallback::discarding() { return t_discarding; }
+
 void BoundCallback::run(Schedule& schedule) {
   while (!inbox_.stopped() && schedule.wait()) {
     const bool has_message = wait_for_message();
+    if (has_message) wait_for_newer_message();
     if (inbox_.stopped()) return;
     if (!has_message && !without_message_) {
       schedule.begin();
@@ -41,9 +45,28 @@ bool BoundCallback::wait_for_message() {
   return without_message_ ? inbox_.size() > 0 : inbox_.wait(options_.patience);
 }
 
+// Of several messages that lie there the newest may be that one: whether it is, frameworks that keep no more do not
+// tell.
+void BoundCallback::wait_for_newer_message() {
+  if (!options_.takes_newest || options_.runs_by_itself || !newest_sent_ || inbox_.size() != 1) return;
+  if (const std::optional<Time> sent = newest_sent_()) inbox_.wait_for_newer(*sent, options_.newer_patience);
+}
+
+void BoundCallback::discard_older() {
+  t_discarding = true;
+  while (inbox_.size() > 1) {
+    std::optional<Inbox::Entry> entry = inbox_.take();
+    if (!entry || entry->call() != Outcome::kAgain) continue;
+    inbox_.put_back(std::move(*entry));
+    break;
+  }
+  t_discarding = false;
+}
+
 // How often the program's code was called.
 int BoundCallback::call_waiting() {
   int calls = 0;
+  if (options_.takes_newest) discard_older();
   std::size_t waiting = options_.takes_all ? inbox_.size() : 1;
   for (; waiting > 0 && inbox_.size() > 0; --waiting) calls += call_one() ? 1 : 0;
   if (calls == 0 && without_message_ && without_message_()) ++calls;

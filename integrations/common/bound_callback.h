@@ -3,8 +3,11 @@
 //   wait for the trigger          (a node that runs by itself: for its message or timer)
 //   wait for a message            at most `patience`: the network may be later than the trigger. None: an empty run,
 //                                 which gives no output, so that the server knows that the node lives
+//   wait for a newer message      where one lies there and a newer one has been sent: at most `newer_patience`. A
+//                                 trigger that comes of a message's sender is quicker than the message
 //   take a turn                   of the spinners of the queue that the program asked for (turns.h)
-//   begin, call, end              one call, or all that have come where the node's input is a queue
+//   begin, call, end              one call, or all that have come where the node's input is a queue; where only the
+//                                 newest counts, those before it are made with discarding() set, to be let go of
 //   give the turn back            after the end, so that a program which stops spinning has all its runs reported
 //
 // A run gives output if its thread published anything, or if nothing of the app comes after the node.
@@ -39,10 +42,13 @@ class Turn {
 
 struct BoundCallbackOptions {
   bool takes_all = false;            // input: queue
+  bool takes_newest = false;         // of all that have come, where not takes_all
   bool runs_by_itself = false;       // an unscheduled node with a period
   bool always_gives_output = false;  // what it gives is not published: it goes to the world
   // At most until then it waits for a message that its trigger was for.
   std::chrono::nanoseconds patience = std::chrono::milliseconds{500};
+  // ... for a newer message that is under way: between processes of a machine some 0.2 ms.
+  std::chrono::nanoseconds newer_patience = std::chrono::milliseconds{2};
 };
 
 class BoundCallback {
@@ -55,6 +61,10 @@ class BoundCallback {
   // False: it must not be called at this moment.
   void set_without_message(std::function<bool()> call) { without_message_ = std::move(call); }
 
+  // When the newest message was sent to this node, as far as is known. It is not waited for without that.
+  using Time = std::chrono::steady_clock::time_point;
+  void set_newest_sent(std::function<std::optional<Time>()> newest_sent) { newest_sent_ = std::move(newest_sent); }
+
   // By the thread that is in run(): from now on each run that calls something gives output.
   void set_always_gives_output() { options_.always_gives_output = true; }
 
@@ -65,9 +75,13 @@ class BoundCallback {
   void note_output() { output_ = true; }
   // The one whose call the calling thread is in; null: none.
   static BoundCallback* current();
+  // The calling thread makes a call whose message is not to reach the program.
+  static bool discarding();
 
  private:
   bool wait_for_message();
+  void wait_for_newer_message();
+  void discard_older();
   bool call_one();
   int call_waiting();
 
@@ -75,6 +89,7 @@ class BoundCallback {
   Inbox& inbox_;
   Turn& turn_;
   std::function<bool()> without_message_;
+  std::function<std::optional<Time>()> newest_sent_;
   bool output_ = false;
 };
 

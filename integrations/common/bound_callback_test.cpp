@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -54,6 +55,7 @@ class BoundCallbackTest : public testing::Test {
       const BoundCallbackOptions& options, int triggers, std::function<void()> at_trigger = [] {}) {
     BoundCallback callback(options, inbox, turn);
     if (without_message) callback.set_without_message(without_message);
+    if (newest_sent) callback.set_newest_sent(newest_sent);
     PlayedSchedule schedule(triggers, log);
     schedule.at_trigger = std::move(at_trigger);
     callback.run(schedule);
@@ -70,6 +72,7 @@ class BoundCallbackTest : public testing::Test {
   Inbox inbox;
   LoggedTurn turn{log};
   std::function<bool()> without_message;
+  std::function<std::optional<BoundCallback::Time>()> newest_sent;
 };
 
 TEST_F(BoundCallbackTest, OneMessageATrigger) {
@@ -93,6 +96,58 @@ TEST_F(BoundCallbackTest, AQueueTakesAllThatHasCome) {
   put("second");
   play({.takes_all = true}, 1);
   EXPECT_THAT(log, ElementsAre("take turn", "begin", "first", "second", "end with output", "give back"));
+}
+
+// What is called then is not to reach the program.
+TEST_F(BoundCallbackTest, WhereOnlyTheNewestCountsThoseBeforeItAreDiscarded) {
+  for (const char* const name : {"first", "second", "third"}) {
+    inbox.put({0, [this, name] {
+                 log.push_back(BoundCallback::discarding() ? std::string("not ") + name : name);
+                 return Outcome::kCalled;
+               }});
+  }
+  play({.takes_newest = true}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "not first", "not second", "third", "end", "give back"));
+  EXPECT_FALSE(BoundCallback::discarding());
+}
+
+// A trigger is quicker than the message of whose sender it comes. One that is left over would be taken in its place,
+// and so on for ever, a period behind.
+TEST_F(BoundCallbackTest, AMessageThatIsUnderWayIsWaitedForWhereAnOlderOneLiesThere) {
+  put("older", false);
+  const auto sent = std::chrono::steady_clock::now();
+  newest_sent = [sent] { return sent; };
+  std::thread network;
+  play({.takes_newest = true, .newer_patience = 10s}, 1, [&] {
+    network = std::thread([this] {
+      std::this_thread::sleep_for(5ms);
+      put("newer");
+    });
+  });
+  network.join();
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "older", "newer", "end with output", "give back"));
+}
+
+TEST_F(BoundCallbackTest, AMessageThatDoesNotComeIsWaitedForForAMoment) {
+  put("older");
+  newest_sent = [] { return std::chrono::steady_clock::now(); };
+  play({.takes_newest = true, .newer_patience = 1ms}, 1);
+  EXPECT_THAT(log, ElementsAre("take turn", "begin", "older", "end with output", "give back"));
+}
+
+// Else these would take as long as the test may.
+TEST_F(BoundCallbackTest, NoneIsWaitedForThatHasComeOrThatTheRunDoesNotNeed) {
+  const auto sent = std::chrono::steady_clock::now();
+  newest_sent = [sent] { return sent; };
+  put("newest");
+  play({.takes_newest = true, .newer_patience = 1h}, 1);
+  newest_sent = [] { return std::chrono::steady_clock::now() + 1h; };
+  put("each");
+  play({.takes_all = true, .newer_patience = 1h}, 1);
+  newest_sent = [] { return std::optional<std::chrono::steady_clock::time_point>(); };
+  put("of an unknown sender");
+  play({.takes_newest = true, .newer_patience = 1h}, 1);
+  EXPECT_EQ(log.size(), 15U);
 }
 
 TEST_F(BoundCallbackTest, ARunThatPublishesNothingGivesNoOutput) {

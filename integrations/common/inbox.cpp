@@ -8,6 +8,7 @@ namespace catan_ros {
 void Inbox::put(Entry entry) {
   const std::lock_guard lock(mutex_);
   entries_.push_back(std::move(entry));
+  last_put_ = std::chrono::steady_clock::now();
   changed_.notify_all();
 }
 
@@ -16,6 +17,7 @@ void Inbox::put_alone(Entry entry) {
   const std::lock_guard lock(mutex_);
   replaced = std::exchange(entries_, {});
   entries_.push_back(std::move(entry));
+  last_put_ = std::chrono::steady_clock::now();
   changed_.notify_all();
 }
 
@@ -62,6 +64,14 @@ bool Inbox::wait(std::optional<std::chrono::nanoseconds> patience) const {
     }
   }
   return !stopped_.load();
+}
+
+void Inbox::wait_for_newer(std::chrono::steady_clock::time_point since, std::chrono::nanoseconds patience) const {
+  const std::lock_guard lock(mutex_);
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (last_put_ < since && !stopped_.load()) {
+    if (!changed_.wait_until(mutex_, until)) return;
+  }
 }
 
 void Inbox::stop() {

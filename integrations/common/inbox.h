@@ -44,6 +44,8 @@ class Inbox {
 
   // Until there is a call; false: there was none in that time, or it was stopped.
   bool wait(std::optional<std::chrono::nanoseconds> patience) const;
+  // Until what was put last came at `since` or later, at most for `patience`.
+  void wait_for_newer(std::chrono::steady_clock::time_point since, std::chrono::nanoseconds patience) const;
   void stop();
   const std::atomic<bool>& stopped() const { return stopped_; }
 
@@ -51,6 +53,7 @@ class Inbox {
   mutable PriorityMutex mutex_;
   mutable PriorityCondition changed_;
   std::deque<Entry> entries_;
+  std::chrono::steady_clock::time_point last_put_{};
   std::atomic<bool> stopped_{false};
 };
 

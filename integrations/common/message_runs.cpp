@@ -126,6 +126,27 @@ std::uint64_t MessageRuns::find(std::string_view name, Key key) const {
   return newest;
 }
 
+MessageRuns::Sender* MessageRuns::sender_of(std::string_view node, std::string_view topic, bool make) const {
+  const std::uint64_t hash = hash_of_both(node, topic);
+  for (std::size_t step = 0; step < kSenders; ++step) {
+    Sender& sender = shared_.senders[(hash + step) % kSenders];
+    if (is_entry(sender.hash, hash, make)) return &sender;
+    if (sender.hash.load(std::memory_order_acquire) == 0) return nullptr;
+  }
+  return nullptr;
+}
+
+void MessageRuns::note_time(std::string_view node, std::string_view topic, Time time) {
+  Sender* const sender = sender_of(node, topic, true);
+  if (sender != nullptr) sender->time.store(time.time_since_epoch().count(), std::memory_order_release);
+}
+
+std::optional<MessageRuns::Time> MessageRuns::last_time(std::string_view node, std::string_view topic) const {
+  const Sender* const sender = sender_of(node, topic, false);
+  const std::int64_t time = sender != nullptr ? sender->time.load(std::memory_order_acquire) : 0;
+  return time != 0 ? std::optional(Time(Time::duration(time))) : std::nullopt;
+}
+
 void MessageRuns::note_subscription(std::string_view node, std::string_view topic) {
   const std::uint64_t hash = hash_of_both(node, topic);
   for (std::size_t step = 0; step < kSubscriptions; ++step) {

@@ -11,7 +11,8 @@
 // in kSets sets by their keys, each with the last kMessagesOfASet of its own, so that few have to be looked at. Where
 // the file cannot be opened there is no lineage of this kind, and a run counts as having taken the newest output.
 //
-// It also says which topics the program of a node subscribes, which whoever publishes on them has to know: a run gives
+// It also says when a node last sent on a topic, so that who is triggered for that message knows that it is under way,
+// and which topics the program of a node subscribes, which whoever publishes on them has to know: a run gives
 // output if somebody who comes next takes it (binding.h).
 //
 // Thread safety: all calls from any thread; wait-free. What another program wrote is not trusted: at worst a run is not
@@ -20,9 +21,11 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +38,7 @@ class MessageRuns {
   static constexpr std::size_t kSets = 256;
   static constexpr std::size_t kMessagesOfASet = 8;
   static constexpr std::size_t kSubscriptions = 4096;
+  static constexpr std::size_t kSenders = 1024;
   using Key = std::uint64_t;
 
   // Makes the file if it is not there. Null: it cannot be had, or is not this user's.
@@ -54,6 +58,12 @@ class MessageRuns {
   // The newest run of `node` that sent such a message; 0: none that is known.
   std::uint64_t find(std::string_view node, Key key) const;
 
+  // When the node last sent on the topic (or is about to), by the monotonic clock; none: never. Beyond kSenders that is
+  // not known.
+  using Time = std::chrono::steady_clock::time_point;
+  void note_time(std::string_view node, std::string_view topic, Time time);
+  std::optional<Time> last_time(std::string_view node, std::string_view topic) const;
+
   // The program of `node` subscribes the topic, and so may keep what comes on it for the node. Beyond kSubscriptions
   // they are not noted.
   void note_subscription(std::string_view node, std::string_view topic);
@@ -68,12 +78,18 @@ class MessageRuns {
     std::atomic<std::uint64_t> name{0};  // hash; 0: free
     std::array<std::array<Message, kMessagesOfASet>, kSets> sets{};
   };
+  struct Sender {
+    std::atomic<std::uint64_t> hash{0};  // of node and topic; 0: free
+    std::atomic<std::int64_t> time{0};
+  };
   struct Shared {
+    std::array<Sender, kSenders> senders{};
     std::array<std::atomic<std::uint64_t>, kSubscriptions> subscriptions{};  // hashes; 0: free
     std::array<Node, kNodes> nodes{};
   };
 
   explicit MessageRuns(Shared& shared) : shared_(shared) {}
+  Sender* sender_of(std::string_view node, std::string_view topic, bool make) const;
   Node* node_of(std::string_view name, bool make) const;
 
   Shared& shared_;

@@ -91,6 +91,19 @@ TEST_F(MessageRunsTest, WhichTopicsAProgramSubscribesIsKnown) {
   EXPECT_FALSE(sender->subscribes("NC", std::to_string(MessageRuns::kSubscriptions))) << "more than it holds";
 }
 
+TEST_F(MessageRunsTest, WhenANodeLastSentOnATopicIsKnown) {
+  const MessageRuns::Time time{std::chrono::milliseconds{5}};
+  EXPECT_EQ(receiver->last_time("laser", "/scan"), std::nullopt);
+  sender->note_time("laser", "/scan", time);
+  sender->note_time("laser", "/scan", time + std::chrono::milliseconds{20});
+  sender->note_time("laser", "/state", time);
+  EXPECT_EQ(receiver->last_time("laser", "/scan"), time + std::chrono::milliseconds{20});
+  EXPECT_EQ(receiver->last_time("camera", "/scan"), std::nullopt);
+  for (std::size_t node = 0; node <= MessageRuns::kSenders; ++node) sender->note_time(std::to_string(node), "/a", time);
+  EXPECT_EQ(receiver->last_time("0", "/a"), time);
+  EXPECT_EQ(receiver->last_time(std::to_string(MessageRuns::kSenders), "/a"), std::nullopt) << "no room";
+}
+
 TEST_F(MessageRunsTest, LongMessagesDifferByTheirEnds) {
   std::string image(100'000, 'x');
   const MessageRuns::Key before = key(image);

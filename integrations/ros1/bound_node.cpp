@@ -57,11 +57,11 @@ class HandedOn final : public ros::CallbackInterface {
   std::function<Outcome()> call_;
 };
 
-// A run handles all that is in the inbox: of a subscription whose input is `latest` that is one message, since roscpp
-// keeps no more of it.
+// A run handles all that is in the inbox, or the newest message of a subscription whose input is `latest`.
 BoundCallbackOptions options_of(const Binding& binding) {
   BoundCallbackOptions options;
-  options.takes_all = true;
+  options.takes_newest = binding.kind == Binding::Kind::kTopic && !binding.takes_all;
+  options.takes_all = !options.takes_newest;
   options.runs_by_itself = binding.runs_by_itself;
   options.always_gives_output = binding.always_gives_output || binding.kind == Binding::Kind::kService;
   return options;
@@ -120,7 +120,9 @@ BoundNode::BoundNode(Binding binding, ros::CallbackQueueInterface& original, Mes
       kept_(kept),
       connection_(connection),
       turn_(make_turn(original)),
-      callback_(options_of(binding_), inbox_, *turn_) {}
+      callback_(options_of(binding_), inbox_, *turn_) {
+  if (message_runs_ != nullptr) callback_.set_newest_sent([this] { return newest_sent(); });
+}
 
 BoundNode* BoundNode::current() { return t_node; }
 
@@ -185,6 +187,18 @@ void BoundNode::tell_of_no_message() {
       "it, and whether with the type that %s takes",
       binding_.node.c_str(), binding_.name.c_str(), static_cast<int>(kFirstMessage.count()), binding_.name.c_str(),
       binding_.ros_node.c_str());
+}
+
+std::optional<MessageRuns::Time> BoundNode::newest_sent() const {
+  std::optional<MessageRuns::Time> newest;
+  for (const std::string& predecessor : binding_.predecessors) {
+    newest = std::max(newest, message_runs_->last_time(predecessor, binding_.name));
+  }
+  return newest;
+}
+
+void BoundNode::note_sending(const std::string& topic) {
+  if (message_runs_ != nullptr) message_runs_->note_time(binding_.node, topic, std::chrono::steady_clock::now());
 }
 
 void BoundNode::note_published(const std::string& topic) {

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -55,8 +56,9 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   // The one whose run the calling thread is in; null: none.
   static BoundNode* current();
-  // By that thread: it published on a topic; it is about to send a message, or to handle one, or has let go of one,
-  // with that key.
+  // By that thread: it is about to publish, or has published, on a topic; it is about to send a message, or to handle
+  // one, or has let go of one, with that key.
+  void note_sending(const std::string& topic);
   void note_published(const std::string& topic);
   void note_sent(MessageRuns::Key key);
   void note_taken(MessageRuns::Key key);
@@ -67,6 +69,7 @@ class BoundNode final : public ros::CallbackQueueInterface {
 
   void run();
   void note_begun();
+  std::optional<MessageRuns::Time> newest_sent() const;
   // A node that comes next keeps what comes on that topic, though it is bound to another one.
   bool is_taken_by_successor(const std::string& topic) const;
   void tell_of_no_message();

@@ -30,6 +30,7 @@ PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& me
 }
 
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
+  if (BoundCallback::discarding()) return {};
   ros::VoidConstPtr message = inner_->deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
   const std::size_t left_out = inner_->hasHeader() ? std::min(kSequence, bytes.size()) : 0;
@@ -38,6 +39,7 @@ ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelpe
 }
 
 void NotingHelper::call(ros::SubscriptionCallbackHelperCallParams& params) {
+  if (BoundCallback::discarding()) return;
   const ros::VoidConstPtr message = params.event.getConstMessage();
   const MessageRuns::Key made = topic_.find(message.get());
   const MessageRuns::Key key = made != 0 ? made : MessageRuns::key_of_address(topic_.name(), message.get());

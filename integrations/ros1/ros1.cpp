@@ -38,7 +38,8 @@ ros::Subscriber subscribe(ros::NodeHandle& handle, ros::SubscribeOptions& option
   own.helper = boost::make_shared<NotingHelper>(options.helper, boost::ref(g_program->kept().topic(topic)));
   if (node != nullptr) {
     own.callback_queue = node;
-    if (!node->binding().takes_all) own.queue_size = 1;
+    // The newest, and one that is left over (BoundCallback).
+    if (!node->binding().takes_all) own.queue_size = 2;
     node->start();
   }
   ros::Subscriber subscriber = (handle.*next)(own);
@@ -126,6 +127,7 @@ void publish(const ros::Publisher& publisher, const SerializeMessage& serialize,
   BoundNode* const node = BoundNode::current();
   if (node == nullptr) return (publisher.*next)(serialize, message);
   const std::string topic = publisher.getTopic();
+  node->note_sending(topic);
   if (message.message) node->note_sent(MessageRuns::key_of_address(topic, message.message.get()));
   const SerializeMessage noting = [&] {
     ros::SerializedMessage serialized = serialize();

@@ -1,5 +1,5 @@
-// The robot drives over a real roscore, its nodes in processes of their own, started by the launch file, with rates
-// that are set by hand.
+// The robot drives over a real roscore, its nodes in processes of their own, started by the launch file: with rates
+// that are set by hand, and under Catan.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -44,6 +44,17 @@ TEST_F(DriveOverRosTest, WithRatesSetByHandItDrivesWithoutCatan) {
   EXPECT_LT(figure("scan_age_ms_mean"), 800.0);
   EXPECT_GT(figure("staleness_ms_p95"), 0.0);
   EXPECT_THAT(told("launch"), testing::HasSubstr("way_m"));
+}
+
+// GP and the robot need each other: GM, which GP may follow, gives a map when there are new keyframes, and there are
+// none before the robot moves, which needs a path. Which node follows which differs from plan to plan.
+TEST_F(DriveOverRosTest, UnderCatanItHasAPathSoon) {
+  const std::string package = std::string(NAVIGATION_PACKAGES) + "/catan_navigation";
+  const int run = start("run", std::string(CATAN_COMMAND) + " ros run " + package + "/robot.yaml --bind " + package +
+                                   "/bind.yaml --json --record run.catan -- " + launch("hand_set:=false seconds:=15"));
+  ASSERT_EQ(wait(run, seconds{90}), 0) << told("run");
+  EXPECT_GT(figure("way_m"), 0.3) << told("run");
+  EXPECT_THAT(told("run"), testing::Not(testing::HasSubstr("node GP has not run")));
 }
 
 }  // namespace
