@@ -311,10 +311,7 @@ TEST_P(OsConformance, HostFactsNameTheSystem) {
 
 TEST_P(OsConformance, CpusAreKeptReadyOrItIsSaidWhyNot) {
   const auto ready = os().keep_cpus_ready();
-  if (ready.ok()) {
-    EXPECT_NE(*ready, nullptr);
-    return;
-  }
+  if (ready.ok()) return;  // null where there is nothing to keep
   EXPECT_EQ(ready.error().kind(), ErrorKind::kEnvironment);
   EXPECT_FALSE(ready.error().problems().front().hint.empty());
 }
