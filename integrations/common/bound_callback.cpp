@@ -18,6 +18,8 @@ constexpr int kMaxTries = 100;
 BoundCallback* BoundCallback::current() { return t_current; }
 
 bool BoundCallback::discarding() { return t_discarding; }
+BoundCallback::Discard::Discard() { t_discarding = true; }
+BoundCallback::Discard::~Discard() { t_discarding = false; }
 
 void BoundCallback::run(Schedule& schedule) {
   while (!inbox_.stopped() && schedule.wait()) {
@@ -53,14 +55,13 @@ void BoundCallback::wait_for_newer_message() {
 }
 
 void BoundCallback::discard_older() {
-  t_discarding = true;
+  const Discard discard;
   while (inbox_.size() > 1) {
     std::optional<Inbox::Entry> entry = inbox_.take();
     if (!entry || entry->call() != Outcome::kAgain) continue;
     inbox_.put_back(std::move(*entry));
-    break;
+    return;
   }
-  t_discarding = false;
 }
 
 // How often the program's code was called.

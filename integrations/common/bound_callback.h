@@ -77,6 +77,14 @@ class BoundCallback {
   static BoundCallback* current();
   // The calling thread makes a call whose message is not to reach the program.
   static bool discarding();
+  // It does while it has one of these.
+  class Discard {
+   public:
+    Discard();
+    ~Discard();
+    Discard(const Discard&) = delete;
+    Discard& operator=(const Discard&) = delete;
+  };
 
  private:
   bool wait_for_message();

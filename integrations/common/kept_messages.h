@@ -37,6 +37,9 @@ class KeptMessages {
     // A callback is called with such a message.
     void keep(Key key) { newest_.store(key, std::memory_order_release); }
     Key newest() const { return newest_.load(std::memory_order_acquire); }
+    // Subscriptions of the program that take it.
+    void add_subscriptions(int count) { subscriptions_.fetch_add(count, std::memory_order_acq_rel); }
+    int subscriptions() const { return subscriptions_.load(std::memory_order_acquire); }
 
    private:
     struct Made {
@@ -50,6 +53,7 @@ class KeptMessages {
     std::array<Made, kMade> made_{};
     std::size_t next_ = 0;
     std::atomic<Key> newest_{0};
+    std::atomic<int> subscriptions_{0};
   };
 
   // The same for all subscriptions of it; as good as this object.

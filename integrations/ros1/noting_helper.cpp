@@ -30,7 +30,8 @@ PublishedKeys keys_of(const std::string& topic, const ros::SerializedMessage& me
 }
 
 ros::VoidConstPtr NotingHelper::deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) {
-  if (BoundCallback::discarding()) return {};
+  // roscpp makes a message once for all subscriptions of a program: what one lets go of, another may be waiting for.
+  if (BoundCallback::discarding() && topic_.subscriptions() == 1) return {};
   ros::VoidConstPtr message = inner_->deserialize(params);
   const auto bytes = bytes_of(params.buffer, params.length);
   const std::size_t left_out = inner_->hasHeader() ? std::min(kSequence, bytes.size()) : 0;

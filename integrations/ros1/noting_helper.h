@@ -20,7 +20,12 @@ class NotingHelper final : public ros::SubscriptionCallbackHelper {
  public:
   // `topic` outlives it.
   NotingHelper(ros::SubscriptionCallbackHelperPtr inner, KeptMessages::Topic& topic)
-      : inner_(std::move(inner)), topic_(topic) {}
+      : inner_(std::move(inner)), topic_(topic) {
+    topic_.add_subscriptions(1);
+  }
+  ~NotingHelper() override { topic_.add_subscriptions(-1); }
+  NotingHelper(const NotingHelper&) = delete;
+  NotingHelper& operator=(const NotingHelper&) = delete;
 
   ros::VoidConstPtr deserialize(const ros::SubscriptionCallbackHelperDeserializeParams& params) override;
   void call(ros::SubscriptionCallbackHelperCallParams& params) override;
