@@ -5,9 +5,9 @@
 // A frame is a row of slots, in order, and the slack last. In its slot a subchain is active, and its head is triggered
 // if that is due and no run of it is under way; otherwise it is in the background, where it may use what the active one
 // leaves idle. A run that is not done at its slot's end goes on in its subchain's next slots.
-//   fixed     Slots begin at their planned offsets, frames on a grid of T. What a slot's subchain leaves is the
-//             background's. A late call finds later slots where they were planned; a slot that is over by then
-//             still has its trigger sent. Once a call is a whole frame late, the grid restarts.
+//   fixed     Slots begin at their planned offsets, frames on a grid of T, at least kShortestFrame. What a slot's
+//             subchain leaves is the background's. A late call finds later slots where they were planned; a slot that
+//             is over by then still has its trigger sent. Once a call is a whole frame late, the grid restarts.
 //   elastic   A slot begins when the dispatcher comes to it, so that being late costs no slice. It ends with its
 //             slice, or as soon as its subchain has nothing left to do, and is left out if it has nothing to do at all.
 //             The next frame follows at once, but not sooner than frame_min and kShortestFrame, and not without what is

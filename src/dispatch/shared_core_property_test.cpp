@@ -86,7 +86,7 @@ Nanos sum_of_slices(const SharedCoreSchedule& schedule) {
 
 // How long a frame can be where no subchain is late: T.
 Nanos longest_frame(const SharedCoreSchedule& schedule) {
-  if (schedule.frames == graph::FrameMode::kFixed) return schedule.frame;
+  if (schedule.frames == graph::FrameMode::kFixed) return std::max(schedule.frame, kShortestFrame);
   const Nanos busy = to_nanos(to_millis(sum_of_slices(schedule)) / (1.0 - schedule.slack));
   return std::max({busy + Nanos{1}, schedule.frame_min, kShortestFrame});
 }
