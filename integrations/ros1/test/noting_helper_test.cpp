@@ -15,7 +15,8 @@ using Helper = ros::SubscriptionCallbackHelperT<const std_msgs::Int64::ConstPtr&
 class NotingHelperTest : public testing::Test {
  protected:
   boost::shared_ptr<NotingHelper> subscription() {
-    return boost::make_shared<NotingHelper>(boost::make_shared<Helper>([](const std_msgs::Int64::ConstPtr&) {}), topic_);
+    return boost::make_shared<NotingHelper>(boost::make_shared<Helper>([](const std_msgs::Int64::ConstPtr&) {}),
+                                            topic_);
   }
 
   // A message that has come, which roscpp makes once for all subscriptions of a program.
