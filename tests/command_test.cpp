@@ -21,9 +21,9 @@ Outcome catan(const std::string& arguments) { return run_catan(arguments, kTestA
 
 TEST(Command, HelpAndVersionAreSuccess) {
   for (const std::string command :
-       {"",           "bench", "check", "ctl",    "doctor", "export",   "http",     "illixr",
-        "illixr run", "node",  "plan",  "report", "ros",    "ros bind", "ros node", "ros run",
-        "run",        "serve", "sim",   "top",    "watch",  "whatif"}) {
+       {"",           "bench",    "check", "ctl",    "doctor", "export",   "http",     "illixr",
+        "illixr run", "node",     "plan",  "report", "ros",    "ros bind", "ros node", "ros run",
+        "ros2",       "ros2 run", "run",   "serve",  "sim",    "top",      "watch",    "whatif"}) {
     const Outcome outcome = catan(command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_EQ(outcome.err, "") << command;
@@ -54,6 +54,9 @@ TEST(Command, MistakesOnTheCommandLineExitWith2) {
                                       "check .",
                                       "ros",
                                       "ros node one two",
+                                      "ros2",
+                                      "ros2 run minimal.yaml",
+                                      "ros2 run minimal.yaml -- true",
                                       "ros run minimal.yaml",
                                       "ros run minimal.yaml -- true",
                                       "ros run nowhere.yaml -- true",

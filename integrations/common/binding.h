@@ -22,6 +22,8 @@ inline constexpr const char* kBindingsVariable = "CATAN_ROS_BINDINGS";
 inline constexpr const char* kIllixrBindingsVariable = "CATAN_ILLIXR_BINDINGS";
 // The file of message_runs.h; not set: none.
 inline constexpr const char* kMessageRunsVariable = "CATAN_ROS_MESSAGES";
+// That of run_times.h.
+inline constexpr const char* kRunTimesVariable = "CATAN_ROS_RUN_TIMES";
 
 struct Binding {
   enum class Kind { kTopic, kTimer, kService, kLoop };

@@ -43,6 +43,7 @@ void BoundCallback::run(Schedule& schedule) {
 }
 
 bool BoundCallback::wait_for_message() {
+  if (look_for_messages_) look_for_messages_();
   if (options_.runs_by_itself) return inbox_.wait(std::nullopt);
   return without_message_ ? inbox_.size() > 0 : inbox_.wait(options_.patience);
 }

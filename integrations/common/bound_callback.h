@@ -65,6 +65,10 @@ class BoundCallback {
   using Time = std::chrono::steady_clock::time_point;
   void set_newest_sent(std::function<std::optional<Time>()> newest_sent) { newest_sent_ = std::move(newest_sent); }
 
+  // What looks for messages that the framework has, and puts them into the inbox: it is called when the trigger has
+  // come, so that these need not wait for a thread of the framework's.
+  void set_look_for_messages(std::function<void()> look) { look_for_messages_ = std::move(look); }
+
   // By the thread that is in run(): from now on each run that calls something gives output.
   void set_always_gives_output() { options_.always_gives_output = true; }
 
@@ -98,6 +102,7 @@ class BoundCallback {
   Turn& turn_;
   std::function<bool()> without_message_;
   std::function<std::optional<Time>()> newest_sent_;
+  std::function<void()> look_for_messages_;
   bool output_ = false;
 };
 

@@ -9,15 +9,20 @@ thread_local LocalNode* t_local_node = nullptr;
 
 LocalNode* LocalNode::current() { return t_local_node; }
 
-void LocalNode::note_sent(MessageRuns::Key key) { message_runs_.note(binding_.node, key, runs_->number()); }
+void LocalNode::note_sent(MessageRuns::Key key) {
+  if (message_runs_ != nullptr) message_runs_->note(binding_.node, key, runs_->number());
+}
 
 void LocalNode::note_taken(MessageRuns::Key key) {
+  if (message_runs_ == nullptr) return;
   for (const std::string& predecessor : binding_.predecessors) {
-    const std::uint64_t run = message_runs_.find(predecessor, key);
-    if (run == 0) continue;
-    runs_->take(predecessor, run);
-    kept_[predecessor] = run;
+    if (const std::uint64_t run = message_runs_->find(predecessor, key); run != 0) note_taken_from(predecessor, run);
   }
+}
+
+void LocalNode::note_taken_from(const std::string& predecessor, std::uint64_t run) {
+  runs_->take(predecessor, run);
+  kept_[predecessor] = run;
 }
 
 void LocalNode::begin(Runs& runs) {

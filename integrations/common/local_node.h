@@ -20,7 +20,7 @@ namespace catan_ros {
 class LocalNode {
  public:
   // `message_runs` is of the whole program, and outlives it.
-  LocalNode(Binding binding, MessageRuns& message_runs) : binding_(std::move(binding)), message_runs_(message_runs) {}
+  LocalNode(Binding binding, MessageRuns& message_runs) : binding_(std::move(binding)), message_runs_(&message_runs) {}
   virtual ~LocalNode() = default;
   LocalNode(const LocalNode&) = delete;
   LocalNode& operator=(const LocalNode&) = delete;
@@ -35,13 +35,18 @@ class LocalNode {
   void note_taken(MessageRuns::Key key);
 
  protected:
+  // Of one whose messages are not known by keys: what they were sent by is noted by note_taken_from().
+  explicit LocalNode(Binding binding) : binding_(std::move(binding)) {}
+
+  // The run under way has taken an output of that run of `predecessor`.
+  void note_taken_from(const std::string& predecessor, std::uint64_t run);
   void begin(Runs& runs);
   void end(bool output);
   bool in_run() const { return runs_ != nullptr; }
 
  private:
   const Binding binding_;
-  MessageRuns& message_runs_;
+  MessageRuns* const message_runs_ = nullptr;
   Runs* runs_ = nullptr;                       // while the calling thread is in a run
   std::map<std::string, std::uint64_t> kept_;  // runs, by predecessors
 };

@@ -29,12 +29,15 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "common/shared_file.h"
 
 namespace catan_ros {
 
 class MessageRuns {
  public:
-  static constexpr std::size_t kNodes = 256;
+  static constexpr std::size_t kNodes = kSharedNodes;
   static constexpr std::size_t kSets = 256;
   static constexpr std::size_t kMessagesOfASet = 8;
   static constexpr std::size_t kSubscriptions = 4096;
@@ -45,9 +48,6 @@ class MessageRuns {
   static std::unique_ptr<MessageRuns> open(const std::string& path);
   // For one program alone, without a file. Null: there is no memory.
   static std::unique_ptr<MessageRuns> make();
-  ~MessageRuns();
-  MessageRuns(const MessageRuns&) = delete;
-  MessageRuns& operator=(const MessageRuns&) = delete;
 
   // Of a message on a topic: its first and last bytes and its length.
   static Key key_of(std::string_view topic, std::span<const std::byte> message);
@@ -75,24 +75,25 @@ class MessageRuns {
     std::atomic<std::uint64_t> run{0};
   };
   struct Node {
-    std::atomic<std::uint64_t> name{0};  // hash; 0: free
+    std::atomic<std::uint64_t> hash{0};  // of its name
     std::array<std::array<Message, kMessagesOfASet>, kSets> sets{};
   };
   struct Sender {
-    std::atomic<std::uint64_t> hash{0};  // of node and topic; 0: free
+    std::atomic<std::uint64_t> hash{0};  // of node and topic
     std::atomic<std::int64_t> time{0};
   };
-  struct Shared {
+  struct Subscription {
+    std::atomic<std::uint64_t> hash{0};  // of node and topic
+  };
+  struct Tables {
     std::array<Sender, kSenders> senders{};
-    std::array<std::atomic<std::uint64_t>, kSubscriptions> subscriptions{};  // hashes; 0: free
+    std::array<Subscription, kSubscriptions> subscriptions{};
     std::array<Node, kNodes> nodes{};
   };
 
-  explicit MessageRuns(Shared& shared) : shared_(shared) {}
-  Sender* sender_of(std::string_view node, std::string_view topic, bool make) const;
-  Node* node_of(std::string_view name, bool make) const;
+  explicit MessageRuns(std::unique_ptr<SharedFile<Tables>> file) : file_(std::move(file)) {}
 
-  Shared& shared_;
+  std::unique_ptr<SharedFile<Tables>> file_;
 };
 
 }  // namespace catan_ros

@@ -42,6 +42,7 @@ void add_node_command(CLI::App& cli, int& exit_code);
 void add_plan_command(CLI::App& cli, int& exit_code);
 void add_report_command(CLI::App& cli, int& exit_code);
 void add_ros_command(CLI::App& cli, int& exit_code);
+void add_ros2_command(CLI::App& cli, int& exit_code);
 void add_run_command(CLI::App& cli, int& exit_code);
 void add_serve_command(CLI::App& cli, int& exit_code);
 void add_sim_command(CLI::App& cli, int& exit_code);

@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
   add_serve_command(cli, exit_code);
   add_node_command(cli, exit_code);
   add_ros_command(cli, exit_code);
+  add_ros2_command(cli, exit_code);
   add_illixr_command(cli, exit_code);
   add_ctl_command(cli, exit_code);
   add_top_command(cli, exit_code);

@@ -2,17 +2,16 @@
 // plugin for each node. These are sources of plugins like any other's: what they know of Catan is the first line.
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "common/binding.h"
+#include "conformance/helper.h"
 #include "conformance/suite.h"
 #include "illixr/plugin_hooks.h"
 #include "illixr/runtime.hpp"
@@ -29,49 +28,6 @@ struct number : public switchboard::event {
 };
 
 std::string topic_of(const std::string& node) { return "conformance_" + node; }
-
-// A thread of the plugin's own, as libraries make them when they are first used.
-class Helper {
- public:
-  Helper() = default;
-  ~Helper() {
-    if (!thread_.joinable()) return;
-    {
-      const std::lock_guard lock(mutex_);
-      ends_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
-  }
-  Helper(const Helper&) = delete;
-  Helper& operator=(const Helper&) = delete;
-
-  void help(const std::function<void()>& work) {
-    std::unique_lock lock(mutex_);
-    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
-    work_ = work;
-    changed_.notify_all();
-    changed_.wait(lock, [this] { return !work_; });
-  }
-
- private:
-  void run() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      changed_.wait(lock, [this] { return work_ || ends_; });
-      if (!work_) return;
-      work_();
-      work_ = nullptr;
-      changed_.notify_all();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::function<void()> work_;
-  bool ends_ = false;
-  std::thread thread_;
-};
 
 class IllixrCall final : public Call {
  public:

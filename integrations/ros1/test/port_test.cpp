@@ -6,16 +6,15 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <thread>
 
 #include "common/binding.h"
+#include "conformance/helper.h"
 #include "conformance/suite.h"
 #include "ros1/test/roscore.h"
 
@@ -44,15 +43,6 @@ class RosNode {
     const ros::Duration period =
         node.timer ? ros::Duration(static_cast<double>(node.timer->count()) * 1e-3) : never(index);
     timer_ = handle.createTimer(period, [this](const ros::TimerEvent&) { call(); });
-  }
-  ~RosNode() {
-    if (!helper_.joinable()) return;
-    {
-      const std::lock_guard lock(mutex_);
-      ends_ = true;
-    }
-    changed_.notify_all();
-    helper_.join();
   }
   RosNode(const RosNode&) = delete;
   RosNode& operator=(const RosNode&) = delete;
@@ -86,19 +76,13 @@ class RosNode {
   }
 
   void call();
-  void help(const std::function<void()>& work);
-  void run_helper();
 
   const Node node_;
   ros::Publisher out_;
   std::vector<ros::Subscriber> inputs_;
   ros::Timer timer_;
   std::map<std::string, std::vector<std::int64_t>> taken_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::function<void()> work_;
-  bool ends_ = false;
-  std::thread helper_;
+  Helper helper_;
 };
 
 class RosNode::RosCall final : public Call {
@@ -110,7 +94,7 @@ class RosNode::RosCall final : public Call {
     message.data = value;
     node_.out_.publish(message);
   }
-  void on_another_thread(const std::function<void()>& work) override { node_.help(work); }
+  void on_another_thread(const std::function<void()>& work) override { node_.helper_.help(work); }
 
  private:
   RosNode& node_;
@@ -119,26 +103,6 @@ class RosNode::RosCall final : public Call {
 void RosNode::call() {
   RosCall call(*this);
   node_.callback(call);
-}
-
-// As libraries do that make their workers when they are first used.
-void RosNode::help(const std::function<void()>& work) {
-  std::unique_lock lock(mutex_);
-  if (!helper_.joinable()) helper_ = std::thread([this] { run_helper(); });
-  work_ = work;
-  changed_.notify_all();
-  changed_.wait(lock, [this] { return !work_; });
-}
-
-void RosNode::run_helper() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return work_ || ends_; });
-    if (!work_) return;
-    work_();
-    work_ = nullptr;
-    changed_.notify_all();
-  }
 }
 
 class RosPort final : public Port {

@@ -1,0 +1,166 @@
+#include "common/executor_callback.h"
+
+#include <chrono>
+#include <mutex>
+#include <utility>
+
+#include "common/bound_callback.h"
+
+namespace catan_ros {
+namespace {
+
+constexpr std::chrono::seconds kWaitToSettle{1};
+constexpr std::chrono::milliseconds kLookForEnd{50};
+
+std::int64_t system_now() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+BoundCallbackOptions executor_options(const Binding& binding) {
+  BoundCallbackOptions options;
+  options.takes_all = binding.takes_all;
+  options.runs_by_itself = binding.runs_by_itself;
+  options.always_gives_output = binding.always_gives_output;
+  return options;
+}
+
+}  // namespace
+
+class ExecutorCallback::GroupTurn final : public Turn {
+ public:
+  explicit GroupTurn(ExecutorCallback& owner) : owner_(owner) {}
+  bool take(const std::atomic<bool>& stop) override {
+    {
+      const std::lock_guard lock(owner_.mutex_);
+      held_ = owner_.callback_.exclusion;
+    }
+    while (held_ != nullptr && !held_->try_lock_for(kLookForEnd)) {
+      if (!stop.load()) continue;
+      held_ = nullptr;
+      return false;
+    }
+    return true;
+  }
+  void give_back() override {
+    if (held_ != nullptr) std::exchange(held_, nullptr)->unlock();
+  }
+
+ private:
+  ExecutorCallback& owner_;
+  PriorityMutex* held_ = nullptr;
+};
+
+class ExecutorCallback::NotingRuns final : public Schedule {
+ public:
+  NotingRuns(Runs& runs, ExecutorCallback& owner) : runs_(runs), owner_(owner) {}
+  bool wait() override { return runs_.wait(); }
+  void begin() override {
+    owner_.begin(runs_);
+    owner_.run_times_.begin(owner_.binding().node, runs_.number(), system_now());
+  }
+  void end(bool output) override {
+    owner_.run_times_.end(owner_.binding().node, system_now());
+    owner_.end(output);
+  }
+
+ private:
+  Runs& runs_;
+  ExecutorCallback& owner_;
+};
+
+ExecutorCallback::ExecutorCallback(Binding binding, RunTimes& run_times, Attach attach)
+    : LocalNode(std::move(binding)), run_times_(run_times), attach_(std::move(attach)) {}
+
+void ExecutorCallback::connect(Callback callback) {
+  Callback replaced;  // let go without the mutex
+  const std::lock_guard lock(mutex_);
+  replaced = std::exchange(callback_, std::move(callback));
+}
+
+void ExecutorCallback::start() {
+  if (thread_.joinable()) return;
+  thread_ = std::thread([this] { run(); });
+  const auto until = std::chrono::steady_clock::now() + kWaitToSettle;
+  const std::lock_guard lock(settled_mutex_);
+  while (!settled_ && settled_changed_.wait_until(settled_mutex_, until)) {
+  }
+}
+
+void ExecutorCallback::stop() {
+  inbox_.stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void ExecutorCallback::run() {
+  const auto settle = [this] {
+    const std::lock_guard lock(settled_mutex_);
+    settled_ = true;
+    settled_changed_.notify_all();
+  };
+  const std::unique_ptr<Runs> runs = attach_(inbox_.stopped(), settle);
+  bound_.store(runs != nullptr);
+  settle();
+  if (!runs) return;
+  NotingRuns schedule(*runs, *this);
+  GroupTurn turn(*this);
+  BoundCallback called(executor_options(binding()), inbox_, turn);
+  called.set_look_for_messages([this, &called] {
+    if (always_gives_output_.load()) called.set_always_gives_output();
+    collect();
+  });
+  bool is_timer = false;
+  {
+    const std::lock_guard lock(mutex_);
+    is_timer = static_cast<bool>(callback_.direct);
+  }
+  if (is_timer && !binding().runs_by_itself) called.set_without_message([this] { return call_directly(); });
+  called.run(schedule);
+  bound_.store(false);
+}
+
+bool ExecutorCallback::call_directly() {
+  std::function<bool()> direct;
+  {
+    const std::lock_guard lock(mutex_);
+    direct = callback_.direct;
+  }
+  return direct && direct();
+}
+
+void ExecutorCallback::collect() {
+  const std::lock_guard lock(mutex_);
+  if (!callback_.take) return;
+  std::optional<Call> newest;
+  while (std::optional<Call> next = callback_.take()) {
+    if (binding().takes_all) {
+      put(std::move(*next));
+    } else {
+      newest = std::move(next);
+    }
+  }
+  if (newest) put(std::move(*newest));
+}
+
+void ExecutorCallback::offer(Call call) {
+  const std::lock_guard lock(mutex_);
+  put(std::move(call));
+}
+
+void ExecutorCallback::put(Call call) {
+  Inbox::Entry entry{0, [this, sent = call.sent, made = std::move(call.call)] {
+                       if (sent != 0) {
+                         for (const std::string& predecessor : binding().predecessors) {
+                           const std::uint64_t run = run_times_.find(predecessor, sent);
+                           if (run != 0) note_taken_from(predecessor, run);
+                         }
+                       }
+                       return made() ? Outcome::kCalled : Outcome::kNothing;
+                     }};
+  binding().takes_all ? inbox_.put(std::move(entry)) : inbox_.put_alone(std::move(entry));
+}
+
+void ExecutorCallback::note_published(const std::string& topic) {
+  if (binding().gives_output_on(topic)) BoundCallback::current()->note_output();
+}
+
+}  // namespace catan_ros

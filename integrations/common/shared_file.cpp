@@ -1,0 +1,29 @@
+#include "common/shared_file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace catan_ros {
+
+void* map_shared(const std::string& path, std::size_t size) {
+  constexpr int kAccess = PROT_READ | PROT_WRITE;
+  if (path.empty()) {
+    void* const own = ::mmap(nullptr, size, kAccess, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return own != MAP_FAILED ? own : nullptr;
+  }
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (file < 0) return nullptr;
+  struct stat found {};
+  const auto length = static_cast<off_t>(size);
+  const bool own = ::fstat(file, &found) == 0 && S_ISREG(found.st_mode) && found.st_uid == ::geteuid();
+  const bool sized = own && (found.st_size == length || ::ftruncate(file, length) == 0);
+  void* const memory = sized ? ::mmap(nullptr, size, kAccess, MAP_SHARED, file, 0) : MAP_FAILED;
+  ::close(file);
+  return memory != MAP_FAILED ? memory : nullptr;
+}
+
+void unmap_shared(void* memory, std::size_t size) { ::munmap(memory, size); }
+
+}  // namespace catan_ros
