@@ -146,6 +146,12 @@ Node PortSuite::counting(std::size_t index, const std::string& name, const std::
   return node;
 }
 
+void PortSuite::publish_next(Call& call, std::size_t index, std::size_t taker) {
+  Counters& counters = of(index);
+  if (of(taker).newest < counters.published) ++counters.overtaken;
+  call.publish(++counters.published);
+}
+
 bool PortSuite::called(std::size_t node, std::int64_t more, milliseconds within) {
   const std::int64_t goal = of(node).ended.load() + more;
   const auto until = steady_clock::now() + within;
