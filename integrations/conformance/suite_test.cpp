@@ -44,8 +44,9 @@ objective: [ { response_time: [clock, source], weight: 1 } ]
 
 TEST_P(PortSuite, ATriggerIsOneCallAndOneReport) {
   serve(kApp, "default");
-  const Program program = start({counting(kSource, "source", {}, [&](Call& call) { publish_next(call, kSource, kSink); }),
-                                 counting(kSink, "sink", {{"source"}})});
+  const Program program =
+      start({counting(kSource, "source", {}, [&](Call& call) { publish_next(call, kSource, kSink); }),
+             counting(kSink, "sink", {{"source"}})});
   ASSERT_TRUE(called(kSink, 5));
   const std::int64_t before = of(kSource).ended;
   std::this_thread::sleep_for(seconds{1});
@@ -166,8 +167,9 @@ TEST_P(PortSuite, AProgramThatWasKilledComesBack) {
 
 TEST_P(PortSuite, AnotherServerTakesOver) {
   serve(kApp, "default");
-  const Program program = start({counting(kSource, "source", {}, [&](Call& call) { publish_next(call, kSource, kSink); }),
-                                 counting(kSink, "sink", {{"source"}})});
+  const Program program =
+      start({counting(kSource, "source", {}, [&](Call& call) { publish_next(call, kSource, kSink); }),
+             counting(kSink, "sink", {{"source"}})});
   ASSERT_TRUE(called(kSink, 10));
   kill_server();
   EXPECT_TRUE(called(kSink, 20, seconds{3})) << "it goes on by itself";

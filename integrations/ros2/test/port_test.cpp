@@ -35,7 +35,8 @@ std::chrono::nanoseconds never(std::size_t index) { return std::chrono::hours{10
 class RosCallbacks {
  public:
   RosCallbacks(rclcpp::Node& ros, const Node& node, std::size_t index) : node_(node) {
-    const rclcpp::QoS depth(100);
+    // An ordinary thread collects what a queue node takes, and may be late by more messages than any depth.
+    const rclcpp::QoS depth{rclcpp::KeepAll()};
     if (node.publishes) out_ = ros.create_publisher<Int64>(topic_of(node.name), depth);
     for (const Node::Input& input : node.inputs) {
       const bool triggers = takes_messages(node);
