@@ -44,10 +44,10 @@ class SharedFile {
 
 // The entry of that hash, which is not 0; with `make`, a free one becomes it. Null: there is none, or the table is
 // full.
-template <class Entry, std::size_t kSize>
-Entry* find_entry(std::array<Entry, kSize>& table, std::uint64_t hash, bool make) {
-  for (std::size_t step = 0; step < kSize; ++step) {
-    Entry& entry = table[(hash + step) % kSize];
+template <class Entry, std::size_t Size>
+Entry* find_entry(std::array<Entry, Size>& table, std::uint64_t hash, bool make) {
+  for (std::size_t step = 0; step < Size; ++step) {
+    Entry& entry = table[(hash + step) % Size];
     std::uint64_t there = entry.hash.load(std::memory_order_acquire);
     if (there == hash) return &entry;
     if (there != 0) continue;
