@@ -33,8 +33,8 @@ struct WatchedApp {
   Result<os::ChildProcess> start_watching(const std::string& target) const;
 };
 
-// Waits until the watch has ended by itself, which it does soon after its app; seconds where it had no CPU until now.
-// To be called while the memory of the app's flight recorder is still there.
+// Waits until the watch, of chains, has ended by itself: a tenth of a second after its app, or seconds where it had no
+// CPU until now. To be called while the memory of the app's flight recorder is still there.
 void let_watch_end(os::Clock& clock, os::ChildProcess& watch);
 
 // kCaller: all texts that name no chain.
