@@ -127,16 +127,7 @@ TEST_F(FlightCommandTest, ALateResponseIsSaved) {
 
 // At rates that leave the watch time to begin: otherwise nodes take all that threads at real-time levels may have.
 TEST_F(FlightCommandTest, ASessionIsWatchedToo) {
-  std::ofstream(path("app.yaml")) << R"(catan: 1
-app: served
-nodes: { eye: { max_rate: 50Hz }, hand: {}, map: { max_rate: 20Hz } }
-edges: [ eye -> hand, eye -> map ]
-subchains: { fast: [eye, hand], slow: [map] }
-objective:
-  - { response_time: [eye, hand], weight: 1 }
-  - { period: map, weight: 0.1 }
-scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
-)";
+  std::ofstream(path("app.yaml")) << served_app("{ eye: { max_rate: 50Hz }, hand: {}, map: { max_rate: 20Hz } }");
   const Outcome outcome =
       run_catan("run app.yaml --synthetic costs.yaml --seconds 2 --on-late 'hand>0.001ms' --at-most 1", folder_);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -95,7 +95,7 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
   const bool warm = let_run(*session, *os, options.seconds_to_measure());
   load.stop();
   const Status stopped = session->stop();
-  if (watcher) let_watch_end(*os, *watcher);
+  if (watcher) options.watched.let_end(*os, *watcher);
   if (!stopped) return stopped.error();
   return warm;
 }

@@ -104,8 +104,7 @@ Result<Served> Serving::run() {
   server_.release();
   end_commands();
   const Status finished = server_.finish();
-  // With no chain to watch it has nothing more to save.
-  if (watcher_ && !options_.watched->on_late.empty()) let_watch_end(os_, *watcher_);
+  if (watcher_) options_.watched->let_end(os_, *watcher_);
   if (!finished) return finished.error();
   return served_;
 }

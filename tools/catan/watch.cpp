@@ -95,9 +95,9 @@ Status Watcher::run() {
       asked_to_end = asked_to_end || key == kSignal;
       ended = ended || key == kProcess;
     }
-    if (!options_.on_late.empty()) look();
+    look();
   }
-  if (!options_.on_late.empty()) look();  // what came before the app ended
+  look();  // what came before the app ended
   if (pending_) save_late();
   if (ended && !recording_.over()) save("killed", "its process ended without stopping it");
   if (left_out_ > 0) {
@@ -107,6 +107,7 @@ Status Watcher::run() {
 }
 
 void Watcher::look() {
+  if (options_.on_late.empty()) return;
   recording_.read_new(late_);
   const TimePoint now = os_.now();
   if (const std::optional<flight::LateResponse> late = late_.take()) {
@@ -223,7 +224,8 @@ Result<os::ChildProcess> WatchedApp::start_watching(const std::string& target) c
   return os::ChildProcess::start(arguments);
 }
 
-void let_watch_end(os::Clock& clock, os::ChildProcess& watch) {
+void WatchedApp::let_end(os::Clock& clock, os::ChildProcess& watch) const {
+  if (on_late.empty()) return;
   const TimePoint latest = clock.now() + kToEnd;
   while (!watch.wait() && clock.now() < latest) clock.sleep_until(clock.now() + std::chrono::milliseconds{10});
 }
