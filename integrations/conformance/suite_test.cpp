@@ -140,7 +140,8 @@ TEST_P(PortSuite, NodesOfTwoProgramsTriggerEachOther) {
   ASSERT_TRUE(called(kSink, 20));
   EXPECT_EQ(stop(sink), 0);
   EXPECT_EQ(stop(source), 0);
-  EXPECT_LE(std::abs(of(kSource).ended - of(kSink).ended), 2);
+  EXPECT_LE(std::abs(of(kSource).ended - of(kSink).ended), 2 + of(kSource).ended / 4)
+      << "but for where a late one was passed over";
 }
 
 TEST_P(PortSuite, AProgramThatWasKilledComesBack) {
