@@ -76,6 +76,10 @@ std::vector<Ticks> earlier_by(Nanos time, std::vector<Ticks> clocks) {
   return clocks;
 }
 
+// What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken as
+// much too late, and runs take now and then more than they did.
+constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
+
 // How far two clocks may get from where they were to each other, as a part of the period of the faster one, before a
 // trial says something else.
 constexpr double kSlipped = 0.1;
@@ -442,7 +446,7 @@ double ScheduleSearch::glance(const Candidate& candidate) {
 }
 
 bool ScheduleSearch::try_first(Candidate& candidate) {
-  const trial::Figures figures = try_out(candidate.schedule, {});
+  const trial::Figures figures = try_out(candidate.schedule, {.before_ticks = kBeforeTicks});
   const bool overloads = overload(candidate.schedule, figures) > 0.0;
   candidate.tried = false;
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
@@ -463,7 +467,7 @@ bool ScheduleSearch::try_first(Candidate& candidate) {
 }
 
 bool ScheduleSearch::try_again(Candidate& candidate) {
-  trial::Options options{.first_draw = kSecondDraw, .since = kSecondTime};
+  trial::Options options{.first_draw = kSecondDraw, .since = kSecondTime, .before_ticks = kBeforeTicks};
   if (!phases_.empty()) {
     options.since = newest_tick(phases_) - TimePoint{};
     options.clocks = earlier_by(options.since, phases_);
