@@ -60,10 +60,10 @@ tidy() {
     shift
   done
   shift
-  # It counts the warnings it suppressed in others' headers, which is no news. Compile commands may have options for
-  # warnings that only GCC knows.
+  # It counts the warnings it suppressed in others' headers, which is no news. Compile commands may have options that only
+  # GCC knows.
   printf '%s\0' "$@" | xargs -0 -P "$jobs" -n 1 clang-tidy-14 -quiet -p "$database" "${options[@]}" \
-    --extra-arg-before=-I"$PWD/scripts/lint" --extra-arg=-Wno-unknown-warning-option 2>&1 |
+    --extra-arg-before=-I"$PWD/scripts/lint" --extra-arg=-Wno-unknown-warning-option --extra-arg=-Wno-unused-command-line-argument 2>&1 |
     { grep -vE '^[0-9]+ warnings? (generated|and)|^$' || true; }
 }
 

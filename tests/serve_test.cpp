@@ -99,7 +99,7 @@ TEST_F(ServeTest, RaisesThreadsOfProgramsAndRestoresThemWhenItEnds) {
 TEST_F(ServeTest, ReadsItsAppFileOnce) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   serve("socket", "pipe");
-  std::thread([&] { std::ofstream(path("pipe")) << kServedApp; }).join();
+  std::thread([&] { std::ofstream(path("pipe")) << served_app(); }).join();
   const auto fast = run_fast();
   ASSERT_TRUE(fast) << said();
   EXPECT_TRUE(fast->runs_on(10)) << said();

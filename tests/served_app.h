@@ -47,9 +47,9 @@ inline void burn(os::Os& os, Nanos cpu) {
 }
 
 // Two subchains: `fast` of the nodes eye and hand, `slow` of the node map, which takes what eye gives.
-constexpr const char* kServedApp = R"(catan: 1
-app: served
-nodes: { eye: { fallback_rate: 50Hz }, hand: {}, map: { fallback_rate: 20Hz } }
+inline std::string served_app(
+    const std::string& nodes = "{ eye: { fallback_rate: 50Hz }, hand: {}, map: { fallback_rate: 20Hz } }") {
+  return "catan: 1\napp: served\nnodes: " + nodes + R"(
 edges: [ eye -> hand, eye -> map ]
 subchains: { fast: [eye, hand], slow: [map] }
 objective:
@@ -57,6 +57,7 @@ objective:
   - { period: map, weight: 0.1 }
 scheduler: { bootstrap: 200ms, bootstrap_cost: 2ms }
 )";
+}
 constexpr const char* kServedCosts = "eye: 1ms\nhand: 1ms\nmap: 4ms\n";
 
 class ServedAppTest : public ::testing::Test {
@@ -64,7 +65,7 @@ class ServedAppTest : public ::testing::Test {
   void SetUp() override {
     folder_ = (std::filesystem::temp_directory_path() / "catan-served-XXXXXX").string();
     ASSERT_NE(::mkdtemp(folder_.data()), nullptr);
-    std::ofstream(path("app.yaml")) << kServedApp;
+    std::ofstream(path("app.yaml")) << served_app();
     std::ofstream(path("costs.yaml")) << kServedCosts;
   }
   void TearDown() override {

@@ -94,7 +94,9 @@ Result<bool> run_synthetic(const graph::App& app, const RunOptions& options, con
   }
   const bool warm = let_run(*session, *os, options.seconds_to_measure());
   load.stop();
-  if (Status stopped = session->stop(); !stopped) return stopped.error();
+  const Status stopped = session->stop();
+  if (watcher) options.watched.let_end(*os, *watcher);
+  if (!stopped) return stopped.error();
   return warm;
 }
 

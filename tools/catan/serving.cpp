@@ -103,7 +103,9 @@ Result<Served> Serving::run() {
   companion_.reset();
   server_.release();
   end_commands();
-  if (Status finished = server_.finish(); !finished) return finished.error();
+  const Status finished = server_.finish();
+  if (watcher_) options_.watched->let_end(os_, *watcher_);
+  if (!finished) return finished.error();
   return served_;
 }
 

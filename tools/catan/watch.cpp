@@ -35,10 +35,12 @@ namespace {
 constexpr Nanos kReadEvery = std::chrono::milliseconds{100};
 constexpr Nanos kAfterwards = std::chrono::milliseconds{500};  // of what follows a late response are saved, too
 constexpr Nanos kApart = std::chrono::seconds{10};             // at least, between two records of late responses
+constexpr Nanos kToEnd = std::chrono::seconds{5};              // for a watch whose app has ended
 constexpr int kNamesToTry = 1000;                              // where files of the names before are there already
 
 struct WatchOptions {
   std::string target;
+  bool since_start = false;  // responses from before the watch count, too
   WatchedApp of;
 };
 
@@ -46,12 +48,13 @@ struct WatchOptions {
 class Watcher {
  public:
   Watcher(os::Os& os, flight::Recording recording, const std::vector<flight::WatchedChain>& chains,
-          const WatchedApp& options)
+          const WatchOptions& options)
       : os_(os),
         recording_(std::move(recording)),
-        options_(options),
-        late_(recording_.app(), chains, std::max(os.now(), recording_.header().started + recording_.header().warm_up)) {
-  }
+        options_(options.of),
+        late_(recording_.app(), chains,
+              std::max(options.since_start ? TimePoint{} : os.now(),
+                       recording_.header().started + recording_.header().warm_up)) {}
 
   Status run();
 
@@ -92,8 +95,9 @@ Status Watcher::run() {
       asked_to_end = asked_to_end || key == kSignal;
       ended = ended || key == kProcess;
     }
-    if (!options_.on_late.empty()) look();
+    look();
   }
+  look();  // what came before the app ended
   if (pending_) save_late();
   if (ended && !recording_.over()) save("killed", "its process ended without stopping it");
   if (left_out_ > 0) {
@@ -103,6 +107,7 @@ Status Watcher::run() {
 }
 
 void Watcher::look() {
+  if (options_.on_late.empty()) return;
   recording_.read_new(late_);
   const TimePoint now = os_.now();
   if (const std::optional<flight::LateResponse> late = late_.take()) {
@@ -168,7 +173,7 @@ int watch(const WatchOptions& options) {
         Error::environment(fmt::format("{} cannot be made: {}", printable(options.of.folder), unmade.message()),
                            "name another folder with --save-to"));
   }
-  const Status watched = Watcher(*os, std::move(*recording), *chains, options.of).run();
+  const Status watched = Watcher(*os, std::move(*recording), *chains, options).run();
   return watched ? kSuccess : report_error(watched.error());
 }
 
@@ -213,10 +218,16 @@ void WatchedApp::add_to(CLI::App& command) {
 }
 
 Result<os::ChildProcess> WatchedApp::start_watching(const std::string& target) const {
-  std::vector<std::string> arguments{"/proc/self/exe", "watch", target, "--save-to", folder};
+  std::vector<std::string> arguments{"/proc/self/exe", "watch", target, "--since-start", "--save-to", folder};
   arguments.insert(arguments.end(), {"--at-most", std::to_string(at_most)});
   for (const std::string& chain : on_late) arguments.insert(arguments.end(), {"--on-late", chain});
   return os::ChildProcess::start(arguments);
+}
+
+void WatchedApp::let_end(os::Clock& clock, os::ChildProcess& watch) const {
+  if (on_late.empty()) return;
+  const TimePoint latest = clock.now() + kToEnd;
+  while (!watch.wait() && clock.now() < latest) clock.sleep_until(clock.now() + std::chrono::milliseconds{10});
 }
 
 void add_watch_command(CLI::App& cli, int& exit_code) {
@@ -232,6 +243,7 @@ void add_watch_command(CLI::App& cli, int& exit_code) {
       "costs the app nothing: it only reads what the app keeps in memory. docs/flight-recorder.md says more.\n"
       "Exit code: 0 the app or the watch has ended, 1 no such app, or a failure at run time, 2 a mistake.");
   command->add_option("TARGET", options->target, "An app's name or file, a server's socket, or a process");
+  command->add_flag("--since-start", options->since_start)->group("");
   options->of.add_to(*command);
   command->callback([options, &exit_code] { exit_code = watch(*options); });
 }

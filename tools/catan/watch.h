@@ -28,9 +28,14 @@ struct WatchedApp {
   // kCaller: all that is wrong with these options for this app.
   Status check(const graph::App& app, int flight_recorder_mib) const;
 
-  // Starts `catan watch TARGET` (attach.h says what a target may be). It must outlive the app, to save the app's last
-  // seconds: once the app has ended, wait for this child to end by itself.
+  // Starts `catan watch TARGET` (attach.h says what a target may be) for an app that has just begun. It must outlive
+  // the app, to save the app's last seconds: let_end().
   Result<os::ChildProcess> start_watching(const std::string& target) const;
+
+  // Waits until the watch of an app that is over has ended by itself: a tenth of a second, or seconds where it had no
+  // CPU until now. Without chains it has nothing to save, and is not waited for. To be called while the memory of the
+  // app's flight recorder is still there.
+  void let_end(os::Clock& clock, os::ChildProcess& watch) const;
 };
 
 // kCaller: all texts that name no chain.
