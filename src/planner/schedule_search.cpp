@@ -76,8 +76,8 @@ std::vector<Ticks> earlier_by(Nanos time, std::vector<Ticks> clocks) {
   return clocks;
 }
 
-// What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken as
-// much too late, and runs take now and then more than they did.
+// What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken
+// as much too late, and runs take now and then more than they did.
 constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
 
 // How far two clocks may get from where they were to each other, as a part of the period of the faster one, before a
@@ -94,20 +94,22 @@ Nanos shortest_period(const std::vector<Ticks>& clocks) {
   return shortest;
 }
 
-// What follows no clock goes by ours, and how the phases of others move is periodic if each ticks as often as the app
-// file says.
+// What follows no clock goes by ours, and how the phases of others move is known if each ticks as often as the app file
+// says.
 bool keep_their_phases(const graph::Graph& graph, const std::vector<Ticks>& clocks) {
   const double may_slip = kSlipped * to_millis(shortest_period(clocks)) / to_millis(kKept);
   bool any = false;
   for (std::size_t index = 0; index < clocks.size(); ++index) {
     if (clocks[index].period <= Nanos{0}) continue;
     any = true;
-    const Millis nominal = to_millis(*graph.nodes()[index].period);
-    if (std::abs(to_millis(clocks[index].period) / nominal - 1.0) > may_slip) return false;
+    const std::optional<Nanos> nominal = graph.nodes()[index].period;
+    if (!nominal) return false;
+    if (std::abs(to_millis(clocks[index].period) / to_millis(*nominal) - 1.0) > may_slip) return false;
   }
   return any;
 }
 
+// Both keep their phases.
 bool are_alike(const graph::Graph& graph, const std::vector<Ticks>& before, const std::vector<Ticks>& now) {
   if (before.size() != now.size()) return false;
   for (std::size_t index = 0; index < now.size(); ++index) {
