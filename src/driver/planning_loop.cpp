@@ -276,7 +276,8 @@ policy::Situation PlanningLoop::situation(const model::CostTable& costs, const m
 
 void PlanningLoop::clock_known(NodeId node, const Ticks& ticks) {
   measured_.set_clock(node, ticks);
-  if (std::find(clocks_.begin(), clocks_.end(), node) == clocks_.end()) clocks_.push_back(node);
+  if (clocks_.size() <= node.index()) clocks_.resize(node.index() + 1);
+  clocks_[node.index()] = ticks;
 }
 
 }  // namespace ctn::driver

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/ticks.h"
 #include "driver/plan_news.h"
 #include "driver/power_watch.h"
 #include "graph/app.h"
@@ -186,7 +187,7 @@ class PlanningLoop {
   policy::StepCost step_cost_;
   policy::HungRuns hung_runs_;
   policy::ReplanClock clock_;
-  std::vector<NodeId> clocks_;              // that are known
+  std::vector<Ticks> clocks_;               // by NodeId; without a period: not known
   std::unique_ptr<policy::Memory> memory_;  // of app_online_; null: the policy has none
   PowerWatch power_;
   PlanNews news_;

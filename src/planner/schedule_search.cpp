@@ -65,6 +65,64 @@ Nanos work_of_trial(const trial::Figures& figures) {
   return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
 }
 
+TimePoint newest_tick(const std::vector<Ticks>& clocks) {
+  TimePoint newest{};
+  for (const Ticks& clock : clocks) newest = std::max(newest, clock.tick);
+  return newest;
+}
+
+std::vector<Ticks> earlier_by(Nanos time, std::vector<Ticks> clocks) {
+  for (Ticks& clock : clocks) clock.tick -= time;
+  return clocks;
+}
+
+// What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken
+// as much too late, and runs take now and then more than they did.
+constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
+
+// How far two clocks may get from where they were to each other, as a part of the period of the faster one, before a
+// trial says something else.
+constexpr double kSlipped = 0.1;
+// For so long at least, or it is not worth trying what is soon over.
+constexpr Nanos kKept = std::chrono::seconds{10};
+
+Nanos shortest_period(const std::vector<Ticks>& clocks) {
+  Nanos shortest = Nanos::max();
+  for (const Ticks& clock : clocks) {
+    if (clock.period > Nanos{0}) shortest = std::min(shortest, clock.period);
+  }
+  return shortest;
+}
+
+// What follows no clock goes by ours, and how the phases of others move is known if each ticks as often as the app file
+// says.
+bool keep_their_phases(const graph::Graph& graph, const std::vector<Ticks>& clocks) {
+  const double may_slip = kSlipped * to_millis(shortest_period(clocks)) / to_millis(kKept);
+  bool any = false;
+  for (std::size_t index = 0; index < clocks.size(); ++index) {
+    if (clocks[index].period <= Nanos{0}) continue;
+    any = true;
+    const std::optional<Nanos> nominal = graph.nodes()[index].period;
+    if (!nominal) return false;
+    if (std::abs(to_millis(clocks[index].period) / to_millis(*nominal) - 1.0) > may_slip) return false;
+  }
+  return any;
+}
+
+// Both keep their phases.
+bool are_alike(const graph::Graph& graph, const std::vector<Ticks>& before, const std::vector<Ticks>& now) {
+  if (before.size() != now.size()) return false;
+  for (std::size_t index = 0; index < now.size(); ++index) {
+    if ((before[index].period > Nanos{0}) != (now[index].period > Nanos{0})) return false;
+    if (now[index].period <= Nanos{0}) continue;
+    const Ticks nominal{before[index].tick, *graph.nodes()[index].period};
+    const Nanos after = now[index].tick - nominal.last(now[index].tick);
+    const Nanos slipped = std::min(after, nominal.period - after);
+    if (to_millis(slipped) > kSlipped * to_millis(shortest_period(now))) return false;
+  }
+  return true;
+}
+
 // By core. A pipeline's runs may use any of its cores, and so may those that are to have what it leaves: each of them
 // is as busy as all are on average.
 std::vector<double> load(const Schedule& schedule, const trial::Figures& figures) {
@@ -101,6 +159,14 @@ void ScheduleSearch::know_clocks(std::vector<NodeId> clocks) {
   if (moves_) moves_->know_clocks(clocks_);
 }
 
+bool ScheduleSearch::know_phases(const std::vector<Ticks>& clocks) {
+  std::vector<Ticks> now = keep_their_phases(app_.graph, clocks) ? clocks : std::vector<Ticks>{};
+  if (are_alike(app_.graph, phases_, now)) return false;
+  phases_ = std::move(now);
+  forget_trials();
+  return true;
+}
+
 void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned, const trial::Overheads& machine) {
   costs_ = std::make_unique<Costs>(app_, std::move(samples), std::move(planned), setting_.slack, machine);
   std::vector<double> costs;
@@ -114,6 +180,12 @@ void ScheduleSearch::set_costs(trial::Samples samples, model::CostTable planned,
   std::erase_if(candidates_, [&](const Candidate& each) { return !fixed(each) && ++improvable > kKeptAtNewCosts; });
   for (Candidate& candidate : candidates_) {
     if (!fixed(candidate)) make_hold(candidate.schedule);
+  }
+  forget_trials();
+}
+
+void ScheduleSearch::forget_trials() {
+  for (Candidate& candidate : candidates_) {
     candidate.tried = false;
     candidate.glance = 0.0;
     candidate.in_vain = 0;
@@ -323,9 +395,11 @@ void ScheduleSearch::set_horizon(const Schedule& schedule) {
   horizon_ = std::clamp(to_nanos(Millis{kTermsATrial * slowest}), kShortestHorizon, kLongestHorizon);
 }
 
-trial::Figures ScheduleSearch::try_out(const Schedule& schedule, std::uint32_t first_draw, Nanos since) {
+trial::Figures ScheduleSearch::try_out(const Schedule& schedule, trial::Options options) {
   if (horizon_ == Nanos{0}) set_horizon(schedule);
-  return run_trial(schedule, {.horizon = horizon_, .first_draw = first_draw, .since = since, .p95 = true});
+  options.horizon = horizon_;
+  options.p95 = true;
+  return run_trial(schedule, options);
 }
 
 trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Options options) {
@@ -374,7 +448,7 @@ double ScheduleSearch::glance(const Candidate& candidate) {
 }
 
 bool ScheduleSearch::try_first(Candidate& candidate) {
-  const trial::Figures figures = try_out(candidate.schedule, 0, Nanos{0});
+  const trial::Figures figures = try_out(candidate.schedule, {.before_ticks = kBeforeTicks});
   const bool overloads = overload(candidate.schedule, figures) > 0.0;
   candidate.tried = false;
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
@@ -395,7 +469,12 @@ bool ScheduleSearch::try_first(Candidate& candidate) {
 }
 
 bool ScheduleSearch::try_again(Candidate& candidate) {
-  const trial::Figures figures = try_out(candidate.schedule, kSecondDraw, kSecondTime);
+  trial::Options options{.first_draw = kSecondDraw, .since = kSecondTime, .before_ticks = kBeforeTicks};
+  if (!phases_.empty()) {
+    options.since = newest_tick(phases_) - TimePoint{};
+    options.clocks = earlier_by(options.since, phases_);
+  }
+  const trial::Figures figures = try_out(candidate.schedule, options);
   const double second = unbounded_score(candidate.schedule, figures);
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
@@ -525,7 +604,7 @@ Found ScheduleSearch::tried(const Schedule& schedule, std::optional<double> rela
 }
 
 Expected ScheduleSearch::expected(const Schedule& schedule) {
-  trial::Figures figures = try_out(schedule, kLastDraw, kLastTime);
+  trial::Figures figures = try_out(schedule, {.first_draw = kLastDraw, .since = kLastTime});
   return {std::move(figures), horizon_};
 }
 

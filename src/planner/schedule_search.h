@@ -19,7 +19,8 @@
 // leaves is worse than anything. All candidates are tried with the same cost draws, so that two differ by what they do
 // and not by luck; in two trials with different draws, hours apart, so that none is made for one sequence of them or
 // for phases that do not last; and what is expected of the best comes from a third, or it would always look better than
-// it is.
+// it is. Where it is known when clocks tick, and they keep their phases for long, the second trial is of the phases that
+// they have, and the first of all.
 //
 // Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
 // on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
@@ -36,6 +37,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/ticks.h"
 #include "graph/app.h"
 #include "model/cost.h"
 #include "planner/moves.h"
@@ -94,6 +96,9 @@ class ScheduleSearch {
 
   // Phases may be chosen against the clocks of these nodes, of which it is known when they tick. None at first.
   void know_clocks(std::vector<NodeId> clocks);
+  // When clocks tick, by NodeId; without a period it is not known. True: their phases are not those that candidates were
+  // tried at, and what is known by trials is forgotten.
+  bool know_phases(const std::vector<Ticks>& clocks);
 
   // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
   // relaxed under it, where that is known. One with frames replaces the one before. One that does not trigger by
@@ -157,6 +162,7 @@ class ScheduleSearch {
   static bool better(const Candidate& a, const Candidate& b) { return a.score < b.score; }
   static bool fixed(const Candidate& candidate) { return !candidate.schedule.frames.empty(); }
 
+  void forget_trials();
   bool renew_pipelines(trial::Schedule& schedule) const;
   void make_hold(trial::Schedule& schedule);
   bool keeps_asked_triggers(const trial::Schedule& schedule) const;
@@ -174,7 +180,7 @@ class ScheduleSearch {
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
   trial::Figures run_trial(const trial::Schedule& schedule, trial::Options options);
-  trial::Figures try_out(const trial::Schedule& schedule, std::uint32_t first_draw, Nanos since);
+  trial::Figures try_out(const trial::Schedule& schedule, trial::Options options);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
   // Whether a core is used for more than the slack leaves.
@@ -194,6 +200,7 @@ class ScheduleSearch {
   std::vector<double> tail_weights_;  // by term
   std::optional<Moves> moves_;
   std::vector<NodeId> clocks_;
+  std::vector<Ticks> phases_;          // that are tried; none: all of them
   std::vector<Candidate> candidates_;  // the best first
   Nanos horizon_{0};                   // of a trial; 0: not known yet
   Nanos work_{0};

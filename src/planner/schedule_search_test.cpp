@@ -83,5 +83,66 @@ TEST_F(ExactRates, StayAsTheyAre) {
   EXPECT_GT(found.score, 1e6);
 }
 
+// a, of 2 ms, is triggered each 10 ms; what it gives is taken when the display ticks, each 10 ms, too.
+class WithADisplay : public ::testing::Test {
+ protected:
+  WithADisplay() {
+    model::CostTable costs(app_.graph, Millis{2.0});
+    trial::Samples samples(app_, trial::MeasuredRuns{}, costs);
+    search_.set_costs(std::move(samples), std::move(costs), trial::Overheads::none());
+  }
+
+  static graph::App app() {
+    graph::AppSpec spec = graph::spec_of({"a", "display"}, {"a display"});
+    graph::node(spec, "display").external = true;
+    graph::node(spec, "display").period = graph::At<Nanos>{kPeriod, {}};
+    spec.objective = {graph::response("a display", 1.0)};
+    return graph::build_app(spec).value();
+  }
+
+  static std::vector<Ticks> display(Nanos tick, Nanos period = kPeriod) {
+    return {{}, {TimePoint{} + std::chrono::hours{1} + tick, period}};
+  }
+
+  double score() {
+    const trial::Schedule schedule{.cores = 1, .subchains = {{.period = kPeriod}}, .frames = {}, .pipelines = {}};
+    return search_.tried(schedule, std::nullopt).score;
+  }
+
+  static constexpr Nanos kPeriod = milliseconds{10};
+  graph::App app_ = app();
+  ScheduleSearch search_{app_, {.cores = 1, .slack = 0.06}};
+};
+
+// One trial is of all phases, the other of the one that is there: 3 ms in place of 12, of which half counts.
+TEST_F(WithADisplay, ASchedulesScoreIsThatOfThePhasesThatAreThere) {
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{3})));
+  const double just_in_time = score();
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{2} - std::chrono::microseconds{1})));
+  EXPECT_NEAR(score() - just_in_time, (12.0 - 3.0) / 2.0, 0.1);
+}
+
+TEST_F(WithADisplay, WhatIsThereShortlyBeforeATickIsScoredAsLate) {
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{2} + std::chrono::microseconds{10})));
+  const double too_late = score();
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{3})));
+  EXPECT_NEAR(too_late - score(), (12.0 - 3.0) / 2.0, 0.1);
+}
+
+TEST_F(WithADisplay, PhasesThatHardlyDifferAreTheSame) {
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{3})));
+  EXPECT_FALSE(search_.know_phases(display(milliseconds{3} + std::chrono::microseconds{50})));
+  EXPECT_FALSE(search_.know_phases(display(milliseconds{13}))) << "a tick later";
+  EXPECT_TRUE(search_.know_phases(display(milliseconds{5})));
+  EXPECT_TRUE(search_.know_phases({})) << "it is not known any more";
+  EXPECT_FALSE(search_.know_phases({}));
+}
+
+TEST_F(WithADisplay, PhasesOfAClockThatDriftsAreTriedAll) {
+  const double of_all = score();
+  EXPECT_FALSE(search_.know_phases(display(milliseconds{3}, kPeriod + std::chrono::microseconds{2})));
+  EXPECT_EQ(score(), of_all);
+}
+
 }  // namespace
 }  // namespace ctn::planner

@@ -27,6 +27,7 @@
 #include <utility>
 
 #include "base/result.h"
+#include "base/ticks.h"
 #include "base/time.h"
 #include "graph/app.h"
 #include "model/cost.h"
@@ -69,7 +70,7 @@ struct Situation {
   const trial::MeasuredRuns* runs = nullptr;  // as measured; null: none were
   std::size_t min_runs = 0;                   // the smallest number of runs that any node that has run has had
   double step_factor = 1.0;                   // of controllers' steps, as measured (step_cost.h)
-  std::span<const NodeId> clocks{};           // nodes whose clocks are known
+  std::span<const Ticks> clocks{};            // by NodeId; without a period, or beyond the end: not known
   Memory* memory = nullptr;                   // of the policy's make_memory(); null: none
   int periodic = 0;                           // decided again as time has passed: the how many-th time in a row, from 1
 };

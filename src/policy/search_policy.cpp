@@ -149,7 +149,13 @@ class Deciding {
 
   // Errors: nothing was found that holds, and what is in force cannot go on either.
   Result<std::optional<Decision>> decide() {
-    with_.search.know_clocks({situation_.clocks.begin(), situation_.clocks.end()});
+    std::vector<NodeId> known;
+    for (std::size_t index = 0; index < situation_.clocks.size(); ++index) {
+      if (situation_.clocks[index].period > Nanos{0}) known.emplace_back(index);
+    }
+    with_.search.know_clocks(std::move(known));
+    const bool other_phases = with_.search.know_phases({situation_.clocks.begin(), situation_.clocks.end()});
+    if (other_phases && with_.chosen) with_.chosen->as_tried.reset();
     const bool fresh = take_costs();
     const bool routine = is_routine(situation_.why) && in_force_.plan.has_value();
     if (!routine || (fresh && has_frames())) ask_for_frames();

@@ -45,9 +45,10 @@ int ChainPrefixes::find_or_add(const graph::Graph& graph, NodeId node, int befor
 }
 
 Lineage::Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vector<Ticks> clocks, TimePoint warm_from,
-                 bool keep_values)
+                 Nanos before_ticks, bool keep_values)
     : prefixes_(prefixes),
       clocks_(std::move(clocks)),
+      before_ticks_(before_ticks),
       warm_from_(warm_from),
       keep_values_(keep_values),
       held_(prefixes.all().size(), kNone),
@@ -167,7 +168,7 @@ void Lineage::reach(int term, TimePoint source, TimePoint now) {
 
 void Lineage::wait_for_tick(int term, const TimePoint* first, const TimePoint* last, TimePoint now) {
   End& end = ends_[static_cast<std::size_t>(term)];
-  const TimePoint tick = end.clock.next(now);
+  const TimePoint tick = end.clock.next(now + before_ticks_);
   if (end.tick < tick) {
     for (const TimePoint source : end.waiting) reach(term, source, end.tick);
     end.waiting.clear();

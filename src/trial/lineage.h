@@ -63,7 +63,7 @@ class Lineage {
   // A response time or period counts if it begins at `warm_from` or later. `clocks`, by NodeId: those of external nodes
   // that tick. `prefixes` and `app` outlive it.
   Lineage(const graph::App& app, const ChainPrefixes& prefixes, std::vector<Ticks> clocks, TimePoint warm_from,
-          bool keep_values);
+          Nanos before_ticks, bool keep_values);
 
   // A run of the node takes its inputs.
   void begin(NodeId node, TimePoint now);
@@ -113,6 +113,7 @@ class Lineage {
 
   const ChainPrefixes& prefixes_;
   std::vector<Ticks> clocks_;  // by NodeId
+  Nanos before_ticks_;
   TimePoint warm_from_;
   bool keep_values_;
   std::vector<TimePoint> held_;                  // by prefix

@@ -88,7 +88,7 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
               (samples.any_waits() ? count_jobs(app, schedule) : 0)),
       cores_(static_cast<std::size_t>(schedule.cores), count_jobs(app, schedule), options.overheads.context_switch,
              timers_),
-      lineage_(app, prefixes, clocks_, warm_from_, options.p95) {
+      lineage_(app, prefixes, clocks_, warm_from_, options.before_ticks, options.p95) {
   if (options.observer != nullptr) log_.emplace(app, *options.observer);
   for (int core = 0; core < schedule.cores; ++core) kind_of_core_.push_back(app.kind_of(core));
   add_nodes();

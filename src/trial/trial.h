@@ -103,6 +103,8 @@ struct Options {
   // Of external nodes that tick and of unscheduled ones that follow none (their begins), by NodeId. Without a period,
   // and beyond the end: slowly sliding through all phases.
   std::vector<Ticks> clocks{};
+  // What reaches the end of a chain less than that before its clock ticks is taken to miss that tick.
+  Nanos before_ticks{0};
   Observer* observer = nullptr;  // sees all runs, those of the warm-up too; null: none
 };
 

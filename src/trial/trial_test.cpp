@@ -302,6 +302,28 @@ TEST(Trial, AnExternalNodeHasSomethingNewOnceItsClockHasTicked) {
   EXPECT_NEAR(figures.terms[0].mean_ms, 40.0 + 1.0 + 6.0, 0.1);
 }
 
+// The display ticks each 10 ms, and a's outputs are there 0.02 ms before that.
+TEST(Trial, WhatIsThereTooShortlyBeforeATickMissesIt) {
+  graph::AppSpec spec = graph::spec_of({"a", "display"}, {"a display"});
+  graph::node(spec, "display").external = true;
+  graph::node(spec, "display").period = graph::At<Nanos>{milliseconds{10}, {}};
+  spec.objective = {graph::response("a display", 1.0)};
+  World world(spec, {{"a", 1.98}});
+  const Samples samples(world.app, MeasuredRuns{}, world.costs);
+  const auto response_ms = [&](Nanos before_ticks) {
+    const Figures figures = Trial(world.app, samples)
+                                .run(on_cores(1, {{.period = ms(10)}}), {.horizon = ms(2000),
+                                                                         .warm_up = Nanos{0},
+                                                                         .overheads = Overheads::none(),
+                                                                         .clocks = {{}, {at_ms(2), ms(10)}},
+                                                                         .before_ticks = before_ticks});
+    return figures.terms.front().mean_ms;
+  };
+  const double in_time = response_ms(Nanos{0});
+  EXPECT_NEAR(response_ms(ms(0.01)), in_time, 1e-9);
+  EXPECT_NEAR(response_ms(ms(0.03)), in_time + 10.0, 1e-6);
+}
+
 TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
   graph::AppSpec spec = graph::spec_of({"u", "v", "a"}, {"u v a"});
   graph::node(spec, "u").unscheduled = true;
