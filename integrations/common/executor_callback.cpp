@@ -156,7 +156,11 @@ void ExecutorCallback::put(Call call) {
                        }
                        return made() ? Outcome::kCalled : Outcome::kNothing;
                      }};
-  binding().takes_all ? inbox_.put(std::move(entry)) : inbox_.put_alone(std::move(entry));
+  if (binding().takes_all) {
+    inbox_.put(std::move(entry));
+  } else {
+    inbox_.put_alone(std::move(entry));
+  }
 }
 
 void ExecutorCallback::note_published(const std::string& topic) {
