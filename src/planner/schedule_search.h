@@ -19,8 +19,8 @@
 // leaves is worse than anything. All candidates are tried with the same cost draws, so that two differ by what they do
 // and not by luck; in two trials with different draws, hours apart, so that none is made for one sequence of them or
 // for phases that do not last; and what is expected of the best comes from a third, or it would always look better than
-// it is. Where it is known when clocks tick, and they keep their phases for long, the second trial is of the phases that
-// they have, and the first of all.
+// it is. Where it is known when clocks tick, and they keep their phases for long, the second trial is of the phases
+// that they have, and the first of all.
 //
 // Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
 // on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
@@ -96,8 +96,8 @@ class ScheduleSearch {
 
   // Phases may be chosen against the clocks of these nodes, of which it is known when they tick. None at first.
   void know_clocks(std::vector<NodeId> clocks);
-  // When clocks tick, by NodeId; without a period it is not known. True: their phases are not those that candidates were
-  // tried at, and what is known by trials is forgotten.
+  // When clocks tick, by NodeId; without a period it is not known. True: their phases are not those that candidates
+  // were tried at, and what is known by trials is forgotten.
   bool know_phases(const std::vector<Ticks>& clocks);
 
   // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are

@@ -270,7 +270,8 @@ void KnownSoFar::add(const record::AppChange& change) {
 }
 
 void KnownSoFar::add(const record::ClockReading& reading) {
-  if (std::find(clocks_.begin(), clocks_.end(), reading.node) == clocks_.end()) clocks_.push_back(reading.node);
+  if (clocks_.size() <= reading.node.index()) clocks_.resize(reading.node.index() + 1);
+  clocks_[reading.node.index()] = reading.ticks;
 }
 
 Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, os::Clock& clock) {

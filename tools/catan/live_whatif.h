@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/ticks.h"
 #include "graph/app.h"
 #include "os/os.h"
 #include "plan/plan.h"
@@ -39,7 +40,7 @@ class KnownSoFar final : public record::PartialSink {
   const policy::CpuKinds& kinds() const { return kinds_; }
   const policy::MeasuredCosts& measured() const { return measured_; }
   const std::optional<plan::Plan>& plan() const { return plan_; }  // in force
-  const std::vector<NodeId>& clocks() const { return clocks_; }    // external nodes whose clocks are known
+  const std::vector<Ticks>& clocks() const { return clocks_; }     // by NodeId, as in policy::Situation
 
  private:
   const record::Header& header_;
@@ -48,7 +49,7 @@ class KnownSoFar final : public record::PartialSink {
   policy::MeasuredCosts measured_;
   std::optional<plan::Plan> plan_;
   TimePoint plan_at_{};
-  std::vector<NodeId> clocks_;
+  std::vector<Ticks> clocks_;
 };
 
 // JSON, as docs/http.md has it. Takes at most about a second of CPU time, and some seconds of time. Errors
