@@ -90,6 +90,45 @@ TEST(Promises, HoldForRunsThatWait) {
   EXPECT_GT(compared, 600);
 }
 
+// The same where runs of some do not overlap: on one core, where one that is raised keeps those between from it, and on
+// two, where one waits for what another core does.
+TEST(Promises, HoldForRunsOfExclusiveGroups) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 600; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const int cores = seed % 3 == 0 ? 2 : 1;
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4, .exclusive = true}, cores);
+    model::CostTable costs(of.app.graph, Millis{0});
+    trial::Schedule schedule{.cores = cores, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < of.app.graph.subchains().size(); ++i) {
+      const NodeId node = of.app.graph.subchain(SubchainId(i)).head();
+      const double cost = uniform(0.5, 3.0);
+      const double wait = seed % 2 == 0 && i == 1 ? uniform(0.5, 4.0) : 0.0;
+      costs.set(node, model::CostProfile::constant(Millis{cost}));
+      costs.set_wait(node, Millis{wait});
+      const Nanos period = to_nanos(Millis{10.0 + 10.0 * static_cast<double>(i) + uniform(0.0, 10.0)});
+      schedule.subchains.push_back({.core = static_cast<int>(i) % cores,
+                                    .priority = 4 - static_cast<int>(i),
+                                    .period = period,
+                                    .phase = to_nanos(to_millis(period) * uniform(0.0, 0.999))});
+    }
+    const trial::Samples samples(of.app, trial::MeasuredRuns{}, costs);
+    const std::optional<plan::Plan> plan = planner::plan_of(of.app, samples, costs, schedule, 0.0);
+    if (!plan) continue;
+    LongestRuns seen(of.app, schedule);
+    watch(of.app, samples, schedule, {.horizon = seconds{20}, .warm_up = Nanos{0}, .observer = &seen});
+    for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+      const Millis promised = plan->subchains[i].execution;
+      if (to_nanos(promised) > schedule.subchains[i].period) continue;
+      ASSERT_GT(seen.runs(i), 100);
+      EXPECT_LE(to_millis(seen.longest(i)).count(), promised.count() + 1e-3) << "seed " << seed << ", subchain " << i;
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 800);
+}
+
 struct Longest {
   void add(Nanos value) {
     longest = std::max(longest, value);

@@ -35,7 +35,7 @@ class AppWriter {
   explicit AppWriter(const InferredGraph& graph)
       : graph_(graph), vertices_(graph.vertices()), edges_(graph.edges()), remarks_(graph.remarks()) {
     find_subchains();
-    tell_spinners();
+    find_spinners();
   }
 
   InferredApp write(const std::string& name) const;
@@ -46,10 +46,11 @@ class AppWriter {
   bool in_subchain_behind_head(std::size_t vertex) const;
   std::vector<Indices> chains() const;
   Indices heaviest(std::size_t vertex, bool forwards) const;
-  void tell_spinners();
+  void find_spinners();
 
   std::string graph_text() const;
   std::string node_text(std::size_t index) const;
+  std::string exclusive_text() const;
   std::string objective_text() const;
   std::string costs_text() const;
   std::string path_text(const Indices& path, const char* between) const;
@@ -59,6 +60,7 @@ class AppWriter {
   const std::vector<Edge>& edges_;
   std::vector<std::string> remarks_;
   std::vector<Indices> subchains_;
+  std::vector<Indices> spinners_;  // that several nodes share
 };
 
 // The node that takes this one's output alone, and is the only one to take it.
@@ -139,8 +141,8 @@ std::vector<Indices> AppWriter::chains() const {
   return all;
 }
 
-// Nodes that all ran in one thread wait for each other, which the plan does not know.
-void AppWriter::tell_spinners() {
+// Nodes that all ran in one thread wait for each other.
+void AppWriter::find_spinners() {
   std::map<std::pair<std::string, std::int64_t>, Indices> of_thread;
   for (const std::size_t vertex : graph_.order()) {
     if (vertices_[vertex].external()) continue;
@@ -151,9 +153,7 @@ void AppWriter::tell_spinners() {
     if (one) of_thread[{callback.ros_node, thread}].push_back(vertex);
   }
   for (const auto& [thread, nodes] : of_thread) {
-    if (nodes.size() < 2) continue;
-    remarks_.push_back(path_text(nodes, ", ") + " share a spinner of " + thread.first +
-                       ": their runs never overlap, which the plan does not know");
+    if (nodes.size() > 1) spinners_.push_back(nodes);
   }
 }
 
@@ -205,6 +205,19 @@ std::string AppWriter::graph_text() const {
   return text;
 }
 
+std::string AppWriter::exclusive_text() const {
+  std::string text;
+  if (!spinners_.empty()) text += "exclusive:   # callbacks of one spinner: their runs never overlap\n";
+  std::map<std::string, int> used;
+  for (const Indices& nodes : spinners_) {
+    const std::string name = last_part(vertices_[nodes.front()].callback->ros_node);
+    const int before = used[name]++;
+    text +=
+        "  " + name + (before == 0 ? "" : "_" + std::to_string(before + 1)) + ": [" + path_text(nodes, ", ") + "]\n";
+  }
+  return text;
+}
+
 std::string AppWriter::objective_text() const {
   std::string text =
       "objective:   # the weights are yours to set: what a millisecond of each counts; remove what does not matter\n";
@@ -237,7 +250,7 @@ InferredApp AppWriter::write(const std::string& name) const {
   if (inferred.nodes == 0) return inferred;
   inferred.app = "# Written by catan ros bind, from what running programs did. Check it, set the weights, then plan.\n";
   for (const std::string& remark : remarks_) inferred.app += "# - " + remark + "\n";
-  inferred.app += "catan: 1\napp: " + name + "\n" + graph_text() + objective_text();
+  inferred.app += "catan: 1\napp: " + name + "\n" + graph_text() + exclusive_text() + objective_text();
   inferred.costs = costs_text();
   return inferred;
 }

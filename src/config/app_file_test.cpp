@@ -66,6 +66,21 @@ TEST(AppFile, ReadsKindsOfCores) {
   EXPECT_EQ(app->cores_by_kind(3), (std::vector<int>{2, 1, 0}));
 }
 
+TEST(AppFile, ReadsExclusiveGroups) {
+  const std::string nodes = "catan: 1\napp: demo\nnodes: { a: {}, b: {}, c: {}, d: {} }\n";
+  const std::string objective = "objective: [{ period: a, weight: 1 }]\n";
+  const auto app = parse_app(nodes + "exclusive: { spinner: [a, c], timers: [d, b] }\n" + objective, "app.yaml");
+  ASSERT_TRUE(app.ok()) << app.error().message();
+  ASSERT_EQ(app->exclusive.size(), 2U);
+  EXPECT_EQ(app->exclusive[1].name, "timers");
+  EXPECT_EQ(app->exclusive[1].nodes, (std::vector<NodeId>{NodeId(3), NodeId(1)}));
+  EXPECT_EQ(node(*app, "c").exclusive, 0U);
+  EXPECT_EQ(app->excluded_by(SubchainId(0)), (std::vector<SubchainId>{SubchainId(2)}));
+  const auto refused = parse_app(nodes + "exclusive: [a, b]\n" + objective, "app.yaml");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message(), HasSubstr("app.yaml:4:12: exclusive: "));
+}
+
 TEST(AppFile, ReadsNodes) {
   const graph::App app = parsed(kNavigation);
   EXPECT_EQ(app.name, "navigation");

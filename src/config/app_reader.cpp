@@ -14,7 +14,7 @@ namespace {
 
 using graph::At;
 using Keys = std::string_view;
-constexpr std::array<Keys, 10> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains",
+constexpr std::array<Keys, 11> kTopKeys{"catan",     "app",   "nodes", "edges",     "subchains", "exclusive",
                                         "objective", "order", "steal", "scheduler", "cores"};
 constexpr std::array<Keys, 2> kCoreKeys{"count", "speed"};
 constexpr std::array<Keys, 13> kNodeKeys{"input",         "modes",    "external", "unscheduled", "period",
@@ -50,6 +50,7 @@ graph::AppSpec AppReader::read() {
   read_nodes(map);
   read_edges(map);
   read_subchains(map);
+  read_exclusive(map);
   read_objective(map);
   read_order(map);
   read_steal(map);
@@ -237,6 +238,17 @@ void AppReader::read_subchains(const MapReader& map) {
     } else {
       all_read_ = false;
     }
+  }
+}
+
+void AppReader::read_exclusive(const MapReader& map) {
+  const Value* groups = map.find("exclusive");
+  if (groups == nullptr) return;
+  constexpr std::string_view kHint = "write entries such as slam: [scan, timer]";
+  if (!expect(*groups, ValueKind::kMap, "exclusive", kHint, problems_)) return;
+  for (const Entry* entry : read_entries(*groups, "exclusive", problems_)) {
+    auto names = read_names(entry->value, join_key("exclusive", entry->key), kListHint, problems_);
+    if (names) spec_.exclusive.push_back({{entry->key, entry->place}, std::move(*names)});
   }
 }
 

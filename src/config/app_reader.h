@@ -31,6 +31,7 @@ class AppReader {
   std::optional<graph::PathSpec> read_edge(const Value& value, const std::string& key);
   std::optional<graph::PathSpec> read_path(const Value& value, const std::string& key);
   void read_subchains(const MapReader& map);
+  void read_exclusive(const MapReader& map);
   void read_objective(const MapReader& map);
   std::optional<graph::TermSpec> read_term(const Value& value, const std::string& key);
   void read_order(const MapReader& map);

@@ -134,6 +134,21 @@ bool App::has_bounds() const {
          std::any_of(graph.nodes().begin(), graph.nodes().end(), [](const Node& node) { return node.min_rate; });
 }
 
+std::vector<SubchainId> App::excluded_by(SubchainId subchain) const {
+  std::vector<SubchainId> others;
+  for (const NodeId id : graph.subchain(subchain).nodes) {
+    const std::optional<std::size_t> group = graph.node(id).exclusive;
+    if (!group) continue;
+    for (const NodeId other : exclusive[*group].nodes) {
+      const std::optional<SubchainId> of = graph.node(other).subchain;
+      if (of && *of != subchain) others.push_back(*of);
+    }
+  }
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  return others;
+}
+
 double App::weight_of(SubchainId subchain) const {
   double sum = 0.0;
   for (const Term& term : objective) {

@@ -6,7 +6,8 @@
 // chain of the objective is a path with at least one node that is not external, and an external node that ticks is its
 // first or its last; a follower is unscheduled, and is fed by the node that it follows, which is unscheduled too; an
 // edge with an age limit joins nodes that are not external, and the limit is above 0; a subchain that is triggered by
-// arrival alone has an unscheduled node that feeds its head; weights are finite and >= 0; min_rate <= max_rate, for the
+// arrival alone has an unscheduled node that feeds its head; an exclusive group has two nodes or more, none of them
+// external, and no node is in two of them; weights are finite and >= 0; min_rate <= max_rate, for the
 // nodes of a subchain taken together; kinds of cores have unique names, one core or more, and a finite speed > 0.
 //
 // Words: see docs/architecture.md. Units: in the types. Thread safety: immutable once built.
@@ -45,12 +46,13 @@ struct Node {
   std::optional<Nanos> output_period;  // emits less often than it runs; planned with, and done without code
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
-  bool relaxes_exact_rate = false;      // where min_rate is max_rate: the first may be relaxed like any other
-  std::optional<Rate> fallback_rate;    // set by hand, for where Catan sets none (cut.h)
-  int max_threads = 1;                  // how many cores one run can use
-  TriggerBy trigger = TriggerBy::kAny;  // heads of subchains: theirs
-  std::optional<SubchainId> subchain;   // none: external or unscheduled
-  std::vector<NodeId> predecessors;     // in the order the edges were written
+  bool relaxes_exact_rate = false;       // where min_rate is max_rate: the first may be relaxed like any other
+  std::optional<Rate> fallback_rate;     // set by hand, for where Catan sets none (cut.h)
+  int max_threads = 1;                   // how many cores one run can use
+  TriggerBy trigger = TriggerBy::kAny;   // heads of subchains: theirs
+  std::optional<SubchainId> subchain;    // none: external or unscheduled
+  std::optional<std::size_t> exclusive;  // the exclusive group that it is in, by its index in App::exclusive
+  std::vector<NodeId> predecessors;      // in the order the edges were written
   std::vector<NodeId> successors;
 
   // Of an unscheduled node: between two of its outputs.
@@ -182,6 +184,15 @@ struct SchedulerOptions {
 
 constexpr double kDefaultSlack = 0.06;
 
+// Nodes whose runs never overlap, since their program does not let them: callbacks of one spinner, users of one mutex.
+// One that has to wait raises the one that it waits for to its own level, and the highest of those that wait is next.
+struct ExclusiveGroup {
+  std::string name;
+  std::vector<NodeId> nodes;  // as written
+
+  friend bool operator==(const ExclusiveGroup&, const ExclusiveGroup&) = default;
+};
+
 struct StealOptions {
   std::vector<SubchainId> priority;  // every subchain once, highest rank first
   std::vector<SubchainId> off;       // those that never steal
@@ -201,6 +212,7 @@ struct App {
   std::string name;
   Graph graph;
   std::vector<CoreKind> core_kinds;  // empty: all cores are alike, however many. Else cores are numbered kind by kind
+  std::vector<ExclusiveGroup> exclusive;
   std::vector<Term> objective;
   std::vector<SubchainId> order;  // every subchain once: the order of slots in a frame
   StealOptions steal;
@@ -219,6 +231,8 @@ struct App {
   double weight_of(SubchainId subchain) const;
   // Whether it bounds a response time, or how seldom a node runs.
   bool has_bounds() const;
+  // Other subchains with a node that is in an exclusive group with one of its own; in the order of their numbers.
+  std::vector<SubchainId> excluded_by(SubchainId subchain) const;
 };
 
 }  // namespace ctn::graph

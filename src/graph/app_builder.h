@@ -66,6 +66,8 @@ class AppBuilder {
   void check_name_of_part(const NodeSpec& spec);
   void report_fallback_above_max(const NodeSpec& sets_rate, const NodeSpec& bounded);
   void check_triggers(const Subchain& subchain);
+  void add_exclusive_groups();
+  bool add_exclusive(std::size_t group, const Name& name, const std::string& key);
 
   // build_objective.cpp
   void add_objective();

@@ -22,6 +22,7 @@ Result<App> AppBuilder::build() {
   if (problems_.empty()) sort_topologically();
   complete_periods();
   add_subchains();
+  add_exclusive_groups();
   add_objective();
   add_order();
   if (problems_.empty()) return std::move(app_);

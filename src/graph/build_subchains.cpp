@@ -1,7 +1,9 @@
-// Subchains: written ones, implicit ones, and the rates that their nodes must agree on.
+// Subchains: written ones, implicit ones, and the rates that their nodes must agree on. And exclusive groups.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 #include "base/text.h"
 #include "graph/app_builder.h"
@@ -184,6 +186,50 @@ void AppBuilder::check_triggers(const Subchain& subchain) {
               "remove trigger, or make min_rate and max_rate differ");
     }
   }
+}
+
+void AppBuilder::add_exclusive_groups() {
+  std::set<std::string_view> seen;
+  for (std::size_t i = 0; i < spec_.exclusive.size(); ++i) {
+    const ExclusiveGroupSpec& spec = spec_.exclusive[i];
+    const std::string key = is_name(spec.name) ? "exclusive." + spec.name.value : fmt::format("exclusive[{}]", i);
+    if (check_name(spec.name, key, "exclusive group") && !seen.insert(spec.name.value).second) {
+      problem(spec.name.place, key, fmt::format("there are two exclusive groups {}", quote(spec.name.value)),
+              "rename or remove one");
+    }
+    if (spec.nodes.size() < 2) {
+      problem(spec.name.place, key, "an exclusive group needs two nodes or more: a node's own runs never overlap",
+              "name the nodes whose runs do not overlap, or remove it");
+    }
+    app_.exclusive.push_back({spec.name.value, {}});
+    for (const Name& name : spec.nodes) {
+      if (add_exclusive(i, name, key)) app_.exclusive.back().nodes.push_back(node_index_.at(name.value));
+    }
+  }
+}
+
+bool AppBuilder::add_exclusive(std::size_t group, const Name& name, const std::string& key) {
+  const auto resolved = resolve_node(name, key);
+  if (!resolved) return false;
+  Node& node = app_.graph.nodes_[resolved->index()];
+  if (node.external) {
+    problem(name.place, key, fmt::format("node {} is external: nothing is known of its runs", quote(node.name)),
+            "leave it out");
+    return false;
+  }
+  if (node.exclusive == group) {
+    problem(name.place, key, fmt::format("node {} is named twice", quote(node.name)), "name it once");
+    return false;
+  }
+  if (node.exclusive) {
+    problem(name.place, key,
+            fmt::format("node {} is in exclusive group {} too", quote(node.name),
+                        quote(app_.exclusive[*node.exclusive].name)),
+            "keep it in one of them, or make one group of both");
+    return false;
+  }
+  node.exclusive = group;
+  return true;
 }
 
 }  // namespace ctn::graph

@@ -376,5 +376,18 @@ TEST(BuildOrder, KeepsWhatWasWritten) {
   EXPECT_EQ(app->steal.off, std::vector{*app->graph.find_subchain("GL")});
 }
 
+TEST(BuildApp, ExclusiveGroupsHaveTwoNodesOrMoreAndShareNone) {
+  AppSpec spec = good_spec();
+  spec.exclusive = {{{"spinner", {}}, split("LM GL imu")}};
+  EXPECT_EQ(errors_of(spec), "");
+  spec.exclusive = {{{"one", {}}, split("LM")}, {{"two", {}}, split("GL base GL")}, {{"two", {}}, split("LM scn")}};
+  EXPECT_THAT(errors_of(spec), AllOf(HasSubstr("exclusive.one: an exclusive group needs two nodes or more"),
+                                     HasSubstr("exclusive.two: node 'base' is external: nothing is known of its runs"),
+                                     HasSubstr("exclusive.two: node 'GL' is named twice"),
+                                     HasSubstr("exclusive.two: there are two exclusive groups 'two'"),
+                                     HasSubstr("exclusive.two: node 'LM' is in exclusive group 'one' too"),
+                                     HasSubstr("exclusive.two: there is no node 'scn'; did you mean 'scan'?")));
+}
+
 }  // namespace
 }  // namespace ctn::graph

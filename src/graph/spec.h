@@ -59,6 +59,11 @@ struct TermSpec {
   Place place;
 };
 
+struct ExclusiveGroupSpec {
+  Name name;
+  std::vector<Name> nodes;
+};
+
 struct CoreKindSpec {
   Name name;
   At<int> count{1, {}};
@@ -71,6 +76,7 @@ struct AppSpec {
   std::vector<NodeSpec> nodes;
   std::vector<PathSpec> edges;
   std::vector<SubchainSpec> subchains;
+  std::vector<ExclusiveGroupSpec> exclusive;
   std::vector<TermSpec> objective;
   std::optional<std::vector<Name>> order;
   std::optional<std::vector<Name>> steal_priority;

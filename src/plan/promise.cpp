@@ -141,6 +141,7 @@ class Analysis {
   // is not above that; none: it does not.
   std::optional<int> turns_of(const CorePlan& core, const Member& member, std::size_t rank) const {
     if (wait_[core.members[rank].subchain.index()] > Millis{0}) return std::nullopt;
+    if (blocked_below(core, rank) > Millis{0}) return std::nullopt;
     const Member* at = &member;
     for (int turns = 1; at->after && at->after->subchain() != nullptr; ++turns) {
       if (wait_[at->subchain.index()] > Millis{0}) return std::nullopt;
@@ -173,8 +174,90 @@ class Analysis {
     return false;
   }
 
-  // What a run takes where nothing is above it.
-  Millis alone(const Member& member) const { return cost_[member.subchain.index()] + wait_[member.subchain.index()]; }
+  // What a run takes where nothing is above it, and nothing of an exclusive group is on another core.
+  Millis alone(const CorePlan& core, std::size_t rank) const {
+    const std::size_t i = core.members[rank].subchain.index();
+    return cost_[i] + wait_[i] + blocked_below(core, rank);
+  }
+
+  // --- Exclusive groups ---
+
+  // Its position among the members of the core; none: it is not among them.
+  std::optional<std::size_t> position_of(const CorePlan& core, NodeId node) const {
+    const std::optional<SubchainId> of = app_.graph.node(node).subchain;
+    const auto member = std::find_if(core.members.begin(), core.members.end(),
+                                     [&](const Member& each) { return of && each.subchain == *of; });
+    if (member == core.members.end()) return std::nullopt;
+    return static_cast<std::size_t>(member - core.members.begin());
+  }
+  // Calls `use` for each node of another subchain, or unscheduled, that is in a group with a node of the member's.
+  template <class Use>
+  void for_each_excluded(const CorePlan& core, std::size_t rank, Use use) const {
+    const SubchainId own = core.members[rank].subchain;
+    for (const NodeId node : app_.graph.subchain(own).nodes) {
+      const std::optional<std::size_t> group = app_.graph.node(node).exclusive;
+      if (!group) continue;
+      for (const NodeId other : app_.exclusive[*group].nodes) {
+        if (app_.graph.node(other).subchain != own) use(other);
+      }
+    }
+  }
+  // How long a run of the node keeps its group, on the core of that member.
+  Millis hold_of(const Member& member, NodeId node) const {
+    const model::CostTable& costs = by_kind_[app_.kind_of(plan_.subchains[member.subchain.index()].cores.front())];
+    return costs[node].single_thread() / (1.0 - plan_.slack) + costs.wait(node);
+  }
+  // For runs below it that had a group before, which it or one above it wants; and for unscheduled ones.
+  Millis blocked_below(const CorePlan& core, std::size_t rank) const {
+    if (app_.exclusive.empty()) return Millis{0};
+    const Member& member = core.members[rank];
+    Millis sum{0};
+    bool elsewhere = false;
+    for_each_excluded(core, rank, [&](NodeId other) {
+      if (app_.graph.node(other).unscheduled) sum += hold_of(member, other);
+      elsewhere = elsewhere || (!app_.graph.node(other).unscheduled && !position_of(core, other));
+    });
+    // Where it never leaves its core before it has ended, none below it begins a run meanwhile.
+    const bool leaves = elsewhere || wait_[member.subchain.index()] > Millis{0};
+    const auto times = leaves ? 1 + app_.graph.subchain(member.subchain).nodes.size() : 1;
+    for (const graph::ExclusiveGroup& group : app_.exclusive) {
+      bool wanted = false;
+      Millis longest{0};
+      for (const NodeId node : group.nodes) {
+        const std::optional<std::size_t> at = position_of(core, node);
+        wanted = wanted || app_.graph.node(node).unscheduled || (at && *at <= rank);
+        if (at && *at > rank) longest = std::max(longest, hold_of(member, node));
+      }
+      if (wanted) sum += static_cast<double>(times) * longest;
+    }
+    return sum;
+  }
+  // By those that are elsewhere: as often as they come in the window, and once more.
+  Line blocked_elsewhere(const CorePlan& core, std::size_t rank, Millis window) const {
+    Line sum{0.0, 0.0};
+    for_each_excluded(core, rank, [&](NodeId other) {
+      const std::optional<SubchainId> of = app_.graph.node(other).subchain;
+      if (!of || position_of(core, other)) return;
+      const Member* const member = member_of(plan_, *of);
+      const SubchainPlan& planned = plan_.subchains[of->index()];
+      const Millis run = member != nullptr ? promises_[of->index()].execution : planned.execution;
+      const Millis apart = member != nullptr ? spacing_[of->index()] : std::max(planned.period, kMinSpacing);
+      const Line line =
+          member != nullptr ? line_of(*member, window, Waits::kBringRunsCloser) : Line{1.0, 1.0 / apart.count()};
+      sum.at_once += run.count() * (1.0 + line.at_once);
+      sum.rate += run.count() * line.rate;
+    });
+    return sum;
+  }
+  // Whether one above it may wait while it holds a group.
+  bool held_by_waiting(const CorePlan& core, std::size_t rank) const {
+    bool any = false;
+    for_each_excluded(core, rank, [&](NodeId other) {
+      const std::optional<std::size_t> at = position_of(core, other);
+      any = any || (at && *at < rank && by_kind_.front().wait(other) > Millis{0});
+    });
+    return any;
+  }
 
   // Of the member with `above` members above it.
   std::optional<Millis> response_of(const CorePlan& core, std::size_t above) const {
@@ -182,17 +265,19 @@ class Analysis {
     const bool any = std::any_of(core.members.begin(), core.members.begin() + static_cast<std::ptrdiff_t>(above),
                                  [&](const Member& each) { return wait_[each.subchain.index()] > Millis{0}; });
     if (!any) return closer;
+    if (held_by_waiting(core, above)) return response_of(core, above, Waits::kAreWork);
     const std::optional<Millis> work = response_of(core, above, Waits::kAreWork);
     return closer && work ? std::min(closer, work) : closer ? closer : work;
   }
 
   std::optional<Millis> response_of(const CorePlan& core, std::size_t above, Waits waits) const {
-    const Millis own = alone(core.members[above]);
+    const Millis own = alone(core, above);
     std::vector<std::optional<int>> turns;
     for (std::size_t j = 0; j < above; ++j) turns.push_back(turns_of(core, core.members[j], above));
     Millis response = own;
     for (int step = 0; step < kSteps; ++step) {
-      Millis longer = own;
+      const Line elsewhere = blocked_elsewhere(core, above, response);
+      Millis longer = own + Millis{elsewhere.at_once + elsewhere.rate * response.count()};
       for (std::size_t j = 0; j < above; ++j) {
         double triggers = triggers_within(core.members[j], response, waits);
         if (turns[j] && response < silence_limit(core.members[j])) triggers = std::min<double>(triggers, *turns[j]);
@@ -207,8 +292,9 @@ class Analysis {
 
   // Valid wherever the lines are chosen, tightest where they are chosen near what comes out.
   std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits) const {
-    Millis sum = alone(core.members[above]);
-    double used = 0.0;
+    const Line elsewhere = blocked_elsewhere(core, above, near);
+    Millis sum = alone(core, above) + Millis{elsewhere.at_once};
+    double used = elsewhere.rate;
     for (std::size_t j = 0; j < above; ++j) {
       const Line line = line_of(core.members[j], near, waits);
       const Millis cost = demand_of(core.members[j], waits);

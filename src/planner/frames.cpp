@@ -5,7 +5,10 @@
 
 namespace ctn::planner {
 
-bool may_have_frames(const graph::App& app) { return app.scheduler.schedule != graph::ScheduleKind::kPriorities; }
+bool may_have_frames(const graph::App& app) {
+  if (!app.exclusive.empty() && app.scheduler.schedule == graph::ScheduleKind::kAuto) return false;
+  return app.scheduler.schedule != graph::ScheduleKind::kPriorities;
+}
 bool may_have_priorities(const graph::App& app) { return app.scheduler.schedule != graph::ScheduleKind::kFrames; }
 
 Result<plan::Plan> make_plan_in_frames(const graph::App& app, const model::CostTable& costs,

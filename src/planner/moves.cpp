@@ -101,12 +101,29 @@ std::vector<Arrival> arrivals_of(const graph::Graph& graph, SubchainId subchain)
   return arrivals;
 }
 
+// By subchain: all that exclusive groups join to it, itself left out.
+std::vector<std::vector<std::size_t>> together_of(const graph::App& app) {
+  const std::size_t count = app.graph.subchains().size();
+  std::vector<std::vector<std::size_t>> together(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::vector<std::size_t> found{i};
+    for (std::size_t next = 0; next < found.size(); ++next) {
+      for (const SubchainId other : app.excluded_by(SubchainId(found[next]))) {
+        if (std::find(found.begin(), found.end(), other.index()) == found.end()) found.push_back(other.index());
+      }
+    }
+    together[i].assign(found.begin() + 1, found.end());
+  }
+  return together;
+}
+
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores, Freedom freedom)
     : app_(app),
       pipelines_(pipelines),
       cost_(std::move(cost)),
       cores_(cores),
       freedom_(freedom),
+      together_(together_of(app)),
       chains_(chains_of(app)),
       clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -418,10 +435,19 @@ void Moves::change_core(Schedule& schedule, std::size_t subchain, std::size_t ot
   if (cores_ < 2) return;
   Place& place = schedule.subchains[subchain];
   if (random.once_in(2) && schedule.subchains[other].form == trial::Form::kPriority) {
-    std::swap(place.core, schedule.subchains[other].core);
+    const int core = place.core;
+    move_together(schedule, subchain, schedule.subchains[other].core);
+    move_together(schedule, other, core);
   } else {
     const std::vector<int> cores = cores_for_priorities(schedule);
-    place.core = cores[random.below(cores.size())];
+    move_together(schedule, subchain, cores[random.below(cores.size())]);
+  }
+}
+
+void Moves::move_together(Schedule& schedule, std::size_t subchain, int core) const {
+  schedule.subchains[subchain].core = core;
+  for (const std::size_t other : together_[subchain]) {
+    if (schedule.subchains[other].form == trial::Form::kPriority) schedule.subchains[other].core = core;
   }
 }
 
@@ -474,14 +500,15 @@ void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random)
   schedule.pipelines.push_back(*std::move(pipeline));
   const std::vector<int>& taken = schedule.pipelines.back().cores;
   const std::vector<int> left = cores_for_priorities(schedule);
-  for (Place& each : schedule.subchains) {
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    const Place& each = schedule.subchains[i];
     if (each.form != trial::Form::kPriority || std::find(taken.begin(), taken.end(), each.core) == taken.end())
       continue;
     if (left.empty()) {
       schedule = before;
       return;
     }
-    each.core = left[random.below(left.size())];
+    move_together(schedule, i, left[random.below(left.size())]);
   }
 }
 

@@ -45,7 +45,10 @@ Pipelines::Pipelines(const graph::App& app, const trial::Samples& samples, const
         app.graph.node(app.graph.subchain(SubchainId(i)).head()).trigger == graph::TriggerBy::kArrival;
     const std::vector<NodeId>& nodes = app.graph.subchain(SubchainId(i)).nodes;
     batches_.push_back(std::any_of(nodes.begin(), nodes.end(), [&](NodeId node) { return planned.has_batches(node); }));
-    max_cores_.push_back(by_arrival || batches_.back() ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
+    const bool excluded = std::any_of(nodes.begin(), nodes.end(),
+                                      [&](NodeId node) { return app.graph.node(node).exclusive.has_value(); });
+    const bool one = by_arrival || batches_.back() || excluded;
+    max_cores_.push_back(one ? 1 : useful_cores(app, planned, SubchainId(i), kAny));
   }
 }
 

@@ -292,12 +292,19 @@ Schedule ScheduleSearch::beginning(bool even) {
                    [&](std::size_t a, std::size_t b) { return weight[a] * cost(a, 0) > weight[b] * cost(b, 0); });
   Schedule schedule{.cores = setting_.cores, .subchains = std::vector<Place>(count), .frames = {}, .pipelines = {}};
   std::vector<double> demand(static_cast<std::size_t>(setting_.cores), 0.0);
+  std::vector<bool> placed(count, false);
   for (const std::size_t i : order) {
+    if (placed[i]) continue;
     const std::size_t core =
         even ? static_cast<std::size_t>(std::min_element(demand.begin(), demand.end()) - demand.begin())
              : random_.below(demand.size());
-    schedule.subchains[i].core = static_cast<int>(core);
-    demand[core] += std::sqrt(weight[i] * cost(i, static_cast<int>(core)));
+    const auto place = [&](std::size_t one) {
+      schedule.subchains[one].core = static_cast<int>(core);
+      demand[core] += std::sqrt(weight[one] * cost(one, static_cast<int>(core)));
+      placed[one] = true;
+    };
+    place(i);
+    for (const std::size_t other : moves_->together(i)) place(other);
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return weight[a] / cost(a, 0) > weight[b] / cost(b, 0); });

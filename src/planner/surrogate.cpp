@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "plan/limits.h"
 #include "plan/promise.h"
@@ -79,6 +80,27 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
   const double run = to_millis(machine.run + machine.context_switch).count();
   for (const graph::Term& term : app.objective) know_term(term, samples, planned, run);
   know_asked_rates();
+  if (!app.exclusive.empty()) know_exclusions(tables);
+}
+
+void Surrogate::know_exclusions(const std::vector<model::CostTable>& tables) {
+  for (const graph::ExclusiveGroup& group : app_.exclusive) {
+    Exclusion& exclusion = exclusions_.emplace_back();
+    exclusion.unscheduled.resize(tables.size());
+    for (const NodeId node : group.nodes) {
+      std::vector<double> holds;
+      for (const model::CostTable& table : tables) {
+        holds.push_back(table[node].single_thread().count() / usable_ + table.wait(node).count());
+      }
+      if (const std::optional<SubchainId> of = app_.graph.node(node).subchain) {
+        exclusion.parts.push_back({of->index(), std::move(holds)});
+        continue;
+      }
+      exclusion.has_unscheduled = true;
+      std::transform(holds.begin(), holds.end(), exclusion.unscheduled.begin(), exclusion.unscheduled.begin(),
+                     std::plus<>());
+    }
+  }
 }
 
 void Surrogate::know_costs(const trial::Samples& samples, const std::vector<model::CostTable>& tables,

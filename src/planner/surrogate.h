@@ -150,6 +150,15 @@ class Surrogate {
   // More than this of a core's time above a subchain leaves it none.
   static constexpr double kNothingLeft = 0.999;
 
+  struct Exclusion {  // an exclusive group
+    struct Part {
+      std::size_t subchain = 0;
+      std::vector<double> hold;  // by kind: how long a run of its node keeps the group, as planned
+    };
+    std::vector<Part> parts;
+    std::vector<double> unscheduled;  // by kind: a run of each of them, as planned
+    bool has_unscheduled = false;
+  };
   struct Batches {  // of a node
     std::vector<model::BatchInput> inputs;
     std::vector<double> per_item;  // by kind
@@ -163,6 +172,8 @@ class Surrogate {
   void know_arrivals(const model::CostTable& planned, const model::CostTable& costs, double slack);
   void know_term(const graph::Term& term, const trial::Samples& samples, const model::CostTable& planned, double run);
   void know_asked_rates();
+  void know_exclusions(const std::vector<model::CostTable>& tables);
+  std::optional<double> promised_blocking(const trial::Schedule& schedule, std::size_t subchain) const;
 
   std::size_t kind_of(int core) const { return app_.kind_of(core); }
   void take_batches(const trial::Place& place, std::size_t subchain);
@@ -213,15 +224,16 @@ class Surrogate {
   // By kind, subchain, threads - 1: as times one thread.
   std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
-  int rounds_;                                 // until periods are good enough for a guess
-  std::vector<double> waits_;                  // by subchain
-  std::vector<double> planned_waits_;          // by subchain
-  std::vector<double> parts_;                  // by subchain
-  std::vector<double> output_period_;          // by subchain: the longest of its nodes'
-  std::vector<double> runs_per_output_;        // by subchain: of its tail's
-  struct Arrivals {                            // of an unscheduled node's outputs
-    double apart = 0.0;                        // where each run gives one
-    double late = 0.0;                         // as planned, at most
+  std::vector<Exclusion> exclusions_;
+  int rounds_;                           // until periods are good enough for a guess
+  std::vector<double> waits_;            // by subchain
+  std::vector<double> planned_waits_;    // by subchain
+  std::vector<double> parts_;            // by subchain
+  std::vector<double> output_period_;    // by subchain: the longest of its nodes'
+  std::vector<double> runs_per_output_;  // by subchain: of its tail's
+  struct Arrivals {                      // of an unscheduled node's outputs
+    double apart = 0.0;                  // where each run gives one
+    double late = 0.0;                   // as planned, at most
     double runs_per_output = 1.0;
   };
   std::vector<Arrivals> arrivals_;  // by node

@@ -93,6 +93,34 @@ int Surrogate::turns_of(const trial::Schedule& schedule, std::size_t subchain, i
   return 0;
 }
 
+// For how long exclusive groups may keep it from going on (plan/promise.h). None: one that it shares a group with is on
+// another core, where the formulas promise nothing.
+std::optional<double> Surrogate::promised_blocking(const trial::Schedule& schedule, std::size_t subchain) const {
+  const trial::Place& place = schedule.subchains[subchain];
+  const std::size_t kind = kind_of(place.core);
+  const std::size_t nodes = app_.graph.subchain(SubchainId(subchain)).nodes.size();
+  const double times = planned_waits_[subchain] > 0.0 ? 1.0 + static_cast<double>(nodes) : 1.0;
+  double sum = 0.0;
+  for (const Exclusion& exclusion : exclusions_) {
+    bool wanted = exclusion.has_unscheduled;
+    bool apart = false;
+    int own = 0;
+    double longest = 0.0;
+    for (const Exclusion::Part& part : exclusion.parts) {
+      const trial::Place& other = schedule.subchains[part.subchain];
+      const bool here = other.form == trial::Form::kPriority && other.core == place.core;
+      if (part.subchain == subchain) ++own;
+      apart = apart || !here;
+      wanted = wanted || (here && other.priority >= place.priority);
+      if (here && other.priority < place.priority) longest = std::max(longest, part.hold[kind]);
+    }
+    if (own > 0 && apart) return std::nullopt;
+    if (wanted) sum += times * longest;
+    sum += own * exclusion.unscheduled[kind];
+  }
+  return sum;
+}
+
 // Where no time is left, a promise is out of reach: it is taken to be so long that no bound holds.
 void Surrogate::promise_cores(const trial::Schedule& schedule) {
   promised_ = true;
@@ -110,6 +138,8 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   const trial::Place& place = schedule.subchains[i];
   plan_batches(place, i);
   Timing& timing = timings_[i];
+  const std::optional<double> blocked = promised_blocking(schedule, i);
+  promised_ = promised_ && blocked;
   double used = 0.0;
   double used_if_held = 0.0;
   double sum = 0.0;
@@ -119,7 +149,8 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
     for (std::size_t above = first; above < last; ++above) {
       const std::size_t j = order_[above];
       const Timing& other = timings_[j];
-      const int turns = in_turn && planned_waits_[i] == 0.0 ? turns_of(schedule, j, place.priority) : 0;
+      const int turns =
+          in_turn && planned_waits_[i] == 0.0 && blocked == 0.0 ? turns_of(schedule, j, place.priority) : 0;
       if (turns > 0) {
         sum += turns * other.planned;
         silence = std::min(silence, to_millis(plan::silence_limit(schedule.subchains[j].period)).count());
@@ -129,7 +160,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
       used_if_held += other.held_rate * other.planned;
       sum += other.promised_at_once * other.planned;
     }
-    const double alone = timing.planned + timing.planned_waits;
+    const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
     timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
     if (timing.promised_execution < silence) break;
   }

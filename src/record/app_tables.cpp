@@ -97,6 +97,19 @@ Status write_subchains(sqlite::Database& database, const graph::App& app) {
   return Done{};
 }
 
+Status write_exclusive(sqlite::Database& database, const graph::App& app) {
+  auto row = database.prepare("INSERT INTO exclusive VALUES (?, ?, ?, ?)");
+  if (!row) return row.error();
+  for (std::size_t id = 0; id < app.exclusive.size(); ++id) {
+    const graph::ExclusiveGroup& group = app.exclusive[id];
+    for (std::size_t position = 0; position < group.nodes.size(); ++position) {
+      const auto done = row->run(id, position, std::string_view(group.name), group.nodes[position].index());
+      if (!done) return done;
+    }
+  }
+  return Done{};
+}
+
 Status write_chains(sqlite::Database& database, const graph::App& app) {
   auto row = database.prepare("INSERT INTO chains VALUES (?, ?, ?, ?)");
   if (!row) return row.error();
@@ -137,9 +150,10 @@ class AppReader {
     spec_.name.value = meta.text("app").value_or("");
     spec_.order.emplace();
     spec_.steal_priority.emplace();
-    for (const auto step : {&AppReader::read_core_kinds, &AppReader::read_nodes, &AppReader::read_modes,
-                            &AppReader::read_edges, &AppReader::read_age_limits, &AppReader::read_subchains,
-                            &AppReader::read_subchain_nodes, &AppReader::read_chains, &AppReader::read_chain_nodes}) {
+    for (const auto step :
+         {&AppReader::read_core_kinds, &AppReader::read_nodes, &AppReader::read_modes, &AppReader::read_edges,
+          &AppReader::read_age_limits, &AppReader::read_subchains, &AppReader::read_subchain_nodes,
+          &AppReader::read_exclusive, &AppReader::read_chains, &AppReader::read_chain_nodes}) {
       if (auto done = (this->*step)(); !done) return done.error();
     }
     if (!read_options(meta)) return damaged(database_, "meta");
@@ -249,6 +263,18 @@ class AppReader {
     });
   }
 
+  Status read_exclusive() {
+    return each_row("exclusive", "id, position, name, node", "id, position", [this](Cells& cells) {
+      if (cells.integer(1) == 0) {
+        expect_next(cells, 0, spec_.exclusive.size());
+        spec_.exclusive.push_back({{cells.text(2), {}}, {}});
+      }
+      if (!cells.ok() || spec_.exclusive.empty()) return cells.refuse();
+      expect_next(cells, 1, spec_.exclusive.back().nodes.size());
+      spec_.exclusive.back().nodes.push_back(node_name(cells, 3));
+    });
+  }
+
   Status read_chains() {
     return each_row("chains", "id, metric, weight, max_ns", "id", [this](Cells& cells) {
       graph::TermSpec term;
@@ -349,7 +375,7 @@ Status write_app(sqlite::Database& database, const graph::App& app) {
   for (const auto step : {write_nodes, write_edges}) {
     if (auto done = step(database, app.graph); !done) return done;
   }
-  for (const auto step : {write_core_kinds, write_subchains, write_chains, write_options}) {
+  for (const auto step : {write_core_kinds, write_subchains, write_exclusive, write_chains, write_options}) {
     if (auto done = step(database, app); !done) return done;
   }
   return Done{};

@@ -116,8 +116,8 @@ Result<Tables> tables_of(sqlite::Database& database) {
 }
 
 // Tables that the first records did not have.
-constexpr std::array<std::string_view, 8> kLater{"age_limits",   "app_changes", "clocks", "core_kinds",
-                                                 "cost_changes", "overruns",    "slots",  "steals"};
+constexpr std::array<std::string_view, 9> kLater{"age_limits", "app_changes", "clocks", "core_kinds", "cost_changes",
+                                                 "exclusive",  "overruns",    "slots",  "steals"};
 
 // Columns of runs that older records do not have.
 constexpr std::array<std::string_view, 2> kLaterOfRuns{"on_cpu", "wait_ns"};

@@ -209,8 +209,10 @@ TEST(Reader, ReadsRecordsOfBeforeThereWereSlotsAndAgeLimits) {
   const std::string path = sample_record(folder);
   {
     auto database = sqlite::Database::open(path, SQLITE_OPEN_READWRITE);
-    ASSERT_TRUE(
-        database->execute("DROP TABLE slots; DROP TABLE steals; DROP TABLE core_kinds; DROP TABLE age_limits").ok());
+    ASSERT_TRUE(database
+                    ->execute("DROP TABLE slots; DROP TABLE steals; DROP TABLE core_kinds; DROP TABLE exclusive; DROP "
+                              "TABLE age_limits")
+                    .ok());
   }
   const auto reader = Reader::open(path);
   ASSERT_TRUE(reader.ok()) << reader.error().message();

@@ -16,6 +16,7 @@ using testing::HasSubstr;
 void expect_equal(const graph::App& a, const graph::App& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.core_kinds, b.core_kinds);
+  EXPECT_EQ(a.exclusive, b.exclusive);
   ASSERT_EQ(a.graph.nodes().size(), b.graph.nodes().size());
   for (std::size_t i = 0; i < a.graph.nodes().size(); ++i) {
     const graph::Node& x = a.graph.nodes()[i];

@@ -137,6 +137,47 @@ TEST(FixedPriorities, TriggersComeAtTheirPhasesAndWithOutputs) {
   EXPECT_EQ(to_json({{1, run.outcome}}, 1).find("budget_overruns"), std::string::npos);
 }
 
+graph::App exclusive_priorities() {
+  return parse(R"(
+catan: 1
+app: exclusive
+nodes: { a: {}, b: {}, c: {} }
+exclusive: { spinner: [a, c] }
+objective:
+  - { response_time: [a], weight: 1 }
+  - { response_time: [b], weight: 1 }
+  - { response_time: [c], weight: 1 }
+scheduler: { bootstrap: 100ms }
+)");
+}
+
+// c is under way when a wants to run: it goes on at a's level, above b, and a comes after it. c: 0 to 5 (it is
+// pre-empted by b for none of that), a: 5 to 7, b: 1 to 11.
+TEST(FixedPriorities, RunsOfAnExclusiveGroupDoNotOverlapAndOneThatIsWaitedForIsRaised) {
+  const graph::App app = exclusive_priorities();
+  const Recorded run = run_priorities(
+      app,
+      {place_by_phase(2, 0, milliseconds{20}, milliseconds{2}), place_by_phase(1, 0, milliseconds{20}, milliseconds{1}),
+       place_by_phase(0, 0, milliseconds{20}, Nanos{0})},
+      std::make_unique<PriorityCosts>(std::vector<Nanos>{milliseconds{2}, milliseconds{5}, milliseconds{4}}, 0,
+                                      Nanos{}));
+  EXPECT_EQ(run.longest(2), milliseconds{5}) << "b had one of it, before a came";
+  EXPECT_EQ(run.longest(0), milliseconds{5}) << "3 for c";
+  EXPECT_EQ(run.longest(1), milliseconds{10});
+}
+
+TEST(FixedPriorities, RunsOfAnExclusiveGroupDoNotOverlapOnTwoCores) {
+  const graph::App app = exclusive_priorities();
+  const Recorded run = run_priorities(
+      app,
+      {place_by_phase(2, 0, milliseconds{10}, milliseconds{1}), place_by_phase(1, 0, milliseconds{20}, Nanos{0}),
+       place_by_phase(1, 1, milliseconds{10}, Nanos{0})},
+      std::make_unique<PriorityCosts>(std::vector<Nanos>{milliseconds{2}, microseconds{1}, milliseconds{4}}, 0,
+                                      Nanos{}));
+  EXPECT_EQ(run.longest(2), milliseconds{4});
+  EXPECT_EQ(run.longest(0), milliseconds{5}) << "from 1 to 4 it waits";
+}
+
 // c has 8 of every 20 ms below a, which has 3 of every 10 ms and now and then takes 9.
 TEST(FixedPriorities, ALowerOneIsProtectedByTheBudgetOfAHigherOne) {
   const graph::App app = three_priorities();

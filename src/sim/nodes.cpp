@@ -46,6 +46,7 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
       batches_(app.graph),
       follows_ages_(has_age_limits(app.graph)),
       nodes_(app.graph.nodes().size()),
+      exclusions_(app.exclusive.size()),
       signals_(app.graph.subchains().size()),
       outputs_of_subchains_(signals_.size()),
       outputs_of_nodes_(nodes_.size()) {
@@ -90,7 +91,7 @@ void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unsched
     for (int helper = 0; helper <= node.helpers; ++helper) {
       const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
       cpus_.set_cpus(thread, mask);
-      cpus_.set_level(thread, level_of(node.described->unscheduled ? unscheduled : scheduled));
+      set_level_of(node, helper, level_of(node.described->unscheduled ? unscheduled : scheduled));
     }
     if (!node.period) continue;
     node.period = timers[node.id.index()].period;
@@ -136,25 +137,22 @@ void Nodes::complete(SubchainId subchain, std::uint64_t token, int from_cpu) {
 
 void Nodes::set_level(SubchainId subchain, os::Level level) {
   for (const NodeId id : app_.graph.subchain(subchain).nodes) {
-    const Node& node = nodes_[id.index()];
-    for (int helper = 0; helper <= node.helpers; ++helper) {
-      cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level_of(level));
-    }
+    Node& node = nodes_[id.index()];
+    for (int helper = 0; helper <= node.helpers; ++helper) set_level_of(node, helper, level_of(level));
   }
 }
 
 void Nodes::set_levels(SubchainId subchain, const policy::SubchainPlace& place) {
   const std::vector<NodeId>& ids = app_.graph.subchain(subchain).nodes;
   for (std::size_t position = 0; position < ids.size(); ++position) {
-    const Node& node = nodes_[ids[position].index()];
+    Node& node = nodes_[ids[position].index()];
     const Reservation reservation = reservations_.empty() ? Reservation{} : reservations_[ids[position].index()];
     const bool reserved = real_time_ && reservation.runtime > Nanos{0};
     for (int helper = 0; helper <= node.helpers; ++helper) {
-      const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
       if (reserved) {
-        cpus_.reserve(thread, reservation.runtime, reservation.period);
+        cpus_.reserve(node.thread + static_cast<Cpus::Thread>(helper), reservation.runtime, reservation.period);
       } else {
-        cpus_.set_level(thread, level_of(place.level_of(position)));
+        set_level_of(node, helper, level_of(place.level_of(position)));
       }
     }
   }
@@ -182,12 +180,72 @@ Nanos Nodes::cpu_time(SubchainId subchain) {
 }
 
 void Nodes::set_level_of_unscheduled(os::Level level) {
-  for (const Node& node : nodes_) {
+  for (Node& node : nodes_) {
     if (!node.described->unscheduled || node.described->external) continue;
-    for (int helper = 0; helper <= node.helpers; ++helper) {
-      cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level_of(level));
-    }
+    for (int helper = 0; helper <= node.helpers; ++helper) set_level_of(node, helper, level_of(level));
   }
+}
+
+// --- Exclusive groups ---
+
+// Null: the node is in none.
+Nodes::Exclusion* Nodes::exclusion_of(const Node& node) {
+  return node.described->exclusive ? &exclusions_[*node.described->exclusive] : nullptr;
+}
+
+// False: its run is to wait until the group is its own.
+bool Nodes::enter(Node& node) {
+  Exclusion* const exclusion = exclusion_of(node);
+  if (exclusion == nullptr || exclusion->holder == node.id.index()) return true;
+  if (!exclusion->holder) {
+    exclusion->holder = node.id.index();
+    return true;
+  }
+  exclusion->waiting.push_back(node.id.index());
+  raise_holder(*exclusion);
+  return false;
+}
+
+void Nodes::leave(Node& node, int cpu) {
+  Exclusion* const exclusion = exclusion_of(node);
+  if (exclusion == nullptr) return;
+  exclusion->holder.reset();
+  if (cpus_.level(node.thread) != Cpus::kReserved) cpus_.set_level(node.thread, node.level);
+  const auto next = std::max_element(
+      exclusion->waiting.begin(), exclusion->waiting.end(),
+      [&](std::size_t a, std::size_t b) { return cpus_.level(nodes_[a].thread) < cpus_.level(nodes_[b].thread); });
+  if (next == exclusion->waiting.end()) return;
+  exclusion->holder = *next;
+  exclusion->waiting.erase(next);
+  raise_holder(*exclusion);
+  cpus_.wake(nodes_[*exclusion->holder].thread, cpu);
+}
+
+bool Nodes::waits_for_group(const Node& node) {
+  const Exclusion* const exclusion = exclusion_of(node);
+  return exclusion != nullptr &&
+         std::find(exclusion->waiting.begin(), exclusion->waiting.end(), node.id.index()) != exclusion->waiting.end();
+}
+
+// A thread that others wait for has a higher one until its run has ended.
+void Nodes::set_level_of(Node& node, int helper, Cpus::Level level) {
+  if (helper == 0) node.level = level;
+  const Exclusion* const exclusion = helper == 0 ? exclusion_of(node) : nullptr;
+  if (exclusion != nullptr && exclusion->holder == node.id.index() && !exclusion->waiting.empty()) {
+    return raise_holder(*exclusion);
+  }
+  cpus_.set_level(node.thread + static_cast<Cpus::Thread>(helper), level);
+  if (exclusion != nullptr && waits_for_group(node)) raise_holder(*exclusion);
+}
+
+void Nodes::raise_holder(const Exclusion& exclusion) {
+  const Node& holder = nodes_[*exclusion.holder];
+  if (cpus_.level(holder.thread) == Cpus::kReserved) return;
+  Cpus::Level level = holder.level;
+  for (const std::size_t waiting : exclusion.waiting) {
+    level = std::max(level, std::min(cpus_.level(nodes_[waiting].thread), Cpus::kReserved - 1));
+  }
+  cpus_.set_level(holder.thread, level);
 }
 
 // --- Runs ---
@@ -196,6 +254,7 @@ Nanos Nodes::begin(Cpus::Thread thread, int cpu) {
   Node& node = nodes_[node_of_[thread - first_]];
   if (thread != node.thread) return node.share;
   if (node.rest > Nanos{0}) return std::exchange(node.rest, Nanos{0});
+  if (!enter(node)) return Nanos{0};
   begin_run(node, cpu);
   return until_wait(node);
 }
@@ -213,8 +272,11 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
     cpus_.wake_at(thread, cpus_.now() + std::exchange(node.wait, Nanos{0}));
     return false;
   }
+  // It asked for its group; by now that may be its own.
+  if (thread == node.thread && node.working == 0) return !waits_for_group(node);
   if (--node.working > 0) return false;  // the thread that works longest ends the run
   end_run(node, cpu);
+  leave(node, cpu);
   if (node.period) {
     node.next_begin = std::max(node.next_begin + *node.period, cpus_.now());
     cpus_.wake_at(node.thread, node.next_begin);

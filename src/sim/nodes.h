@@ -13,6 +13,9 @@
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
 // with the last of them. A run that waits has its first thread sleep in the middle of its work.
 //
+// A run of a node in an exclusive group begins when no other of the group is under way: its thread sleeps until then,
+// and raises the one that it waits for to its own level. A thread with a reservation is not raised.
+//
 // Units: in the types. Thread safety: none; one owner.
 #pragma once
 
@@ -142,6 +145,7 @@ class Nodes {
     std::optional<std::size_t> next;     // in the subchain
     std::vector<std::size_t> followers;  // unscheduled
     Cpus::Thread thread = 0;             // its own; those that help follow
+    Cpus::Level level = 0;               // its own thread's, but for those that wait for it
     int helpers = 0;
     std::vector<Input> inputs;
     std::vector<RunAccess::InputEdge> edges;  // by input
@@ -166,6 +170,18 @@ class Nodes {
     record::Run run;                 // reused
   };
 
+  // Of an exclusive group.
+  struct Exclusion {
+    std::optional<std::size_t> holder;  // a node
+    std::vector<std::size_t> waiting;   // who came first in front
+  };
+
+  Exclusion* exclusion_of(const Node& node);
+  bool enter(Node& node);
+  void leave(Node& node, int cpu);
+  bool waits_for_group(const Node& node);
+  void set_level_of(Node& node, int helper, Cpus::Level level);
+  void raise_holder(const Exclusion& exclusion);
   void begin_run(Node& node, int cpu);
   Nanos until_wait(Node& node);
   void consume(Node& node);
@@ -199,6 +215,7 @@ class Nodes {
   policy::BatchSizes batches_;
   bool follows_ages_;  // they are asked for
   std::vector<Node> nodes_;
+  std::vector<Exclusion> exclusions_;  // as the app's groups
   std::vector<Signal> signals_;
   std::vector<Outputs> outputs_of_subchains_;
   std::vector<Outputs> outputs_of_nodes_;

@@ -42,6 +42,7 @@ class Cores {
   bool has_work(Job job) const { return jobs_[job].has_work; }  // waiting or not
   int core_of(Job job) const { return jobs_[job].core; }
   Job current(int core) const { return at(core).current; }
+  Rank rank_of(Job job) const { return jobs_[job].rank; }  // of its newest work
   Rank rank_on(int core) const { return idle(core) ? -1 : jobs_[at(core).queue.back()].rank; }
 
   // It has work from now on, last among those of its rank.

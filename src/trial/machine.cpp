@@ -83,6 +83,7 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       clocks_(clocks_of(app, options)),
       nodes_(app.graph.nodes().size()),
       idlers_(nodes_.size()),
+      exclusions_(app.exclusive.size()),
       unscheduled_of_node_(nodes_.size()),
       timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app) +
               (samples.any_waits() ? count_jobs(app, schedule) : 0)),
@@ -222,7 +223,13 @@ void Machine::settle() {
     touched_.pop_back();
     if (!pipes_.empty()) take_waiting(core);
     const Job job = cores_.settle(core, now_);
-    if (job != kNoJob) cores_.begin(core, begin_job(job, core));
+    if (job == kNoJob) continue;
+    if (enter(job)) {
+      cores_.begin(core, begin_job(job, core));
+    } else {
+      cores_.suspend(core);
+      touch(core);
+    }
   }
 }
 
@@ -313,6 +320,7 @@ void Machine::wait_over(Job job) {
 
 // Whether it emits.
 bool Machine::end_run(NodeId id) {
+  leave(id);
   const bool emitted = emits(id);
   lineage_.end(id, now_, emitted);
   if (log_) log_->end(id, now_, emitted);

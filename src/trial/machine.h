@@ -10,8 +10,11 @@
 //
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
-// Runs and unscheduled nodes are in machine.cpp, triggers of subchains that do not take turns in machine_triggers.cpp,
-// cores of frames in machine_frames.cpp, pipelines in machine_pipelines.cpp.
+// A run of a node in an exclusive group holds that; another of the group waits away from its core, and raises the
+// holder to its own rank. When the run ends, the highest of those that wait is next. Pipelines do not know of groups.
+//
+// Runs and unscheduled nodes are in machine.cpp, exclusive groups in machine_exclusions.cpp, triggers of subchains that
+// do not take turns in machine_triggers.cpp, cores of frames in machine_frames.cpp, pipelines in machine_pipelines.cpp.
 //
 // Units: in the types. Thread safety: none; one owner; used once.
 #pragma once
@@ -89,6 +92,11 @@ class Machine {
     std::size_t runs = 0;
     TimePoint first_end{};
     TimePoint last_end{};
+  };
+  struct Exclusion {
+    std::optional<Job> holder;
+    Rank own = 0;              // the holder's, but for those that wait
+    std::vector<Job> waiting;  // who came first in front
   };
   struct Unscheduled {
     NodeId node;
@@ -173,6 +181,13 @@ class Machine {
   void subchain_run_over(Subchain& subchain, bool emitted);
   void count_run(Subchain& subchain);
 
+  // --- Exclusive groups ---
+  Exclusion* exclusion_of(Job job);
+  bool enter(Job job);
+  void leave(NodeId node);
+  void set_rank(Job job, Rank rank);
+  void raise_holder(const Exclusion& exclusion);
+
   // --- Triggers ---
   bool under_way(const Subchain& subchain) const { return cores_.has_work(static_cast<Job>(subchain.id.index())); }
   dispatch::Pacing pacing_of(const Place& place) const;
@@ -212,6 +227,7 @@ class Machine {
   std::vector<Node> nodes_;
   std::vector<std::optional<Idler>> idlers_;  // by NodeId
   std::vector<std::size_t> queues_;           // outputs that wait in each
+  std::vector<Exclusion> exclusions_;         // as the app's groups
   std::vector<Subchain> subchains_;
   std::vector<Unscheduled> unscheduled_;
   std::vector<std::optional<std::size_t>> unscheduled_of_node_;

@@ -27,7 +27,7 @@ void Machine::step_frames(int core, WokenBy by) {
   for (const auto& [id, level] : decision.levels) {
     Subchain& subchain = subchains_[id.index()];
     subchain.rank = rank_of(level);
-    if (under_way(subchain)) cores_.change_rank(static_cast<Job>(id.index()), subchain.rank, now_);
+    if (under_way(subchain)) set_rank(static_cast<Job>(id.index()), subchain.rank);
   }
   for (const auto& triggered : decision.triggers) begin_first_node(subchains_[triggered.subchain.index()]);
   frames.awaited = decision.wake_on_completion;

@@ -57,8 +57,8 @@ void Machine::pace(Subchain& subchain, WokenBy by) {
   if (place.clock) trigger.align(now_, clocks_[place.clock->index()]);
   if (trigger.wants_cpu_time(now_, subchain.completed)) trigger.used(now_, cores_.used(job, now_));
   const dispatch::SubchainTrigger::Decision decision = trigger.step(now_, subchain.completed);
-  if (decision.demote) cores_.change_rank(job, kDemoted, now_);
-  if (decision.restore && under_way(subchain)) cores_.change_rank(job, subchain.rank, now_);
+  if (decision.demote) set_rank(job, kDemoted);
+  if (decision.restore && under_way(subchain)) set_rank(job, subchain.rank);
   if (decision.demote || decision.restore) touch(place.core);
   if (decision.trigger) {
     place.form == Form::kPipeline ? wake(pipes_[*pipe_of_subchain_[job]], 0, trigger.sent())

@@ -324,6 +324,51 @@ TEST(Trial, WhatIsThereTooShortlyBeforeATickMissesIt) {
   EXPECT_NEAR(response_ms(ms(0.03)), in_time + 10.0, 1e-6);
 }
 
+// a and b are one group, on a core each: a is due at 1, while b runs.
+TEST(Trial, RunsOfAnExclusiveGroupDoNotOverlap) {
+  graph::AppSpec spec = two();
+  spec.exclusive = {{{"group", {}}, graph::split("a b")}};
+  World world(spec, {{"a", 2}, {"b", 4}});
+  const Figures figures =
+      world.run(on_cores(2, {{.core = 0, .period = ms(10), .phase = ms(1)}, {.core = 1, .period = ms(10)}}), ms(20));
+  EXPECT_EQ(world.timeline["a"], "4-6 14-16");
+  EXPECT_EQ(world.timeline["b"], "0-4 10-14");
+  EXPECT_NEAR(figures.busy[0], 0.2, 1e-9) << "who waits uses nothing";
+}
+
+// On one core high and low are a group, middle is not. When high wants it, low goes on above middle.
+TEST(Trial, WhoIsWaitedForInAnExclusiveGroupIsRaised) {
+  graph::AppSpec spec = graph::spec_of({"high", "middle", "low", "end"}, {"high end", "middle end", "low end"});
+  graph::node(spec, "end").external = true;
+  spec.objective = {graph::response("high end", 1.0), graph::response("middle end", 1.0),
+                    graph::response("low end", 1.0)};
+  spec.exclusive = {{{"group", {}}, graph::split("high low")}};
+  World world(spec, {{"high", 2}, {"middle", 5}, {"low", 4}});
+  world.run(on_cores(1, {{.priority = 3, .period = ms(20), .phase = ms(2)},
+                         {.priority = 2, .period = ms(20), .phase = ms(1)},
+                         {.priority = 1, .period = ms(20)}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["low"], "0-5");
+  EXPECT_EQ(world.timeline["high"], "5-7");
+  EXPECT_EQ(world.timeline["middle"], "1-11");
+}
+
+// Two wait: the higher is next, although it came later.
+TEST(Trial, OfThoseThatWaitForAnExclusiveGroupTheHighestIsNext) {
+  graph::AppSpec spec = graph::spec_of({"a", "b", "c", "end"}, {"a end", "b end", "c end"});
+  graph::node(spec, "end").external = true;
+  spec.objective = {graph::response("a end", 1.0), graph::response("b end", 1.0), graph::response("c end", 1.0)};
+  spec.exclusive = {{{"group", {}}, graph::split("a b c")}};
+  World world(spec, {{"a", 2}, {"b", 3}, {"c", 8}});
+  world.run(on_cores(2, {{.core = 0, .priority = 2, .period = ms(20), .phase = ms(2)},
+                         {.core = 0, .priority = 1, .period = ms(20), .phase = ms(1)},
+                         {.core = 1, .priority = 1, .period = ms(20)}}),
+            ms(20));
+  EXPECT_EQ(world.timeline["c"], "0-8");
+  EXPECT_EQ(world.timeline["a"], "8-10");
+  EXPECT_EQ(world.timeline["b"], "10-13");
+}
+
 TEST(Trial, UnscheduledNodesRunAboveAllAndFollowEachOther) {
   graph::AppSpec spec = graph::spec_of({"u", "v", "a"}, {"u v a"});
   graph::node(spec, "u").unscheduled = true;

@@ -99,6 +99,10 @@ std::string describe_json(const graph::App& app, const model::CostTable* costs) 
     if (costs != nullptr) entry["cost_ms"] = costs->subchain_total(graph, SubchainId(i)).count();
     json["subchains"][subchain.name] = std::move(entry);
   }
+  json["exclusive"] = Json::object();
+  for (const graph::ExclusiveGroup& group : app.exclusive) {
+    json["exclusive"][group.name] = node_names(graph, group.nodes);
+  }
   json["objective"] = Json::array();
   for (const graph::Term& term : app.objective) json["objective"].push_back(term_json(graph, term));
   json["order"] = subchain_names(graph, app.order);

@@ -116,6 +116,13 @@ std::string age_limits_text(const Graph& graph) {
   return any ? "age limits\n" + table.text() + "\n" : "";
 }
 
+std::string exclusive_text(const App& app) {
+  if (app.exclusive.empty()) return "";
+  Table table({"exclusive", "runs of these never overlap"});
+  for (const graph::ExclusiveGroup& group : app.exclusive) table.add({group.name, names(app.graph, group.nodes)});
+  return "exclusive groups\n" + table.text() + "\n";
+}
+
 std::string elements_text(const Graph& graph, const graph::Term& term) {
   std::vector<std::string> parts;
   for (const graph::ChainElement& element : graph.chain_elements(term.path)) {
@@ -161,11 +168,11 @@ std::string counted(std::size_t count, std::string_view thing) {
 
 std::string describe_text(const graph::App& app, const model::CostTable* costs) {
   const Graph& graph = app.graph;
-  return fmt::format("{}: {}, {}, {}, {}\n\n{}nodes\n{}\n{}triggers\n{}\nobjective\n{}\nscheduler\n{}", app.name,
+  return fmt::format("{}: {}, {}, {}, {}\n\n{}nodes\n{}\n{}triggers\n{}\n{}objective\n{}\nscheduler\n{}", app.name,
                      counted(graph.nodes().size(), "node"), counted(graph.edges().size(), "edge"),
                      counted(graph.subchains().size(), "subchain"), counted(app.objective.size(), "term"),
                      cores_text(app), nodes_text(app, costs), age_limits_text(graph), triggers_text(app),
-                     objective_text(app), scheduler_text(app));
+                     exclusive_text(app), objective_text(app), scheduler_text(app));
 }
 
 }  // namespace ctn::tool

@@ -39,15 +39,16 @@ struct RandomLimits {
   double heaviest = 1.0;
   bool reversed = false;  // the same app, written down the other way round
   bool all_queues = false;
-  bool zeros = false;    // some cost nothing
-  bool queue = false;    // the first subchain takes batches
-  bool caps = false;     // some have a max_rate
-  bool exact = false;    // one has an exact rate
-  bool bounds = false;   // some chains have a max, some nodes a min_rate
-  bool pairs = false;    // some subchains have two nodes
-  bool kinds = false;    // cores differ: two or three kinds of them
-  bool waits = false;    // runs of some nodes wait
-  bool batches = false;  // runs of the last subchain cost more with each item of a batch
+  bool zeros = false;      // some cost nothing
+  bool queue = false;      // the first subchain takes batches
+  bool caps = false;       // some have a max_rate
+  bool exact = false;      // one has an exact rate
+  bool bounds = false;     // some chains have a max, some nodes a min_rate
+  bool pairs = false;      // some subchains have two nodes
+  bool kinds = false;      // cores differ: two or three kinds of them
+  bool waits = false;      // runs of some nodes wait
+  bool exclusive = false;  // runs of two subchains or more do not overlap
+  bool batches = false;    // runs of the last subchain cost more with each item of a batch
 };
 
 // Draws one case. Each step draws from what the steps before it have left.
@@ -63,6 +64,7 @@ class RandomCaseBuilder {
     set_inputs();
     draw_rates();
     draw_bounds();
+    if (limits_.exclusive) draw_exclusive_group();
     if (limits_.reversed) reverse();
     if (limits_.kinds) draw_core_kinds(cores);
     Result<graph::App> built = graph::build_app(spec_);
@@ -181,6 +183,14 @@ class RandomCaseBuilder {
         term.max = graph::At<Nanos>{to_nanos(Millis{uniform(1.0, 8.0) * total_}), {}};
       }
     }
+  }
+
+  void draw_exclusive_group() {
+    std::vector<graph::Name> nodes;
+    for (std::size_t i = 0; i < subchains_.size(); ++i) {
+      if (i < 2 || chance(0.5)) nodes.push_back({subchains_[i].head, {}});
+    }
+    spec_.exclusive.push_back({{"group", {}}, std::move(nodes)});
   }
 
   void reverse() {

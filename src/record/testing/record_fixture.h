@@ -81,6 +81,7 @@ inline graph::App robot() {
   spec.objective[2].path = names("GL LP base");
   spec.objective[2].weight.value = 0.005;
   spec.core_kinds = {{{"big", {}}, {2, {}}, {1.0, {}}}, {{"little", {}}, {4, {}}, {0.45, {}}}};
+  spec.exclusive = {{{"slam", {}}, names("LP GL")}};
   spec.order = names("GL local");
   spec.steal_off = names("GL");
   spec.scheduler.slack = 0.07;
