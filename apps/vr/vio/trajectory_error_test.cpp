@@ -36,7 +36,7 @@ TEST(TrajectoryError, DoesNotForgiveAWrongTiltOrScale) {
   std::vector<StampedPose> tilted;
   std::vector<StampedPose> scaled;
   for (const StampedPose& pose : truth) {
-    tilted.push_back({pose.time, transformed(Pose{rotation({0.1, 0.0, 0.0}), {}}, pose.pose)});
+    tilted.push_back({pose.time, transformed(Pose{rotation({0.1, 0.0, 0.0}), Eigen::Vector3d::Zero()}, pose.pose)});
     scaled.push_back({pose.time, {pose.pose.orientation, 1.1 * pose.pose.position}});
   }
   EXPECT_GT(absolute_error(tilted, truth).position_rmse, 0.02);
