@@ -78,7 +78,7 @@ TEST(AppFile, ReadsExclusiveGroups) {
   EXPECT_EQ(app->excluded_by(SubchainId(0)), (std::vector<SubchainId>{SubchainId(2)}));
   const auto refused = parse_app(nodes + "exclusive: [a, b]\n" + objective, "app.yaml");
   ASSERT_FALSE(refused.ok());
-  EXPECT_THAT(refused.error().message(), HasSubstr("app.yaml:4:12: exclusive: "));
+  EXPECT_THAT(refused.error().message(), testing::HasSubstr("app.yaml:4:12: exclusive: "));
 }
 
 TEST(AppFile, ReadsNodes) {
