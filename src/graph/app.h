@@ -185,7 +185,8 @@ struct SchedulerOptions {
 constexpr double kDefaultSlack = 0.06;
 
 // Nodes whose runs never overlap, since their program does not let them: callbacks of one spinner, users of one mutex.
-// One that has to wait raises the one that it waits for to its own level, and the highest of those that wait is next.
+// One that has to wait raises the one that it waits for to its own level; of several that want to run, the highest is
+// next.
 struct ExclusiveGroup {
   std::string name;
   std::vector<NodeId> nodes;  // as written

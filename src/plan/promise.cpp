@@ -110,6 +110,7 @@ class Analysis {
   // How much closer together than its triggers runs of the member may use the core.
   Millis carried_over(const Member& member, Waits waits) const {
     const std::size_t i = member.subchain.index();
+    if (kept_away(member.subchain)) return std::max(promises_[i].execution - demand_of(member, waits), Millis{0});
     if (wait_[i] == Millis{0} || waits == Waits::kAreWork) return Millis{0};
     return std::max(promises_[i].execution - cost_[i], Millis{0});
   }
@@ -182,6 +183,21 @@ class Analysis {
 
   // --- Exclusive groups ---
 
+  // Whether a run may leave its core since another has its group that waits or is on another core.
+  bool kept_away(SubchainId subchain) const {
+    for (const NodeId node : app_.graph.subchain(subchain).nodes) {
+      const std::optional<std::size_t> group = app_.graph.node(node).exclusive;
+      if (!group) continue;
+      for (const NodeId other : app_.exclusive[*group].nodes) {
+        const std::optional<SubchainId> of = app_.graph.node(other).subchain;
+        if (of == subchain) continue;
+        if (!of || by_kind_.front().wait(other) > Millis{0}) return true;
+        if (plan_.subchains[of->index()].cores != plan_.subchains[subchain.index()].cores) return true;
+      }
+    }
+    return false;
+  }
+
   // Its position among the members of the core; none: it is not among them.
   std::optional<std::size_t> position_of(const CorePlan& core, NodeId node) const {
     const std::optional<SubchainId> of = app_.graph.node(node).subchain;
@@ -212,13 +228,11 @@ class Analysis {
     if (app_.exclusive.empty()) return Millis{0};
     const Member& member = core.members[rank];
     Millis sum{0};
-    bool elsewhere = false;
     for_each_excluded(core, rank, [&](NodeId other) {
       if (app_.graph.node(other).unscheduled) sum += hold_of(member, other);
-      elsewhere = elsewhere || (!app_.graph.node(other).unscheduled && !position_of(core, other));
     });
     // Where it never leaves its core before it has ended, none below it begins a run meanwhile.
-    const bool leaves = elsewhere || wait_[member.subchain.index()] > Millis{0};
+    const bool leaves = kept_away(member.subchain) || wait_[member.subchain.index()] > Millis{0};
     const auto times = leaves ? 1 + app_.graph.subchain(member.subchain).nodes.size() : 1;
     for (const graph::ExclusiveGroup& group : app_.exclusive) {
       bool wanted = false;

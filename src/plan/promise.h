@@ -32,8 +32,10 @@
 // protocols: an approach to real-time synchronization", IEEE Transactions on Computers 39, 1990). Once; where i may
 // leave its core before it has ended, once more for each of its nodes. Of the groups of its own nodes, so is one run of
 // each unscheduled node; and of each subchain on another core, as many runs as may come, and one more, from trigger to
-// end. Where one above it may wait while it has a group of i's, its wait counts as if it were work. Since something
-// below i runs, there are no silent leaders. Frames and pipelines are taken to know of no group.
+// end. Where one above it may wait while it has a group of i's, its wait counts as if it were work. One that may
+// be kept away from its core by such as wait, or are on another core, comes closer to its next run, as one that waits
+// itself. Since something below i runs, there are no silent leaders. Frames and pipelines are taken to know of no
+// group.
 //
 // p_i is the longer of R_i and of what lies between two triggers, on average over many. Of outputs that trigger it one
 // may be late and the next one early: what waits for its next run may wait for longer than p_i (predict.cpp). Where not

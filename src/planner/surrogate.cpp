@@ -84,6 +84,18 @@ Surrogate::Surrogate(const graph::App& app, const trial::Samples& samples, const
 }
 
 void Surrogate::know_exclusions(const std::vector<model::CostTable>& tables) {
+  kept_away_.resize(timings_.size());
+  for (std::size_t i = 0; i < timings_.size(); ++i) {
+    for (const NodeId node : app_.graph.subchain(SubchainId(i)).nodes) {
+      const std::optional<std::size_t> group = app_.graph.node(node).exclusive;
+      if (!group) continue;
+      const std::vector<NodeId>& others = app_.exclusive[*group].nodes;
+      kept_away_[i] = kept_away_[i] || std::any_of(others.begin(), others.end(), [&](NodeId other) {
+                        const std::optional<SubchainId> of = app_.graph.node(other).subchain;
+                        return of != SubchainId(i) && (!of || tables.front().wait(other) > Millis{0});
+                      });
+    }
+  }
   for (const graph::ExclusiveGroup& group : app_.exclusive) {
     Exclusion& exclusion = exclusions_.emplace_back();
     exclusion.unscheduled.resize(tables.size());

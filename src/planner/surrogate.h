@@ -225,8 +225,9 @@ class Surrogate {
   std::vector<std::vector<std::vector<double>>> parts_on_threads_;
   std::vector<std::vector<Batches>> batches_;  // by subchain; of its nodes whose runs cost more with each item
   std::vector<Exclusion> exclusions_;
-  int rounds_;                           // until periods are good enough for a guess
-  std::vector<double> waits_;            // by subchain
+  std::vector<bool> kept_away_;  // by subchain: from its core, by what has its group and waits; empty without groups
+  int rounds_;                   // until periods are good enough for a guess
+  std::vector<double> waits_;    // by subchain
   std::vector<double> planned_waits_;    // by subchain
   std::vector<double> parts_;            // by subchain
   std::vector<double> output_period_;    // by subchain: the longest of its nodes'

@@ -99,7 +99,8 @@ std::optional<double> Surrogate::promised_blocking(const trial::Schedule& schedu
   const trial::Place& place = schedule.subchains[subchain];
   const std::size_t kind = kind_of(place.core);
   const std::size_t nodes = app_.graph.subchain(SubchainId(subchain)).nodes.size();
-  const double times = planned_waits_[subchain] > 0.0 ? 1.0 + static_cast<double>(nodes) : 1.0;
+  if (exclusions_.empty()) return 0.0;
+  const double times = planned_waits_[subchain] > 0.0 || kept_away_[subchain] ? 1.0 + static_cast<double>(nodes) : 1.0;
   double sum = 0.0;
   for (const Exclusion& exclusion : exclusions_) {
     bool wanted = exclusion.has_unscheduled;
@@ -179,7 +180,8 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   double jitter = place.pause ? 0.0 : std::max(0.0, timing.promised_execution - spacing);
   if (place.after) jitter += promised_lateness(*place.after);
   // What a run that waits leaves undone comes close to the next one (plan/promise.h).
-  const double carried = timing.planned_waits > 0.0 ? timing.promised_execution - timing.planned : 0.0;
+  const bool leaves = timing.planned_waits > 0.0 || (!kept_away_.empty() && kept_away_[i]);
+  const double carried = leaves ? timing.promised_execution - timing.planned : 0.0;
   // Held apart by its period, or early by the jitter, whichever says less of an interval as long as the spacing.
   const double held = to_millis(place.period).count();
   if (place.after && place.period > dispatch::kShortestPeriod && spacing / held < 1.0 + jitter / spacing) {

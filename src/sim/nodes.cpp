@@ -199,6 +199,7 @@ bool Nodes::enter(Node& node) {
   if (exclusion == nullptr || exclusion->holder == node.id.index()) return true;
   if (!exclusion->holder) {
     exclusion->holder = node.id.index();
+    if (!exclusion->waiting.empty()) raise_holder(*exclusion);
     return true;
   }
   exclusion->waiting.push_back(node.id.index());
@@ -215,10 +216,10 @@ void Nodes::leave(Node& node, int cpu) {
       exclusion->waiting.begin(), exclusion->waiting.end(),
       [&](std::size_t a, std::size_t b) { return cpus_.level(nodes_[a].thread) < cpus_.level(nodes_[b].thread); });
   if (next == exclusion->waiting.end()) return;
-  exclusion->holder = *next;
+  // It asks again when it has a CPU, as with a mutex of Linux: a higher one may be first.
+  const std::size_t chosen = *next;
   exclusion->waiting.erase(next);
-  raise_holder(*exclusion);
-  cpus_.wake(nodes_[*exclusion->holder].thread, cpu);
+  cpus_.wake(nodes_[chosen].thread, cpu);
 }
 
 bool Nodes::waits_for_group(const Node& node) {

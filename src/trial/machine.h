@@ -11,7 +11,8 @@
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
 // A run of a node in an exclusive group holds that; another of the group waits away from its core, and raises the
-// holder to its own rank. When the run ends, the highest of those that wait is next. Pipelines do not know of groups.
+// holder to its own rank. When the run ends, the highest of those that wait gets its core back and asks again.
+// Pipelines do not know of groups.
 //
 // Runs and unscheduled nodes are in machine.cpp, exclusive groups in machine_exclusions.cpp, triggers of subchains that
 // do not take turns in machine_triggers.cpp, cores of frames in machine_frames.cpp, pipelines in machine_pipelines.cpp.

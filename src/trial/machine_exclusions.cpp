@@ -20,6 +20,7 @@ bool Machine::enter(Job job) {
   if (!exclusion->holder) {
     exclusion->holder = job;
     exclusion->own = cores_.rank_of(job);
+    raise_holder(*exclusion);
     return true;
   }
   exclusion->waiting.push_back(job);
@@ -40,13 +41,11 @@ void Machine::leave(NodeId node) {
   const auto next = std::max_element(exclusion.waiting.begin(), exclusion.waiting.end(),
                                      [&](Job a, Job b) { return cores_.rank_of(a) < cores_.rank_of(b); });
   if (next == exclusion.waiting.end()) return;
+  // It asks again when it has its core: a higher one may be first.
   const Job chosen = *next;
   exclusion.waiting.erase(next);
-  exclusion.holder = chosen;
-  exclusion.own = cores_.rank_of(chosen);
   cores_.resume(chosen);
   touch(cores_.core_of(chosen));
-  raise_holder(exclusion);
 }
 
 // Its own, from now on; it has a higher one for as long as that waits for it.
