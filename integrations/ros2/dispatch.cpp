@@ -50,6 +50,11 @@ void hook_ros2_threads(bool hooked) {
   if (found != nullptr) reinterpret_cast<catan_ros::SetThreadHook>(found)(hooked ? &kHook : nullptr);
 }
 
+// Of which rclcpp has one callback at a time.
+bool is_exclusive(const rclcpp::CallbackGroup::SharedPtr& group) {
+  return group && group->type() == rclcpp::CallbackGroupType::MutuallyExclusive;
+}
+
 // Wakes the thread that waits: in Humble a member, later a pointer.
 template <class Condition>
 void trigger(Condition& condition) {
@@ -142,9 +147,8 @@ void Dispatch::run_plainly() {
 // may be closed for another one by then.
 void Dispatch::execute(rclcpp::AnyExecutable& ready) {
   executor_.execute_any_executable(ready);
-  const bool exclusive =
-      ready.callback_group && ready.callback_group->type() == rclcpp::CallbackGroupType::MutuallyExclusive;
-  if (exclusive && rclcpp::ok(executor_.context_)) trigger(executor_.interrupt_guard_condition_);
+  if (is_exclusive(ready.callback_group) && rclcpp::ok(executor_.context_))
+    trigger(executor_.interrupt_guard_condition_);
   ready.callback_group.reset();
 }
 
@@ -252,7 +256,7 @@ std::string Dispatch::node_of(const rclcpp::CallbackGroup::SharedPtr& group, boo
 
 PriorityMutex* Dispatch::exclusion_of(const rclcpp::CallbackGroup::SharedPtr& group) {
   if (executor_.threads_ == 1) return &one_at_a_time_;
-  if (!group || group->type() != rclcpp::CallbackGroupType::MutuallyExclusive) return nullptr;
+  if (!is_exclusive(group)) return nullptr;
   const std::lock_guard lock(groups_mutex_);
   const auto known =
       std::find_if(groups_.begin(), groups_.end(), [&](const Group& one) { return one.group.lock() == group; });
@@ -263,8 +267,7 @@ PriorityMutex* Dispatch::exclusion_of(const rclcpp::CallbackGroup::SharedPtr& gr
 }
 
 void Dispatch::put(Executable ready) {
-  const bool exclusive =
-      ready->callback_group && ready->callback_group->type() == rclcpp::CallbackGroupType::MutuallyExclusive;
+  const bool exclusive = is_exclusive(ready->callback_group);
   std::unique_lock lock(mutex_);
   ready_.push_back(std::move(ready));
   changed_.notify_all();
@@ -286,9 +289,8 @@ Dispatch::Executable Dispatch::take() {
 void Dispatch::run_scheduled() {
   while (const Executable ready = take()) {
     PriorityMutex* const exclusion = exclusion_of(ready->callback_group);
-    if (exclusion != nullptr) exclusion->lock();
-    const std::unique_ptr<PriorityMutex, void (*)(PriorityMutex*)> held(exclusion,
-                                                                        [](PriorityMutex* one) { one->unlock(); });
+    std::unique_lock<PriorityMutex> held;
+    if (exclusion != nullptr) held = std::unique_lock(*exclusion);
     execute(*ready);
   }
 }
