@@ -31,6 +31,7 @@ PlanningLoop::PlanningLoop(const graph::App& app, PlanningOptions options)
       measured_(app),
       hung_runs_(app.graph),
       clock_(TimePoint{}, app.scheduler),
+      clocks_(app.graph.nodes().size()),
       memory_(options_.policy->make_memory()),
       power_(kinds_, app.kinds()),
       news_(app) {}
@@ -276,7 +277,6 @@ policy::Situation PlanningLoop::situation(const model::CostTable& costs, const m
 
 void PlanningLoop::clock_known(NodeId node, const Ticks& ticks) {
   measured_.set_clock(node, ticks);
-  if (clocks_.size() <= node.index()) clocks_.resize(node.index() + 1);
   clocks_[node.index()] = ticks;
 }
 

@@ -112,13 +112,14 @@ bool keep_their_phases(const graph::Graph& graph, const std::vector<Ticks>& cloc
 // Both keep their phases.
 bool are_alike(const graph::Graph& graph, const std::vector<Ticks>& before, const std::vector<Ticks>& now) {
   if (before.size() != now.size()) return false;
+  const double may_slip = kSlipped * to_millis(shortest_period(now)).count();
   for (std::size_t index = 0; index < now.size(); ++index) {
     if ((before[index].period > Nanos{0}) != (now[index].period > Nanos{0})) return false;
     if (now[index].period <= Nanos{0}) continue;
     const Ticks nominal{before[index].tick, *graph.nodes()[index].period};
     const Nanos after = now[index].tick - nominal.last(now[index].tick);
     const Nanos slipped = std::min(after, nominal.period - after);
-    if (to_millis(slipped) > kSlipped * to_millis(shortest_period(now))) return false;
+    if (to_millis(slipped).count() > may_slip) return false;
   }
   return true;
 }

@@ -254,7 +254,8 @@ KnownSoFar::KnownSoFar(const graph::App& app, const record::Header& header)
     : header_(header),
       app_(app),
       kinds_(policy::CpuKinds::fits(app, header.cpus) ? policy::CpuKinds(app, header.cpus) : policy::CpuKinds()),
-      measured_(app) {}
+      measured_(app),
+      clocks_(app.graph.nodes().size()) {}
 
 void KnownSoFar::add(const record::PlanChange& change) {
   if (plan_ && change.at < plan_at_) return;
@@ -269,10 +270,7 @@ void KnownSoFar::add(const record::AppChange& change) {
   if (changed) app_ = std::move(*changed);
 }
 
-void KnownSoFar::add(const record::ClockReading& reading) {
-  if (clocks_.size() <= reading.node.index()) clocks_.resize(reading.node.index() + 1);
-  clocks_[reading.node.index()] = reading.ticks;
-}
+void KnownSoFar::add(const record::ClockReading& reading) { clocks_[reading.node.index()] = reading.ticks; }
 
 Result<std::string> what_if(const KnownSoFar& known, const web::WhatIf& asked, os::Clock& clock) {
   if (known.header().cpus.empty()) {
