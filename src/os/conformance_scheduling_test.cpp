@@ -90,7 +90,10 @@ TEST_P(RealTimeConformance, SavedSchedulingComesBack) {
     ASSERT_TRUE(guard.status().ok());
     ASSERT_TRUE(os().set_level(parked.id(), Level::kUnscheduled).ok());
     ASSERT_TRUE(os().set_affinity(parked.id(), CpuSet{before->affinity.cpus().back()}).ok());
-    EXPECT_NE(os().save_scheduling(parked.id()).value(), *before);
+    const SavedScheduling raised = os().save_scheduling(parked.id()).value();
+    EXPECT_NE(raised, *before);
+    EXPECT_TRUE(os().is_raised(raised));
+    EXPECT_FALSE(os().is_raised(*before));
   }
   SavedScheduling after = os().save_scheduling(parked.id()).value();
   if (!before->reset_on_fork) after.reset_on_fork = false;  // not every process may clear it

@@ -8,7 +8,7 @@ namespace ctn::runtime {
 
 void ClientNodes::add(NodeId node, os::ThreadId thread) {
   const auto state = state_.lock();
-  save(state->saved, thread);
+  if (const auto now = os_.save_scheduling(thread)) save(state->saved, *now);
   state->nodes.push_back({node, thread});
 }
 
@@ -33,7 +33,7 @@ void ClientNodes::add_thread(NodeId node, os::ThreadId thread) {
   forget_ended(*state);
   for (RegisteredNode& registered : state->nodes) {
     if (registered.node != node) continue;
-    save(state->saved, thread);
+    if (const auto now = os_.save_scheduling(thread)) save(state->saved, *now);
     std::erase(registered.others, thread);
     return registered.others.push_back(thread);
   }
@@ -66,7 +66,7 @@ void ClientNodes::update_saved_scheduling() {
   const auto update = [&](os::ThreadId thread) {
     const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
     // One that has the number of a thread that ended is not the node's.
-    if (now && (state->saved.has(*now) || !state->saved.has(thread))) save(state->saved, thread);
+    if (now && (state->saved.has(*now) || !state->saved.has(thread))) save(state->saved, *now);
   };
   for (const RegisteredNode& registered : state->nodes) {
     update(registered.thread);
@@ -97,22 +97,17 @@ void ClientNodes::forget_ended(State& state) const {
 }
 
 // What a thread had that a server has found and raised before the program named it only that server knows.
-void ClientNodes::save(SavedThreads& saved, os::ThreadId thread) const {
-  const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
-  if (!now) return;
-  if (!raised_by_server(thread)) {
-    saved.save(*now);
-  } else if (!saved.has(*now)) {
-    saved.forget(thread);
+void ClientNodes::save(SavedThreads& saved, const os::SavedScheduling& now) const {
+  if (!os_.is_raised(now)) {
+    saved.save(now);
+  } else if (!saved.has(now)) {
+    saved.forget(now.thread);
   }
 }
 
-// By what a raised thread looks like; real-time threads of the program's own seldom have the flag.
 bool ClientNodes::raised_by_server(os::ThreadId thread) const {
-  const Result<os::Level> level = os_.level(thread);
-  if (!level || *level == os::Level::kOrdinary) return false;
-  const Result<os::SavedScheduling> found = os_.save_scheduling(thread);
-  return found && found->reset_on_fork;
+  const Result<os::SavedScheduling> now = os_.save_scheduling(thread);
+  return now && os_.is_raised(*now);
 }
 
 // Of the node: its own, and the threads that the region lists. `living`: of this process.

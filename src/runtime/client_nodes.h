@@ -60,7 +60,7 @@ class ClientNodes {
     SavedThreads saved;
   };
 
-  void save(SavedThreads& saved, os::ThreadId thread) const;
+  void save(SavedThreads& saved, const os::SavedScheduling& now) const;
   void forget_ended(State& state) const;
   bool raised_by_server(os::ThreadId thread) const;
   static std::vector<os::ThreadId> threads_of(const RegisteredNode& registered, const Region& region,

@@ -7,6 +7,7 @@
 
 #include "config/testing/apps.h"
 #include "os/fake/fake_os.h"
+#include "os/fake/faulty_os.h"
 
 namespace ctn::runtime {
 namespace {
@@ -102,6 +103,31 @@ TEST_F(ClientNodesTest, TheSchedulingThatAServerGaveIsNotSaved) {
   nodes.restore_threads(region);
   EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
   EXPECT_EQ(*fake.affinity(other_id), os::CpuSet{0});
+}
+
+// A server lowers a thread just after somebody has looked what it has.
+class LoweringOs final : public os::FaultyOs {
+ public:
+  using FaultyOs::FaultyOs;
+  Result<os::SavedScheduling> save_scheduling(os::ThreadId thread) override {
+    Result<os::SavedScheduling> found = FaultyOs::save_scheduling(thread);
+    if (lowers) shift_level(thread, os::Level::kOrdinary);
+    return found;
+  }
+  bool lowers = false;
+};
+
+// Guards: the level was looked at once more by itself, and so the one that the server had given was saved.
+TEST_F(ClientNodesTest, TheSchedulingThatAServerTakesBackAtThatMomentIsNotSaved) {
+  LoweringOs lowering(fake);
+  ClientNodes watched{lowering};
+  raise(other_id);
+  lowering.lowers = true;
+  watched.add(node, other_id);
+  lowering.lowers = false;
+  raise(other_id);
+  watched.restore_threads(region);
+  EXPECT_EQ(*fake.level(other_id), os::Level::kOrdinary);
 }
 
 TEST_F(ClientNodesTest, AThreadThatReusesTheNumberOfOneThatEndedIsNotRestored) {

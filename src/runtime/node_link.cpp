@@ -1,6 +1,7 @@
 #include "runtime/node_link.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace ctn::runtime {
 
@@ -11,49 +12,78 @@ NodeLink::NodeLink(os::Os& os, const graph::Graph& graph, NodeId node, const Reg
       cell_(region.node(node)),
       reports_(region.reports_reader(node)) {}
 
+bool NodeLink::announce_thread(os::ThreadId thread) {
+  const std::lock_guard lock(mutex_);
+  return announce(thread).has_value();
+}
+
+void NodeLink::withdraw_thread(os::ThreadId thread) {
+  const std::lock_guard lock(mutex_);
+  if (const auto index = announced_at(thread)) places_[*index] = Place::kFree;
+  publish_threads();
+}
+
 bool NodeLink::add_thread(os::ThreadId thread) {
   Result<std::unique_ptr<os::CpuClock>> clock = os_.cpu_clock(thread);
   const std::lock_guard lock(mutex_);
-  for (std::size_t index = 0; index < threads_.size(); ++index) {
-    if (threads_[index].load(std::memory_order_relaxed) != 0 || leaving_[index]) continue;
-    if (clock) clocks_[index] = *std::move(clock);
-    threads_[index].store(static_cast<std::int32_t>(thread), std::memory_order_seq_cst);
-    publish_threads();
-    joined_.fetch_add(1, std::memory_order_release);
-    return true;
+  const std::optional<std::size_t> index = announce(thread);
+  if (!index) return false;
+  if (clock) clocks_[*index] = *std::move(clock);
+  places_[*index] = Place::kAdded;
+  threads_[*index].store(owners_[*index], std::memory_order_seq_cst);
+  publish_threads();
+  joined_.fetch_add(1, std::memory_order_release);
+  return true;
+}
+
+std::optional<std::size_t> NodeLink::announced_at(os::ThreadId thread) const {
+  for (std::size_t index = 0; index < places_.size(); ++index) {
+    if (places_[index] == Place::kAnnounced && owners_[index] == static_cast<std::int32_t>(thread)) return index;
   }
-  return false;
+  return std::nullopt;
 }
 
-void NodeLink::remove_thread(os::ThreadId thread) {
-  remove_if([&](std::int32_t each) { return each == static_cast<std::int32_t>(thread); });
+std::optional<std::size_t> NodeLink::announce(os::ThreadId thread) {
+  if (const auto index = announced_at(thread)) return index;
+  const auto* const free = std::find(places_.begin(), places_.end(), Place::kFree);
+  if (free == places_.end()) return std::nullopt;
+  const auto index = static_cast<std::size_t>(free - places_.begin());
+  places_[index] = Place::kAnnounced;
+  owners_[index] = static_cast<std::int32_t>(thread);
+  publish_threads();
+  return index;
 }
 
-void NodeLink::remove_all_threads() {
-  remove_if([](std::int32_t) { return true; });
+void NodeLink::remove_thread(os::ThreadId thread, const Restore& restore) {
+  remove_if([&](std::int32_t each) { return each == static_cast<std::int32_t>(thread); }, restore);
+}
+
+void NodeLink::remove_all_threads(const Restore& restore) {
+  remove_if([](std::int32_t) { return true; }, restore);
 }
 
 template <class IsMeant>
-void NodeLink::remove_if(const IsMeant& is_meant) {
-  std::array<bool, NodeCell::kMaxThreads> removed{};
+void NodeLink::remove_if(const IsMeant& is_meant, const Restore& restore) {
+  std::vector<std::size_t> removed;
   {
     const std::lock_guard lock(mutex_);
-    for (std::size_t index = 0; index < threads_.size(); ++index) {
-      const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);
-      removed[index] = thread != 0 && is_meant(thread);
-      if (!removed[index]) continue;
-      leaving_[index] = true;
+    for (std::size_t index = 0; index < places_.size(); ++index) {
+      if (places_[index] != Place::kAdded || !is_meant(owners_[index])) continue;
+      places_[index] = Place::kLeaving;
       threads_[index].store(0, std::memory_order_seq_cst);
+      removed.push_back(index);
     }
     publish_threads();
   }
   wait_for_visitors();
+  // Nobody else changes the place of one that is leaving.
+  for (const std::size_t index : removed) restore(os::ThreadId{owners_[index]});
   const std::lock_guard lock(mutex_);
-  for (std::size_t index = 0; index < threads_.size(); ++index) {
-    if (!removed[index]) continue;
+  for (const std::size_t index : removed) {
     clocks_[index].reset();
-    leaving_[index] = false;
+    places_[index] = Place::kFree;
   }
+  publish_threads();
 }
 
 // Visits are a few system calls long, of threads that outrank us; visits that begin now do not see the thread any more.
@@ -64,14 +94,16 @@ void NodeLink::wait_for_visitors() const {
 
 // Also for the node, which adds up what its threads used.
 void NodeLink::publish_threads() {
-  std::size_t count = 0;
-  for (std::size_t index = 0; index < threads_.size(); ++index) {
-    const std::int32_t thread = threads_[index].load(std::memory_order_relaxed);
-    cell_.thread[index].store(thread, std::memory_order_release);
-    if (thread != 0) count = index + 1;
+  std::size_t added = 0;
+  std::size_t listed = 0;
+  for (std::size_t index = 0; index < places_.size(); ++index) {
+    const bool free = places_[index] == Place::kFree;
+    cell_.thread[index].store(free ? 0 : owners_[index], std::memory_order_release);
+    if (!free) listed = index + 1;
+    if (places_[index] == Place::kAdded) added = index + 1;
   }
-  used_.store(count, std::memory_order_release);
-  cell_.threads.store(static_cast<std::uint32_t>(count), std::memory_order_release);
+  used_.store(added, std::memory_order_release);
+  cell_.threads.store(static_cast<std::uint32_t>(listed), std::memory_order_release);
 }
 
 std::vector<os::ThreadId> NodeLink::threads() const {

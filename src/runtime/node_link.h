@@ -10,8 +10,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -31,11 +33,18 @@ class NodeLink {
   NodeId node() const { return node_; }
 
   // --- threads ---
-  // False: there is no room for another.
+  // The node's program sees in the region which threads the server may have raised, and lowers them where the server
+  // was killed. So it sees a thread before anything is done to it, and until that has been undone.
+  // Announced: the program sees it, visits do not. False: there is no room for another.
+  bool announce_thread(os::ThreadId thread);
+  // Of one that was announced, and then not added.
+  void withdraw_thread(os::ThreadId thread);
+  // Announces it, too, where that was not done. False: there is no room for another.
   bool add_thread(os::ThreadId thread);
-  // Not from a visit.
-  void remove_thread(os::ThreadId thread);
-  void remove_all_threads();
+  // `restore` is called with each that was there, when no visit sees it any more. Not from a visit.
+  using Restore = std::function<void(os::ThreadId)>;
+  void remove_thread(os::ThreadId thread, const Restore& restore);
+  void remove_all_threads(const Restore& restore);
   std::vector<os::ThreadId> threads() const;
   bool has(os::ThreadId thread) const;
   // The same without a copy.
@@ -80,9 +89,14 @@ class NodeLink {
     }
     visitors_.fetch_sub(1, std::memory_order_seq_cst);
   }
+  enum class Place : std::uint8_t { kFree, kAnnounced, kAdded, kLeaving };
+
   template <class IsMeant>
-  void remove_if(const IsMeant& is_meant);
-  void publish_threads();  // under the lock
+  void remove_if(const IsMeant& is_meant, const Restore& restore);
+  // Under the lock.
+  std::optional<std::size_t> announced_at(os::ThreadId thread) const;
+  std::optional<std::size_t> announce(os::ThreadId thread);
+  void publish_threads();
   void wait_for_visitors() const;
 
   os::Os& os_;
@@ -90,12 +104,14 @@ class NodeLink {
   std::vector<NodeId> predecessors_;
   NodeCell& cell_;
   RingReader reports_;
-  std::mutex mutex_;                                                        // of callers that change the threads
-  std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // 0: free
-  // Theirs. One that was removed has its clock, and its place, until no visit sees it any more.
+  std::mutex mutex_;  // of callers that change the threads
+  // Under the lock: what is at each place, and whose it is unless it is free.
+  std::array<Place, NodeCell::kMaxThreads> places_{};
+  std::array<std::int32_t, NodeCell::kMaxThreads> owners_{};
+  std::array<std::atomic<std::int32_t>, NodeCell::kMaxThreads> threads_{};  // that were added, for visits; 0: none
+  // Theirs. One that is leaving has its clock until no visit sees it any more.
   std::array<std::unique_ptr<os::CpuClock>, NodeCell::kMaxThreads> clocks_;
-  std::array<bool, NodeCell::kMaxThreads> leaving_{};  // removed, and may still be visited; under the lock
-  std::atomic<std::size_t> used_{0};                   // none from here on
+  std::atomic<std::size_t> used_{0};  // none was added from here on
   std::atomic<std::uint32_t> joined_{0};
   mutable std::atomic<std::uint32_t> visitors_{0};
 };

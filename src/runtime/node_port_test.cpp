@@ -343,7 +343,7 @@ TEST(NodeLinkOfThreads, APlaceIsNotFreeWhileWhoHadItIsVisited) {
   const auto visitor =
       fake.spawn("visitor", [&] { link.for_each_thread([&](os::ThreadId) { wait(milliseconds{5}); }); });
   wait(milliseconds{1});
-  const auto remover = fake.spawn("remover", [&] { link.remove_thread(first); });
+  const auto remover = fake.spawn("remover", [&] { link.remove_thread(first, [](os::ThreadId) {}); });
   wait(milliseconds{1});
   ASSERT_TRUE(link.add_thread(last));
   wait(milliseconds{10});

@@ -122,13 +122,16 @@ Status RegisteredNodes::add_thread(NodeId node, os::ProcessId process, os::Threa
   const Error no_room =
       Error::caller(fmt::format("node {} has {} threads already", app_.graph.node(node).name, NodeCell::kMaxThreads),
                     "use fewer threads");
-  if (link.threads().size() >= NodeCell::kMaxThreads) return no_room;
   // Before any dispatcher knows it; where the node has not joined, it is placed when the node joins.
   std::optional<os::Level> placed_at;
   Added added = add_if_placed(node, thread, false);
   if (added == Added::kNotPlaced) {
     placed_at = level_of(node);
-    if (Status placed = place(node, process, thread); !placed) return placed;
+    if (!link.announce_thread(thread)) return no_room;
+    if (Status placed = place(node, process, thread); !placed) {
+      link.withdraw_thread(thread);
+      return placed;
+    }
     added = add_if_placed(node, thread, true);
   }
   if (placed_at && added != Added::kToJoined) enforcer_->release(thread);  // the node has left meanwhile
@@ -149,8 +152,7 @@ RegisteredNodes::Added RegisteredNodes::add_if_placed(NodeId node, os::ThreadId 
 }
 
 void RegisteredNodes::remove_thread(NodeId node, os::ThreadId thread) {
-  links_[node.index()]->remove_thread(thread);
-  enforcer_->release(thread);
+  links_[node.index()]->remove_thread(thread, [this](os::ThreadId removed) { enforcer_->release(removed); });
 }
 
 // In the background on all CPUs, until the controller that holds the subchain sets its level and CPUs.
@@ -180,9 +182,7 @@ bool RegisteredNodes::leave(NodeId node, const std::string& why) {
     expected = released_;
     if (const auto subchain = app_.graph.node(node).subchain) left_[subchain->index()] = true;
   }
-  const std::vector<os::ThreadId> threads = link->threads();
-  link->remove_all_threads();
-  for (const os::ThreadId thread : threads) enforcer_->release(thread);
+  link->remove_all_threads([this](os::ThreadId removed) { enforcer_->release(removed); });
   set(node, Presence::kAway);
   if (!expected) {
     notices_.add({os_.now(), "node-left",

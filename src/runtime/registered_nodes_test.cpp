@@ -1,4 +1,5 @@
 // Nodes that come, go and come back, as those of other processes do, in virtual time.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -320,7 +321,7 @@ struct Started {
   std::unique_ptr<Scheduler> scheduler;
 };
 
-// Tells of each thread that is about to be bound.
+// Tells of each thread that is about to be bound, or restored.
 class ToldOs final : public os::FaultyOs {
  public:
   using FaultyOs::FaultyOs;
@@ -328,7 +329,12 @@ class ToldOs final : public os::FaultyOs {
     if (about_to_bind) about_to_bind(thread);
     return FaultyOs::set_affinity(thread, cpus);
   }
+  Status restore_scheduling(const os::SavedScheduling& saved) override {
+    if (about_to_restore) about_to_restore(saved.thread);
+    return FaultyOs::restore_scheduling(saved);
+  }
   std::function<void(os::ThreadId)> about_to_bind;
+  std::function<void(os::ThreadId)> about_to_restore;
 };
 
 // A dispatcher that knows of a thread moves it, also between its being set and its being read back, and then the join
@@ -364,6 +370,44 @@ TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
   started.os.about_to_bind = nullptr;
   scheduler.leave(node, "the test ends");
   for (const auto& thread : threads) thread->join();
+}
+
+// Guards: a server that found a thread, raised it, and was killed before it listed it left it raised: the program did not
+// know of it, and the guardian had been killed, too.
+TEST(RegisteredNodes, TheRegionListsAThreadBeforeItIsPlacedAndUntilItIsRestored) {
+  Started<ToldOs> started(2);
+  os::FakeOs& fake = started.fake;
+  Scheduler& scheduler = *started.scheduler;
+  const NodeId node = *started.app.graph.find_node("left");
+  os::ThreadId other{};
+  const auto thread = fake.spawn("left", [&] {
+    other = fake.current_thread();
+    fake.sleep_until(fake.now() + seconds{1});
+  });
+  fake.sleep_until(fake.now() + milliseconds{1});
+  const auto listed = [&] {
+    const NodeCell& cell = started.memory.region().node(node);
+    return std::any_of(cell.thread.begin(), cell.thread.end(),
+                       [&](const auto& each) { return each.load() == static_cast<std::int32_t>(other); });
+  };
+  std::vector<bool> listed_when;
+  started.os.about_to_bind = started.os.about_to_restore = [&](os::ThreadId about) {
+    if (about == other) listed_when.push_back(listed());
+  };
+  EXPECT_TRUE(scheduler.join(node, fake.current_process(), fake.current_thread()).ok());
+  EXPECT_FALSE(listed());
+  EXPECT_TRUE(scheduler.add_thread(node, fake.current_process(), other).ok());
+  EXPECT_TRUE(listed());
+  scheduler.remove_thread(node, other);
+  EXPECT_FALSE(listed());
+  EXPECT_TRUE(scheduler.add_thread(node, fake.current_process(), other).ok());
+  started.os.about_to_bind = nullptr;
+  scheduler.leave(node, "the test ends");
+  EXPECT_FALSE(listed());
+  EXPECT_GE(listed_when.size(), 4U) << "placed and restored, twice";
+  EXPECT_THAT(listed_when, testing::Each(true));
+  started.os.about_to_restore = nullptr;
+  thread->join();
 }
 
 // Guards: a thread that was named after the node's others had been listed, and before the node had joined, was not

@@ -208,13 +208,12 @@ bool Pipeline::settle(Nanos within) {
     }
     return ran_since(node, served_at.at(node));
   };
-  const TimePoint now = os_->now();
   const auto all_settled = [&] {
     for (std::size_t node = 0; node < kNodes.size(); ++node) settled.at(node) = settled.at(node) || look(node);
     return std::all_of(settled.begin(), settled.end(), [](bool each) { return each; });
   };
   if (!until(all_settled, within)) return false;
-  settled_since_ = std::min(settled_since_, now);
+  settled_since_ = std::min(settled_since_, os_->now());
   return true;
 }
 

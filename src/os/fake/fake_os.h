@@ -116,6 +116,7 @@ class FakeOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
+  bool is_raised(const SavedScheduling& saved) const override;
   Status restore_scheduling(const SavedScheduling& saved) override;
   Result<Topology> topology() override;
   Result<CpuSet> online_cpus() override;

@@ -93,6 +93,10 @@ Result<SavedScheduling> FakeOs::save_scheduling(ThreadId thread) {
                          usable(*task)};
 }
 
+bool FakeOs::is_raised(const SavedScheduling& saved) const {
+  return static_cast<Level>(saved.policy) != Level::kOrdinary && saved.reset_on_fork;
+}
+
 FakeOs::Task* FakeOs::find(const SavedScheduling& saved) {
   Task* const task = find(saved.thread);
   return task && task->started == saved.started ? task : nullptr;

@@ -82,6 +82,7 @@ class FaultyOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override;
   Result<CpuSet> affinity(ThreadId thread) override;
   Result<SavedScheduling> save_scheduling(ThreadId thread) override;
+  bool is_raised(const SavedScheduling& saved) const override { return inner_.is_raised(saved); }
   Status restore_scheduling(const SavedScheduling& saved) override;
   Result<Topology> topology() override;
   Result<CpuSet> online_cpus() override;

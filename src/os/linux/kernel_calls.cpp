@@ -46,14 +46,21 @@ int KernelCalls::set_policy(pid_t thread, const SchedulingPolicy& policy) {
   return ::syscall(SYS_sched_setscheduler, thread, policy.policy | flag, &parameters) == 0 ? 0 : errno;
 }
 
+// Two calls, between which the thread may be raised or lowered: a policy and a priority that do not belong together could
+// not be given back to it. They are read until they do; each further attempt takes another change at that moment.
 int KernelCalls::get_policy(pid_t thread, SchedulingPolicy& policy) {
-  const long found = ::syscall(SYS_sched_getscheduler, thread);
-  if (found < 0) return errno;
-  sched_param parameters{};
-  if (::syscall(SYS_sched_getparam, thread, &parameters) != 0) return errno;
-  const int bits = static_cast<int>(found);
-  policy = {bits & ~SCHED_RESET_ON_FORK, parameters.sched_priority, (bits & SCHED_RESET_ON_FORK) != 0};
-  return 0;
+  constexpr int kAttempts = 100;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const long found = ::syscall(SYS_sched_getscheduler, thread);
+    if (found < 0) return errno;
+    sched_param parameters{};
+    if (::syscall(SYS_sched_getparam, thread, &parameters) != 0) return errno;
+    const int bits = static_cast<int>(found);
+    policy = {bits & ~SCHED_RESET_ON_FORK, parameters.sched_priority, (bits & SCHED_RESET_ON_FORK) != 0};
+    const bool has_priority = policy.policy == SCHED_FIFO || policy.policy == SCHED_RR;
+    if (has_priority == (policy.priority > 0)) return 0;
+  }
+  return EAGAIN;
 }
 
 int KernelCalls::set_nice(pid_t thread, int nice) {

@@ -185,6 +185,7 @@ class LinuxOs : public Os {
   Status set_affinity(ThreadId thread, const CpuSet& cpus) override { return scheduling_.set_affinity(thread, cpus); }
   Result<CpuSet> affinity(ThreadId thread) override { return scheduling_.affinity(thread); }
   Result<SavedScheduling> save_scheduling(ThreadId thread) override { return scheduling_.save(thread); }
+  bool is_raised(const SavedScheduling& saved) const override { return Scheduling::is_raised(saved); }
   Status restore_scheduling(const SavedScheduling& saved) override { return scheduling_.restore(saved); }
 
   Result<Topology> topology() override { return read_topology(roots_); }

@@ -65,6 +65,18 @@ bool is_number(ThreadId thread) { return kernel_number(thread) > 0; }
 
 bool is_real_time(int policy) { return policy == SCHED_FIFO || policy == SCHED_RR || policy == kDeadlinePolicy; }
 
+// None: real-time, but not as Catan sets it.
+std::optional<Level> level_of(const SchedulingPolicy& found) {
+  if (!is_real_time(found.policy)) return Level::kOrdinary;
+  for (const LevelPolicy& known : kLevels) {
+    if (known.policy == found.policy && known.priority == found.priority) return known.level;
+  }
+  const bool fixed = found.priority >= static_cast<int>(fixed_level(0)) &&
+                     found.priority < static_cast<int>(fixed_level(kFixedLevels));
+  if (found.policy == SCHED_FIFO && fixed) return static_cast<Level>(found.priority);
+  return std::nullopt;
+}
+
 }  // namespace
 
 Error Scheduling::refused(ThreadId thread, const std::string& what, int error) const {
@@ -112,13 +124,7 @@ Result<Level> Scheduling::level(ThreadId thread) {
   if (!is_number(thread)) return refused(thread, what, ESRCH);
   SchedulingPolicy found;
   if (const int error = calls_.get_policy(kernel_number(thread), found)) return refused(thread, what, error);
-  if (!is_real_time(found.policy)) return Level::kOrdinary;
-  for (const LevelPolicy& known : kLevels) {
-    if (known.policy == found.policy && known.priority == found.priority) return known.level;
-  }
-  const bool fixed = found.priority >= static_cast<int>(fixed_level(0)) &&
-                     found.priority < static_cast<int>(fixed_level(kFixedLevels));
-  if (found.policy == SCHED_FIFO && fixed) return static_cast<Level>(found.priority);
+  if (const std::optional<Level> level = level_of(found)) return *level;
   return Error::environment(
       fmt::format("thread {} is at none of Catan's levels but {}", static_cast<int>(thread), describe(found)),
       "leave real-time scheduling to Catan: remove chrt or the call that raises this thread");
@@ -169,6 +175,11 @@ Result<SavedScheduling> Scheduling::save(ThreadId thread) {
   if (!cpus.ok()) return cpus.error();
   saved.affinity = std::move(*cpus);
   return saved;
+}
+
+bool Scheduling::is_raised(const SavedScheduling& saved) {
+  const std::optional<Level> level = level_of({saved.policy, saved.priority, saved.reset_on_fork});
+  return level && *level != Level::kOrdinary && saved.reset_on_fork;
 }
 
 Status Scheduling::restore(const SavedScheduling& saved) {

@@ -30,6 +30,7 @@ class Scheduling {
   Result<CpuSet> affinity(ThreadId thread);
   // Fails on a SCHED_DEADLINE thread: its parameters could not be given back.
   Result<SavedScheduling> save(ThreadId thread);
+  static bool is_raised(const SavedScheduling& saved);
   // Of the CPUs that were saved, the ones that are still there; when none is, all.
   Status restore(const SavedScheduling& saved);
 
