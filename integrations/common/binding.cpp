@@ -9,7 +9,7 @@ namespace catan_ros {
 namespace {
 
 bool read_flags(std::string_view text, Binding& binding) {
-  if (text == kNothing) return true;
+  if (text == kEmptyField) return true;
   for (const std::string_view flag : split(text, ',')) {
     bool* const field = flag == "queue"    ? &binding.takes_all
                         : flag == "itself" ? &binding.runs_by_itself

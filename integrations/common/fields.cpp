@@ -28,7 +28,7 @@ std::optional<std::int64_t> parse_number(std::string_view text) {
   return value;
 }
 
-std::string_view or_nothing(const std::string& text) { return text.empty() ? kNothing : std::string_view(text); }
+std::string_view or_nothing(const std::string& text) { return text.empty() ? kEmptyField : std::string_view(text); }
 
 std::string list_text(const std::vector<std::string>& list) {
   std::string text;
@@ -41,7 +41,7 @@ std::string list_text(const std::vector<std::string>& list) {
 
 std::vector<std::string> read_list(std::string_view text) {
   std::vector<std::string> list;
-  if (text == kNothing) return list;
+  if (text == kEmptyField) return list;
   for (const std::string_view item : split(text, ',')) list.emplace_back(item);
   return list;
 }

@@ -14,7 +14,7 @@
 
 namespace catan_ros {
 
-inline constexpr std::string_view kNothing = "-";
+inline constexpr std::string_view kEmptyField = "-";
 
 // At least one part.
 std::vector<std::string_view> split(std::string_view text, char separator);

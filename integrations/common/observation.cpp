@@ -28,7 +28,7 @@ std::optional<ObservedCallback> parse_callback(const std::vector<std::string_vie
   if (!kind) return std::nullopt;
   ObservedCallback callback;
   callback.kind = *kind;
-  callback.type = fields[4] == kNothing ? std::string_view() : fields[4];
+  callback.type = fields[4] == kEmptyField ? std::string_view() : fields[4];
   if (*kind == Binding::Kind::kTimer) {
     const std::optional<std::int64_t> period = parse_number(fields[3]);
     if (!period) return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<ObservedRun> parse_run(const std::vector<std::string_view>& fields
   run.thread = *thread;
   run.begin = std::chrono::nanoseconds{*begin};
   run.cpu_time = std::chrono::nanoseconds{*cpu_time};
-  if (fields[5] != kNothing) run.from = fields[5];
+  if (fields[5] != kEmptyField) run.from = fields[5];
   run.published = read_list(fields[6]);
   return run;
 }
