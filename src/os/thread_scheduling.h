@@ -64,8 +64,8 @@ class ThreadScheduling {
   virtual Status set_affinity(ThreadId thread, const CpuSet& cpus) = 0;
   virtual Result<CpuSet> affinity(ThreadId thread) = 0;
   virtual Result<SavedScheduling> save_scheduling(ThreadId thread) = 0;
-  // Whether it is what set_level() gives a thread, at a level above ordinary. Real-time threads of a program's own seldom
-  // look so.
+  // Whether it is what set_level() gives a thread, at a level above ordinary. Real-time threads of a program's own
+  // seldom look so.
   virtual bool is_raised(const SavedScheduling& saved) const = 0;
   // kEnvironment: something was refused, or the thread is gone. Another that has its number by now is not touched.
   virtual Status restore_scheduling(const SavedScheduling& saved) = 0;

@@ -372,8 +372,8 @@ TEST(RegisteredNodes, AThreadIsPlacedBeforeDispatchersKnowOfIt) {
   for (const auto& thread : threads) thread->join();
 }
 
-// Guards: a server that found a thread, raised it, and was killed before it listed it left it raised: the program did not
-// know of it, and the guardian had been killed, too.
+// Guards: a server that found a thread, raised it, and was killed before it listed it left it raised: the program did
+// not know of it, and the guardian had been killed, too.
 TEST(RegisteredNodes, TheRegionListsAThreadBeforeItIsPlacedAndUntilItIsRestored) {
   Started<ToldOs> started(2);
   os::FakeOs& fake = started.fake;

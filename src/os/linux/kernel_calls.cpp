@@ -46,8 +46,8 @@ int KernelCalls::set_policy(pid_t thread, const SchedulingPolicy& policy) {
   return ::syscall(SYS_sched_setscheduler, thread, policy.policy | flag, &parameters) == 0 ? 0 : errno;
 }
 
-// Two calls, between which the thread may be raised or lowered: a policy and a priority that do not belong together could
-// not be given back to it. They are read until they do; each further attempt takes another change at that moment.
+// Two calls, between which the thread may be raised or lowered: a policy and a priority that do not belong together
+// could not be given back to it. They are read until they do; each further attempt takes another change at that moment.
 int KernelCalls::get_policy(pid_t thread, SchedulingPolicy& policy) {
   constexpr int kAttempts = 100;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
