@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/portable_math.h"
+#include "planner/clock_phases.h"
 
 namespace ctn::planner {
 namespace {
@@ -65,64 +66,9 @@ Nanos work_of_trial(const trial::Figures& figures) {
   return kSetUp + Nanos{static_cast<Nanos::rep>(80 * figures.events)};
 }
 
-TimePoint newest_tick(const std::vector<Ticks>& clocks) {
-  TimePoint newest{};
-  for (const Ticks& clock : clocks) newest = std::max(newest, clock.tick);
-  return newest;
-}
-
-std::vector<Ticks> earlier_by(Nanos time, std::vector<Ticks> clocks) {
-  for (Ticks& clock : clocks) clock.tick -= time;
-  return clocks;
-}
-
 // What is there later than so long before a tick may miss it: clocks are known to some microseconds, threads are woken
 // as much too late, and runs take now and then more than they did.
 constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
-
-// How far two clocks may get from where they were to each other, as a part of the period of the faster one, before a
-// trial says something else.
-constexpr double kSlipped = 0.1;
-// For so long at least, or it is not worth trying what is soon over.
-constexpr Nanos kKept = std::chrono::seconds{10};
-
-Nanos shortest_period(const std::vector<Ticks>& clocks) {
-  Nanos shortest = Nanos::max();
-  for (const Ticks& clock : clocks) {
-    if (clock.period > Nanos{0}) shortest = std::min(shortest, clock.period);
-  }
-  return shortest;
-}
-
-// What follows no clock goes by ours, and how the phases of others move is known if each ticks as often as the app file
-// says.
-bool keep_their_phases(const graph::Graph& graph, const std::vector<Ticks>& clocks) {
-  const double may_slip = kSlipped * to_millis(shortest_period(clocks)) / to_millis(kKept);
-  bool any = false;
-  for (std::size_t index = 0; index < clocks.size(); ++index) {
-    if (clocks[index].period <= Nanos{0}) continue;
-    any = true;
-    const std::optional<Nanos> nominal = graph.nodes()[index].period;
-    if (!nominal) return false;
-    if (std::abs(to_millis(clocks[index].period) / to_millis(*nominal) - 1.0) > may_slip) return false;
-  }
-  return any;
-}
-
-// Both keep their phases.
-bool are_alike(const graph::Graph& graph, const std::vector<Ticks>& before, const std::vector<Ticks>& now) {
-  if (before.size() != now.size()) return false;
-  const double may_slip = kSlipped * to_millis(shortest_period(now)).count();
-  for (std::size_t index = 0; index < now.size(); ++index) {
-    if ((before[index].period > Nanos{0}) != (now[index].period > Nanos{0})) return false;
-    if (now[index].period <= Nanos{0}) continue;
-    const Ticks nominal{before[index].tick, *graph.nodes()[index].period};
-    const Nanos after = now[index].tick - nominal.last(now[index].tick);
-    const Nanos slipped = std::min(after, nominal.period - after);
-    if (to_millis(slipped).count() > may_slip) return false;
-  }
-  return true;
-}
 
 // By core. A pipeline's runs may use any of its cores, and so may those that are to have what it leaves: each of them
 // is as busy as all are on average.
@@ -162,7 +108,7 @@ void ScheduleSearch::know_clocks(std::vector<NodeId> clocks) {
 
 bool ScheduleSearch::know_phases(const std::vector<Ticks>& clocks) {
   std::vector<Ticks> now = keep_their_phases(app_.graph, clocks) ? clocks : std::vector<Ticks>{};
-  if (are_alike(app_.graph, phases_, now)) return false;
+  if (have_same_phases(app_.graph, phases_, now)) return false;
   phases_ = std::move(now);
   forget_trials();
   return true;
