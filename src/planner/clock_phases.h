@@ -12,9 +12,9 @@
 
 namespace ctn::planner {
 
-// Whether any clock is known, and those that are known stay where they are to each other, and to ours, by a tenth of the
-// shortest period, for ten seconds or more. What follows no clock goes by ours, and how the phases of others move is
-// known if each ticks as often as the app file says.
+// Whether any clock is known, and those that are known stay where they are to each other, and to ours, by a tenth of
+// the shortest period, for ten seconds or more. What follows no clock goes by ours, and how the phases of others move
+// is known if each ticks as often as the app file says.
 bool keep_their_phases(const graph::Graph& graph, const std::vector<Ticks>& clocks);
 
 // Whether a trial of the phases of `before` says what one of those of `now` would: no clock has slipped by a tenth of
