@@ -149,6 +149,20 @@ std::vector<SubchainId> App::excluded_by(SubchainId subchain) const {
   return others;
 }
 
+std::vector<std::vector<SubchainId>> App::joined_by_exclusion() const {
+  std::vector<std::vector<SubchainId>> joined(graph.subchains().size());
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    std::vector<SubchainId> found{SubchainId(i)};
+    for (std::size_t next = 0; next < found.size(); ++next) {
+      for (const SubchainId other : excluded_by(found[next])) {
+        if (std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
+      }
+    }
+    joined[i].assign(found.begin() + 1, found.end());
+  }
+  return joined;
+}
+
 double App::weight_of(SubchainId subchain) const {
   double sum = 0.0;
   for (const Term& term : objective) {

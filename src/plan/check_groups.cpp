@@ -230,8 +230,14 @@ void check_cores(Check& check) {
   const std::vector<Members> members = members_by_core(check.plan);
   const auto kind = [&](std::size_t core) { return check.app.kind_of(static_cast<int>(core)); };
   std::vector<char> sharing(check.app.kinds(), 0);
+  const std::vector<std::vector<SubchainId>> joined = check.app.joined_by_exclusion();
   for (std::size_t core = 0; core < members.size(); ++core) {
-    if (members[core].size() > 1) sharing[kind(core)] = 1;
+    const bool could_part = std::any_of(members[core].begin(), members[core].end(), [&](SubchainId id) {
+      const SubchainId first = members[core].front();
+      const std::vector<SubchainId>& with = joined[first.index()];
+      return id != first && std::find(with.begin(), with.end(), id) == with.end();
+    });
+    if (could_part) sharing[kind(core)] = 1;
   }
   for (std::size_t i = 0; i < check.plan.subchains.size(); ++i) {
     const std::vector<int>& cores = check.plan.subchains[i].cores;

@@ -411,6 +411,22 @@ TEST(ExpectedPlan, RatesOutOfReachAreRefusedWithWhatIsMissing) {
   }
 }
 
+// Guards: there was no plan, since one core was left empty while the other was shared.
+TEST(ExpectedPlan, AnExclusiveGroupStaysOnOneCoreHoweverManyThereAre) {
+  graph::AppSpec spec = graph::spec_of({"a", "b"}, {});
+  spec.objective = {graph::period("a", 1.0), graph::period("b", 1.0)};
+  spec.exclusive = {{{"spinner", {}}, graph::split("a b")}};
+  const graph::App app = graph::build_app(spec).value();
+  const model::CostTable costs(app.graph, Millis{6});
+  const trial::Samples samples(app, constant_work(app, costs), Nanos{0}, 1);
+  for (const int cores : {1, 2, 3}) {
+    const auto plan = make_expected_plan(app, samples, costs, {.cores = cores, .slack = kSlack, .effort = 0.01});
+    ASSERT_TRUE(plan.ok()) << plan.error().message();
+    EXPECT_EQ(plan->subchains[0].cores.size(), 1U);
+    EXPECT_EQ(plan->subchains[0].cores, plan->subchains[1].cores);
+  }
+}
+
 TEST(ExpectedPlan, RefusesWhatNobodyCanPlanFor) {
   Two two;
   const auto refusal = [&](int cores, double slack) {
@@ -454,6 +470,7 @@ RC_GTEST_PROP(FormulasProperty, MakeAValidPlanOrSayWhyNot, (std::uint64_t seed))
                                    .pairs = true,
                                    .kinds = seed % 3 == 0,
                                    .waits = seed % 2 == 0,
+                                   .exclusive = seed % 11 < 4,
                                    .batches = seed % 4 < 2},
                                   cores);
   const trial::Samples samples(random.app, trial::MeasuredRuns{}, random.costs);

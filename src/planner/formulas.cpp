@@ -98,11 +98,13 @@ Error unattainable(const graph::App& app, const model::CostTable& costs, const F
                                               "scale all weights down: only their ratios matter"}});
   }
   if (exact.empty()) {
+    const bool asked = app.scheduler.schedule == graph::ScheduleKind::kPriorities;
     return Error(ErrorKind::kCaller,
                  {Problem{{},
-                          "scheduler.schedule",
+                          asked ? "scheduler.schedule" : "nodes",
                           "no fixed priorities were found under which each subchain is promised a time",
-                          "leave out schedule: priorities, or give it more cores"}});
+                          asked ? "leave out schedule: priorities, or give it more cores"
+                                : "give it more cores, or make its nodes cheaper"}});
   }
   const double there = speed_of_all(app, request.cores) * (1.0 - request.slack);
   const std::string_view unit = app.core_kinds.empty() ? "a core" : "a core of speed 1";

@@ -101,29 +101,13 @@ std::vector<Arrival> arrivals_of(const graph::Graph& graph, SubchainId subchain)
   return arrivals;
 }
 
-// By subchain: all that exclusive groups join to it, itself left out.
-std::vector<std::vector<std::size_t>> together_of(const graph::App& app) {
-  const std::size_t count = app.graph.subchains().size();
-  std::vector<std::vector<std::size_t>> together(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::vector<std::size_t> found{i};
-    for (std::size_t next = 0; next < found.size(); ++next) {
-      for (const SubchainId other : app.excluded_by(SubchainId(found[next]))) {
-        if (std::find(found.begin(), found.end(), other.index()) == found.end()) found.push_back(other.index());
-      }
-    }
-    together[i].assign(found.begin() + 1, found.end());
-  }
-  return together;
-}
-
 Moves::Moves(const graph::App& app, std::vector<double> cost, const Pipelines& pipelines, int cores, Freedom freedom)
     : app_(app),
       pipelines_(pipelines),
       cost_(std::move(cost)),
       cores_(cores),
       freedom_(freedom),
-      together_(together_of(app)),
+      joined_(app.joined_by_exclusion()),
       chains_(chains_of(app)),
       clocks_(app.graph.subchains().size()) {
   for (std::size_t i = 0; i < app.graph.subchains().size(); ++i) {
@@ -436,18 +420,19 @@ void Moves::change_core(Schedule& schedule, std::size_t subchain, std::size_t ot
   Place& place = schedule.subchains[subchain];
   if (random.once_in(2) && schedule.subchains[other].form == trial::Form::kPriority) {
     const int core = place.core;
-    move_together(schedule, subchain, schedule.subchains[other].core);
-    move_together(schedule, other, core);
+    move_joined(schedule, subchain, schedule.subchains[other].core);
+    move_joined(schedule, other, core);
   } else {
     const std::vector<int> cores = cores_for_priorities(schedule);
-    move_together(schedule, subchain, cores[random.below(cores.size())]);
+    move_joined(schedule, subchain, cores[random.below(cores.size())]);
   }
 }
 
-void Moves::move_together(Schedule& schedule, std::size_t subchain, int core) const {
+void Moves::move_joined(Schedule& schedule, std::size_t subchain, int core) const {
   schedule.subchains[subchain].core = core;
-  for (const std::size_t other : together_[subchain]) {
-    if (schedule.subchains[other].form == trial::Form::kPriority) schedule.subchains[other].core = core;
+  for (const SubchainId other : joined_[subchain]) {
+    Place& place = schedule.subchains[other.index()];
+    if (place.form == trial::Form::kPriority) place.core = core;
   }
 }
 
@@ -508,7 +493,7 @@ void Moves::give_cores(Schedule& schedule, std::size_t subchain, Random& random)
       schedule = before;
       return;
     }
-    move_together(schedule, i, left[random.below(left.size())]);
+    move_joined(schedule, i, left[random.below(left.size())]);
   }
 }
 

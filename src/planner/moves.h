@@ -63,9 +63,8 @@ class Moves {
   // Gives a subchain the trigger that the app asks for, if it asks for one that is not by time.
   void set_asked_trigger(trial::Place& place, std::size_t subchain) const;
 
-  // Other subchains with nodes in exclusive groups with its own, or with those of such: as their runs do not overlap,
-  // they gain little by several cores, and are to stay on one.
-  const std::vector<std::size_t>& together(std::size_t subchain) const { return together_[subchain]; }
+  // Those that exclusive groups join to it.
+  const std::vector<SubchainId>& joined(std::size_t subchain) const { return joined_[subchain]; }
 
   // On each core, those that may be triggered by others take turns and are never pre-empted: the one with the shortest
   // period leads, a pause after its own run and below the others, each of which follows so many of its outputs.
@@ -110,7 +109,7 @@ class Moves {
   std::size_t some_predecessor(std::size_t subchain, Random& random) const;
   void change_pause(trial::Place& place, std::size_t subchain, Random& random) const;
   void change_core(trial::Schedule& schedule, std::size_t subchain, std::size_t other, Random& random) const;
-  void move_together(trial::Schedule& schedule, std::size_t subchain, int core) const;
+  void move_joined(trial::Schedule& schedule, std::size_t subchain, int core) const;
   void change_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   void give_cores(trial::Schedule& schedule, std::size_t subchain, Random& random) const;
   std::vector<int> cores_for_priorities(const trial::Schedule& schedule) const;
@@ -123,7 +122,7 @@ class Moves {
   std::vector<Limits> limits_;                          // by subchain
   std::vector<std::vector<std::size_t>> neighbours_;    // by subchain: that give it something, or take it from it
   std::vector<std::vector<std::size_t>> predecessors_;  // by subchain: those neighbours that give it something
-  std::vector<std::vector<std::size_t>> together_;      // by subchain
+  std::vector<std::vector<SubchainId>> joined_;         // by subchain
   std::vector<std::vector<std::size_t>> chains_;        // subchains on the way, the chain that weighs most first
   std::vector<std::vector<Clock>> clocks_;              // by subchain
   std::vector<std::vector<Arrival>> arrivals_;          // by subchain; empty where the app does not let them trigger it

@@ -122,7 +122,8 @@ std::vector<std::vector<Millis>> run_times(const graph::App& app, const model::C
   return times;
 }
 
-// The most expensive first, core by core; on each core those of exact rates above the others, the highest rate on top.
+// The most expensive first, core by core, with all that exclusive groups join to it; on each core those of exact rates
+// above the others, the highest rate on top.
 trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& expense, int cores) {
   const std::size_t count = app.graph.subchains().size();
   std::vector<std::size_t> order(count);
@@ -130,8 +131,18 @@ trial::Schedule one_by_one(const graph::App& app, const std::vector<Millis>& exp
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return expense[a] > expense[b]; });
   trial::Schedule schedule{
       .cores = cores, .subchains = std::vector<trial::Place>(count), .frames = {}, .pipelines = {}};
-  for (std::size_t rank = 0; rank < count; ++rank) {
-    schedule.subchains[order[rank]].core = static_cast<int>(rank % static_cast<std::size_t>(cores));
+  const std::vector<std::vector<SubchainId>> joined = app.joined_by_exclusion();
+  std::vector<bool> placed(count, false);
+  int next = 0;
+  for (const std::size_t i : order) {
+    if (placed[i]) continue;
+    const int core = next++ % cores;
+    const auto place = [&](std::size_t one) {
+      schedule.subchains[one].core = core;
+      placed[one] = true;
+    };
+    place(i);
+    for (const SubchainId other : joined[i]) place(other.index());
   }
   const auto exact = [&](std::size_t i) {
     constexpr Millis kNone{kInfinity};

@@ -251,7 +251,7 @@ Schedule ScheduleSearch::beginning(bool even) {
       placed[one] = true;
     };
     place(i);
-    for (const std::size_t other : moves_->together(i)) place(other);
+    for (const SubchainId other : moves_->joined(i)) place(other.index());
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return weight[a] / cost(a, 0) > weight[b] / cost(b, 0); });
