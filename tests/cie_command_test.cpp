@@ -30,7 +30,7 @@ objective:
   - { response_time: [camera, detect, plan], weight: 1 }
   - { period: map, weight: 0.1 }
 )";
-constexpr const char* kRobotCosts = "camera: 1ms\ndetect: 20ms\nplan: 5ms\nmap: 30ms\n";
+constexpr const char* kRobotCosts = "camera: 1ms\ndetect: 20ms\nplan: 5ms\nmap: 10ms\n";
 
 // As the executor's own tool writes it, with what is in each node's groups.
 constexpr const char* kTemplate = R"(hardware_info:
@@ -79,8 +79,9 @@ std::string own_file(const std::string& name, const std::string& text) {
   return file_of(testing::UnitTest::GetInstance()->current_test_info()->name() + ("_" + name), text);
 }
 
-Outcome threads_of(const std::string& arguments, const std::string& app = kRobot) {
-  return run_catan("plan " + own_file("robot.yaml", app) + " --costs " + own_file("costs.yaml", kRobotCosts) +
+Outcome threads_of(const std::string& arguments, const std::string& app = kRobot,
+                   const std::string& costs = kRobotCosts) {
+  return run_catan("plan " + own_file("robot.yaml", app) + " --costs " + own_file("costs.yaml", costs) +
                        " --effort 0.02 --format cie " + arguments,
                    testing::TempDir());
 }
@@ -176,6 +177,17 @@ TEST(CiePlan, RatesAreSaidSinceTheExecutorHasNone) {
   EXPECT_THAT(outcome.out, HasSubstr("budget "));
   EXPECT_THAT(outcome.err, HasSubstr("map is planned every "));
   EXPECT_THAT(outcome.err, HasSubstr("the program's timer has 100.000ms"));
+}
+
+// The plan would have kept map to a rate; that executor calls it ten times a second, for 0.5 s of CPU time.
+TEST(CiePlan, AThreadThatWouldNeverGiveWayIsAnOrdinaryOne) {
+  const Outcome outcome = threads_of("--cores 1", kRobot, "camera: 1ms\ndetect: 20ms\nplan: 5ms\nmap: 50ms\n");
+  const Value root = read(outcome);
+  EXPECT_EQ(text_of(group(root, "/mapper@Timer(100000000)"), "policy"), "SCHED_OTHER") << outcome.out;
+  EXPECT_EQ(text_of(group(root, "/mapper@Timer(100000000)"), "priority"), "0");
+  EXPECT_EQ(text_of(group(root, "/mapper@Timer(100000000)"), "affinity"), "0");
+  EXPECT_GE(priority_of(root, "/perception/detector@Subscription(/image)"), 1) << "which its core can keep up with";
+  EXPECT_THAT(outcome.err, HasSubstr("map is called more often than its CPU can run it"));
 }
 
 TEST(CiePlan, NodesOfOneGroupShareAThread) {

@@ -4,5 +4,6 @@
 namespace ctn::os {
 
 inline constexpr const char* kFixedPriorityClass = "SCHED_FIFO";
+inline constexpr const char* kOrdinaryClass = "SCHED_OTHER";
 
 }  // namespace ctn::os

@@ -32,7 +32,7 @@ constexpr int kMaxCiePriority = 99;  // Linux's
 
 // What a thread of a callback group gets, and from which nodes.
 struct CieSetting {
-  int priority = 1;
+  int priority = 1;  // 0: an ordinary thread
   std::vector<int> cpus{};
   std::vector<std::string> reasons{};  // a comment each
 };
@@ -48,7 +48,60 @@ int priority_above(const plan::Plan& plan) {
   return highest + 1;
 }
 
-CieSetting cie_setting(const plan::Plan& plan, const graph::App& app, NodeId node, const std::vector<int>& cpus) {
+// How far apart the executor calls each node, since it knows no rates: a timer's callback whenever that is due, all
+// else with each output of the predecessor that gives most of them. By NodeId.
+std::vector<Millis> cie_periods(const plan::Plan& plan, const graph::App& app,
+                                const std::vector<RosBinding>& bindings) {
+  std::vector<Millis> periods(app.graph.nodes().size(), Millis{0});
+  for (const RosBinding& binding : bindings) {
+    if (binding.callback.kind == RosCallback::Kind::kTimer) periods[binding.node.index()] = binding.callback.period;
+  }
+  for (const NodeId id : app.graph.topological_order()) {
+    const graph::Node& node = app.graph.node(id);
+    Millis& period = periods[id.index()];
+    if (period > Millis{0}) continue;
+    if (node.period) {
+      period = *node.period;
+      continue;
+    }
+    period = Millis{INFINITY};
+    for (const NodeId predecessor : node.predecessors) {
+      const Nanos outputs = app.graph.node(predecessor).output_period.value_or(Nanos{0});
+      period = std::min(period, std::max<Millis>(periods[predecessor.index()], outputs));
+    }
+    if (node.subchain && node.predecessors.empty()) period = plan::usual_timing(plan, *node.subchain).period;
+  }
+  return periods;
+}
+
+// The subchains whose core cannot keep up with the executor: what that calls of them, beside those above that it can
+// keep up with, takes more of the core than plans may. At a fixed priority such a thread would never give way, until
+// the kernel halts it for what is left of each second, and whatever else needs that CPU would wait for that. By
+// SubchainId.
+std::vector<bool> cie_overloads(const plan::Plan& plan, const graph::App& app,
+                                const std::vector<RosBinding>& bindings) {
+  const std::vector<Millis> periods = cie_periods(plan, app, bindings);
+  const double usable = 1.0 - plan.slack;
+  std::vector<bool> overloads;
+  for (std::size_t i = 0; i < plan.subchains.size(); ++i) {  // those that own their cores
+    const NodeId head = app.graph.subchains()[i].nodes.front();
+    overloads.push_back(plan.subchains[i].execution / periods[head.index()] > usable);
+  }
+  for (const plan::CorePlan& core : plan.cores) {
+    double demand = 0.0;
+    for (const plan::Member& member : core.members) {  // the highest priority first
+      const plan::SubchainPlan& planned = plan.subchains[member.subchain.index()];
+      const NodeId head = app.graph.subchain(member.subchain).nodes.front();
+      const double more = planned.slice / planned.share / periods[head.index()];
+      overloads[member.subchain.index()] = demand + more > usable;
+      if (demand + more <= usable) demand += more;
+    }
+  }
+  return overloads;
+}
+
+CieSetting cie_setting(const plan::Plan& plan, const graph::App& app, NodeId node, const std::vector<int>& cpus,
+                       bool overloads) {
   const std::optional<SubchainId> id = app.graph.node(node).subchain;
   const std::string& name = app.graph.node(node).name;
   if (!id) return {priority_above(plan), cpus, {fmt::format("{}: runs by itself, above all others", name)}};
@@ -62,6 +115,10 @@ CieSetting cie_setting(const plan::Plan& plan, const graph::App& app, NodeId nod
   } else {
     when = fmt::format("alone on its core{}, every {}", setting.cpus.size() == 1 ? "" : "s",
                        ms_text(plan::usual_timing(plan, *id).period));
+  }
+  if (overloads) {
+    setting.priority = 0;
+    when += ", an ordinary thread: it is called more often than its CPU can run it";
   }
   setting.reasons.push_back(fmt::format("{}: subchain {}, {}", name, app.graph.subchain(*id).name, when));
   return setting;
@@ -152,7 +209,8 @@ std::string cie_setting_text(const std::string& id, const CieSetting& setting) {
   std::string text;
   for (const std::string& reason : setting.reasons) text += fmt::format("  # {}\n", reason);
   return text + fmt::format("  - id: {}\n    affinity: [{}]\n    policy: {}\n    priority: {}\n", id,
-                            fmt::join(setting.cpus, ", "), os::kFixedPriorityClass, setting.priority);
+                            fmt::join(setting.cpus, ", "),
+                            setting.priority == 0 ? os::kOrdinaryClass : os::kFixedPriorityClass, setting.priority);
 }
 
 // Of the template, as it is.
@@ -264,10 +322,19 @@ Result<CieConfiguration> cie_configuration(const plan::Plan& plan, const graph::
   if (listed != nullptr) {
     for (const Value& item : listed->items) groups.ids.push_back(find_value(item, "id")->text);
   }
+  const std::vector<bool> overloads = cie_overloads(plan, app, bindings);
   for (const RosBinding& binding : bindings) {
     const std::string& name = app.graph.node(binding.node).name;
-    const CieSetting setting = cie_setting(plan, app, binding.node, cpus);
+    const std::optional<SubchainId> subchain = app.graph.node(binding.node).subchain;
+    const bool overloading = subchain && overloads[subchain->index()];
+    const CieSetting setting = cie_setting(plan, app, binding.node, cpus, overloading);
     if (std::optional<std::string> said = cie_rate_note(plan, app, binding)) made.notes.push_back(std::move(*said));
+    if (overloading) {
+      made.notes.push_back(
+          fmt::format("{} is called more often than its CPU can run it, so its thread is an ordinary one: "
+                      "give what sets it off a lower rate",
+                      name));
+    }
     if (!from) {
       groups.add_to(cie_id_alone(binding.callback), setting);
       continue;
