@@ -70,6 +70,22 @@ Nanos work_of_trial(const trial::Figures& figures) {
 // as much too late, and runs take now and then more than they did.
 constexpr Nanos kBeforeTicks = std::chrono::microseconds{30};
 
+// A core that is used for more than this part of what the slack leaves is nearly full; what it adds to the score if no
+// such core has a gap of its own.
+constexpr double kNearlyFull = 0.95;
+constexpr double kGapWeight = 0.015;
+
+// By the system's clock, or by outputs of one that does.
+bool keeps_to_grid(const Schedule& schedule, const Place& place) {
+  const Place* by = &place;
+  while (by->after) {
+    const SubchainId* const leader = by->after->subchain();
+    if (leader == nullptr) return false;
+    by = &schedule.subchains[leader->index()];
+  }
+  return by->form == trial::Form::kPriority && !by->pause && !by->clock;
+}
+
 // By core. A pipeline's runs may use any of its cores, and so may those that are to have what it leaves: each of them
 // is as busy as all are on average.
 std::vector<double> load(const Schedule& schedule, const trial::Figures& figures) {
@@ -371,6 +387,22 @@ double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& 
   return overload;
 }
 
+double ScheduleSearch::part_without_gaps(const Schedule& schedule, const trial::Figures& figures) const {
+  std::vector<const Place*> lowest(static_cast<std::size_t>(schedule.cores), nullptr);
+  for (const Place& place : schedule.subchains) {
+    if (place.form != trial::Form::kPriority) continue;
+    const Place*& at = lowest[static_cast<std::size_t>(place.core)];
+    if (at == nullptr || place.priority < at->priority) at = &place;
+  }
+  const std::vector<double> busy = load(schedule, figures);
+  std::size_t without = 0;
+  for (std::size_t core = 0; core < lowest.size(); ++core) {
+    if (lowest[core] == nullptr || busy[core] <= kNearlyFull * (1.0 - setting_.slack)) continue;
+    if (keeps_to_grid(schedule, *lowest[core])) ++without;
+  }
+  return static_cast<double>(without) / static_cast<double>(schedule.cores);
+}
+
 // Means, and something for tails.
 double ScheduleSearch::weighted(const trial::Figures& figures) const {
   double score = figures.objective;
@@ -382,7 +414,8 @@ double ScheduleSearch::weighted(const trial::Figures& figures) const {
 
 // Without bounds.
 double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
-  return weighted(figures) + kOverload * overload(schedule, figures);
+  return weighted(figures) * (1.0 + kGapWeight * part_without_gaps(schedule, figures)) +
+         kOverload * overload(schedule, figures);
 }
 
 // What bounds make of it. Of frames the surrogate knows nothing.

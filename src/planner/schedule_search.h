@@ -16,11 +16,14 @@
 //
 // What is compared (score): the weighted sum of means; more where bounds are not kept as promised, for each part by
 // which they would have to be relaxed; more for a tail far from the mean; and a core that is used beyond what the slack
-// leaves is worse than anything. All candidates are tried with the same cost draws, so that two differ by what they do
-// and not by luck; in two trials with different draws, hours apart, so that none is made for one sequence of them or
-// for phases that do not last; and what is expected of the best comes from a third, or it would always look better than
-// it is. Where it is known when clocks tick, and they keep their phases for long, the second trial is of the phases
-// that they have, and the first of all.
+// leaves is worse than anything. A little more, too, where a core is nearly full and its lowest subchain keeps to a
+// grid of the system's clock: what the kernel holds up there (for ordinary threads, which it does not let starve) is
+// made up for without a gap, in which ordinary threads starve again. A pause after each run ends that, and no trial
+// shows it. All candidates are tried with the same cost draws, so that two differ by what they do and not by luck; in
+// two trials with different draws, hours apart, so that none is made for one sequence of them or for phases that do not
+// last; and what is expected of the best comes from a third, or it would always look better than it is. Where it is
+// known when clocks tick, and they keep their phases for long, the second trial is of the phases that they have, and
+// the first of all.
 //
 // Nothing is proven of the result but its promises, which plan/promise.h computes. The same calls give the same answers
 // on every machine: work is counted in steps and events, and said as the CPU time that these take on an ordinary one.
@@ -176,6 +179,8 @@ class ScheduleSearch {
   void keep(Candidate candidate);
 
   double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
+  // Of all cores, those that are nearly full and have no gap of their own.
+  double part_without_gaps(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double weighted(const trial::Figures& figures) const;
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);

@@ -72,6 +72,22 @@ TEST_F(ScheduleSearchTest, APauseThatIsTooShortIsLonger) {
   EXPECT_LT(found.score, 200.0);
 }
 
+// 10 ms of work each 10.7 ms: what the kernel takes of the core, it takes from runs. On a grid those that follow make
+// up for it without a gap.
+TEST_F(ScheduleSearchTest, OfTwoThatFillACoreTheOneWithAGapAfterEachRunIsBetter) {
+  trial::Schedule grid = each(milliseconds{22});
+  grid.subchains[1].after = plan::After{SubchainId(0), 1};
+  trial::Schedule gaps = grid;
+  gaps.subchains[0].period = milliseconds{1};
+  gaps.subchains[0].pause = milliseconds{12};  // in which b runs
+  EXPECT_GT(search_.tried(grid, std::nullopt).score, search_.tried(gaps, std::nullopt).score * 1.01);
+
+  // With much to spare the kernel finds gaps anyway.
+  grid.subchains[0].period = milliseconds{40};
+  gaps.subchains[0].pause = milliseconds{30};
+  EXPECT_NEAR(search_.tried(grid, std::nullopt).score, search_.tried(gaps, std::nullopt).score, 0.05);
+}
+
 struct ExactRates : ScheduleSearchTest {
   ExactRates() : ScheduleSearchTest(48.0) {}
 };
