@@ -151,6 +151,7 @@ std::vector<SubchainId> App::excluded_by(SubchainId subchain) const {
 
 std::vector<std::vector<SubchainId>> App::joined_by_exclusion() const {
   std::vector<std::vector<SubchainId>> joined(graph.subchains().size());
+  if (exclusive.empty()) return joined;
   for (std::size_t i = 0; i < joined.size(); ++i) {
     std::vector<SubchainId> found{SubchainId(i)};
     for (std::size_t next = 0; next < found.size(); ++next) {

@@ -46,17 +46,22 @@ int KernelCalls::set_policy(pid_t thread, const SchedulingPolicy& policy) {
   return ::syscall(SYS_sched_setscheduler, thread, policy.policy | flag, &parameters) == 0 ? 0 : errno;
 }
 
-// Two calls, between which the thread may be raised or lowered: a policy and a priority that do not belong together
-// could not be given back to it. They are read until they do; each further attempt takes another change at that moment.
+int KernelCalls::look_at_policy(pid_t thread, SchedulingPolicy& policy) {
+  const long found = ::syscall(SYS_sched_getscheduler, thread);
+  if (found < 0) return errno;
+  sched_param parameters{};
+  if (::syscall(SYS_sched_getparam, thread, &parameters) != 0) return errno;
+  const int bits = static_cast<int>(found);
+  policy = {bits & ~SCHED_RESET_ON_FORK, parameters.sched_priority, (bits & SCHED_RESET_ON_FORK) != 0};
+  return 0;
+}
+
+// A policy and a priority that do not belong together could not be given back to the thread. They are read until they
+// do; each further attempt takes another change at that moment.
 int KernelCalls::get_policy(pid_t thread, SchedulingPolicy& policy) {
   constexpr int kAttempts = 100;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const long found = ::syscall(SYS_sched_getscheduler, thread);
-    if (found < 0) return errno;
-    sched_param parameters{};
-    if (::syscall(SYS_sched_getparam, thread, &parameters) != 0) return errno;
-    const int bits = static_cast<int>(found);
-    policy = {bits & ~SCHED_RESET_ON_FORK, parameters.sched_priority, (bits & SCHED_RESET_ON_FORK) != 0};
+    if (const int error = look_at_policy(thread, policy)) return error;
     const bool has_priority = policy.policy == SCHED_FIFO || policy.policy == SCHED_RR;
     if (has_priority == (policy.priority > 0)) return 0;
   }

@@ -35,7 +35,10 @@ class KernelCalls {
  public:
   virtual ~KernelCalls() = default;
   virtual int set_policy(pid_t thread, const SchedulingPolicy& policy);
-  virtual int get_policy(pid_t thread, SchedulingPolicy& policy);
+  // The policy and the priority may be of two moments, if the thread is raised or lowered meanwhile.
+  virtual int look_at_policy(pid_t thread, SchedulingPolicy& policy);
+  // Of one moment. EAGAIN: it has not stayed for long enough.
+  int get_policy(pid_t thread, SchedulingPolicy& policy);
   virtual int set_nice(pid_t thread, int nice);
   virtual int get_nice(pid_t thread, int& nice);
   // CPUs that are not there are ignored by the kernel as long as one is.

@@ -27,8 +27,12 @@ class PlayedKernel : public KernelCalls {
     if (!ignores) policy = wanted;
     return 0;
   }
-  int get_policy(pid_t thread, SchedulingPolicy& found) override {
+  int look_at_policy(pid_t thread, SchedulingPolicy& found) override {
     found = policy;
+    if (torn_looks > 0) {
+      --torn_looks;
+      found.priority = policy.priority > 0 ? 0 : 10;
+    }
     return thread == kNumber ? 0 : ESRCH;
   }
   int set_nice(pid_t, int wanted) override {
@@ -60,6 +64,7 @@ class PlayedKernel : public KernelCalls {
   bool may_raise = true;
   int limit = 99;  // of real-time priorities
   bool ignores = false;
+  int torn_looks = 0;  // of two moments, so many times
 };
 
 class LinuxScheduling : public testing::Test {
@@ -119,6 +124,36 @@ TEST_F(LinuxScheduling, ALimitBelowTheHighestLevelIsNoPermission) {
   ASSERT_FALSE(permitted.ok());
   EXPECT_THAT(permitted.error().message(), testing::HasSubstr("rtprio 70"));
   EXPECT_EQ(kernel_.policy.policy, SCHED_OTHER);
+}
+
+TEST_F(LinuxScheduling, APolicyAndAPriorityOfTwoMomentsAreReadAgain) {
+  kernel_.policy = {SCHED_FIFO, 2, true};
+  kernel_.torn_looks = 3;
+  const auto saved = scheduling_.save(kThread);
+  ASSERT_TRUE(saved) << saved.error().message();
+  EXPECT_EQ(saved->policy, SCHED_FIFO);
+  EXPECT_EQ(saved->priority, 2);
+
+  kernel_.torn_looks = 1'000'000;
+  EXPECT_FALSE(scheduling_.save(kThread)) << "what could not be given back is not saved";
+}
+
+TEST_F(LinuxScheduling, AThreadIsRaisedIfItIsAtALevelAboveOrdinaryAsCatanSetsIt) {
+  const auto raised = [&] { return Scheduling::is_raised(scheduling_.save(kThread).value()); };
+  EXPECT_FALSE(raised());
+  for (const Level level : {Level::kBackground, Level::kActive, Level::kDispatcher, fixed_level(0), kHighestLevel}) {
+    ASSERT_TRUE(scheduling_.set_level(kThread, level).ok());
+    EXPECT_TRUE(raised()) << to_string(level);
+  }
+  ASSERT_TRUE(scheduling_.set_level(kThread, Level::kOrdinary).ok());
+  EXPECT_FALSE(raised());
+  // A program's own.
+  kernel_.policy = {SCHED_FIFO, 2, false};
+  EXPECT_FALSE(raised()) << "which children inherit";
+  kernel_.policy = {SCHED_RR, 2, true};
+  EXPECT_FALSE(raised());
+  kernel_.policy = {SCHED_FIFO, 99, true};
+  EXPECT_FALSE(raised());
 }
 
 TEST_F(LinuxScheduling, ForeignRealTimePrioritiesAreNoLevel) {
