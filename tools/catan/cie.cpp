@@ -69,7 +69,8 @@ std::vector<Millis> cie_periods(const plan::Plan& plan, const graph::App& app,
       const Nanos outputs = app.graph.node(predecessor).output_period.value_or(Nanos{0});
       period = std::min(period, std::max<Millis>(periods[predecessor.index()], outputs));
     }
-    if (node.subchain && node.predecessors.empty()) period = plan::usual_timing(plan, *node.subchain).period;
+    // It is not known how often something comes from outside.
+    if (std::isinf(period.count()) && node.subchain) period = plan::usual_timing(plan, *node.subchain).period;
   }
   return periods;
 }

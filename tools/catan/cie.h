@@ -1,8 +1,8 @@
 // A plan as the thread configuration of Autoware's callback-isolated executor: which priority and which CPUs the thread
 // of each callback group has (docs/ros2.md). That executor gives each callback group of ROS 2 a thread, and calls
-// callbacks as messages and timers come: it knows priorities and CPUs, but neither rates nor triggers, and what the plan
-// has of these is written as comments. A subchain that is called more often than its CPU can run it, where the plan
-// would have kept it to a rate, gets an ordinary thread: at a fixed priority it would leave nothing to others.
+// callbacks as messages and timers come: it knows priorities and CPUs, but neither rates nor triggers, and what the
+// plan has of these is written as comments. A subchain that is called more often than its CPU can run it, where the
+// plan would have kept it to a rate, gets an ordinary thread: at a fixed priority it would leave nothing to others.
 //
 // A callback group is known by its ID, made of all callbacks in it. Its own tool writes a template with the IDs of all
 // groups of a running system; without one, each callback is taken to be alone in its group.
