@@ -192,6 +192,16 @@ TEST(InferApp, NamesAreUniqueAndPeriodsExact) {
             HasSubstr("  scan_2: { external: true, period: 100ms }"), HasSubstr("  robot/slam: {")));
 }
 
+TEST(InferApp, NamespacesAreLeftOutWhereNamesDifferWithoutThem) {
+  const std::string app =
+      infer_app({timer("/left/camera", 20ms, {.every = 20ms}), timer("/right/camera", 20ms, {.every = 20ms}),
+                 timer("/left/rectify", 20ms, {.every = 20ms})},
+                {}, "robot")
+          .app;
+  EXPECT_THAT(app, AllOf(HasSubstr("\n  left/camera: {"), HasSubstr("\n  right/camera: {"), HasSubstr("\n  rectify: {"),
+                         HasSubstr("ros: { node: /left/rectify, timer: 20ms }")));
+}
+
 TEST(InferApp, WithoutCallbacksThereIsNoApp) {
   const InferredApp inferred = infer_app({}, {}, "robot");
   EXPECT_EQ(inferred.nodes, 0U);

@@ -193,15 +193,19 @@ void InferredGraph::take_edges() {
   }
 }
 
-// Of the ROS node, with the callback where there are several, or of the topic.
+// Of the ROS node, without its namespace unless another has the same name, with the callback where there are several;
+// or of the topic.
 void InferredGraph::name_vertices() {
   std::map<std::string, int> of_ros_node;
   for (const Vertex& vertex : vertices_) {
     if (!vertex.external()) ++of_ros_node[vertex.callback->ros_node];
   }
+  std::map<std::string, int> of_last_part;
+  for (const auto& [ros_node, vertices] : of_ros_node) ++of_last_part[last_part(ros_node)];
   std::set<std::string> taken;
   for (Vertex& vertex : vertices_) {
-    std::string name = vertex.external() ? vertex.topic.substr(1) : vertex.callback->ros_node.substr(1);
+    std::string name = vertex.external() ? vertex.topic.substr(1) : last_part(vertex.callback->ros_node);
+    if (!vertex.external() && of_last_part[name] > 1) name = vertex.callback->ros_node.substr(1);
     if (!vertex.external() && of_ros_node[vertex.callback->ros_node] > 1) {
       name += vertex.callback->kind == Binding::Kind::kTimer ? ".timer_" + exact_text(vertex.callback->period)
                                                              : "." + last_part(vertex.callback->name);
