@@ -73,6 +73,22 @@ void Dispatch::know(const detail::Node& node) {
   nodes_.emplace_back(node);
 }
 
+// From Jazzy on an executor keeps what it waits for from one wait to the next, and what it has found: where a group has
+// been closed meanwhile, a wait for it would return at once, again and again. Humble looks anew each time.
+template <class Waiting>
+void Dispatch::look_anew(Waiting& executor) {
+  if constexpr (requires { executor.entities_need_rebuild_; }) executor.entities_need_rebuild_.store(true);
+}
+
+// Else it would hold what the program lets go of.
+template <class Waiting>
+void Dispatch::forget_found(Waiting& executor) {
+  if constexpr (requires { executor.wait_result_; }) {
+    const std::lock_guard lock(executor.mutex_);
+    executor.wait_result_.reset();
+  }
+}
+
 bool Dispatch::spins() const { return rclcpp::ok(executor_.context_) && executor_.spinning.load(); }
 
 // At the end of spin(), also where a callback throws: all threads have ended then.
@@ -90,6 +106,7 @@ class Dispatch::Ended {
     owner_.known_.clear();
     owner_.ready_.clear();
     owner_.program_.reset();
+    forget_found(owner_.executor_);
     owner_.executor_.spinning.store(false);
   }
   Ended(const Ended&) = delete;
@@ -197,7 +214,7 @@ bool Dispatch::hand_over(const rclcpp::AnyExecutable& ready) {
   if (ready.timer) {
     ExecutorCallback* const callback = callback_of(ready.timer, ready.callback_group);
     if (!bound(callback)) return false;
-    if (callback->binding().runs_by_itself) callback->offer(call_of(ready.timer));
+    if (callback->binding().runs_by_itself) callback->offer(call_of(ready.timer, ready));
     return true;
   }
   if (!ready.waitable) return false;
@@ -268,6 +285,7 @@ PriorityMutex* Dispatch::exclusion_of(const rclcpp::CallbackGroup::SharedPtr& gr
 
 void Dispatch::put(Executable ready) {
   const bool exclusive = is_exclusive(ready->callback_group);
+  if (exclusive) look_anew(executor_);
   std::unique_lock lock(mutex_);
   ready_.push_back(std::move(ready));
   changed_.notify_all();

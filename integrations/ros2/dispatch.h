@@ -46,6 +46,10 @@ class Dispatch {
   };
 
   bool spins() const;
+  template <class Waiting>
+  static void look_anew(Waiting& executor);
+  template <class Waiting>
+  static void forget_found(Waiting& executor);
   void run_plainly();
   void spin_scheduled();
   // By the thread that waits.

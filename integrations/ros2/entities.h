@@ -87,15 +87,19 @@ inline std::optional<Call> take(const std::weak_ptr<rclcpp::ServiceBase>& from) 
               }};
 }
 
-// A timer's callback, now, whether it is due or not; false: it was cancelled, or is gone.
-inline bool call_now(const std::weak_ptr<rclcpp::TimerBase>& from) {
+// A timer's callback, now, whether it is due or not; false: it was cancelled, or is gone. `due`: when it was, as rclcpp
+// tells its callback from Jazzy on; null: now.
+inline bool call_now(const std::weak_ptr<rclcpp::TimerBase>& from, std::shared_ptr<void> due = nullptr) {
   const auto timer = from.lock();
   if (!timer || timer->is_canceled()) return false;
 #if RCLCPP_VERSION_GTE(28, 1, 0)
-  const auto info = std::make_shared<rcl_timer_call_info_t>();
-  info->expected_call_time = info->actual_call_time =
-      std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-  timer->execute_callback(info);
+  if (!due) {
+    const auto info = std::make_shared<rcl_timer_call_info_t>();
+    info->expected_call_time = info->actual_call_time =
+        std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+    due = info;
+  }
+  timer->execute_callback(due);
 #else
   timer->execute_callback();
 #endif
@@ -103,14 +107,24 @@ inline bool call_now(const std::weak_ptr<rclcpp::TimerBase>& from) {
 }
 
 // One that is due: the executor has said so to rclcpp.
-inline Call call_of(const std::weak_ptr<rclcpp::TimerBase>& from) {
-  return {0, [from] { return call_now(from); }};
+inline Call call_of(const std::weak_ptr<rclcpp::TimerBase>& from, const rclcpp::AnyExecutable& ready) {
+  return {0, [from, due = ready.data] { return call_now(from, due); }};
+}
+
+// The function that takes a pointer that may be replaced is the only one in Humble, and deprecated from Jazzy on.
+template <class Waitable>
+void execute(Waitable& waitable, std::shared_ptr<void>& data) {
+  if constexpr (requires { waitable.execute(std::as_const(data)); }) {
+    waitable.execute(std::as_const(data));
+  } else {
+    waitable.execute(data);
+  }
 }
 
 inline Call call_of(const rclcpp::Waitable::SharedPtr& waitable, std::shared_ptr<void> taken) {
   return {0, [from = std::weak_ptr(waitable), data = std::move(taken)]() mutable {
             const auto there = from.lock();
-            if (there) there->execute(data);
+            if (there) execute(*there, data);
             return there != nullptr;
           }};
 }
