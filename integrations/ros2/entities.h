@@ -89,7 +89,8 @@ inline std::optional<Call> take(const std::weak_ptr<rclcpp::ServiceBase>& from) 
 
 // A timer's callback, now, whether it is due or not; false: it was cancelled, or is gone. `due`: when it was, as rclcpp
 // tells its callback from Jazzy on; null: now.
-inline bool call_now(const std::weak_ptr<rclcpp::TimerBase>& from, std::shared_ptr<void> due = nullptr) {
+inline bool call_now(const std::weak_ptr<rclcpp::TimerBase>& from,
+                     [[maybe_unused]] std::shared_ptr<void> due = nullptr) {
   const auto timer = from.lock();
   if (!timer || timer->is_canceled()) return false;
 #if RCLCPP_VERSION_GTE(28, 1, 0)
