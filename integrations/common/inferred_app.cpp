@@ -178,8 +178,13 @@ std::string AppWriter::node_text(std::size_t index) const {
   const ObservedCallback& callback = *vertex.callback;
   const bool is_timer = callback.kind == Binding::Kind::kTimer;
   std::string text = "  " + vertex.name + ": { ";
-  if (vertex.period && !in_subchain_behind_head(index)) text += "fallback_rate: " + rate_text(*vertex.period) + ", ";
+  const bool sets_rate = !in_subchain_behind_head(index);
+  if (vertex.takes_all) text += "input: queue, ";
+  if (vertex.period && sets_rate) {
+    text += "fallback_rate: " + rate_text(std::max(*vertex.period, vertex.min_period.value_or(nanoseconds{0}))) + ", ";
+  }
   if (is_timer) text += "max_rate: " + rate_text(*vertex.period) + ", ";
+  if (vertex.min_period && sets_rate) text += "max_rate: " + rate_text(*vertex.min_period) + ", ";
   text += "ros: { node: " + callback.ros_node +
           (is_timer ? ", timer: " + exact_text(callback.period) : ", topic: " + callback.name) + " } }   # ";
   if (!callback.type.empty()) text += callback.type + ", ";

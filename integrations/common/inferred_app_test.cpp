@@ -94,7 +94,7 @@ TEST(InferApp, WhatIsNotObservedIsExternal) {
   const InferredApp inferred = infer_app(
       {topic("/planner", "/scan", {.every = 50ms, .from = "/laser", .published = {"/cmd_vel"}})}, connections, "robot");
   EXPECT_THAT(inferred.app, AllOf(HasSubstr("  scan: { external: true, period: 50ms }   # /scan of /laser\n"),
-                                  HasSubstr("  planner: { fallback_rate: 20Hz, ros:"),
+                                  HasSubstr("  planner: { fallback_rate: 20Hz, max_rate: 22Hz, ros:"),
                                   HasSubstr("  cmd_vel: { external: true }   # /cmd_vel of /base\n"),
                                   HasSubstr("  - scan -> planner   # /scan\n  - planner -> cmd_vel   # /cmd_vel\n"),
                                   HasSubstr("response_time: [scan, planner, cmd_vel]")));
@@ -189,7 +189,7 @@ TEST(InferApp, NamesAreUniqueAndPeriodsExact) {
   EXPECT_THAT(
       inferred.app,
       AllOf(HasSubstr("  scan: { fallback_rate: 30Hz, max_rate: 30Hz, ros: { node: /scan, timer: 33333333ns } }"),
-            HasSubstr("  scan_2: { external: true, period: 100ms }"), HasSubstr("  robot/slam: {")));
+            HasSubstr("  scan_2: { external: true, period: 100ms }"), HasSubstr("  slam: {")));
 }
 
 TEST(InferApp, NamespacesAreLeftOutWhereNamesDifferWithoutThem) {
@@ -200,6 +200,84 @@ TEST(InferApp, NamespacesAreLeftOutWhereNamesDifferWithoutThem) {
           .app;
   EXPECT_THAT(app, AllOf(HasSubstr("\n  left/camera: {"), HasSubstr("\n  right/camera: {"), HasSubstr("\n  rectify: {"),
                          HasSubstr("ros: { node: /left/rectify, timer: 20ms }")));
+}
+
+// Runs from `first` on publish as well.
+ObservedCallback completing(ObservedCallback callback, std::size_t first, const std::string& published) {
+  for (std::size_t run = first; run < callback.runs.size(); ++run) callback.runs[run].published = {published};
+  return callback;
+}
+
+// image_proc: an image and its camera_info have one stamp, and are used together. Where each was a node that takes the
+// newest, messages of equal stamps would be passed over.
+TEST(InferApp, OfMessagesThatAreUsedTogetherTheLastIsTheNode) {
+  const ObservedCallback info =
+      completing(topic("/proc", "/info", {.cpu_time = 20us, .from = "/camera"}), kRuns - 2, "/rectified");
+  ObservedCallback image = topic("/proc", "/images", {.from = "/camera", .published = {"/rectified"}});
+  for (std::size_t run = kRuns - 2; run < image.runs.size(); ++run) image.runs[run].published.clear();
+  const ObservedCallback camera = timer("/camera", 100ms, {.cpu_time = 1ms, .published = {"/images", "/info"}});
+  const InferredApp inferred =
+      infer_app({camera, info, image, topic("/shown", "/rectified", {.from = "/proc"})}, {}, "robot");
+  EXPECT_THAT(inferred.app,
+              AllOf(HasSubstr("  proc: { ros: { node: /proc, topic: /images } }"), Not(HasSubstr("topic: /info }")),
+                    HasSubstr("  - proc -> shown   # /rectified\n"), HasSubstr("[camera, proc, shown]")));
+  EXPECT_THAT(inferred.remarks, ElementsAre("/proc's subscription of /info is left as it is: its messages are used "
+                                            "with those of /images, which come last"));
+}
+
+// What comes by way of another callback comes last under Catan, however quick that was while it was observed.
+TEST(InferApp, OfMessagesThatAreUsedTogetherTheOneFurthestFromTheSourceIsTheNode) {
+  const ObservedCallback info =
+      topic("/proc", "/info", {.cpu_time = 20us, .from = "/camera", .published = {"/rectified"}});
+  const ObservedCallback mono = completing(topic("/proc", "/mono", {.from = "/proc"}), kRuns - 1, "/rectified");
+  const ObservedCallback camera = timer("/camera", 100ms, {.cpu_time = 1ms, .published = {"/images", "/info"}});
+  const ObservedCallback image = topic("/proc", "/images", {.from = "/camera", .published = {"/mono"}});
+  EXPECT_THAT(infer_app({camera, info, image, mono}, {}, "robot").app,
+              AllOf(HasSubstr("topic: /mono }"), Not(HasSubstr("topic: /info }")),
+                    HasSubstr("[camera, proc.images, proc.mono]")));
+}
+
+TEST(InferApp, WhereAnyMessageMayComeLastNoneIsPassedOver) {
+  const ObservedCallback left = completing(topic("/stereo", "/left", {.from = "/camera"}), kRuns / 2, "/depth");
+  ObservedCallback right = topic("/stereo", "/right", {.from = "/camera", .published = {"/depth"}});
+  for (std::size_t run = kRuns / 2; run < right.runs.size(); ++run) right.runs[run].published.clear();
+  EXPECT_THAT(infer_app({left, right}, {}, "robot").app,
+              AllOf(HasSubstr("  stereo.left: { input: queue, "), HasSubstr("  stereo.right: { input: queue, ")));
+}
+
+// Of two rows of callbacks neither is behind the other, however long they are.
+TEST(InferApp, WhereMessagesComeFromApartNeitherIsLast) {
+  const ObservedCallback left = completing(topic("/fuse", "/left", {.from = "/left"}), kRuns / 2, "/fused");
+  ObservedCallback right = topic("/fuse", "/right", {.from = "/right", .published = {"/fused"}});
+  for (std::size_t run = kRuns / 2; run < right.runs.size(); ++run) right.runs[run].published.clear();
+  EXPECT_THAT(infer_app({timer("/camera", 100ms, {.published = {"/images"}}),
+                         topic("/left", "/images", {.from = "/camera", .published = {"/left"}}),
+                         timer("/right", 100ms, {.published = {"/right"}}), left, right},
+                        {}, "robot")
+                  .app,
+              AllOf(HasSubstr("  fuse.left: { input: queue, "), HasSubstr("  fuse.right: { input: queue, ")));
+}
+
+// A multiplexer passes on what comes, whoever sends it.
+TEST(InferApp, CallbacksThatPublishEachForItselfAreNodes) {
+  const Runs sent{.from = "/operator", .published = {"/cmd_vel"}};
+  EXPECT_THAT(infer_app({topic("/mux", "/joystick", sent), topic("/mux", "/planner", sent)}, {}, "robot").app,
+              AllOf(HasSubstr("topic: /joystick }"), HasSubstr("topic: /planner }"), Not(HasSubstr("queue"))));
+}
+
+// A node that waits for its messages is not planned to run more often than they come.
+TEST(InferApp, RatesAreBoundedByWhatComes) {
+  const auto app = [](const std::vector<ObservedCallback>& callbacks) { return infer_app(callbacks, {}, "robot").app; };
+  const ObservedCallback two = topic("/fuse", "/things", {.from = "/a", .published = {"/fused"}});
+  const std::vector<ObservedCallback> senders{
+      timer("/a", 50ms, {.every = 50ms, .published = {"/things"}}), timer("/b", 100ms, {.published = {"/things"}}), two,
+      topic("/shown", "/fused", {.from = "/fuse"}), topic("/log", "/fused", {.from = "/fuse"})};
+  EXPECT_THAT(app(senders),
+              AllOf(HasSubstr("max_rate: 33Hz, ros: { node: /fuse,"), HasSubstr("max_rate: 33Hz, ros: { node: /shown,"),
+                    HasSubstr("max_rate: 33Hz, ros: { node: /log,")));
+  ObservedCallback goal = topic("/planner", "/goal", {.from = "/operator"});
+  for (std::size_t run = 0; run < goal.runs.size(); run += 2) goal.runs[run].begin += 60ms;
+  EXPECT_THAT(app({goal}), Not(HasSubstr("max_rate")));
 }
 
 TEST(InferApp, WithoutCallbacksThereIsNoApp) {

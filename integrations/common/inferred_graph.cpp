@@ -13,6 +13,15 @@ using std::chrono::nanoseconds;
 // Half of the runs are below that of a callback that does no more than keep a message.
 constexpr nanoseconds kKeepsOnly = std::chrono::microseconds{300};
 constexpr std::size_t kMaxName = 90;
+// Sets of messages, as message_filters makes them: of the fewest messages that come of one kind, so many at least, and
+// at most, are completed. Else callbacks publish each for itself.
+constexpr double kMinSets = 0.8;
+constexpr double kMaxSets = 1.1;
+// One callback completes so many of the sets that what the others complete does not matter.
+constexpr double kMostSets = 0.8;
+// How much more often than messages come a callback may run: so that one that was late once runs as soon as its message
+// is there again, some runs later.
+constexpr double kCatchesUp = 1.1;
 
 bool contains(const std::vector<std::string>& list, const std::string& one) {
   return std::find(list.begin(), list.end(), one) != list.end();
@@ -20,6 +29,14 @@ bool contains(const std::vector<std::string>& list, const std::string& one) {
 
 bool same_callback(const ObservedCallback& a, const ObservedCallback& b) {
   return a.ros_node == b.ros_node && a.kind == b.kind && a.name == b.name && a.period == b.period;
+}
+
+double seconds_of(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+
+std::size_t publishing_runs(const ObservedCallback& callback) {
+  return static_cast<std::size_t>(std::count_if(callback.runs.begin(), callback.runs.end(), [](const ObservedRun& run) {
+    return std::any_of(run.published.begin(), run.published.end(), is_data);
+  }));
 }
 
 bool is_light(const ObservedCallback& callback) {
@@ -32,11 +49,103 @@ std::string last_part(const std::string& name) { return name.substr(name.rfind('
 
 InferredGraph::InferredGraph(const std::vector<ObservedCallback>& callbacks, const Connections& connections)
     : callbacks_(callbacks), connections_(connections) {
+  find_sets();
   find_nodes();
   find_edges();
   name_vertices();
   take_edges();
   sort_vertices();
+  bound_rates();
+}
+
+// A synchronizer publishes in the callback of whichever message completes a set: callbacks of one program publish on
+// one topic, and all together hardly more often than each is called. The one that is behind all others is to be the
+// node, whichever came last while they were observed: when it runs, the others have come. Else it is the one that
+// mostly came last, if there is one.
+void InferredGraph::find_sets() {
+  for (const ObservedCallback& callback : callbacks_) {
+    std::set<std::string> topics;
+    for (const ObservedRun& run : callback.runs) topics.insert(run.published.begin(), run.published.end());
+    for (const std::string& topic : topics) {
+      if (is_data(topic)) publishing_[topic].push_back(&callback);
+    }
+  }
+  std::map<std::pair<std::string, std::string>, Callbacks> of_topic;
+  for (const auto& [topic, callbacks] : publishing_) {
+    for (const ObservedCallback* const callback : callbacks) {
+      if (callback->kind != Binding::Kind::kTopic || !is_data(callback->name)) continue;
+      of_topic[{callback->ros_node, topic}].push_back(callback);
+    }
+  }
+  for (const auto& [where, callbacks] : of_topic) find_set(callbacks, where.second);
+  for (const auto& [callback, completing] : completed_by_) any_completes_.erase(callback);
+}
+
+// Of callbacks of one program that publish on `topic`.
+void InferredGraph::find_set(const Callbacks& callbacks, const std::string& topic) {
+  const auto published = [&](const ObservedCallback* one) { return count_published(*one, topic); };
+  std::size_t completed = 0;
+  std::size_t fewest = callbacks.front()->runs.size();
+  for (const ObservedCallback* const one : callbacks) {
+    completed += published(one);
+    fewest = std::min(fewest, one->runs.size());
+  }
+  const double sets = static_cast<double>(completed) / static_cast<double>(fewest);
+  if (callbacks.size() < 2 || sets < kMinSets || sets > kMaxSets) return;
+  const auto less = [&](const ObservedCallback* a, const ObservedCallback* b) { return published(a) < published(b); };
+  const auto behind_all = std::find_if(callbacks.begin(), callbacks.end(), [&](const ObservedCallback* one) {
+    return std::all_of(callbacks.begin(), callbacks.end(),
+                       [&](const ObservedCallback* other) { return other == one || is_behind(*one, *other); });
+  });
+  const bool found = behind_all != callbacks.end();
+  const ObservedCallback* const last =
+      found ? *behind_all : *std::max_element(callbacks.begin(), callbacks.end(), less);
+  const bool mostly = static_cast<double>(published(last)) >= kMostSets * static_cast<double>(completed);
+  const bool one = (found || mostly) && !keeps_for_another(*last);
+  for (const ObservedCallback* const callback : callbacks) {
+    if (!one) any_completes_.insert(callback);
+    if (one && callback != last && publishing_runs(*callback) == published(callback) && !completes_sets(*callback)) {
+      completed_by_.emplace(callback, last);
+    }
+  }
+}
+
+// All whose messages reach it, by way of others too.
+std::set<const ObservedCallback*> InferredGraph::senders_before(const ObservedCallback& callback) const {
+  std::set<const ObservedCallback*> found;
+  Callbacks readers{&callback};
+  while (!readers.empty()) {
+    const ObservedCallback& reader = *readers.back();
+    readers.pop_back();
+    for (const ObservedCallback* const sender : senders_to(reader)) {
+      if (found.insert(sender).second) readers.push_back(sender);
+    }
+  }
+  return found;
+}
+
+InferredGraph::Callbacks InferredGraph::senders_to(const ObservedCallback& callback) const {
+  const auto senders = publishing_.find(callback.name);
+  const bool none = callback.kind != Binding::Kind::kTopic || senders == publishing_.end();
+  return none ? Callbacks() : senders->second;
+}
+
+// Whoever sends to the other sends to this one as well, by way of more callbacks.
+bool InferredGraph::is_behind(const ObservedCallback& callback, const ObservedCallback& other) const {
+  const std::set<const ObservedCallback*> before = senders_before(callback);
+  const Callbacks senders = senders_to(other);
+  return before.size() > senders_before(other).size() &&
+         std::all_of(senders.begin(), senders.end(),
+                     [&](const ObservedCallback* sender) { return before.count(sender) > 0; });
+}
+
+bool InferredGraph::keeps_for_another(const ObservedCallback& callback) const {
+  return completed_by_.count(&callback) > 0;
+}
+
+bool InferredGraph::completes_sets(const ObservedCallback& callback) const {
+  return std::any_of(completed_by_.begin(), completed_by_.end(),
+                     [&](const auto& each) { return each.second == &callback; });
 }
 
 // Callbacks that can be nodes, without those that only keep messages.
@@ -65,9 +174,15 @@ void InferredGraph::find_nodes() {
       continue;
     }
     if (is_light(*callback) && has_publisher) continue;
+    if (keeps_for_another(*callback)) {
+      remarks_.push_back(described(*callback) + " is left as it is: its messages are used with those of " +
+                         completed_by_[callback]->name + ", which come last");
+      continue;
+    }
     vertex_of_[callback] = vertices_.size();
     Vertex& vertex = vertices_.emplace_back();
     vertex.callback = callback;
+    vertex.takes_all = any_completes_.count(callback) > 0;
     vertex.period = callback->kind == Binding::Kind::kTimer ? callback->period : median_interval(*callback);
   }
 }
@@ -77,7 +192,7 @@ void InferredGraph::find_edges() {
     if (callback.kind != Binding::Kind::kTopic || callback.runs.empty() || !is_data(callback.name)) continue;
     const auto own = vertex_of_.find(&callback);
     if (own == vertex_of_.end()) {
-      add_edges_to(callback, publishing_siblings(callback), true);
+      add_edges_to(callback, users_of(callback), true);
       continue;
     }
     add_edges_to(callback, {own->second}, false);
@@ -89,7 +204,14 @@ void InferredGraph::find_edges() {
   add_edges_out();
 }
 
-// Who uses what the callback keeps: timers of its program, else its other callbacks that publish.
+// Who uses what the callback keeps.
+InferredGraph::Indices InferredGraph::users_of(const ObservedCallback& callback) const {
+  const auto completed = completed_by_.find(&callback);
+  const auto user = completed == completed_by_.end() ? vertex_of_.end() : vertex_of_.find(completed->second);
+  return user == vertex_of_.end() ? publishing_siblings(callback) : Indices{user->second};
+}
+
+// Timers of its program, else its other callbacks that publish.
 InferredGraph::Indices InferredGraph::publishing_siblings(const ObservedCallback& callback) const {
   Indices timers;
   Indices all;
@@ -229,6 +351,28 @@ void InferredGraph::sort_vertices() {
       placed[vertex] = true;
       order_.push_back(vertex);
     }
+  }
+}
+
+// Of callbacks, from their senders on.
+void InferredGraph::bound_rates() {
+  std::vector<double> rates(vertices_.size(), 0.0);  // Hz, at most; 0: not known
+  for (const std::size_t index : order_) {
+    Vertex& vertex = vertices_[index];
+    if (vertex.external() || vertex.callback->kind == Binding::Kind::kTimer) {
+      if (vertex.period) rates[index] = 1.0 / seconds_of(*vertex.period);
+      continue;
+    }
+    double rate = 0.0;
+    bool known = true;
+    for (const Edge& edge : edges_) {
+      if (edge.to != index || edge.kept) continue;
+      rate += rates[edge.from];
+      known = known && rates[edge.from] > 0.0;
+    }
+    if (!known || rate <= 0.0) continue;
+    rates[index] = rate;
+    vertex.min_period = nanoseconds(static_cast<nanoseconds::rep>(1e9 / (kCatchesUp * rate)));
   }
 }
 

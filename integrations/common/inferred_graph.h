@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,6 +28,9 @@ struct Vertex {
   std::string topic{};                         // of an external one
   std::vector<std::string> ros_nodes{};        // that an external one stands for
   std::optional<std::chrono::nanoseconds> period{};
+  // Of a callback of messages whose senders all have a clock: it need not run more often.
+  std::optional<std::chrono::nanoseconds> min_period{};
+  bool takes_all = false;  // a message that is passed over would be missed by those that come with it
   std::string name{};
 
   bool external() const { return callback == nullptr; }
@@ -55,8 +59,18 @@ class InferredGraph {
   const std::vector<std::string>& remarks() const { return remarks_; }
 
  private:
+  using Callbacks = std::vector<const ObservedCallback*>;
+
+  void find_sets();
+  void find_set(const Callbacks& callbacks, const std::string& topic);
+  std::set<const ObservedCallback*> senders_before(const ObservedCallback& callback) const;
+  Callbacks senders_to(const ObservedCallback& callback) const;
+  bool is_behind(const ObservedCallback& callback, const ObservedCallback& other) const;
+  bool keeps_for_another(const ObservedCallback& callback) const;
+  bool completes_sets(const ObservedCallback& callback) const;
   void find_nodes();
   void find_edges();
+  Indices users_of(const ObservedCallback& callback) const;
   Indices publishing_siblings(const ObservedCallback& callback) const;
   void add_edges_to(const ObservedCallback& reader, const Indices& targets, bool kept);
   void add_edges_out();
@@ -66,13 +80,18 @@ class InferredGraph {
   void take_edges();
   void name_vertices();
   void sort_vertices();
+  void bound_rates();
 
   const std::vector<ObservedCallback>& callbacks_;
   const Connections& connections_;
   std::vector<Vertex> vertices_;
   std::map<const ObservedCallback*, std::size_t> vertex_of_;
-  std::vector<Edge> found_;  // in any order
-  std::vector<Edge> edges_;  // those that form no cycle
+  std::map<std::string, Callbacks> publishing_;  // by topic
+  // Callbacks that keep a message for a set, and the one that completes it.
+  std::map<const ObservedCallback*, const ObservedCallback*> completed_by_;
+  std::set<const ObservedCallback*> any_completes_;  // of sets that now one of these completes, now another
+  std::vector<Edge> found_;                          // in any order
+  std::vector<Edge> edges_;                          // those that form no cycle
   Indices order_;
   std::vector<std::string> remarks_;
 };
