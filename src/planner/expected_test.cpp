@@ -355,12 +355,19 @@ TEST(ExpectedPlan, TellsHowFarItIsAndFindsTheSame) {
 TEST(ExpectedPlan, BeginsWithWhatIsKnown) {
   const RandomCase random = random_case(9, {.subchains = 6}, 2);
   const trial::Samples samples(random.app, constant_work(random.app, random.costs), Nanos{0}, 1);
-  ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.05};
+  const ExpectedRequest request{.cores = 2, .slack = kSlack, .effort = 0.05};
   const plan::Plan known = make_expected_plan(random.app, samples, random.costs, request).value();
-  request.effort = 0.002;
-  request.known = &known;
-  const plan::Plan again = make_expected_plan(random.app, samples, random.costs, request).value();
-  EXPECT_LT(again.expected->objective, 1.01 * known.expected->objective);
+  // With a few guesses, and with more than are kept.
+  for (const double effort : {0.002, 0.03}) {
+    for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+      ExpectedRequest from_known = request;
+      from_known.effort = effort;
+      from_known.seed = seed;
+      from_known.known = &known;
+      const plan::Plan again = make_expected_plan(random.app, samples, random.costs, from_known).value();
+      EXPECT_LT(again.expected->objective, 1.01 * known.expected->objective) << "effort " << effort << " seed " << seed;
+    }
+  }
 }
 
 TEST(ExpectedPlan, SharesCoresAsTheAppSays) {

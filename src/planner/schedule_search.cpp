@@ -48,9 +48,10 @@ constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
 // longer.
 constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
-// Whose trial shows a core that is used too much has periods so much longer, and again, so many times at most.
-constexpr double kSlowerBy = 1.06;
-constexpr int kMaxSlowings = 4;
+// Whose trial shows a core that is used too much has periods longer by as much and by this part more, at first; so many
+// times at most.
+constexpr double kSlowerByMore = 0.002;
+constexpr int kMaxSlowings = 5;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
 // Two periods that hardly differ keep a lucky phase for longer than a trial; not for hours.
@@ -187,12 +188,17 @@ bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (!keeps_asked_triggers(schedule)) return;
-  // What it is worth is not known until it is tried.
-  Candidate candidate{.schedule = std::move(schedule), .score = 2.0 * kOverload, .relax = relax};
-  if (fixed(candidate)) std::erase_if(candidates_, fixed);
+  // What it is worth is not known until it is tried: the first of all, so that no guess takes its place before.
+  Candidate candidate{.schedule = std::move(schedule), .relax = relax};
+  if (fixed(candidate)) {
+    std::erase_if(candidates_, fixed);
+    candidate.score = 2.0 * kOverload;
+  }
   const auto same = std::find_if(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& known) { return known.schedule == candidate.schedule; });
-  if (same == candidates_.end()) candidates_.push_back(std::move(candidate));
+  if (same != candidates_.end()) return;
+  candidates_.push_back(std::move(candidate));
+  std::stable_sort(candidates_.begin(), candidates_.end(), better);
 }
 
 bool ScheduleSearch::keeps_asked_triggers(const Schedule& schedule) const {
@@ -379,6 +385,12 @@ trial::Figures ScheduleSearch::run_trial(const Schedule& schedule, trial::Option
   return figures;
 }
 
+// Of the core that is used most, as a part of what a core may be used for.
+double ScheduleSearch::fullest(const Schedule& schedule, const trial::Figures& figures) const {
+  const std::vector<double> used = load(schedule, figures);
+  return *std::max_element(used.begin(), used.end()) / (1.0 - setting_.slack + kLoadTolerance);
+}
+
 double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& figures) const {
   double overload = 0.0;
   for (const double busy : load(schedule, figures)) {
@@ -434,28 +446,27 @@ double ScheduleSearch::glance(const Candidate& candidate) {
   return bounded_score(candidate, weighted(figures) * (1.0 + overload(candidate.schedule, figures)));
 }
 
-bool ScheduleSearch::try_first(Candidate& candidate) {
+double ScheduleSearch::try_first(Candidate& candidate) {
   const trial::Figures figures = try_out(candidate.schedule, {.before_ticks = kBeforeTicks});
-  const bool overloads = overload(candidate.schedule, figures) > 0.0;
+  const double fullest_core = fullest(candidate.schedule, figures);
   candidate.tried = false;
   candidate.unbounded = unbounded_score(candidate.schedule, figures);
   candidate.first_score = candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.factors.clear();
-  if (fixed(candidate)) return overloads;
-  const std::vector<double> used = load(candidate.schedule, figures);
-  const double fullest = *std::max_element(used.begin(), used.end()) / (1.0 - setting_.slack);
+  if (fixed(candidate)) return fullest_core;
+  const double found_fullest = fullest_core * (1.0 - setting_.slack + kLoadTolerance) / (1.0 - setting_.slack);
   const double guessed_fullest = costs_->surrogate.fullest();
   candidate.load_factor =
-      guessed_fullest > 0.0 ? std::clamp(fullest / guessed_fullest, 1.0 / kMaxLoadFactor, kMaxLoadFactor) : 1.0;
+      guessed_fullest > 0.0 ? std::clamp(found_fullest / guessed_fullest, 1.0 / kMaxLoadFactor, kMaxLoadFactor) : 1.0;
   const std::vector<double>& guessed = costs_->surrogate.terms();
   for (std::size_t term = 0; term < figures.terms.size() && term < guessed.size(); ++term) {
     const double found = figures.terms[term].mean_ms + tail_weights_[term] * figures.terms[term].p95_ms;
     candidate.factors.push_back(guessed[term] > 0.0 ? found / guessed[term] : 1.0);
   }
-  return overloads;
+  return fullest_core;
 }
 
-bool ScheduleSearch::try_again(Candidate& candidate) {
+double ScheduleSearch::try_again(Candidate& candidate) {
   trial::Options options{.first_draw = kSecondDraw, .since = kSecondTime, .before_ticks = kBeforeTicks};
   if (!phases_.empty()) {
     options.since = newest_tick(phases_) - TimePoint{};
@@ -466,13 +477,19 @@ bool ScheduleSearch::try_again(Candidate& candidate) {
   candidate.unbounded = (candidate.unbounded + second) / 2.0;
   candidate.score = bounded_score(candidate, candidate.unbounded);
   candidate.tried = true;
-  return overload(candidate.schedule, figures) > 0.0;
+  return fullest(candidate.schedule, figures);
 }
 
-// A little more load than there is makes a good schedule worth nothing; a little slower it is as good.
+// A little more load than there is makes a good schedule worth nothing; a little slower it is as good. It is slowed by
+// what it takes and hardly more, since that much is lost. Exact rates stay as they are, and a core is never seen to be
+// more than full, so this may not be enough.
 void ScheduleSearch::try_whole(Candidate& candidate) {
-  for (int slowings = 0; try_first(candidate) || try_again(candidate); ++slowings) {
-    Schedule slower = slowed(candidate.schedule, kSlowerBy);
+  double more = kSlowerByMore;
+  for (int slowings = 0;; ++slowings, more *= 2.0) {
+    double fullest_core = try_first(candidate);
+    if (fullest_core <= 1.0) fullest_core = try_again(candidate);
+    if (fullest_core <= 1.0) return;
+    Schedule slower = slowed(candidate.schedule, fullest_core + more);
     if (fixed(candidate) || slowings == kMaxSlowings || slower == candidate.schedule) {
       if (!candidate.tried) try_again(candidate);
       return;

@@ -103,9 +103,9 @@ class ScheduleSearch {
   // were tried at, and what is known by trials is forgotten.
   bool know_phases(const std::vector<Ticks>& clocks);
 
-  // To be tried and, if it has no frames, improved: valid for the app and the cores. `relax`: by how much bounds are
-  // relaxed under it, where that is known. One with frames replaces the one before. One that does not trigger by
-  // arrival what the app says is passed over.
+  // To be tried, before any guess, and improved; with frames, to be tried alone: valid for the app and the cores.
+  // `relax`: by how much bounds are relaxed under it, where that is known. One with frames replaces the one before. One
+  // that does not trigger by arrival what the app says is passed over.
   void add(trial::Schedule schedule, std::optional<double> relax);
 
   // The same, with periods and pauses so many times as long where they may be: what costs more than before may so hold
@@ -178,6 +178,7 @@ class ScheduleSearch {
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
+  double fullest(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
   // Of all cores, those that are nearly full and have no gap of their own.
   double part_without_gaps(const trial::Schedule& schedule, const trial::Figures& figures) const;
@@ -188,9 +189,9 @@ class ScheduleSearch {
   trial::Figures try_out(const trial::Schedule& schedule, trial::Options options);
   double glance(const Candidate& candidate);
   bool is_hopeless(const Candidate& candidate) const;
-  // Whether a core is used for more than the slack leaves.
-  bool try_first(Candidate& candidate);
-  bool try_again(Candidate& candidate);
+  // How full the fullest core is; above 1: used for more than the slack leaves.
+  double try_first(Candidate& candidate);
+  double try_again(Candidate& candidate);
   void try_whole(Candidate& candidate);
   void set_horizon(const trial::Schedule& schedule);
   void step();
