@@ -197,6 +197,7 @@ class Surrogate {
   int turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const;
   void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
+  double promised_apart(const plan::After& after) const;
   void promise_cores(const trial::Schedule& schedule);
   const AtTicks* at_ticks(const trial::Schedule& schedule, const Element& before, const Element& element);
   // What a clock of others has begun: outputs `passed` after its ticks.

@@ -13,6 +13,14 @@ double Surrogate::promised_lateness(const plan::After& after) const {
   return timings_[after.subchain()->index()].promised_execution;
 }
 
+// How far apart the triggers are of a subchain that follows another, where that one has the period that it is promised
+// and each of its runs gives an output.
+double Surrogate::promised_apart(const plan::After& after) const {
+  if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
+  const std::size_t leader = after.subchain()->index();
+  return after.every * std::max(timings_[leader].promised_period, output_period_[leader]);
+}
+
 // From one trigger to the next, at most (plan/predict.cpp): a subchain that is triggered by outputs may have one that
 // is late, and the next as early as runs cost nothing.
 double Surrogate::promised_gap(const trial::Schedule& schedule, std::size_t subchain) const {
@@ -171,7 +179,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   double usual = spacing;
   if (place.after) {
     spacing = std::max(spacing, outputs_apart(schedule, i));
-    usual = std::max(usual, outputs_apart(schedule, i) * runs_per_output(*place.after));
+    usual = std::max(usual, promised_apart(*place.after) * runs_per_output(*place.after));
   }
   const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
   timing.promised_period = std::max(usual, timing.promised_execution + pause);
