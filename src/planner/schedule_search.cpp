@@ -188,11 +188,12 @@ bool ScheduleSearch::renew_pipelines(Schedule& schedule) const {
 
 void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (!keeps_asked_triggers(schedule)) return;
-  // What it is worth is not known until it is tried: the first of all, so that no guess takes its place before.
-  Candidate candidate{.schedule = std::move(schedule), .relax = relax};
+  // What it is worth is not known until it is tried; until then it counts for nothing. It is tried first, so that no
+  // guess displaces it; one with frames, which guesses do not displace, after them.
+  Candidate candidate{.schedule = std::move(schedule), .unbounded = 2.0 * kOverload, .relax = relax};
   if (fixed(candidate)) {
     std::erase_if(candidates_, fixed);
-    candidate.score = 2.0 * kOverload;
+    candidate.score = candidate.unbounded;
   }
   const auto same = std::find_if(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& known) { return known.schedule == candidate.schedule; });
