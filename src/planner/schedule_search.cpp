@@ -309,20 +309,30 @@ double ScheduleSearch::guessed_score(Schedule& schedule, double limit) {
   if (estimate->load > 1.0) return kOverload * estimate->load;
   if (estimate->objective > limit) return kInfinity;
   if (estimate->exact_missed || !estimate->promised) return kOverload;
-  return relaxed_score(estimate->objective, estimate->relax);
+  return relaxed_score(scored_for_gaps(estimate->objective, schedule, guessed_load(schedule)), estimate->relax);
+}
+
+// By core, as a part of what the slack leaves; by the formulas of the schedule that was asked about last.
+std::vector<double> ScheduleSearch::guessed_load(const Schedule& schedule) const {
+  std::vector<double> used(static_cast<std::size_t>(schedule.cores), 0.0);
+  for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+    const Place& place = schedule.subchains[i];
+    if (place.form == trial::Form::kPriority) {
+      used[static_cast<std::size_t>(place.core)] += costs_->surrogate.load(SubchainId(i));
+    }
+  }
+  return used;
 }
 
 // By the formulas of the schedule that was asked about last. False: not much less often would be enough.
 bool ScheduleSearch::make_room(Schedule& schedule) const {
   const auto cores = static_cast<std::size_t>(schedule.cores);
-  std::vector<double> used(cores, 0.0);
+  const std::vector<double> used = guessed_load(schedule);
   std::vector<double> movable(cores, 0.0);
   for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
     const Place& place = schedule.subchains[i];
-    if (place.form != trial::Form::kPriority) continue;
-    const double part = costs_->surrogate.load(SubchainId(i));
-    used[static_cast<std::size_t>(place.core)] += part;
-    if (moves_->may_come_less_often(place, i)) movable[static_cast<std::size_t>(place.core)] += part;
+    if (!moves_->may_come_less_often(place, i)) continue;
+    movable[static_cast<std::size_t>(place.core)] += costs_->surrogate.load(SubchainId(i));
   }
   std::vector<double> factors(cores, 1.0);
   for (std::size_t core = 0; core < cores; ++core) {
@@ -400,20 +410,19 @@ double ScheduleSearch::overload(const Schedule& schedule, const trial::Figures& 
   return overload;
 }
 
-double ScheduleSearch::part_without_gaps(const Schedule& schedule, const trial::Figures& figures) const {
+double ScheduleSearch::scored_for_gaps(double score, const Schedule& schedule, const std::vector<double>& used) const {
   std::vector<const Place*> lowest(static_cast<std::size_t>(schedule.cores), nullptr);
   for (const Place& place : schedule.subchains) {
     if (place.form != trial::Form::kPriority) continue;
     const Place*& at = lowest[static_cast<std::size_t>(place.core)];
     if (at == nullptr || place.priority < at->priority) at = &place;
   }
-  const std::vector<double> busy = load(schedule, figures);
   std::size_t without = 0;
   for (std::size_t core = 0; core < lowest.size(); ++core) {
-    if (lowest[core] == nullptr || busy[core] <= kNearlyFull * (1.0 - setting_.slack)) continue;
+    if (lowest[core] == nullptr || used[core] <= kNearlyFull) continue;
     if (keeps_to_grid(schedule, *lowest[core])) ++without;
   }
-  return static_cast<double>(without) / static_cast<double>(schedule.cores);
+  return score * (1.0 + kGapWeight * static_cast<double>(without) / static_cast<double>(schedule.cores));
 }
 
 // Means, and something for tails.
@@ -427,8 +436,9 @@ double ScheduleSearch::weighted(const trial::Figures& figures) const {
 
 // Without bounds.
 double ScheduleSearch::unbounded_score(const Schedule& schedule, const trial::Figures& figures) const {
-  return weighted(figures) * (1.0 + kGapWeight * part_without_gaps(schedule, figures)) +
-         kOverload * overload(schedule, figures);
+  std::vector<double> used = load(schedule, figures);
+  for (double& of_core : used) of_core /= 1.0 - setting_.slack;
+  return scored_for_gaps(weighted(figures), schedule, used) + kOverload * overload(schedule, figures);
 }
 
 // What bounds make of it. Of frames the surrogate knows nothing.

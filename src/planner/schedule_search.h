@@ -174,14 +174,16 @@ class ScheduleSearch {
   // Where it is above the limit, any number above it. Where a core is used for more than there is, and others on it may
   // come less often, they do.
   double guessed_score(trial::Schedule& schedule, double limit = kInfinity);
+  std::vector<double> guessed_load(const trial::Schedule& schedule) const;
   bool make_room(trial::Schedule& schedule) const;
   Candidate anneal(trial::Schedule schedule, std::size_t steps, double temperature);
   void keep(Candidate candidate);
 
   double fullest(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double overload(const trial::Schedule& schedule, const trial::Figures& figures) const;
-  // Of all cores, those that are nearly full and have no gap of their own.
-  double part_without_gaps(const trial::Schedule& schedule, const trial::Figures& figures) const;
+  // More by the part of all cores that are nearly full and have no gap of their own. `used`: by core, as a part of what
+  // the slack leaves.
+  double scored_for_gaps(double score, const trial::Schedule& schedule, const std::vector<double>& used) const;
   double weighted(const trial::Figures& figures) const;
   double unbounded_score(const trial::Schedule& schedule, const trial::Figures& figures) const;
   double bounded_score(const Candidate& candidate, double score);
