@@ -249,6 +249,47 @@ TEST(Promises, HoldForChainsOfFollowers) {
   EXPECT_GT(compared, 300) << "or nothing was tested";
 }
 
+// The first waits for a pause after each run, below all others; these are triggered by each so-many-th output of their
+// predecessor. Of a run of theirs the first one's runs from one trigger to the next meet one: no response takes longer
+// than is promised by that.
+TEST(Promises, HoldForFollowersAboveALeaderThatWaitsForPauses) {
+  int compared = 0;
+  int shorter = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) { return low + (high - low) * fraction_of(random()); };
+    const planner::RandomCase of = planner::random_case(seed, {.subchains = 4}, 1);
+    const graph::Graph& graph = of.app.graph;
+    model::CostTable costs(graph, Millis{0});
+    trial::Schedule schedule{.cores = 1, .subchains = {}, .frames = {}, .pipelines = {}};
+    for (std::size_t i = 0; i < graph.subchains().size(); ++i) {
+      for (const NodeId node : graph.subchain(SubchainId(i)).nodes) {
+        costs.set(node, model::CostProfile::constant(Millis{uniform(0.2, 6.0)}));
+      }
+      trial::Place place{.core = 0, .priority = 1 + static_cast<int>(i)};
+      place.period = to_nanos(Millis{uniform(0.2, 2.0)});
+      for (const NodeId predecessor : graph.node(graph.subchain(SubchainId(i)).head()).predecessors) {
+        const auto leader = graph.node(predecessor).subchain;
+        if (!leader || leader->index() >= i) continue;
+        place.after = plan::After{*leader, 1 + static_cast<int>(random() % 4)};
+      }
+      if (!place.after) place.pause = to_nanos(Millis{uniform(0.1, 15.0)});
+      schedule.subchains.push_back(place);
+    }
+    const Compared held = expect_held(of.app, constant(of.app, costs), costs, schedule, seconds{30}, 30, seed);
+    compared += static_cast<int>(held.chains.size());
+    if (!held.plan) continue;
+    for (std::size_t i = 0; i < schedule.subchains.size(); ++i) {
+      const trial::Place& place = schedule.subchains[i];
+      if (!place.after) continue;
+      const Millis led_by = held.plan->subchains[place.after->subchain()->index()].period;
+      if (held.plan->subchains[i].period < place.after->every * led_by - Millis{1.0}) ++shorter;
+    }
+  }
+  EXPECT_GT(compared, 300) << "or nothing was tested";
+  EXPECT_GT(shorter, 100) << "or nothing was tested";
+}
+
 // Of those that follow others: from the output that triggers a run, or the end of their run before if that is later, to
 // its end. Right of whoever is not kept back by a period.
 class LongestFollowers : public trial::Observer {

@@ -284,7 +284,9 @@ class Analysis {
     return closer && work ? std::min(closer, work) : closer ? closer : work;
   }
 
-  std::optional<Millis> response_of(const CorePlan& core, std::size_t above, Waits waits) const {
+  // `without`: as if that one above it never ran; null: none.
+  std::optional<Millis> response_of(const CorePlan& core, std::size_t above, Waits waits,
+                                    const Member* without = nullptr) const {
     const Millis own = alone(core, above);
     std::vector<std::optional<int>> turns;
     for (std::size_t j = 0; j < above; ++j) turns.push_back(turns_of(core, core.members[j], above));
@@ -293,6 +295,7 @@ class Analysis {
       const Line elsewhere = blocked_elsewhere(core, above, response);
       Millis longer = own + Millis{elsewhere.at_once + elsewhere.rate * response.count()};
       for (std::size_t j = 0; j < above; ++j) {
+        if (&core.members[j] == without) continue;
         double triggers = triggers_within(core.members[j], response, waits);
         if (turns[j] && response < silence_limit(core.members[j])) triggers = std::min<double>(triggers, *turns[j]);
         longer += triggers * demand_of(core.members[j], waits);
@@ -301,15 +304,17 @@ class Analysis {
       if (longer <= response * (1.0 + kRounding)) return response;
       response = longer;
     }
-    return by_lines(core, above, response, waits);
+    return by_lines(core, above, response, waits, without);
   }
 
   // Valid wherever the lines are chosen, tightest where they are chosen near what comes out.
-  std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits) const {
+  std::optional<Millis> by_lines(const CorePlan& core, std::size_t above, Millis near, Waits waits,
+                                 const Member* without) const {
     const Line elsewhere = blocked_elsewhere(core, above, near);
     Millis sum = alone(core, above) + Millis{elsewhere.at_once};
     double used = elsewhere.rate;
     for (std::size_t j = 0; j < above; ++j) {
+      if (&core.members[j] == without) continue;
       const Line line = line_of(core.members[j], near, waits);
       const Millis cost = demand_of(core.members[j], waits);
       sum += cost * line.at_once;
@@ -323,12 +328,38 @@ class Analysis {
     const Member* const member = member_of(plan_, id);
     if (member == nullptr) return plan_.subchains[id.index()].period;
     const Millis response = promises_[id.index()].execution;
-    if (member->after) {
-      const SubchainId* const leader = member->after->subchain();
-      const Millis apart = outputs_apart(*member->after, leader != nullptr ? period_of(*leader) : Millis{0});
-      return std::max({member->period, apart * runs_per_output(*member->after), response});
-    }
+    if (member->after) return std::max({member->period, triggers_apart(*member), response});
     return std::max(member->period, response + member->pause.value_or(Millis{0}));
+  }
+
+  // Of a follower, on average over many. Its own run is in one of the runs of its leader from one trigger to the next.
+  Millis triggers_apart(const Member& member) const {
+    const After& after = *member.after;
+    const SubchainId* const leader = after.subchain();
+    const Millis apart = outputs_apart(after, leader != nullptr ? period_of(*leader) : Millis{0});
+    const double per_output = runs_per_output(after);
+    const std::optional<Millis> alone = leader != nullptr ? leaders_period_without(member) : std::nullopt;
+    if (!alone) return apart * per_output;
+    const double runs = after.every * per_output;
+    return std::max(outputs_apart(after, *alone) * per_output, period_of(*leader) + (runs - 1.0) * *alone);
+  }
+
+  // The period of its leader where that does not meet it. None: it may meet it at any time, or that makes no
+  // difference. Above a leader on its core that waits for a pause after each run, it has ended before that one has run
+  // again.
+  std::optional<Millis> leaders_period_without(const Member& member) const {
+    const SubchainId id = *member.after->subchain();
+    for (const CorePlan& core : plan_.cores) {
+      for (std::size_t rank = 0; rank < core.members.size(); ++rank) {
+        const Member& leader = core.members[rank];
+        if (leader.subchain != id || !leader.pause || turns_of(core, member, rank) != 1) continue;
+        if (promises_[id.index()].execution >= silence_limit(member)) return std::nullopt;
+        const std::optional<Millis> response = response_of(core, rank, Waits::kBringRunsCloser, &member);
+        if (!response) return std::nullopt;
+        return std::max(leader.period, *response + *leader.pause);
+      }
+    }
+    return std::nullopt;
   }
 
   const Plan& plan_;

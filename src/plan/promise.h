@@ -18,6 +18,10 @@
 // (plan/limits.h), beyond which it would be triggered without outputs. So subchains that take turns have a promise,
 // however full their core is.
 //
+// One that is above its leader on its core, where that one has a pause after each run, is over before its leader has run
+// again. So of the leader's runs from one of its triggers to the next, one is longer by it, and the others take what they
+// take without it.
+//
 // A run of i may wait (model/cost.h) for w_i in all, and others have the core meanwhile. Then w_i is added to its R_i.
 // For those below it there are two bounds, and the lesser holds: C_i + w_i in place of C_i, as if it kept the core; or
 // R_i - C_i more jitter, since what a run leaves undone while it waits it may do just before its next run, so that both

@@ -49,6 +49,24 @@ TEST_F(PromiseTest, WhoIsTriggeredByOutputsMayComeEarly) {
   EXPECT_EQ(promised(kBatch).period, promised(kBatch).execution + Millis{10});
 }
 
+// fast waits for 4 ms after each run; each second of its outputs triggers slow, above it, which is in one of the two
+// runs of fast that come before the next: 6 + 4 and 20 + 6 + 4.
+TEST_F(PromiseTest, WhoIsAboveItsLeaderWithAPauseMeetsOneOfItsRuns) {
+  member(kFast).pause = Millis{60};
+  member(kFast).period = Millis{1};
+  member(kSlow).period = Millis{1};
+  std::swap(member(kFast).priority, member(kSlow).priority);
+  std::sort(plan.cores[0].members.begin(), plan.cores[0].members.end(),
+            [](const Member& a, const Member& b) { return a.priority > b.priority; });
+  EXPECT_EQ(promised(kFast).period, Millis{86});
+  EXPECT_EQ(promised(kSlow).period, Millis{86 + 66});
+  EXPECT_EQ(promised(kSlow).execution, Millis{20});
+  costs.set_runs_per_output(*app.graph.find_node("scan"), 3.0);
+  EXPECT_EQ(promised(kSlow).period, Millis{86 + 5 * 66}) << "one of six runs";
+  costs.set_wait(*app.graph.find_node("map"), Millis{5});
+  EXPECT_EQ(promised(kSlow).period, 6.0 * promised(kFast).period) << "fast may run while it waits";
+}
+
 // fast gives an output in every third run, each second of which triggers slow: it comes every 120 ms on average, but
 // those below it are promised what holds when it comes every 40 ms.
 TEST_F(PromiseTest, WhoIsTriggeredByOutputsComesAsSeldomAsTheyDo) {

@@ -117,6 +117,7 @@ class Surrogate {
     double wait = 0.0;        // from any time to the next trigger
     double promised_period = 0.0;
     double promised_execution = 0.0;
+    double promised_stretch = 1.0;  // what each ms of work adds to that
     // How often it is promised to come at most: at once, and so much more a ms; and the latter, however early outputs
     // come that trigger it.
     double promised_at_once = 0.0;
@@ -197,7 +198,7 @@ class Surrogate {
   int turns_of(const trial::Schedule& schedule, std::size_t subchain, int priority) const;
   void promise_subchain(const trial::Schedule& schedule, std::size_t i, std::size_t first, std::size_t last);
   static bool may_come_ever_earlier(const trial::Schedule& schedule, std::size_t subchain);
-  double promised_apart(const plan::After& after) const;
+  double promised_apart(const trial::Schedule& schedule, std::size_t subchain);
   void promise_cores(const trial::Schedule& schedule);
   const AtTicks* at_ticks(const trial::Schedule& schedule, const Element& before, const Element& element);
   // What a clock of others has begun: outputs `passed` after its ticks.

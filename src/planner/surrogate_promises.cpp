@@ -13,12 +13,23 @@ double Surrogate::promised_lateness(const plan::After& after) const {
   return timings_[after.subchain()->index()].promised_execution;
 }
 
-// How far apart the triggers are of a subchain that follows another, where that one has the period that it is promised
-// and each of its runs gives an output.
-double Surrogate::promised_apart(const plan::After& after) const {
-  if (const NodeId* const node = after.node()) return after.every * arrivals_[node->index()].apart;
-  const std::size_t leader = after.subchain()->index();
-  return after.every * std::max(timings_[leader].promised_period, output_period_[leader]);
+// How far apart the triggers of a follower are on average, where its leader has the period that it is promised: its own
+// run is in one of that one's runs from one trigger to the next (plan/promise.cpp).
+double Surrogate::promised_apart(const trial::Schedule& schedule, std::size_t subchain) {
+  const trial::Place& place = schedule.subchains[subchain];
+  const double runs = place.after->every * runs_per_output(*place.after);
+  if (const NodeId* const node = place.after->node()) return runs * arrivals_[node->index()].apart;
+  const std::size_t leader = place.after->subchain()->index();
+  const Timing& timing = timings_[leader];
+  const double apart = std::max(timing.promised_period, output_period_[leader]);
+  const trial::Place& led_by = schedule.subchains[leader];
+  const bool meets_once = led_by.pause && turns_of(schedule, subchain, led_by.priority) == 1 &&
+                          planned_waits_[leader] == 0.0 && promised_blocking(schedule, leader) == 0.0 &&
+                          timing.promised_execution < to_millis(plan::silence_limit(place.period)).count();
+  if (!meets_once) return runs * apart;
+  const double run = timing.promised_execution - timings_[subchain].planned * timing.promised_stretch;
+  const double alone = std::max(to_millis(led_by.period).count(), run + to_millis(*led_by.pause).count());
+  return std::max(apart + (runs - 1.0) * alone, runs * output_period_[leader]);
 }
 
 // From one trigger to the next, at most (plan/predict.cpp): a subchain that is triggered by outputs may have one that
@@ -170,6 +181,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
       sum += other.promised_at_once * other.planned;
     }
     const double alone = timing.planned + timing.planned_waits + blocked.value_or(0.0);
+    timing.promised_stretch = used < kNothingLeft ? 1.0 / (1.0 - used) : 0.0;
     timing.promised_execution = used < kNothingLeft ? (alone + sum) / (1.0 - used) : kOutOfReach;
     if (timing.promised_execution < silence) break;
   }
@@ -179,7 +191,7 @@ void Surrogate::promise_subchain(const trial::Schedule& schedule, std::size_t i,
   double usual = spacing;
   if (place.after) {
     spacing = std::max(spacing, outputs_apart(schedule, i));
-    usual = std::max(usual, promised_apart(*place.after) * runs_per_output(*place.after));
+    usual = std::max(usual, promised_apart(schedule, i));
   }
   const double pause = place.pause ? to_millis(*place.pause).count() : 0.0;
   timing.promised_period = std::max(usual, timing.promised_execution + pause);
