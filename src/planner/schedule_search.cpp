@@ -49,8 +49,10 @@ constexpr Nanos kLongestHorizon = std::chrono::seconds{40};
 constexpr int kGlance = 6;
 constexpr double kHopeless = 1.02;
 // Whose trial shows a core that is used too much has periods longer by as much and by this part more, at first; so many
-// times at most.
-constexpr double kSlowerByMore = 0.002;
+// times at most. That is room for costs that vary, so that not each change of theirs is one of the plan, and for what
+// is changed in a candidate. A plan that a caller knows needs none.
+constexpr double kSlowerByMore = 0.02;
+constexpr double kKnownSlowerByMore = 0.002;
 constexpr int kMaxSlowings = 5;
 constexpr std::uint32_t kSecondDraw = 1400;
 constexpr std::uint32_t kLastDraw = 2800;
@@ -190,7 +192,7 @@ void ScheduleSearch::add(Schedule schedule, std::optional<double> relax) {
   if (!keeps_asked_triggers(schedule)) return;
   // What it is worth is not known until it is tried; until then it counts for nothing. It is tried first, so that no
   // guess displaces it; one with frames, which guesses do not displace, after them.
-  Candidate candidate{.schedule = std::move(schedule), .unbounded = 2.0 * kOverload, .relax = relax};
+  Candidate candidate{.schedule = std::move(schedule), .unbounded = 2.0 * kOverload, .given = true, .relax = relax};
   if (fixed(candidate)) {
     std::erase_if(candidates_, fixed);
     candidate.score = candidate.unbounded;
@@ -492,10 +494,10 @@ double ScheduleSearch::try_again(Candidate& candidate) {
 }
 
 // A little more load than there is makes a good schedule worth nothing; a little slower it is as good. It is slowed by
-// what it takes and hardly more, since that much is lost. Exact rates stay as they are, and a core is never seen to be
+// what it takes and little more, since that much is lost. Exact rates stay as they are, and a core is never seen to be
 // more than full, so this may not be enough.
 void ScheduleSearch::try_whole(Candidate& candidate) {
-  double more = kSlowerByMore;
+  double more = candidate.given ? kKnownSlowerByMore : kSlowerByMore;
   for (int slowings = 0;; ++slowings, more *= 2.0) {
     double fullest_core = try_first(candidate);
     if (fullest_core <= 1.0) fullest_core = try_again(candidate);

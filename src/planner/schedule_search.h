@@ -156,6 +156,7 @@ class ScheduleSearch {
     double unbounded = 0.0;    // without
     double first_score = 0.0;  // with bounds, of the first trial
     bool tried = false;
+    bool given = false;             // by add()
     std::vector<double> factors{};  // from formulas to what the first trial found, by term
     double load_factor = 1.0;       // the same of how full the fullest core is
     std::optional<double> relax{};  // where it is known; else by the surrogate
