@@ -26,7 +26,9 @@ Result<graph::App> parse_app(std::string_view text, std::string_view file) {
   if (!reader.all_read()) return std::move(problems).to_error();
   auto app = graph::build_app(spec);
   if (!app) problems.merge(app.error());
-  if (problems.empty()) static_cast<void>(read_ros_bindings(*root, *app, problems));
+  if (problems.empty()) {
+    app->graph = app->graph.needing_input(nodes_needing_input(read_ros_bindings(*root, *app, problems)));
+  }
   if (problems.empty()) static_cast<void>(read_illixr_bindings(*root, *app, problems));
   if (!problems.empty()) return std::move(problems).to_error();
   return app;

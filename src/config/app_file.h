@@ -1,5 +1,8 @@
 // The app file (docs/app-file.md): YAML text -> App. Strict: an unknown or doubled key, a missing unit, a dangling
 // name, a cycle are errors, each with file:line:column, the key, and what would be right; all of them at once.
+//
+// Nodes that are bound to messages of ROS need input (graph::Node::needs_input), as they do where ROS programs run
+// them.
 #pragma once
 
 #include <string>

@@ -95,6 +95,14 @@ std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& a
   return collected.take();
 }
 
+std::vector<NodeId> nodes_needing_input(const std::vector<RosBinding>& bindings) {
+  std::vector<NodeId> nodes;
+  for (const auto& [node, callback] : bindings) {
+    if (callback.kind == RosCallback::Kind::kTopic) nodes.push_back(node);
+  }
+  return nodes;
+}
+
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app) {
   return callbacks_of_app_file<RosCallback>(app_text, file, app, "ros", read_ros_callback);
 }

@@ -49,6 +49,10 @@ std::optional<RosCallback> read_ros_callback(const Value& value, const std::stri
 // Of a whole app file, whose shape is right.
 std::vector<RosBinding> read_ros_bindings(const Value& root, const graph::App& app, Problems& problems);
 
+// Of these, the nodes that are called for messages alone: callbacks of topics. Timers need none; a service's requests
+// come from who asks, not from the nodes before it.
+std::vector<NodeId> nodes_needing_input(const std::vector<RosBinding>& bindings);
+
 // What an app file says, which has been read as `app`, in the order of its nodes. Errors (kCaller): two nodes are one
 // callback; a node that is external has one.
 Result<std::vector<RosBinding>> ros_bindings(std::string_view app_text, std::string_view file, const graph::App& app);

@@ -47,6 +47,20 @@ TEST(RosBinding, OfTheAppFile) {
   EXPECT_EQ((*bindings)[1].callback.name, "/scan");
 }
 
+TEST(RosBinding, CallbacksOfTopicsNeedInput) {
+  const graph::App app = ros_app();
+  const auto needs = [&](const char* name) { return app.graph.node(*app.graph.find_node(name)).needs_input; };
+  EXPECT_TRUE(needs("GL"));
+  EXPECT_FALSE(needs("scan")) << "a timer's";
+  EXPECT_FALSE(needs("GP")) << "of no program of ROS";
+  const auto bound = ros_bindings(kRosApp, "app.yaml", app,
+                                  "catan: 1\nros:\n  GP: { node: /planner, topic: /pose }\n"
+                                  "  GL: { node: /localiser, service: /localise }\n",
+                                  "bind.yaml");
+  ASSERT_TRUE(bound.ok()) << bound.error().message();
+  EXPECT_THAT(nodes_needing_input(*bound), testing::ElementsAre(*app.graph.find_node("GP")));
+}
+
 TEST(RosBinding, ABindFileComesFirst) {
   const graph::App app = ros_app();
   const auto bindings = ros_bindings(kRosApp, "app.yaml", app,

@@ -47,6 +47,20 @@ bool Graph::knows_inputs(NodeId id) const {
          std::none_of(inputs.begin(), inputs.end(), [&](NodeId input) { return node(input).external; });
 }
 
+bool Graph::awaits_input(NodeId id) const {
+  const Node& of = node(id);
+  return of.needs_input && of.subchain && !of.predecessors.empty() &&
+         std::none_of(of.predecessors.begin(), of.predecessors.end(),
+                      [&](NodeId from) { return node(from).external && !node(from).is_external_clock(); });
+}
+
+Graph Graph::needing_input(std::span<const NodeId> needing) const {
+  Graph graph = *this;
+  for (Node& each : graph.nodes_) each.needs_input = false;
+  for (const NodeId id : needing) graph.nodes_[id.index()].needs_input = true;
+  return graph;
+}
+
 Graph Graph::without_min_rate(NodeId id) const {
   Graph graph = *this;
   graph.nodes_[id.index()].min_rate.reset();

@@ -46,10 +46,13 @@ struct Node {
   std::optional<Nanos> output_period;  // emits less often than it runs; planned with, and done without code
   std::optional<Rate> min_rate;
   std::optional<Rate> max_rate;
-  bool relaxes_exact_rate = false;       // where min_rate is max_rate: the first may be relaxed like any other
-  std::optional<Rate> fallback_rate;     // set by hand, for where Catan sets none (cut.h)
-  int max_threads = 1;                   // how many cores one run can use
-  TriggerBy trigger = TriggerBy::kAny;   // heads of subchains: theirs
+  bool relaxes_exact_rate = false;      // where min_rate is max_rate: the first may be relaxed like any other
+  std::optional<Rate> fallback_rate;    // set by hand, for where Catan sets none (cut.h)
+  int max_threads = 1;                  // how many cores one run can use
+  TriggerBy trigger = TriggerBy::kAny;  // heads of subchains: theirs
+  // A run of it begins only once a predecessor's new output has come since its last run began: its program calls it for
+  // messages alone. Of what Catan triggers; see Graph::awaits_input().
+  bool needs_input = false;
   std::optional<SubchainId> subchain;    // none: external or unscheduled
   std::optional<std::size_t> exclusive;  // the exclusive group that it is in, by its index in App::exclusive
   std::vector<NodeId> predecessors;      // in the order the edges were written
@@ -127,6 +130,11 @@ class Graph {
   // A run of the node may find nothing, and that is known: it takes batches.
   bool may_run_empty(NodeId id) const { return node(id).input == InputKind::kQueue && knows_inputs(id); }
 
+  // A run of the node that is triggered without news waits for some: it needs input, and when input comes is known.
+  // That is not so where nothing feeds it, or an external node without a clock: these may have given something at any
+  // time.
+  bool awaits_input(NodeId id) const;
+
   // All nodes, predecessors before successors; ties in the order written.
   std::span<const NodeId> topological_order() const { return topological_; }
 
@@ -140,6 +148,9 @@ class Graph {
   // The same graph but for the lowest rate of this node; none: no bound. Precondition: it is not above the max_rate of
   // any node of its subchain.
   Graph with_min_rate(NodeId id, std::optional<Rate> min_rate) const;
+
+  // The same graph but that these nodes need input, and no others. Precondition: none of them is external.
+  Graph needing_input(std::span<const NodeId> needing) const;
 
   // The same graph but that exact rates (min_rate = max_rate) may be relaxed, as any min_rate may: to plan where they
   // cannot be met.

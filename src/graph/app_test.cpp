@@ -140,5 +140,26 @@ TEST(App, OrdersSlotsByTheHeavierChainWhereTwoDisagree) {
   }
 }
 
+// A camera with a clock, one without; image is fed by the first, other by both, alone by nobody.
+TEST(Graph, WhoNeedsInputAwaitsItWhereItIsKnownWhenItComes) {
+  AppSpec spec = spec_of({"camera", "file", "image", "other", "alone", "free"},
+                         {"camera image", "camera other", "file other", "camera free"});
+  for (const char* name : {"camera", "file"}) node(spec, name).external = true;
+  node(spec, "camera").period = At<Nanos>{std::chrono::milliseconds{33}, {}};
+  for (const char* name : {"camera", "image", "other", "alone"}) node(spec, name).needs_input = true;
+  spec.objective = {response("image", 1.0)};
+  const Graph graph = build_app(spec).value().graph;
+  const auto awaits = [](const Graph& of, const char* name) { return of.awaits_input(*of.find_node(name)); };
+  EXPECT_FALSE(graph.node(*graph.find_node("camera")).needs_input) << "nobody triggers it";
+  EXPECT_TRUE(awaits(graph, "image"));
+  EXPECT_FALSE(awaits(graph, "other")) << "the file may give something at any time";
+  EXPECT_FALSE(awaits(graph, "alone"));
+  EXPECT_FALSE(awaits(graph, "free"));
+  const std::vector<NodeId> needing{*graph.find_node("free")};
+  const Graph changed = graph.needing_input(needing);
+  EXPECT_TRUE(awaits(changed, "free"));
+  EXPECT_FALSE(changed.node(*changed.find_node("image")).needs_input);
+}
+
 }  // namespace
 }  // namespace ctn::graph

@@ -33,6 +33,7 @@ Node to_node(const NodeSpec& spec) {
   if (spec.fallback_rate) node.fallback_rate = spec.fallback_rate->value;
   if (spec.max_threads) node.max_threads = spec.max_threads->value;
   if (spec.trigger) node.trigger = spec.trigger->value;
+  node.needs_input = spec.needs_input && !spec.external;
   return node;
 }
 

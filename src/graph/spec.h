@@ -36,6 +36,7 @@ struct NodeSpec {
   std::optional<At<Rate>> fallback_rate;
   std::optional<At<int>> max_threads;
   std::optional<At<TriggerBy>> trigger;
+  bool needs_input = false;  // of an external node it counts for nothing
 };
 
 // A row of node names: in `edges` a path stands for its edges. What it says of age holds for each of them.

@@ -57,10 +57,11 @@ void RosRunOptions::add_to(CLI::App& command_line, const std::string& starts) {
 
 int run_ros_programs(const RosRunOptions& options,
                      const std::function<Result<std::vector<std::string>>(const std::string& socket)>& environment) {
-  const auto file = config::load_app_file(options.programs.app);
+  auto file = config::load_app_file(options.programs.app);
   if (!file) return report_error(file.error());
   const auto bindings = load_ros_bindings(*file, options);
   if (!bindings) return report_error(bindings.error());
+  file->app.graph = file->app.graph.needing_input(config::nodes_needing_input(*bindings));
   BoundPrograms programs;
   programs.callbacks = bound_ros_callbacks(*bindings);
   programs.bindings_variable = catan_ros::kBindingsVariable;

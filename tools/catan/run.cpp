@@ -151,8 +151,10 @@ Status check_combination(const RunOptions& options) {
 
 int run(const RunOptions& options) {
   if (Status possible = check_combination(options); !possible) return report_error(possible.error());
-  const auto file = config::load_app_file(options.app);
+  auto file = config::load_app_file(options.app);
   if (!file) return report_error(file.error());
+  // A load that is played is so at each trigger, whatever has come.
+  if (!options.synthetic.empty()) file->app.graph = file->app.graph.needing_input({});
   if (Status fits = options.watched.check(file->app, options.scheduling.flight_recorder_mib); !fits) {
     return report_error(fits.error());
   }
