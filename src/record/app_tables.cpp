@@ -8,6 +8,7 @@
 #include "graph/build.h"
 #include "graph/spec.h"
 #include "record/cells.h"
+#include "record/open_record.h"
 
 namespace ctn::record {
 namespace {
@@ -20,7 +21,7 @@ std::optional<std::int64_t> ns(const std::optional<Nanos>& duration) {
 std::optional<double> hz(const std::optional<Rate>& rate) { return rate ? std::optional(rate->hertz()) : std::nullopt; }
 
 Status write_nodes(sqlite::Database& database, const graph::Graph& graph) {
-  auto node_row = database.prepare("INSERT INTO nodes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  auto node_row = database.prepare("INSERT INTO nodes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!node_row) return node_row.error();
   auto mode_row = database.prepare("INSERT INTO modes VALUES (?, ?, ?)");
   if (!mode_row) return mode_row.error();
@@ -32,7 +33,7 @@ Status write_nodes(sqlite::Database& database, const graph::Graph& graph) {
     if (node.follows) period.reset();
     if (auto done = node_row->run(id, std::string_view(node.name), input, node.external, node.unscheduled, ns(period),
                                   ns(node.output_period), hz(node.min_rate), hz(node.max_rate), hz(node.fallback_rate),
-                                  node.max_threads);
+                                  node.max_threads, node.needs_input);
         !done) {
       return done;
     }
@@ -188,9 +189,14 @@ class AppReader {
   }
 
   Status read_nodes() {
+    const auto has_needs =
+        one_integer(database_, "SELECT count(*) FROM pragma_table_info('nodes') WHERE name = 'needs_input'");
+    if (!has_needs) return has_needs.error();
     const std::string columns =
-        "id, name, input, external, unscheduled, period_ns, output_period_ns, min_rate_hz, max_rate_hz, "
-        "fallback_rate_hz, max_threads";
+        std::string(
+            "id, name, input, external, unscheduled, period_ns, output_period_ns, min_rate_hz, max_rate_hz, "
+            "fallback_rate_hz, max_threads, ") +
+        (*has_needs == 1 ? "needs_input" : "0");
     return each_row("nodes", columns, "id", [this](Cells& cells) {
       graph::NodeSpec node;
       expect_next(cells, 0, spec_.nodes.size());
@@ -208,6 +214,7 @@ class AppReader {
       // 1 is what a node has that says nothing; to say it of an external node would be an error.
       const auto threads = static_cast<int>(cells.integer(10, 1, std::numeric_limits<int>::max()));
       if (threads != 1) node.max_threads = graph::At<int>{threads, {}};
+      node.needs_input = cells.flag(11);
       spec_.nodes.push_back(std::move(node));
     });
   }

@@ -119,8 +119,9 @@ Result<Tables> tables_of(sqlite::Database& database) {
 constexpr std::array<std::string_view, 9> kLater{"age_limits", "app_changes", "clocks", "core_kinds", "cost_changes",
                                                  "exclusive",  "overruns",    "slots",  "steals"};
 
-// Columns of runs that older records do not have.
-constexpr std::array<std::string_view, 2> kLaterOfRuns{"on_cpu", "wait_ns"};
+// Tables and their columns that older records do not have.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kLaterColumns{
+    {{"nodes", "needs_input"}, {"runs", "on_cpu"}, {"runs", "wait_ns"}}};
 
 // An empty one, for this connection alone.
 Status stand_in(sqlite::Database& database, sqlite::Database& model, const std::string& table) {
@@ -151,8 +152,8 @@ Status check_tables(sqlite::Database& database) {
       return Error::caller(fmt::format("{} has no table '{}'", database.path(), table), kNoRecordHint);
     }
     for (const std::string& column : columns) {
-      const bool later =
-          table == "runs" && std::find(kLaterOfRuns.begin(), kLaterOfRuns.end(), column) != kLaterOfRuns.end();
+      const bool later = std::any_of(kLaterColumns.begin(), kLaterColumns.end(),
+                                     [&](const auto& one) { return one.first == table && one.second == column; });
       if (later || match->second.contains(column)) continue;
       return Error::caller(fmt::format("{}: table '{}' has no column '{}'", database.path(), table, column),
                            kNoRecordHint);

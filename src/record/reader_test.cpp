@@ -123,6 +123,10 @@ TEST(Reader, ReadsRecordsFromBeforeWaitsOrCpusWereKept) {
   EXPECT_EQ(error_after("ALTER TABLE runs DROP COLUMN on_cpu"), "");
 }
 
+TEST(Reader, ReadsRecordsFromBeforeItWasKeptWhoNeedsInput) {
+  EXPECT_EQ(error_after("ALTER TABLE nodes DROP COLUMN needs_input"), "");
+}
+
 TEST(Reader, RefusesValuesThatNoWriterWrites) {
   for (const char* sql : {
            "UPDATE runs SET node = 99 WHERE number = 1 AND node = 1",
@@ -153,6 +157,7 @@ TEST(Reader, RefusesValuesThatNoWriterWrites) {
            "UPDATE nodes SET max_rate_hz = 9e999 WHERE id = 1",
            "UPDATE nodes SET max_rate_hz = -1 WHERE id = 1",
            "UPDATE nodes SET max_threads = 0",
+           "UPDATE nodes SET needs_input = 2",
            "DELETE FROM nodes",
            "UPDATE edges SET to_node = from_node",
            "UPDATE edges SET to_node = 99",

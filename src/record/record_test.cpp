@@ -25,7 +25,7 @@ void expect_equal(const graph::App& a, const graph::App& b) {
               std::tie(y.name, y.input, y.modes, y.external, y.unscheduled, y.period, y.output_period, y.max_threads));
     EXPECT_TRUE(x.min_rate == y.min_rate && x.max_rate == y.max_rate && x.fallback_rate == y.fallback_rate);
     EXPECT_TRUE(x.subchain == y.subchain && x.predecessors == y.predecessors && x.successors == y.successors);
-    EXPECT_EQ(x.follows, y.follows);
+    EXPECT_EQ(std::tie(x.follows, x.needs_input), std::tie(y.follows, y.needs_input));
   }
   EXPECT_TRUE(
       std::equal(a.graph.edges().begin(), a.graph.edges().end(), b.graph.edges().begin(), b.graph.edges().end()));

@@ -20,7 +20,8 @@ CREATE TABLE nodes(
   min_rate_hz REAL,
   max_rate_hz REAL,
   fallback_rate_hz REAL,
-  max_threads INTEGER NOT NULL
+  max_threads INTEGER NOT NULL,
+  needs_input INTEGER NOT NULL
 );
 CREATE TABLE modes(
   node INTEGER NOT NULL, mode INTEGER NOT NULL, name TEXT NOT NULL, PRIMARY KEY(node, mode)

@@ -58,6 +58,7 @@ inline graph::App robot() {
   spec.nodes[1].max_rate = graph::At<Rate>{Rate{50.0}, {}};
   spec.nodes[1].fallback_rate = graph::At<Rate>{Rate{100.0 / 3.0}, {}};
   spec.nodes[2].max_threads = graph::At<int>{2, {}};
+  spec.nodes[3].needs_input = true;
   spec.nodes[4].input = graph::InputKind::kQueue;
   spec.nodes[4].modes = names("skip match");
   spec.nodes[4].output_period = graph::At<Nanos>{milliseconds{667}, {}};
