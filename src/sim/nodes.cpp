@@ -69,6 +69,7 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
     }
     node.channels.resize(node.inputs.size());
     node.edges = record::input_edges(app.graph, node.id);
+    node.awaits_input = app.graph.awaits_input(node.id);
     if (node.described->follows) {
       nodes_[node.described->follows->index()].followers.push_back(index);
     } else if (node.described->unscheduled) {
@@ -83,8 +84,8 @@ Nodes::Nodes(const graph::App& app, const Machine& machine, const policy::CpuKin
   }
 }
 
-void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled,
-                  const std::vector<Ticks>& timers) {
+void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers,
+                  const std::vector<Ticks>& clocks) {
   const CpuMask mask(cpus);
   for (Node& node : nodes_) {
     if (node.described->external) continue;
@@ -92,6 +93,9 @@ void Nodes::start(const os::CpuSet& cpus, os::Level scheduled, os::Level unsched
       const Cpus::Thread thread = node.thread + static_cast<Cpus::Thread>(helper);
       cpus_.set_cpus(thread, mask);
       set_level_of(node, helper, level_of(node.described->unscheduled ? unscheduled : scheduled));
+    }
+    for (const NodeId from : node.described->predecessors) {
+      if (node.awaits_input && app_.graph.node(from).is_external_clock()) node.clocks.push_back(clocks[from.index()]);
     }
     if (!node.period) continue;
     node.period = timers[node.id.index()].period;
@@ -255,7 +259,8 @@ Nanos Nodes::begin(Cpus::Thread thread, int cpu) {
   Node& node = nodes_[node_of_[thread - first_]];
   if (thread != node.thread) return node.share;
   if (node.rest > Nanos{0}) return std::exchange(node.rest, Nanos{0});
-  if (!enter(node)) return Nanos{0};
+  node.waits_for_news = lacks_input(node);
+  if (node.waits_for_news || !enter(node)) return Nanos{0};
   begin_run(node, cpu);
   return until_wait(node);
 }
@@ -273,8 +278,8 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
     cpus_.wake_at(thread, cpus_.now() + std::exchange(node.wait, Nanos{0}));
     return false;
   }
-  // It asked for its group; by now that may be its own.
-  if (thread == node.thread && node.working == 0) return !waits_for_group(node);
+  // It asked for input, or its group; by now that may be its own.
+  if (thread == node.thread && node.working == 0) return !sleeps_for_input(node) && !waits_for_group(node);
   if (--node.working > 0) return false;  // the thread that works longest ends the run
   end_run(node, cpu);
   leave(node, cpu);
@@ -289,6 +294,30 @@ bool Nodes::done(Cpus::Thread thread, int cpu) {
   return false;
 }
 
+bool Nodes::lacks_input(const Node& node) const {
+  if (!node.awaits_input || node.has_news) return false;
+  const TimePoint last_begin = node.run.number == 0 ? TimePoint::min() : node.run.begin;
+  return std::none_of(node.clocks.begin(), node.clocks.end(),
+                      [&](const Ticks& clock) { return clock.last(cpus_.now()) > last_begin; });
+}
+
+// Whether its thread is to sleep until there is input.
+bool Nodes::sleeps_for_input(Node& node) {
+  if (!node.waits_for_news) return false;
+  node.waits_for_news = lacks_input(node);
+  if (!node.waits_for_news || node.clocks.empty()) return node.waits_for_news;
+  TimePoint tick = kNever;
+  for (const Ticks& clock : node.clocks) tick = std::min(tick, clock.next(cpus_.now() + Nanos{1}));
+  cpus_.wake_at(node.thread, tick);
+  return true;
+}
+
+void Nodes::tell_news(Node& consumer, int cpu) {
+  if (!consumer.awaits_input) return;
+  consumer.has_news = true;
+  if (std::exchange(consumer.waits_for_news, false)) cpus_.wake(consumer.thread, cpu);
+}
+
 int Nodes::threads_planned(const Node& node) const {
   if (node.helpers == 0) return 1;
   const int planned = node.subchain ? signals_[node.subchain->index()].threads : 0;
@@ -298,6 +327,7 @@ int Nodes::threads_planned(const Node& node) const {
 
 void Nodes::begin_run(Node& node, int cpu) {
   node.token = node.word;
+  node.has_news = false;
   ++node.run.number;
   node.run.begin = cpus_.now();
   node.run.threads = threads_planned(node);
@@ -438,13 +468,14 @@ void Nodes::end_run(Node& node, int cpu) {
   }
   batches_.ended(node.run);
   client_.run_ended(node.run);
-  if (node.run.emitted) publish(node);
+  if (node.run.emitted) publish(node, cpu);
   pass_on(node, node.run.emitted, cpu);
 }
 
-void Nodes::publish(Node& node) {
+void Nodes::publish(Node& node, int cpu) {
   for (const Output& output : node.outputs) {
     Node& consumer = nodes_[output.node];
+    tell_news(consumer, cpu);
     Input& input = consumer.inputs[output.input];
     if (consumer.body && input.has_channel) continue;  // the channel itself counts what waits, and what is lost
     if (input.queue && input.waiting == QueueChannel<int>::kCapacity) {

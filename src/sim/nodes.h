@@ -13,6 +13,9 @@
 // A run that works on several threads does so as `catan run --synthetic` would: each burns the same, and the run ends
 // with the last of them. A run that waits has its first thread sleep in the middle of its work.
 //
+// A run of a node that needs input, triggered without, begins when a predecessor has given some or a clock of one has
+// ticked: its thread sleeps until then, and holds no exclusive group.
+//
 // A run of a node in an exclusive group begins when no other of the group is under way: its thread sleeps until then,
 // and raises the one that it waits for to its own level. A thread with a reservation is not raised.
 //
@@ -104,7 +107,9 @@ class Nodes {
   C* channel(NodeId from, NodeId to);
   // Places all threads, and sets the timers of unscheduled nodes going (`timers`: by NodeId, those of nodes that follow
   // no other).
-  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers);
+  // `clocks`: by NodeId, those of external nodes that have one.
+  void start(const os::CpuSet& cpus, os::Level scheduled, os::Level unscheduled, const std::vector<Ticks>& timers,
+             const std::vector<Ticks>& clocks);
 
   // --- by controllers ---
   Signal& signal(SubchainId subchain) { return signals_[subchain.index()]; }
@@ -157,6 +162,12 @@ class Nodes {
     TimePoint next_begin{};                              // by its timer
     std::optional<TimePoint> next_output;
 
+    // Of one whose runs await input (graph::Graph::awaits_input()).
+    bool awaits_input = false;
+    std::vector<Ticks> clocks;  // of external nodes that feed it
+    bool has_news = false;      // a predecessor has given something since its last run began
+    bool waits_for_news = false;
+
     std::uint64_t word = 0;          // the newest trigger, or output of the node that it follows
     std::uint64_t token = 0;         // that of the newest run
     bool busy = false;               // woken, or at work
@@ -182,6 +193,8 @@ class Nodes {
   bool waits_for_group(const Node& node);
   void set_level_of(Node& node, int helper, Cpus::Level level);
   void raise_holder(const Exclusion& exclusion);
+  bool lacks_input(const Node& node) const;
+  bool sleeps_for_input(Node& node);
   void begin_run(Node& node, int cpu);
   Nanos until_wait(Node& node);
   void consume(Node& node);
@@ -194,7 +207,8 @@ class Nodes {
   Nanos jitter_of(const record::Run& run) const;
   void end_run(Node& node, int cpu);
   bool output_due(Node& node);
-  void publish(Node& node);
+  void publish(Node& node, int cpu);
+  void tell_news(Node& consumer, int cpu);
   void pass_on(Node& node, bool emits, int cpu);
   void wake(Node& node, std::uint64_t token, int from_cpu);
   void give_output(const plan::Leader& leader, int from_cpu);

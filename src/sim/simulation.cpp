@@ -210,7 +210,7 @@ class Simulation::Impl : public Cpus::Client, private Nodes::Client, private dri
 
   void start() {
     started_ = true;
-    nodes_.start(setting_.cpus, loop_.levels().scheduled, loop_.levels().unscheduled, clocks_.timers);
+    nodes_.start(setting_.cpus, loop_.levels().scheduled, loop_.levels().unscheduled, clocks_.timers, clocks_.external);
     controllers_.start(loop_.decision().assignment, setting_.cpus, loop_.levels().dispatcher,
                        options_.phases.subchains);
     const Machine& machine = options_.machine;

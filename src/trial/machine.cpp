@@ -17,6 +17,11 @@ std::size_t count_unscheduled(const graph::App& app) {
       std::count_if(nodes.begin(), nodes.end(), [](const graph::Node& node) { return node.unscheduled; }));
 }
 
+bool any_awaits_input(const graph::Graph& graph) {
+  const auto& order = graph.topological_order();
+  return std::any_of(order.begin(), order.end(), [&](NodeId node) { return graph.awaits_input(node); });
+}
+
 std::size_t count_jobs(const graph::App& app, const Schedule& schedule) {
   std::size_t threads = 0;
   for (const Pipeline& pipeline : schedule.pipelines) {
@@ -83,10 +88,11 @@ Machine::Machine(const graph::App& app, const Samples& samples, const ChainPrefi
       clocks_(clocks_of(app, options)),
       nodes_(app.graph.nodes().size()),
       idlers_(nodes_.size()),
+      inputs_(nodes_.size()),
       exclusions_(app.exclusive.size()),
       unscheduled_of_node_(nodes_.size()),
       timers_(2 * static_cast<std::size_t>(schedule.cores) + schedule.subchains.size() + count_unscheduled(app) +
-              (samples.any_waits() ? count_jobs(app, schedule) : 0)),
+              (samples.any_waits() || any_awaits_input(app.graph) ? count_jobs(app, schedule) : 0)),
       cores_(static_cast<std::size_t>(schedule.cores), count_jobs(app, schedule), options.overheads.context_switch,
              timers_),
       lineage_(app, prefixes, clocks_, warm_from_, options.before_ticks, options.p95) {
@@ -106,6 +112,7 @@ void Machine::add_nodes() {
     nodes_[index].outputs_owed = 1.0 - nodes_[index].outputs_per_run;
     if (samples_.has_batches(NodeId(index))) add_queues(NodeId(index));
     if (samples_.idle(NodeId(index)).part > 0.0) add_idler(NodeId(index));
+    if (app_.graph.awaits_input(NodeId(index))) add_input(NodeId(index));
     if (!described.unscheduled) continue;
     unscheduled_of_node_[index] = unscheduled_.size();
     unscheduled_.push_back({.node = NodeId(index),
@@ -224,12 +231,14 @@ void Machine::settle() {
     if (!pipes_.empty()) take_waiting(core);
     const Job job = cores_.settle(core, now_);
     if (job == kNoJob) continue;
-    if (enter(job)) {
+    const bool lacks = lacks_input(job);
+    if (!lacks && enter(job)) {
       cores_.begin(core, begin_job(job, core));
-    } else {
-      cores_.suspend(core);
-      touch(core);
+      continue;
     }
+    cores_.suspend(core);
+    touch(core);
+    if (lacks) await_input(job);
   }
 }
 
@@ -260,6 +269,7 @@ Nanos Machine::begin_run(NodeId id, int core) {
   Node& node = nodes_[id.index()];
   lineage_.begin(id, now_);
   if (log_) log_->begin(id, now_);
+  begin_with_input(id);
   if (idlers_[id.index()] && begin_idle(*idlers_[id.index()])) {
     return to_nanos(idlers_[id.index()]->idle.cost) + options_.overheads.run + options_.overheads.context_switch;
   }
@@ -313,6 +323,7 @@ void Machine::wait(Job job, int core) {
 }
 
 void Machine::wait_over(Job job) {
+  if (std::optional<Input>& input = inputs_[node_of(job).index()]) input->waiting.reset();
   if (job >= first_pipe_thread()) return queue_for_core(pipes_[pipe_threads_[job - first_pipe_thread()].pipe], job);
   cores_.resume(job);
   touch(cores_.core_of(job));
@@ -325,7 +336,10 @@ bool Machine::end_run(NodeId id) {
   lineage_.end(id, now_, emitted);
   if (log_) log_->end(id, now_, emitted);
   if (!emitted) return false;
-  for (const std::size_t told : nodes_[id.index()].tells) idlers_[told]->found = true;
+  for (const std::size_t told : nodes_[id.index()].tells) {
+    if (idlers_[told]) idlers_[told]->found = true;
+    input_came(NodeId(told));
+  }
   for (const std::size_t queue : nodes_[id.index()].feeds)
     queues_[queue] = std::min(queues_[queue] + 1, kQueueCapacity);
   return true;

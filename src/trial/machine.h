@@ -10,12 +10,16 @@
 //
 // A run waits in its middle: its job is away until a timer ends the wait, and then begins the rest of the run.
 //
+// A run of a node that needs input and is triggered without waits, away from its core, until a predecessor emits or a
+// clock of one ticks. It holds no exclusive group meanwhile.
+//
 // A run of a node in an exclusive group holds that; another of the group waits away from its core, and raises the
 // holder to its own rank. When the run ends, the highest of those that wait gets its core back and asks again.
 // Pipelines do not know of groups.
 //
-// Runs and unscheduled nodes are in machine.cpp, exclusive groups in machine_exclusions.cpp, triggers of subchains that
-// do not take turns in machine_triggers.cpp, cores of frames in machine_frames.cpp, pipelines in machine_pipelines.cpp.
+// Runs and unscheduled nodes are in machine.cpp, runs that await input in machine_inputs.cpp, exclusive groups in
+// machine_exclusions.cpp, triggers of subchains that do not take turns in machine_triggers.cpp, cores of frames in
+// machine_frames.cpp, pipelines in machine_pipelines.cpp.
 //
 // Units: in the types. Thread safety: none; one owner; used once.
 #pragma once
@@ -64,7 +68,14 @@ class Machine {
     double outputs_owed = 0.0;        // of these, by the runs since the last one
     std::vector<std::size_t> queues;  // that it takes batches from, where they cost something
     std::vector<std::size_t> feeds;   // such queues that its outputs go to
-    std::vector<std::size_t> tells;   // nodes that do something else where they find nothing new
+    std::vector<std::size_t> tells;   // nodes that wait, or do something else, where they find nothing new
+  };
+  // Of a node whose runs await input (graph::Graph::awaits_input()).
+  struct Input {
+    std::vector<NodeId> clocks;  // of external nodes that feed it
+    bool found = false;          // something new has come since its last run began
+    TimePoint last_begin = TimePoint::min();
+    std::optional<Job> waiting;  // its run, triggered without
   };
   // Of a node that does something else where it finds nothing new.
   struct Idler {
@@ -153,6 +164,7 @@ class Machine {
   void add_nodes();
   void add_queues(NodeId node);
   void add_idler(NodeId node);
+  void add_input(NodeId node);
   void add_subchains();
   void add_pipelines();
   void start();
@@ -182,6 +194,13 @@ class Machine {
   void subchain_run_over(Subchain& subchain, bool emitted);
   void count_run(Subchain& subchain);
 
+  // --- Runs that await input ---
+  bool lacks_input(NodeId node) const;
+  bool lacks_input(Job job) const;
+  void await_input(Job job);
+  void begin_with_input(NodeId node);
+  void input_came(NodeId node);
+
   // --- Exclusive groups ---
   Exclusion* exclusion_of(Job job);
   bool enter(Job job);
@@ -210,6 +229,7 @@ class Machine {
 
   // --- Pipelines ---
   void wake(Pipe& pipe, std::size_t stage, std::uint64_t token);
+  void queue_run(Pipe& pipe, const Stage& stage);
   void queue_for_core(Pipe& pipe, Job job);
   void take_waiting(int core);
   Nanos begin_pipe_thread(const PipeThread& thread, int core);
@@ -227,6 +247,7 @@ class Machine {
   std::vector<Ticks> clocks_;  // by NodeId
   std::vector<Node> nodes_;
   std::vector<std::optional<Idler>> idlers_;  // by NodeId
+  std::vector<std::optional<Input>> inputs_;  // by NodeId
   std::vector<std::size_t> queues_;           // outputs that wait in each
   std::vector<Exclusion> exclusions_;         // as the app's groups
   std::vector<Subchain> subchains_;

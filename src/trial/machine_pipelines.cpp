@@ -32,7 +32,12 @@ void Machine::wake(Pipe& pipe, std::size_t number, std::uint64_t token) {
   stage.word = token;
   if (stage.busy) return;
   stage.busy = true;
-  queue_for_core(pipe, stage.first_thread);
+  queue_run(pipe, stage);
+}
+
+// Once there is input, where its node awaits that.
+void Machine::queue_run(Pipe& pipe, const Stage& stage) {
+  lacks_input(stage.node) ? await_input(stage.first_thread) : queue_for_core(pipe, stage.first_thread);
 }
 
 // First come, first served.
@@ -88,7 +93,7 @@ void Machine::pipe_thread_ended(const PipeThread& thread, int core) {
     if (subchain.awaits_completion) pace(subchain, WokenBy::kEvent);
   }
   stage.busy = stage.word != stage.token;
-  if (stage.busy) queue_for_core(pipe, stage.first_thread);
+  if (stage.busy) queue_run(pipe, stage);
 }
 
 }  // namespace ctn::trial

@@ -28,6 +28,8 @@
 //     run where that was measured; a run that emits none ends its subchain's run.
 //   - Idle runs: a node for which that was measured does little and emits nothing where no predecessor has emitted, and
 //     no clock of one has ticked, since its last run began.
+//   - Input: a run that is triggered without news, of a node that needs some, waits for it, away from its core. A
+//     schedule that waits for itself (a leader for what its follower gives) never runs, and so has no samples.
 //   - Batches: a run of a queue node costs what its items add, those that it really takes.
 //   - Clocks of external nodes: they tick at times of their own: unless told, each slides once through all phases, and
 //     with it the subchains that keep a phase to it.
